@@ -1,0 +1,28 @@
+# What every target of ours is compiled with. Warnings are errors here, and only here.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, RelWithDebInfo" FORCE)
+endif()
+
+option(PF_RESAMPLING_WARNINGS_AS_ERRORS "Warnings of our targets are errors" ON)
+set(PF_RESAMPLING_SANITIZE "" CACHE STRING "Sanitizers for our targets, for instance address,undefined")
+
+function(pf_resampling_compiler_options TARGET)
+  target_compile_features(${TARGET} PUBLIC cxx_std_17)
+  set_target_properties(${TARGET} PROPERTIES CXX_EXTENSIONS OFF)
+  target_compile_options(${TARGET} PRIVATE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-qual
+    -Wnon-virtual-dtor -Woverloaded-virtual -Wnull-dereference -Wdouble-promotion -Wformat=2)
+  if(PF_RESAMPLING_WARNINGS_AS_ERRORS)
+    target_compile_options(${TARGET} PRIVATE -Werror)
+  endif()
+  if(CMAKE_BUILD_TYPE STREQUAL "Release")
+    target_compile_options(${TARGET} PRIVATE -O3)
+  endif()
+  if(PF_RESAMPLING_SANITIZE)
+    # Vector clones are chosen before a sanitizer's run-time is up: they are left out then.
+    target_compile_options(${TARGET} PRIVATE
+      -fsanitize=${PF_RESAMPLING_SANITIZE} -fno-omit-frame-pointer)
+    target_compile_definitions(${TARGET} PRIVATE PF_RESAMPLING_NO_CLONES)
+    target_link_libraries(${TARGET} PRIVATE -fsanitize=${PF_RESAMPLING_SANITIZE})
+  endif()
+endfunction()

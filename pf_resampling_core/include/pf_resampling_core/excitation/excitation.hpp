@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/population/weights.hpp"
+
+namespace pf_resampling {
+
+/// Gaussian perturbation of every particle after a renewal (M section III: "adding a Gaussian
+/// perturbation around each particle position"), against impoverishment.
+enum class Excitation {
+  none,
+  gaussian,     ///< fixed standard deviations
+  regularized,  ///< Silverman's bandwidth from the weighted covariance, scaled
+  roughening,   ///< Gordon, Salmond, Smith 1993: sigma = K * range * N^(-1/d) per coordinate
+};
+const std::vector<Excitation>& all_excitations();
+std::string to_string(Excitation excitation);
+Excitation excitation_from_string(const std::string& name);
+
+struct ExcitationOptions {
+  Excitation excitation = Excitation::regularized;
+  double sigma_position = 0.05;  ///< gaussian: per axis, m, >= 0
+  double sigma_heading = 0.01;   ///< gaussian: rad, >= 0
+  double bandwidth_scale = 0.5;  ///< regularized: multiple of Silverman's bandwidth, in [0, 2]
+  bool keep_variance =
+      false;  ///< regularized: shrink towards the mean so that the variance is kept (West 1993)
+  double roughening_scale = 0.05;  ///< roughening: K, in [0, 1]; Gordon uses 0.2
+  bool duplicates_only = false;    ///< leave the first copy of each ancestor where it is
+};
+
+/// Poses of all particles, structure of arrays, same sizes; heading in radians.
+struct PoseArrays {
+  MutableArray x;
+  MutableArray y;
+  MutableArray heading;
+};
+
+/// Perturbs the poses. `linear_weights`: normalised weights of these particles, for the covariance
+/// of `regularized` (taken after selection). `ancestors`: of the renewal that has just been carried
+/// out, for duplicates_only. Three normals per particle, number 4i, 4i + 1 and 4i + 2 of the
+/// stream. Headings stay within [-pi, pi]. Circular statistics for the heading: its spread is that
+/// of the angle to the weighted mean direction.
+void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIndices ancestors,
+            const RandomStream& stream, PoseArrays poses);
+
+}  // namespace pf_resampling

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+
+namespace pf_resampling {
+
+inline constexpr double kPi = 3.14159265358979323846;
+
+/// Angle in radians, brought to [-pi, pi].
+inline double wrap_angle(double angle) {
+  return std::remainder(angle, 2.0 * kPi);
+}
+
+/// A planar pose: position in metres, heading in radians (REP 103: x forward, y left, heading
+/// counter-clockwise from x).
+struct Pose2 {
+  double x = 0.0;
+  double y = 0.0;
+  double heading = 0.0;
+};
+
+/// `first` followed by `second`, the latter given in the frame of the former.
+inline Pose2 compose(const Pose2& first, const Pose2& second) {
+  const double cosine = std::cos(first.heading);
+  const double sine = std::sin(first.heading);
+  return {first.x + cosine * second.x - sine * second.y,
+          first.y + sine * second.x + cosine * second.y,
+          wrap_angle(first.heading + second.heading)};
+}
+
+/// The pose `to` seen from the frame `from`: compose(from, relative(from, to)) is `to`.
+inline Pose2 relative(const Pose2& from, const Pose2& to) {
+  const double cosine = std::cos(from.heading);
+  const double sine = std::sin(from.heading);
+  const double dx = to.x - from.x;
+  const double dy = to.y - from.y;
+  return {cosine * dx + sine * dy, -sine * dx + cosine * dy, wrap_angle(to.heading - from.heading)};
+}
+
+}  // namespace pf_resampling

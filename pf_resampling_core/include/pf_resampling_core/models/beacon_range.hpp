@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace pf_resampling {
+
+/// A radio beacon at a known place. A planar beacon has the height of the antenna.
+struct Beacon {
+  int id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame
+};
+
+/// A measured distance between the robot's antenna and a beacon.
+struct RangeObservation {
+  int beacon = 0;         ///< id
+  double range = 0.0;     ///< m, as the radio gives it (scale and bias not taken out)
+  double variance = 0.0;  ///< m^2; 0 means the model's own
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, where the antenna sits on the robot
+};
+
+/// Systematic errors of a radio: range = scale * distance + bias + noise.
+struct RangeCalibration {
+  double scale = 1.0;
+  double bias = 0.0;   ///< m
+  double sigma = 0.0;  ///< m, standard deviation of the noise; 0 means the model's own
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+
+/// Noise of dead reckoning, as variance per distance driven, angle turned and time passed.
+struct OdometryNoise {
+  double translation_per_distance =
+      0.05;  ///< standard deviation of the distance after one metre, m/sqrt(m)
+  double slip_per_distance =
+      0.05;  ///< standard deviation of the lateral offset after one metre, m/sqrt(m)
+  double heading_per_distance = 0.01;   ///< rad/sqrt(m)
+  double heading_per_angle = 0.05;      ///< rad/sqrt(rad)
+  double heading_per_time = 0.003;      ///< rad/sqrt(s)
+  double translation_per_time = 0.005;  ///< along both axes, m/sqrt(s)
+};
+
+/// Odometry between two observations, integrated once for all particles: a Gaussian over the motion
+/// in the body frame of its start (FastSLAM: K section 2; MCL: M section III).
+struct OdometryIncrement {
+  double duration = 0.0;  ///< s
+  Pose2 mean;             ///< motion, in the frame of the robot at the start
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
+  /// Derivative of (x, y, heading) by a constant error of the yaw rate, in s·m, s·m, s.
+  Eigen::Vector3d yaw_rate_sensitivity = Eigen::Vector3d::Zero();
+
+  bool is_empty() const { return duration <= 0.0; }
+};
+
+/// Appends one step of dead reckoning: `motion` in the body frame at the start of the step, over
+/// `duration` seconds. First-order propagation of mean, covariance and sensitivity.
+void append(const OdometryNoise& noise, const Pose2& motion, double duration,
+            OdometryIncrement* increment);
+
+}  // namespace pf_resampling

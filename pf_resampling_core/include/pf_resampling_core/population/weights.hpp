@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace pf_resampling {
+
+using ConstArray = Eigen::Ref<const Eigen::ArrayXd>;
+using MutableArray = Eigen::Ref<Eigen::ArrayXd>;
+
+/// What a set of weights says of the health of the filter.
+struct WeightSummary {
+  double log_sum = 0.0;                ///< log of the sum of the weights before normalisation
+  double effective_sample_size = 0.0;  ///< 1 / sum of squares (K eq. 4), in [1, size]
+  double entropy_sample_size = 0.0;    ///< exp of the Shannon entropy, in [1, size]
+};
+
+/// Whether there is a distribution in these log-weights: at least one, none NaN or +infinity, not
+/// all -infinity.
+bool is_normalizable(ConstArray log_weights);
+
+/// Normalised linear weights from log-weights, by subtraction of the maximum (log-sum-exp):
+/// linear[i] >= 0, sum 1. Sizes equal. The log-weights are brought to sum one as well. A sum over
+/// blocks of fixed size, so the result does not depend on the machine's vector width. Throws Error,
+/// before anything is changed, when !is_normalizable(log_weights).
+WeightSummary normalize(MutableArray log_weights, MutableArray linear);
+
+/// K eq. 4 for normalised linear weights.
+double effective_sample_size(ConstArray linear);
+
+}  // namespace pf_resampling

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/resampling/resampling.hpp"
+
+namespace pf_resampling {
+
+/// When the population is renewed.
+enum class Schedule {
+  never,                  ///< K "NR": the weights are carried on
+  always,                 ///< after every observation
+  effective_sample_size,  ///< when N_eff < threshold * M (K section 4.2)
+  every_n,                ///< after every n-th observation
+};
+const std::vector<Schedule>& all_schedules();
+std::string to_string(Schedule schedule);
+Schedule schedule_from_string(const std::string& name);
+
+/// How it is renewed.
+enum class Renewal {
+  none,
+  resampling,
+};
+const std::vector<Renewal>& all_renewals();
+std::string to_string(Renewal renewal);
+Renewal renewal_from_string(const std::string& name);
+
+struct PopulationControlOptions {
+  Schedule schedule = Schedule::effective_sample_size;
+  double threshold =
+      0.5;  ///< T_N of K section 5.2, share of M, in (0, 1]; 1 means after every observation
+  int every_n = 1;  ///< observations between renewals under Schedule::every_n, >= 1
+  Renewal renewal = Renewal::resampling;
+  ResamplingOptions resampling;
+};
+
+/// When and how a population is renewed; shared by all filters. It sees weights, never particles:
+/// the filter carries out what select() decides.
+class PopulationControl {
+ public:
+  explicit PopulationControl(const PopulationControlOptions& options = {});
+
+  /// To be asked once after each observation update. `effective_sample_size` and `size` are of the
+  /// current, normalised weights; `requested_size` is how many particles the filter wants from now
+  /// on. A renewal is due when the schedule says so, or when requested_size differs from size and
+  /// renewal is not `none`.
+  bool is_due(double effective_sample_size, int size, int requested_size);
+
+  /// Ancestors and weights afterwards. See Resampler::resample.
+  ResamplingResult select(ConstArray weights, int requested_size, const RandomStream& stream);
+
+  const PopulationControlOptions& options() const { return options_; }
+  /// How many renewals so far.
+  std::int64_t calls() const { return calls_; }
+
+ private:
+  PopulationControlOptions options_;
+  Resampler resampler_;
+  std::int64_t calls_ = 0;
+  std::int64_t observations_since_renewal_ = 0;
+};
+
+}  // namespace pf_resampling
