@@ -4,6 +4,9 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 
 option(PF_RESAMPLING_WARNINGS_AS_ERRORS "Warnings of our targets are errors" ON)
+get_filename_component(DATASETS "${CMAKE_CURRENT_LIST_DIR}/../../../shared/datasets" ABSOLUTE)
+set(PF_RESAMPLING_DATASETS ${DATASETS} CACHE PATH
+  "Public recordings for tests; those that need one skip when it is not there")
 set(PF_RESAMPLING_SANITIZE "" CACHE STRING "Sanitizers for our targets, for instance address,undefined")
 
 function(pf_resampling_compiler_options TARGET)
