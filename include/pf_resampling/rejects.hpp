@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pf_resampling {
+
+/// Why a message, or an observation in it, was not used.
+enum class RejectReason {
+  not_finite,           ///< NaN or infinite number
+  not_positive,         ///< a range of zero or less
+  impossible_variance,  ///< negative, or a covariance that none can have
+  not_unit_quaternion,
+  unknown_beacon,     ///< id that is not among the beacons
+  duplicate_beacon,   ///< an id twice in one array
+  empty,              ///< an array without elements
+  wrong_frame,        ///< frame other than the configured one
+  unknown_frame,      ///< no transform from the base frame
+  no_stamp,           ///< stamp zero
+  out_of_order,       ///< odometry not newer than the last
+  old,                ///< observation before what the filter has already used
+  before_odometry,    ///< observation before the first odometry
+  ahead_of_odometry,  ///< observation too far ahead of the newest odometry
+  queue_full,         ///< dropped because too many observations wait
+  time_jump,          ///< odometry whose time jumped back, not confirmed yet
+  time_gap,           ///< odometry after a long silence, not confirmed yet
+  pose_jump,          ///< odometry that moved faster than the robot can
+  ignored,            ///< beacons that differ from the configured ones
+  filter_error,       ///< the filter refused it
+};
+std::string to_string(RejectReason reason);
+
+/// Counts what was rejected, by input and reason, and keeps the latest case in words.
+class RejectCounter {
+ public:
+  struct Count {
+    std::string input;  ///< topic without slash: "ranges", "odom", ...
+    RejectReason reason = RejectReason::not_finite;
+    std::uint64_t count = 0;
+    std::string latest;  ///< the latest case, in words: what was wrong, and the remedy
+  };
+
+  /// Adds one. `detail` says what was wrong with this one; it may be empty.
+  void add(const std::string& input, RejectReason reason, const std::string& detail);
+
+  /// All counts above zero, sorted by input and reason.
+  const std::vector<Count>& counts() const { return counts_; }
+
+  std::uint64_t count(const std::string& input, RejectReason reason) const;
+  std::uint64_t total() const;
+
+ private:
+  std::vector<Count> counts_;
+};
+
+}  // namespace pf_resampling
