@@ -1,0 +1,95 @@
+#include "common/command_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace pf_resampling {
+namespace {
+
+namespace po = boost::program_options;
+
+CommandLine example_line() {
+  CommandLine line("tool", "Does a thing.");
+  line.positional("in.bag", "what to read");
+  line.optional_positional("out.bag", "what to write");
+  line.options()("antenna", po::value<std::string>()->value_name("x,y,z"), "where it sits")(
+      "seed", po::value<unsigned>()->default_value(1), "seed");
+  line.example("tool in.bag --seed 3");
+  return line;
+}
+
+std::string misuse_of(const std::vector<std::string>& arguments) {
+  CommandLine line = example_line();
+  try {
+    line.parse(arguments);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(CommandLine, ReadsPositionalsAndOptions) {
+  CommandLine line = example_line();
+  ASSERT_TRUE(line.parse({"a.bag", "--seed", "7", "b.bag"}));
+  EXPECT_EQ(line.get<std::string>("in.bag"), "a.bag");
+  EXPECT_EQ(line.get<std::string>("out.bag"), "b.bag");
+  EXPECT_EQ(line.get<unsigned>("seed"), 7U);
+  EXPECT_FALSE(line.has("antenna"));
+}
+
+TEST(CommandLine, TakesNegativeNumbersAsValues) {
+  CommandLine line = example_line();
+  ASSERT_TRUE(line.parse({"a.bag", "--antenna", "-0.3,0,1e-1"}));
+  EXPECT_EQ(parse_numbers("antenna", line.get<std::string>("antenna"), 3),
+            (std::vector<double>{-0.3, 0.0, 0.1}));
+}
+
+TEST(CommandLine, PassesOverArgumentsForRos) {
+  CommandLine line = example_line();
+  ASSERT_TRUE(line.parse({"a.bag", "__name:=tool_7"}));
+  EXPECT_FALSE(line.has("out.bag"));
+}
+
+TEST(CommandLine, MisuseIsOneLineWithTheUsage) {
+  const std::vector<std::vector<std::string>> misuses = {
+      {},
+      {"a.bag", "b.bag", "c.bag"},
+      {"a.bag", "--sed", "3"},
+      {"a.bag", "--seed"},
+      {"a.bag", "--seed", "three"},
+      {"a.bag", "-s", "3"},
+  };
+  for (const auto& arguments : misuses) {
+    const std::string message = misuse_of(arguments);
+    EXPECT_NE(message.find("usage: tool in.bag [out.bag] [options]"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  EXPECT_EQ(misuse_of({}).find("missing in.bag"), 0U);
+}
+
+TEST(CommandLine, HelpShowsUsageOptionsAndExamples) {
+  const std::string help = example_line().help();
+  EXPECT_NE(help.find("Usage: rosrun pf_resampling tool in.bag [out.bag] [options]"),
+            std::string::npos);
+  EXPECT_NE(help.find("--antenna x,y,z"), std::string::npos);
+  EXPECT_NE(help.find("rosrun pf_resampling tool in.bag --seed 3"), std::string::npos);
+}
+
+TEST(CommandLine, NumbersMustBeFiniteAndAsManyAsAskedFor) {
+  for (const char* text : {"1,2", "1,2,3,4", "1,2,nan", "1,2,x", "1,2,3x", "", "1,,3"}) {
+    EXPECT_THROW(parse_numbers("antenna", text, 3), UsageError) << text;
+  }
+}
+
+TEST(RunTool, TurnsErrorsIntoExitCodes) {
+  std::string name = "tool";
+  char* argv[] = {name.data()};
+  EXPECT_EQ(run_tool("tool", 1, argv, [](const auto&) { return 5; }), 5);
+  EXPECT_EQ(run_tool("tool", 1, argv, [](const auto&) -> int { throw UsageError("misuse"); }), 2);
+  EXPECT_EQ(run_tool("tool", 1, argv, [](const auto&) -> int { throw Error("bad\ninput"); }), 1);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,126 @@
+#include "bag.hpp"
+
+#include <rosbag/exceptions.h>
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <utility>
+
+#include "files.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+namespace {
+
+bool begins_like_a_bag(const std::string& path) {
+  static const std::string kMagic = "#ROSBAG V";
+  std::array<char, 9> begin{};
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
+}  // namespace
+
+rosbag::Bag open_bag(const std::string& path) {
+  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
+  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
+  if (!begins_like_a_bag(path)) throw Error(path + ": is not a bag (it does not begin like one)");
+  rosbag::Bag bag;
+  try {
+    bag.open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagException&) {
+    throw Error(path + ": is truncated or has no index; try: rosbag reindex " + path);
+  }
+  return bag;
+}
+
+std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
+  std::map<std::string, BagTopic> topics;
+  rosbag::View everything(bag);
+  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
+    BagTopic& topic = topics[connection->topic];
+    topic.name = connection->topic;
+    topic.type = connection->datatype;
+    const auto latching = connection->header->find("latching");
+    topic.latched = latching != connection->header->end() && latching->second == "1";
+  }
+  std::vector<BagTopic> list;
+  for (auto& [name, topic] : topics) {
+    topic.messages = rosbag::View(bag, rosbag::TopicQuery(name)).size();
+    list.push_back(topic);
+  }
+  return list;
+}
+
+std::string list_of(const std::vector<BagTopic>& topics) {
+  std::vector<std::string> words;
+  for (const BagTopic& topic : topics) words.push_back(topic.name + " (" + topic.type + ")");
+  return words.empty() ? "nothing" : joined(words, ", ");
+}
+
+void require_topics(const rosbag::Bag& bag, const std::string& path,
+                    const std::vector<NeededTopic>& needed) {
+  const std::vector<BagTopic> topics = topics_of(bag);
+  for (const NeededTopic& need : needed) {
+    const auto found = std::find_if(topics.begin(), topics.end(), [&](const BagTopic& topic) {
+      return topic.name == need.name &&
+             std::find(need.types.begin(), need.types.end(), topic.type) != need.types.end();
+    });
+    if (found != topics.end()) continue;
+    throw Error(path + ": has no " + need.name + " of type " + joined(need.types, " or ") +
+                "; it has " + list_of(topics) +
+                (need.option.empty() ? "" : "; " + need.option + " names another topic"));
+  }
+}
+
+std::string absolute_topic(const std::string& topic) {
+  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
+}
+
+BagWriter::BagWriter(std::string path) : path_(std::move(path)), temporary_(temporary_name(path_)) {
+  if (std::filesystem::is_directory(path_)) throw Error(path_ + ": is a directory, not a bag");
+  try {
+    bag_.open(temporary_, rosbag::bagmode::Write);
+  } catch (const rosbag::BagException&) {
+    throw Error(path_ + ": cannot be written; is there such a directory, and may you write in it?");
+  }
+}
+
+BagWriter::~BagWriter() {
+  if (finished_) return;
+  try {
+    bag_.close();
+  } catch (const rosbag::BagException&) {
+    // The file is removed anyway.
+  }
+  std::remove(temporary_.c_str());
+}
+
+void BagWriter::copy(const rosbag::MessageInstance& message) {
+  bag_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+}
+
+void BagWriter::finish() {
+  try {
+    bag_.close();
+  } catch (const rosbag::BagException&) {
+    throw Error(path_ + ": cannot be written; is the disk full?");
+  }
+  rename_file(temporary_, path_);
+  finished_ = true;
+}
+
+}  // namespace pf_resampling

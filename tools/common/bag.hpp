@@ -1,0 +1,90 @@
+#pragma once
+
+#include <ros/message_traits.h>
+#include <rosbag/bag.h>
+#include <rosbag/message_instance.h>
+
+#include <boost/make_shared.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pf_resampling {
+
+/// Opens a bag for reading. Throws Error with one line that names the file and what to do: missing,
+/// a directory, not a bag, truncated or not indexed (`rosbag reindex`).
+rosbag::Bag open_bag(const std::string& path);
+
+/// What a bag says about one topic.
+struct BagTopic {
+  std::string name;
+  std::string type;  // for instance "nav_msgs/Odometry"
+  std::uint64_t messages = 0;
+  bool latched = false;
+};
+
+/// The topics of a bag, by name.
+std::vector<BagTopic> topics_of(const rosbag::Bag& bag);
+
+/// The same as text on one line: "/odom (nav_msgs/Odometry), /ranges (pf_resampling/BeaconRange)".
+std::string list_of(const std::vector<BagTopic>& topics);
+
+/// A topic that a program needs from a bag.
+struct NeededTopic {
+  std::string name;
+  std::vector<std::string> types;  // any of these
+  std::string option;              // that names another topic, for instance "--odom"; may be empty
+};
+
+/// Throws Error unless the bag has every topic with one of its types; the line names the first that
+/// is missing, its types, those that are there, and the option.
+void require_topics(const rosbag::Bag& bag, const std::string& path,
+                    const std::vector<NeededTopic>& needed);
+
+/// "odom" -> "/odom": names in bags are absolute.
+std::string absolute_topic(const std::string& topic);
+
+/// Writes a bag under a temporary name beside `path` and renames it at the end, so that `path` is
+/// never half a bag. Messages are to be written in order of time.
+class BagWriter {
+ public:
+  /// Throws Error if the file cannot be written.
+  explicit BagWriter(std::string path);
+  /// Removes the temporary file if finish() was not reached.
+  ~BagWriter();
+  BagWriter(const BagWriter&) = delete;
+  BagWriter& operator=(const BagWriter&) = delete;
+
+  template <typename Message>
+  void write(const std::string& topic, const ros::Time& time, const Message& message) {
+    bag_.write(topic, time, message);
+  }
+
+  /// Writes a message whose connection header says that it is latched, so that rosbag play latches
+  /// it.
+  template <typename Message>
+  void write_latched(const std::string& topic, const ros::Time& time, const Message& message) {
+    const auto header = boost::make_shared<ros::M_string>();
+    (*header)["topic"] = topic;
+    (*header)["type"] = ros::message_traits::datatype(message);
+    (*header)["md5sum"] = ros::message_traits::md5sum(message);
+    (*header)["message_definition"] = ros::message_traits::definition(message);
+    (*header)["callerid"] = "/pf_resampling";
+    (*header)["latching"] = "1";
+    bag_.write(topic, time, message, header);
+  }
+
+  /// Copies a message of another bag, with its connection header (type, latching).
+  void copy(const rosbag::MessageInstance& message);
+
+  /// Closes the bag and gives it its name. Throws Error.
+  void finish();
+
+ private:
+  std::string path_;
+  std::string temporary_;
+  rosbag::Bag bag_;
+  bool finished_ = false;
+};
+
+}  // namespace pf_resampling

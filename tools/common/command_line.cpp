@@ -1,0 +1,170 @@
+#include "command_line.hpp"
+
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <sstream>
+#include <utility>
+
+namespace pf_resampling {
+
+namespace {
+
+namespace po = boost::program_options;
+
+/// Only long options, never abbreviated: so that "-0.3,0,0" can be a value.
+constexpr int kStyle = po::command_line_style::allow_long |
+                       po::command_line_style::long_allow_adjacent |
+                       po::command_line_style::long_allow_next;
+
+bool is_for_ros(const std::string& argument) {
+  return argument.compare(0, 2, "__") == 0 && argument.find(":=") != std::string::npos;
+}
+
+bool looks_like_short_option(const std::string& argument) {
+  return argument.size() > 1 && argument[0] == '-' &&
+         std::isalpha(static_cast<unsigned char>(argument[1])) != 0;
+}
+
+/// Errors are promised to be one line.
+std::string one_line(std::string text) {
+  for (char& character : text) {
+    if (character == '\n' || character == '\r') character = ' ';
+  }
+  return text;
+}
+
+}  // namespace
+
+CommandLine::CommandLine(std::string tool, std::string summary)
+    : tool_(std::move(tool)), summary_(std::move(summary)), options_("Options", 100) {
+  options_.add_options()("help", "print this text");
+}
+
+void CommandLine::positional(const std::string& name, const std::string& help) {
+  positionals_.push_back({name, help, true});
+}
+
+void CommandLine::optional_positional(const std::string& name, const std::string& help) {
+  positionals_.push_back({name, help, false});
+}
+
+po::options_description_easy_init CommandLine::options() {
+  return options_.add_options();
+}
+
+void CommandLine::example(const std::string& command) {
+  examples_.push_back(command);
+}
+
+bool CommandLine::parse(const std::vector<std::string>& arguments) {
+  std::vector<std::string> own;
+  for (const std::string& argument : arguments) {
+    if (is_for_ros(argument)) continue;
+    if (argument == "--help" || argument == "-h") {
+      std::cout << help();
+      return false;
+    }
+    if (looks_like_short_option(argument)) misuse("unknown option " + argument);
+    own.push_back(argument);
+  }
+
+  po::options_description all;
+  all.add(options_);
+  po::positional_options_description order;
+  for (const Positional& positional : positionals_) {
+    all.add_options()(positional.name.c_str(), po::value<std::string>());
+    order.add(positional.name.c_str(), 1);
+  }
+  try {
+    po::store(po::command_line_parser(own).options(all).positional(order).style(kStyle).run(),
+              values_);
+    po::notify(values_);
+  } catch (const po::too_many_positional_options_error&) {
+    misuse("too many arguments");
+  } catch (const po::error& error) {
+    misuse(error.what());
+  }
+  for (const Positional& positional : positionals_) {
+    if (positional.required && !has(positional.name)) misuse("missing " + positional.name);
+  }
+  return true;
+}
+
+bool CommandLine::has(const std::string& name) const {
+  return values_.count(name) > 0;
+}
+
+std::string CommandLine::usage() const {
+  std::string text = tool_;
+  for (const Positional& positional : positionals_) {
+    text += positional.required ? " " + positional.name : " [" + positional.name + "]";
+  }
+  return text + " [options]";
+}
+
+std::string CommandLine::help() const {
+  std::ostringstream text;
+  text << "Usage: rosrun pf_resampling " << usage() << "\n\n" << summary_ << "\n";
+  if (!positionals_.empty()) {
+    std::size_t width = 0;
+    for (const Positional& positional : positionals_) {
+      width = std::max(width, positional.name.size());
+    }
+    text << "\nArguments:\n";
+    for (const Positional& positional : positionals_) {
+      text << "  " << positional.name << std::string(width - positional.name.size() + 2, ' ')
+           << positional.help << "\n";
+    }
+  }
+  text << "\n" << options_;
+  if (!examples_.empty()) {
+    text << "\nExamples:\n";
+    for (const std::string& example : examples_)
+      text << "  rosrun pf_resampling " << example << "\n";
+  }
+  return text.str();
+}
+
+void CommandLine::misuse(const std::string& what) const {
+  throw UsageError(one_line(what) + "; usage: " + usage() + " (--help says more)");
+}
+
+std::vector<double> parse_numbers(const std::string& name, const std::string& text,
+                                  std::size_t count) {
+  std::vector<double> numbers;
+  std::istringstream stream(text);
+  std::string field;
+  bool good = true;
+  while (good && std::getline(stream, field, ',')) {
+    std::size_t used = 0;
+    try {
+      numbers.push_back(std::stod(field, &used));
+      good = used == field.size() && std::isfinite(numbers.back());
+    } catch (const std::exception&) {
+      good = false;
+    }
+  }
+  if (!good || numbers.size() != count) {
+    throw UsageError("--" + name + " " + text + ": give " + std::to_string(count) +
+                     " finite numbers separated by commas");
+  }
+  return numbers;
+}
+
+int run_tool(const std::string& tool, int argc, char** argv,
+             const std::function<int(const std::vector<std::string>&)>& body) {
+  try {
+    return body(std::vector<std::string>(argv + 1, argv + argc));
+  } catch (const UsageError& error) {
+    std::fprintf(stderr, "%s: %s\n", tool.c_str(), one_line(error.what()).c_str());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", tool.c_str(), one_line(error.what()).c_str());
+    return 1;
+  }
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <boost/program_options.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+/// Misuse of a command line; the programs print it and exit with 2.
+class UsageError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The command line of one program: positional arguments, options, and a help text with usage and
+/// examples.
+///
+///     CommandLine line("check_bag", "Says what a bag holds.");
+///     line.positional("bag", "the bag to look at");
+///     line.options()("odom", boost::program_options::value<std::string>()
+///         ->default_value("/odom")->value_name("TOPIC"), "topic of the odometry");
+///     line.example("check_bag plaza2.bag");
+///     if (!line.parse(arguments)) return 0;  // help was asked for and has been printed
+///     open_bag(line.get<std::string>("bag"));
+class CommandLine {
+ public:
+  /// `tool`: the name to be typed, for instance "dataset_to_bag plaza"; `summary`: what it does.
+  CommandLine(std::string tool, std::string summary);
+
+  /// Adds a positional argument that must be given; they are taken in the order of these calls.
+  void positional(const std::string& name, const std::string& help);
+
+  /// Adds a positional argument that may be left out; after all that must be given.
+  void optional_positional(const std::string& name, const std::string& help);
+
+  /// Where options are added, in Boost's way: options()("name", value, "help"). Only long names.
+  boost::program_options::options_description_easy_init options();
+
+  /// Adds a line to the examples of the help text.
+  void example(const std::string& command);
+
+  /// Reads the arguments (without the program's name). Returns false if --help was among them; the
+  /// help text is then on stdout. Arguments for ROS ("__name:=...") are passed over.
+  /// Throws UsageError with one line.
+  bool parse(const std::vector<std::string>& arguments);
+
+  /// Whether the option or positional argument was given or has a default.
+  bool has(const std::string& name) const;
+
+  /// The value of an option or positional argument; positional ones are std::string.
+  template <typename T>
+  T get(const std::string& name) const {
+    return values_[name].template as<T>();
+  }
+
+  /// The help text: usage, summary, arguments, options, examples.
+  std::string help() const;
+
+ private:
+  struct Positional {
+    std::string name;
+    std::string help;
+    bool required;
+  };
+
+  std::string usage() const;
+  [[noreturn]] void misuse(const std::string& what) const;
+
+  std::string tool_;
+  std::string summary_;
+  std::vector<Positional> positionals_;
+  std::vector<std::string> examples_;
+  boost::program_options::options_description options_;
+  boost::program_options::variables_map values_;
+};
+
+/// Comma-separated numbers, for instance "0.1,-0.2,0.5" for an option `name`. Throws UsageError
+/// unless there are `count` finite ones.
+std::vector<double> parse_numbers(const std::string& name, const std::string& text,
+                                  std::size_t count);
+
+/// The body of every main: runs `body` on the arguments (without the program's name) and returns
+/// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error;
+/// the error is one line "<tool>: <message>" on stderr.
+int run_tool(const std::string& tool, int argc, char** argv,
+             const std::function<int(const std::vector<std::string>&)>& body);
+
+}  // namespace pf_resampling

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace pf_resampling {
+
+/// The contents of a text file. Throws Error naming the file if it is missing or unreadable.
+std::string read_file(const std::string& path);
+
+/// A name beside `path` for a file that is being written, different for each process.
+std::string temporary_name(const std::string& path);
+
+/// Puts the finished file `temporary` in the place of `path`. Throws Error.
+void rename_file(const std::string& temporary, const std::string& path);
+
+/// Writes `contents` to a temporary name and renames it to `path`, so that `path` is either the old
+/// file or the whole new one. Throws Error naming the file and the reason.
+void write_file(const std::string& path, const std::string& contents);
+
+}  // namespace pf_resampling

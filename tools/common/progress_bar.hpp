@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace pf_resampling {
+
+/// A bar on stderr that shows how far long work has come; nothing is written when stderr is not a
+/// terminal, so that logs stay clean.
+class ProgressBar {
+ public:
+  /// `total`: amount of work, in the unit of update().
+  ProgressBar(std::string label, std::uint64_t total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Says that `done` of the total is done. Cheap: draws only when the percentage changes.
+  void update(std::uint64_t done);
+
+  /// Removes the bar from the terminal; the destructor does it too.
+  void finish();
+
+ private:
+  std::string label_;
+  std::uint64_t total_;
+  int drawn_percent_ = -1;
+  bool active_;
+};
+
+}  // namespace pf_resampling
