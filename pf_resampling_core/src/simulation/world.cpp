@@ -1,0 +1,117 @@
+#include "pf_resampling_core/simulation/world.hpp"
+
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+[[noreturn]] void fail(const std::string& name, double value, const std::string& allowed) {
+  std::ostringstream text;
+  text << name << " is " << value << ", allowed: " << allowed;
+  throw Error(text.str());
+}
+
+void check_positive(const std::string& name, double value) {
+  if (!(std::isfinite(value) && value > 0.0)) fail(name, value, "above 0");
+}
+
+void check_not_negative(const std::string& name, double value) {
+  if (!(std::isfinite(value) && value >= 0.0)) fail(name, value, "0 or above");
+}
+
+void check_finite(const std::string& name, double value) {
+  if (!std::isfinite(value)) fail(name, value, "a finite number");
+}
+
+void check_multiple(const std::string& name, double value, double period) {
+  const double ratio = value / period;
+  if (std::round(ratio) < 1.0 || std::abs(ratio - std::round(ratio)) > 1e-6) {
+    std::ostringstream allowed;
+    allowed << "a whole multiple of robot/control_period, " << period;
+    fail(name, value, allowed.str());
+  }
+}
+
+void check_drive(const World& world) {
+  const DriveOptions& drive = world.drive;
+  check_positive("robot/speed", drive.speed);
+  check_positive("robot/speed_floor", drive.speed_floor);
+  if (drive.speed_floor > 1.0) fail("robot/speed_floor", drive.speed_floor, "(0, 1]");
+  check_positive("robot/yaw_rate_gain", drive.yaw_rate_gain);
+  check_positive("robot/yaw_rate_limit", drive.yaw_rate_limit);
+  check_positive("robot/reached_distance", drive.reached_distance);
+  check_positive("robot/control_period", drive.control_period);
+  check_finite("start/x", world.start.x);
+  check_finite("start/y", world.start.y);
+  check_finite("start/heading", world.start.heading);
+  check_not_negative("duration", world.duration);
+  if (world.waypoints.empty()) throw Error("the world has no waypoints: give at least one");
+  if (world.repeat && world.duration <= 0.0) {
+    throw Error("repeat is true and duration is 0: give the duration of the drive, in s");
+  }
+  for (const auto& [name, waypoint] : world.closures) {
+    if (waypoint < 0 || waypoint >= static_cast<int>(world.waypoints.size())) {
+      fail("closure_" + name, waypoint, "the position of a way-point, from 0");
+    }
+  }
+}
+
+void check_odometry(const OdometryErrors& odometry, double control_period) {
+  check_positive("odometry/period", odometry.period);
+  check_multiple("odometry/period", odometry.period, control_period);
+  check_not_negative("odometry/speed_sigma", odometry.speed_sigma);
+  check_not_negative("odometry/lateral_sigma", odometry.lateral_sigma);
+  check_not_negative("odometry/yaw_rate_sigma", odometry.yaw_rate_sigma);
+  check_positive("odometry/distance_scale", odometry.distance_scale);
+  check_positive("odometry/yaw_scale", odometry.yaw_scale);
+  check_finite("odometry/yaw_rate_bias", odometry.yaw_rate_bias);
+  check_not_negative("odometry/yaw_rate_bias_drift", odometry.yaw_rate_bias_drift);
+}
+
+void check_ranges(const World& world) {
+  const RangeSensorOptions& ranges = world.ranges;
+  check_not_negative("ranges/rate", ranges.rate);
+  check_not_negative("ranges/range_max", ranges.range_max);
+  check_not_negative("ranges/outlier_share", ranges.outlier_share);
+  check_not_negative("ranges/reflected_share", ranges.reflected_share);
+  const double unusual = ranges.outlier_share + ranges.reflected_share;
+  if (unusual > 1.0) fail("ranges/outlier_share + reflected_share", unusual, "[0, 1]");
+  if (ranges.outlier_share > 0.0) check_positive("ranges/outlier_max", ranges.outlier_max);
+  check_not_negative("ranges/reflected_excess_mean", ranges.reflected_excess_mean);
+  if (ranges.rate > 0.0 && world.beacons.empty()) {
+    throw Error("ranges/rate is given and the world has no beacons: give some, or rate 0");
+  }
+  std::set<int> ids;
+  for (const SimulatedBeacon& beacon : world.beacons) {
+    const std::string name = "beacon " + std::to_string(beacon.beacon.id);
+    if (!ids.insert(beacon.beacon.id).second) throw Error(name + " is given twice");
+    if (!beacon.beacon.position.allFinite())
+      throw Error(name + " has a position that is not finite");
+    check_positive(name + " scale", beacon.errors.scale);
+    check_finite(name + " bias", beacon.errors.bias);
+    check_not_negative(name + " sigma", beacon.errors.sigma);
+  }
+}
+
+void check_landmark_sensor(const LandmarkSensorOptions& sensor) {
+  check_not_negative("robot/observation_period", sensor.period);
+  check_not_negative("robot/sensor/range_max", sensor.range_max);
+  check_not_negative("robot/sensor/field_of_view", sensor.field_of_view);
+  check_not_negative("robot/sensor/range_noise", sensor.range_sigma);
+  check_not_negative("robot/sensor/bearing_noise", sensor.bearing_sigma);
+}
+
+}  // namespace
+
+void check_world(const World& world) {
+  check_drive(world);
+  check_odometry(world.odometry, world.drive.control_period);
+  check_ranges(world);
+  check_landmark_sensor(world.landmark_sensor);
+}
+
+}  // namespace pf_resampling
