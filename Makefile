@@ -1,0 +1,37 @@
+# The two commands: `make demo` and `make test`. `make help` lists the rest.
+.DEFAULT_GOAL := help
+.PHONY: help demo build test bench lint format clean install-check
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
+
+demo: ## install what is missing, build, localize a robot on a simulated drive (BAG=file.bag: on yours)
+	@scripts/set_up build demo
+	@scripts/build
+	@scripts/demo $(if $(BAG),'$(BAG)')
+
+build: ## build only
+	@scripts/build
+
+test: ## install what is missing, build, run every test, end with "N passed, N failed"
+	@scripts/set_up build test
+	@scripts/test
+
+bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL and plain loops
+	@scripts/set_up build bench
+	@scripts/bench
+
+lint: ## formatting, catkin_lint, clang-tidy
+	@scripts/set_up build test lint
+	@scripts/lint
+
+format: ## write all sources in the project's format
+	@scripts/set_up lint
+	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
+
+install-check: ## install into a scratch folder; run programs and build a consumer from there
+	@scripts/set_up build
+	@scripts/check_install
+
+clean: ## remove what was built
+	rm -rf build
