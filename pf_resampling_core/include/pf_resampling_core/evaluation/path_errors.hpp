@@ -1,0 +1,91 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pf_resampling_core/evaluation/stamped_path.hpp"
+
+namespace pf_resampling {
+
+struct PathErrorOptions {
+  /// Share of the truth's time span, from its start, that is left out of the errors and coverages
+  /// (M section IV: "the first 5000 steps are clipped, giving the filter time to converge"); in [0,
+  /// 1).
+  double clip = 0.0;
+  /// Longest gap of the estimate that is interpolated across, s; 0: usual_max_gap().
+  double max_gap = 0.0;
+  /// Cartesian error above which the robot does not know where it is, m; 0: usual_lost_error().
+  double lost_error = 0.0;
+};
+
+/// A robot is lost when it is further off than radio noise explains (0.2 m) plus 3 % of the
+/// diagonal of the area it drove in: 3.1 m on Plaza 2 (96 m), 0.29 m in the labyrinth (3 m). A
+/// wrong mode of a range-only belief is off by a good part of the area, so the verdict hardly
+/// depends on the figure.
+double usual_lost_error(const std::vector<TruePose>& truth);
+
+/// Of the absolute values of an error, as in M's Tables 1 to 3: all truth poses count the same.
+struct AbsoluteErrors {
+  int count = 0;  ///< truth poses at which the error is defined; the rest has no meaning if 0
+  double mean = 0.0;
+  double max = 0.0;
+  double std = 0.0;  ///< of the absolute value about its mean (divisor: count)
+  double rms = 0.0;
+};
+AbsoluteErrors absolute_errors(const std::vector<double>& errors);
+
+/// The error at one true pose: estimate minus truth.
+struct PathErrorSample {
+  double time = 0.0;                  ///< s
+  bool is_clipped = false;            ///< in the part that the summaries leave out
+  double cartesian = 0.0;             ///< m, distance
+  std::optional<double> cross_track;  ///< m, positive to the left of track_directions()
+  std::optional<double> along_track;  ///< m, positive ahead
+  std::optional<double> heading;      ///< rad, in [-pi, pi]; only where the truth has a heading
+  double cross_track_sigma = 0.0;     ///< m, by the estimate's covariance
+  double along_track_sigma = 0.0;     ///< m, likewise
+  double heading_sigma = 0.0;         ///< rad, likewise
+  double position_sigma = 0.0;        ///< m, along the long axis of the error ellipse of (x, y)
+  /// Squared Mahalanobis distance of the error of (x, y), and of (x, y, heading), in the estimate's
+  /// covariance; infinite where that is not positive definite.
+  double normalized_squared = 0.0;
+  std::optional<double> normalized_squared_pose;
+};
+
+/// How far a path is from the truth, at the stamps of the truth.
+struct PathErrors {
+  AbsoluteErrors cross_track;  ///< m
+  AbsoluteErrors along_track;  ///< m
+  AbsoluteErrors cartesian;    ///< m
+  AbsoluteErrors heading;      ///< rad
+
+  /// Shares of the (unclipped) truth poses with the truth inside the estimate's own region; nothing
+  /// if the estimate states no covariance. A singular covariance contains nothing.
+  std::optional<double> coverage95;        ///< 95 % ellipse of (x, y): chi-square, 2 dof, 5.991
+  std::optional<double> coverage95_pose;   ///< 95 % ellipsoid of (x, y, heading): 3 dof, 7.815
+  std::optional<double> coverage_3sigma;   ///< 3-sigma ellipse of (x, y): 98.9 % if Gaussian
+  std::optional<double> normalized_error;  ///< mean of normalized_squared: 2 if consistent
+
+  /// Time from the first true pose, s, to the first moment from which the Cartesian error stays
+  /// below lost_error for at least 10 s or, later than 10 s before the end, to the end. Nothing if
+  /// that never happens. The clipped part counts here.
+  std::optional<double> converged_after;
+  /// Whether the mean Cartesian error over the last 20 % of the truth's time is above lost_error,
+  /// or the estimate covers less than half of the true poses there.
+  bool lost = false;
+  double lost_error = 0.0;  ///< m, the bound that was used
+
+  double duration = 0.0;  ///< s, of the truth
+  int truth_poses = 0;    ///< unclipped
+  int uncovered = 0;      ///< of these: without an estimate (outside its span, or in a gap)
+  std::vector<PathErrorSample> samples;  ///< clipped ones as well
+};
+
+/// Errors of `estimate`, interpolated at every true pose. Both in the map frame and in order of
+/// time. Throws Error for options outside their ranges, paths that are empty, not finite or out of
+/// order, and if no unclipped true pose is covered.
+PathErrors evaluate_path(const std::vector<TruePose>& truth,
+                         const std::vector<EstimatedPose>& estimate,
+                         const PathErrorOptions& options = {});
+
+}  // namespace pf_resampling
