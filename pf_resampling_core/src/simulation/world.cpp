@@ -63,9 +63,9 @@ void check_drive(const World& world) {
 void check_odometry(const OdometryErrors& odometry, double control_period) {
   check_positive("odometry/period", odometry.period);
   check_multiple("odometry/period", odometry.period, control_period);
-  check_not_negative("odometry/speed_sigma", odometry.speed_sigma);
-  check_not_negative("odometry/lateral_sigma", odometry.lateral_sigma);
-  check_not_negative("odometry/yaw_rate_sigma", odometry.yaw_rate_sigma);
+  check_not_negative("robot/motion_noise/speed", odometry.speed_sigma);
+  check_not_negative("robot/motion_noise/lateral", odometry.lateral_sigma);
+  check_not_negative("robot/motion_noise/yaw_rate", odometry.yaw_rate_sigma);
   check_positive("odometry/distance_scale", odometry.distance_scale);
   check_positive("odometry/yaw_scale", odometry.yaw_scale);
   check_finite("odometry/yaw_rate_bias", odometry.yaw_rate_bias);

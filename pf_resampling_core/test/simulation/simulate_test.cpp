@@ -167,7 +167,7 @@ TEST(CheckWorld, NamesWhatMakesNoSense) {
   expect_refused(world, "odometry/period");
   world = square_world();
   world.odometry.yaw_rate_sigma = std::nan("");
-  expect_refused(world, "odometry/yaw_rate_sigma");
+  expect_refused(world, "robot/motion_noise/yaw_rate");
   world = square_world();
   world.ranges.outlier_share = 0.6;
   world.ranges.outlier_max = 10.0;
