@@ -1,0 +1,117 @@
+#include "common/bag.hpp"
+
+#include <gtest/gtest.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/String.h>
+
+#include <string>
+
+#include "common/files.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+void write_example(const std::string& path) {
+  BagWriter bag(path);
+  std_msgs::String text;
+  text.data = std::string(1000, 'x');
+  std_msgs::Float64 number;
+  number.data = 3.5;
+  bag.write_latched("/name", ros::Time(1.0), text);
+  bag.write("/number", ros::Time(1.0), number);
+  bag.write("/number", ros::Time(2.0), number);
+  bag.finish();
+}
+
+std::string error_of_opening(const std::string& path) {
+  try {
+    open_bag(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(OpenBag, SaysWhatIsWrongWithTheFile) {
+  const TemporaryDirectory directory;
+  const std::string good = directory.file("good.bag");
+  write_example(good);
+  EXPECT_EQ(error_of_opening(good), "");
+
+  EXPECT_EQ(error_of_opening(directory.file("none.bag")),
+            directory.file("none.bag") + ": no such file");
+  EXPECT_EQ(error_of_opening(directory.path()), directory.path() + ": is a directory, not a bag");
+  const std::string text = directory.write("text.bag", "t,x,y\n1,2,3\n");
+  EXPECT_NE(error_of_opening(text).find(text + ": is not a bag"), std::string::npos);
+  const std::string empty = directory.write("empty.bag", "");
+  EXPECT_NE(error_of_opening(empty).find(empty + ": is not a bag"), std::string::npos);
+}
+
+TEST(OpenBag, EveryTruncationIsAnErrorThatNamesReindex) {
+  const TemporaryDirectory directory;
+  write_example(directory.file("good.bag"));
+  const std::string bytes = read_file(directory.file("good.bag"));
+  for (const double share : {0.2, 0.5, 0.9, 0.99, 0.999}) {
+    const auto length = static_cast<std::size_t>(share * static_cast<double>(bytes.size()));
+    const std::string path = directory.write("cut.bag", bytes.substr(0, length));
+    const std::string message = error_of_opening(path);
+    EXPECT_NE(message.find("rosbag reindex " + path), std::string::npos) << share << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+  }
+}
+
+TEST(TopicsOf, TellsTypesCountsAndLatching) {
+  const TemporaryDirectory directory;
+  write_example(directory.file("a.bag"));
+  const auto topics = topics_of(open_bag(directory.file("a.bag")));
+  ASSERT_EQ(topics.size(), 2U);
+  EXPECT_EQ(topics[0].name, "/name");
+  EXPECT_TRUE(topics[0].latched);
+  EXPECT_EQ(topics[1].type, "std_msgs/Float64");
+  EXPECT_EQ(topics[1].messages, 2U);
+  EXPECT_FALSE(topics[1].latched);
+}
+
+TEST(RequireTopics, NamesTheMissingOneAndThoseThere) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  write_example(path);
+  const rosbag::Bag bag = open_bag(path);
+  EXPECT_NO_THROW(require_topics(bag, path, {{"/number", {"std_msgs/Float64"}, ""}}));
+  try {
+    require_topics(bag, path,
+                   {{"/number", {"nav_msgs/Odometry", "geometry_msgs/PoseStamped"}, "--odom"}});
+    FAIL() << "a topic of another type was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()),
+              path +
+                  ": has no /number of type nav_msgs/Odometry or geometry_msgs/PoseStamped; "
+                  "it has /name (std_msgs/String), /number (std_msgs/Float64); "
+                  "--odom names another topic");
+  }
+}
+
+TEST(BagWriter, LeavesTheOldBagUnlessFinished) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.write("a.bag", "old");
+  {
+    BagWriter bag(path);
+    bag.write("/number", ros::Time(1.0), std_msgs::Float64());
+  }
+  EXPECT_EQ(read_file(path), "old");
+  EXPECT_EQ(directory.listing(), "a.bag");
+  write_example(path);
+  EXPECT_EQ(error_of_opening(path), "");
+  EXPECT_EQ(directory.listing(), "a.bag");
+}
+
+TEST(BagWriter, SaysWhichFileItCannotWrite) {
+  EXPECT_THROW(BagWriter("/nonexistent_directory/a.bag"), Error);
+  const TemporaryDirectory directory;
+  EXPECT_THROW(BagWriter(directory.path()), Error);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,190 @@
+#include "datasets/recording_to_bag.hpp"
+
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/files.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// The messages of a topic.
+template <typename Message>
+std::vector<Message> messages_of(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<Message> messages;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    const auto message = instance.instantiate<Message>();
+    if (message != nullptr) messages.push_back(*message);
+  }
+  return messages;
+}
+
+Recording small_recording() {
+  Recording recording;
+  recording.odometry = {
+      {10.0, {0.0, 0.0, 0.0}}, {10.5, {1.0, 0.0, kPi / 2}}, {11.0, {1.0, 1.0, kPi / 2}}};
+  recording.ranges = {{10.2, 4, 3.5, 0.0, "antenna"}, {10.5, 7, 2.5, 0.04, "antenna_2"}};
+  recording.beacons = {{4, 1.0, 2.0, std::nullopt}, {7, 3.0, 4.0, 5.0}};
+  recording.landmark_observations = {
+      {10.5, 1, 2.0, 0.1, 0.01, 0.02}, {10.5, -1, 3.0, -0.2}, {10.9, 2, 4.0, 0.3}};
+  recording.landmarks = {{1, 6.0, 7.0}};
+  recording.truth = {{10.0, {5.0, 6.0, kPi}}, {11.0, {4.0, 5.0, kPi}}};
+  recording.truth_has_heading = true;
+  recording.frames = {{"antenna", 0.1, 0.2, 0.3, kPi / 2}};
+  return recording;
+}
+
+TEST(WriteRecording, EveryMessageComesBack) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  write_recording(small_recording(), path);
+  EXPECT_EQ(directory.listing(), "a.bag");
+  const rosbag::Bag bag = open_bag(path);
+
+  const auto odometry = messages_of<nav_msgs::Odometry>(bag, "/odom");
+  ASSERT_EQ(odometry.size(), 3U);
+  EXPECT_EQ(odometry[1].header.stamp, ros::Time(10.5));
+  EXPECT_EQ(odometry[1].header.frame_id, "odom");
+  EXPECT_EQ(odometry[1].child_frame_id, "base_link");
+  EXPECT_DOUBLE_EQ(odometry[1].pose.pose.position.x, 1.0);
+  EXPECT_DOUBLE_EQ(odometry[1].pose.pose.orientation.z, std::sqrt(0.5));
+  EXPECT_DOUBLE_EQ(odometry[1].pose.pose.orientation.w, std::sqrt(0.5));
+  // One metre in half a second, and a quarter of a turn; then one metre ahead.
+  EXPECT_DOUBLE_EQ(odometry[1].twist.twist.linear.x, 2.0);
+  EXPECT_DOUBLE_EQ(odometry[1].twist.twist.angular.z, kPi);
+  EXPECT_NEAR(odometry[2].twist.twist.linear.x, 2.0, 1e-12);
+  EXPECT_NEAR(odometry[2].twist.twist.linear.y, 0.0, 1e-12);
+
+  const auto ranges = messages_of<BeaconRange>(bag, "/ranges");
+  ASSERT_EQ(ranges.size(), 2U);
+  EXPECT_EQ(ranges[0].header.stamp, ros::Time(10.2));
+  EXPECT_EQ(ranges[0].header.frame_id, "antenna");
+  EXPECT_EQ(ranges[1].header.frame_id, "antenna_2");
+  EXPECT_EQ(ranges[1].beacon, 7);
+  EXPECT_EQ(ranges[1].range, 2.5);
+  EXPECT_EQ(ranges[1].variance, 0.04);
+
+  const auto beacons = messages_of<BeaconArray>(bag, "/beacons");
+  ASSERT_EQ(beacons.size(), 1U);
+  EXPECT_EQ(beacons[0].header.frame_id, "map");
+  ASSERT_EQ(beacons[0].beacons.size(), 2U);
+  EXPECT_EQ(beacons[0].beacons[0].id, 4);
+  EXPECT_EQ(beacons[0].beacons[0].position.z, 0.3) << "without a height: the antenna's";
+  EXPECT_EQ(beacons[0].beacons[1].position.z, 5.0);
+
+  const auto scans = messages_of<LandmarkObservationArray>(bag, "/landmarks");
+  ASSERT_EQ(scans.size(), 2U);
+  EXPECT_EQ(scans[0].header.frame_id, "sensor");
+  ASSERT_EQ(scans[0].observations.size(), 2U);
+  EXPECT_EQ(scans[0].observations[0].bearing_variance, 0.02);
+  EXPECT_EQ(scans[0].observations[1].id, -1);
+  ASSERT_EQ(scans[1].observations.size(), 1U);
+  EXPECT_EQ(scans[1].observations[0].range, 4.0);
+
+  const auto truth = messages_of<geometry_msgs::PoseStamped>(bag, "/ground_truth");
+  ASSERT_EQ(truth.size(), 2U);
+  EXPECT_EQ(truth[0].pose.position.y, 6.0);
+  EXPECT_DOUBLE_EQ(truth[0].pose.orientation.z, 1.0);
+
+  const auto map = messages_of<LandmarkMap>(bag, "/ground_truth_landmarks");
+  ASSERT_EQ(map.size(), 1U);
+  EXPECT_EQ(map[0].landmarks.at(0).position.y, 7.0);
+
+  const auto transforms = messages_of<tf2_msgs::TFMessage>(bag, "/tf_static");
+  ASSERT_EQ(transforms.size(), 1U);
+  ASSERT_EQ(transforms[0].transforms.size(), 3U);  // antenna, and at base_link antenna_2, sensor
+  EXPECT_EQ(transforms[0].transforms[0].header.frame_id, "base_link");
+  EXPECT_EQ(transforms[0].transforms[0].child_frame_id, "antenna");
+  EXPECT_EQ(transforms[0].transforms[0].transform.translation.y, 0.2);
+  EXPECT_DOUBLE_EQ(transforms[0].transforms[0].transform.rotation.z, std::sqrt(0.5));
+  EXPECT_EQ(transforms[0].transforms[1].child_frame_id, "antenna_2");
+  EXPECT_EQ(transforms[0].transforms[2].child_frame_id, "sensor");
+  EXPECT_EQ(messages_of<tf2_msgs::TFMessage>(bag, "/tf").size(), 3U);
+}
+
+TEST(WriteRecording, MapsAreLatchedAndNothingElseIs) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  write_recording(small_recording(), path);
+  std::string latched;
+  for (const BagTopic& topic : topics_of(open_bag(path))) {
+    if (topic.latched) latched += topic.name + " ";
+  }
+  EXPECT_EQ(latched, "/beacons /ground_truth_landmarks /tf_static ");
+}
+
+TEST(WriteRecording, BagTimeIsTheStamp) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  write_recording(small_recording(), path);
+  const rosbag::Bag bag = open_bag(path);
+  std::vector<double> times;
+  for (const rosbag::MessageInstance& instance :
+       rosbag::View(bag, rosbag::TopicQuery(std::vector<std::string>{"/odom", "/landmarks"}))) {
+    times.push_back(instance.getTime().toSec());
+  }
+  EXPECT_EQ(times, (std::vector<double>{10.0, 10.5, 10.5, 10.9, 11.0}));
+}
+
+TEST(WriteRecording, TruthWithoutHeadingIsAPoint) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  Recording recording = small_recording();
+  recording.truth_has_heading = false;
+  write_recording(recording, path);
+  const rosbag::Bag bag = open_bag(path);
+  EXPECT_EQ(messages_of<geometry_msgs::PointStamped>(bag, "/ground_truth").size(), 2U);
+  EXPECT_EQ(messages_of<geometry_msgs::PoseStamped>(bag, "/ground_truth").size(), 0U);
+}
+
+TEST(WriteRecording, TimesThatRosCannotHoldAreShiftedOrRefused) {
+  const TemporaryDirectory directory;
+  Recording recording;
+  recording.odometry = {{0.0, {}}, {0.25, {}}};
+  write_recording(recording, directory.file("zero.bag"));
+  const rosbag::Bag bag = open_bag(directory.file("zero.bag"));
+  const auto odometry = messages_of<nav_msgs::Odometry>(bag, "/odom");
+  ASSERT_EQ(odometry.size(), 2U);
+  EXPECT_EQ(odometry[0].header.stamp, ros::Time(1.0));
+  EXPECT_EQ(odometry[1].header.stamp, ros::Time(1.25));
+
+  recording.odometry = {{1.6e12, {}}};  // milliseconds
+  EXPECT_THROW(write_recording(recording, directory.file("late.bag")), Error);
+  recording.odometry = {{std::nan(""), {}}};
+  EXPECT_THROW(write_recording(recording, directory.file("nan.bag")), Error);
+  EXPECT_THROW(write_recording(Recording{}, directory.file("empty.bag")), Error);
+  EXPECT_EQ(directory.listing(), "zero.bag") << "nothing is left of a bag that failed";
+}
+
+TEST(WriteRecording, TheSameRecordingGivesTheSameBytes) {
+  const TemporaryDirectory directory;
+  write_recording(small_recording(), directory.file("a.bag"));
+  write_recording(small_recording(), directory.file("b.bag"));
+  const std::string bytes = read_file(directory.file("a.bag"));
+  EXPECT_GT(bytes.size(), 1000U);
+  EXPECT_TRUE(bytes == read_file(directory.file("b.bag")));
+}
+
+TEST(MidpointMotion, PointsHalfTheTurnToTheLeft) {
+  const Pose2 motion = midpoint_motion(2.0, kPi / 2);
+  EXPECT_DOUBLE_EQ(motion.x, std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(motion.y, std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(motion.heading, kPi / 2);
+}
+
+}  // namespace
+}  // namespace pf_resampling

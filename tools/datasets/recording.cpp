@@ -1,0 +1,112 @@
+#include "recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "common/table.hpp"
+
+namespace pf_resampling {
+
+namespace {
+
+constexpr std::size_t kLeastRangesForRatio = 10;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Count, first and last time, rate of one list, as words.
+template <typename Stamped>
+std::string describe(const std::vector<Stamped>& list) {
+  if (list.empty()) return "none";
+  const double duration = list.back().time - list.front().time;
+  std::string text = std::to_string(list.size());
+  if (duration > 0.0) {
+    text += " in " + fixed(duration, 1) + " s (" +
+            fixed(static_cast<double>(list.size() - 1) / duration, 2) + " Hz)";
+  }
+  return text;
+}
+
+double path_length(const std::vector<Recording::Odometry>& odometry) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    length += std::hypot(odometry[i].pose.x - odometry[i - 1].pose.x,
+                         odometry[i].pose.y - odometry[i - 1].pose.y);
+  }
+  return length;
+}
+
+}  // namespace
+
+Pose2 midpoint_motion(double distance, double turn) {
+  return {distance * std::cos(0.5 * turn), distance * std::sin(0.5 * turn), wrap_angle(turn)};
+}
+
+double start_of_steps(const std::vector<double>& times) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  return times.at(0) - (intervals.empty() ? 1.0 : median(std::move(intervals)));
+}
+
+std::optional<double> median_range_ratio(const Recording& recording) {
+  std::map<std::int32_t, const Recording::Beacon*> beacons;
+  for (const auto& beacon : recording.beacons) beacons[beacon.id] = &beacon;
+
+  std::vector<double> ratios;
+  for (const auto& range : recording.ranges) {
+    const auto beacon = beacons.find(range.beacon);
+    const auto after = std::lower_bound(
+        recording.truth.begin(), recording.truth.end(), range.time,
+        [](const Recording::Truth& truth, double time) { return truth.time < time; });
+    if (beacon == beacons.end() || after == recording.truth.end()) continue;
+    if (after == recording.truth.begin() && after->time > range.time) continue;
+    const double distance =
+        std::hypot(after->pose.x - beacon->second->x, after->pose.y - beacon->second->y);
+    if (distance > 0.0) ratios.push_back(range.range / distance);
+  }
+  if (ratios.size() < kLeastRangesForRatio) return std::nullopt;
+  return median(std::move(ratios));
+}
+
+bool looks_like_feet(double range_ratio) {
+  return range_ratio > std::sqrt(1.0 / kMetresPerFoot);
+}
+
+std::string report(const Recording& recording) {
+  std::string text;
+  const auto line = [&text](const std::string& name, const std::string& what) {
+    text += "  " + name + std::string(23 - name.size(), ' ') + what + "\n";
+  };
+  std::set<std::int32_t> heard;
+  for (const auto& range : recording.ranges) heard.insert(range.beacon);
+  std::set<double> scans;
+  for (const auto& observation : recording.landmark_observations) scans.insert(observation.time);
+
+  line("odometry",
+       describe(recording.odometry) +
+           (recording.odometry.empty() ? ""
+                                       : ", " + fixed(path_length(recording.odometry), 1) + " m"));
+  line("ranges", describe(recording.ranges) +
+                     (heard.empty() ? "" : ", to " + std::to_string(heard.size()) + " beacons"));
+  line("beacons", recording.beacons.empty() ? "none" : std::to_string(recording.beacons.size()));
+  if (!recording.landmark_observations.empty()) {
+    line("landmark observations", describe(recording.landmark_observations) + ", in " +
+                                      std::to_string(scans.size()) + " scans");
+  }
+  if (!recording.landmarks.empty()) {
+    line("landmarks", std::to_string(recording.landmarks.size()));
+  }
+  line("ground truth",
+       describe(recording.truth) + (recording.truth.empty()       ? ""
+                                    : recording.truth_has_heading ? ", with heading"
+                                                                  : ", without heading"));
+  for (const std::string& note : recording.notes) text += "  note: " + note + "\n";
+  return text;
+}
+
+}  // namespace pf_resampling

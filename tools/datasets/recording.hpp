@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+
+/// What a robot recorded on a drive, whatever file it came from: readers fill it, write_recording()
+/// makes a bag of it. Times in seconds, on one clock; each list in order of time.
+struct Recording {
+  /// Dead reckoning: where the robot would be had it started at the origin and slipped nowhere.
+  struct Odometry {
+    double time = 0.0;
+    Pose2 pose;  ///< frame "odom"
+  };
+  /// A distance measured between an antenna and a beacon, as the radio gave it, but in metres.
+  struct Range {
+    double time = 0.0;
+    std::int32_t beacon = 0;
+    double range = 0.0;             ///< m
+    double variance = 0.0;          ///< m^2; 0: unknown
+    std::string frame = "antenna";  ///< of the antenna
+  };
+  struct Beacon {
+    std::int32_t id = 0;
+    double x = 0.0;           ///< m, frame "map"
+    double y = 0.0;           ///< m
+    std::optional<double> z;  ///< m; without: as high as the antenna
+  };
+  /// One landmark seen in a scan; observations of equal time are one scan. Frame "sensor".
+  struct LandmarkObservation {
+    double time = 0.0;
+    std::int32_t id = -1;           ///< -1: unknown
+    double range = 0.0;             ///< m
+    double bearing = 0.0;           ///< rad, counter-clockwise from the sensor's x axis
+    double range_variance = 0.0;    ///< m^2; 0: unknown
+    double bearing_variance = 0.0;  ///< rad^2; 0: unknown
+  };
+  struct Landmark {
+    std::int32_t id = 0;
+    double x = 0.0;  ///< m, frame "map"
+    double y = 0.0;  ///< m
+  };
+  struct Truth {
+    double time = 0.0;
+    Pose2 pose;  ///< frame "map"; the heading counts if truth_has_heading
+  };
+  /// Where something sits on the robot: a frame below "base_link".
+  struct Frame {
+    std::string name;
+    double x = 0.0;    ///< m
+    double y = 0.0;    ///< m
+    double z = 0.0;    ///< m
+    double yaw = 0.0;  ///< rad
+  };
+
+  std::vector<Odometry> odometry;
+  std::vector<Range> ranges;
+  std::vector<Beacon> beacons;
+  std::vector<LandmarkObservation> landmark_observations;
+  std::vector<Landmark> landmarks;
+  std::vector<Truth> truth;
+  bool truth_has_heading = false;
+  std::vector<Frame> frames;
+
+  /// What the reader found and did, a line each, for people.
+  std::vector<std::string> notes;
+};
+
+inline constexpr double kMetresPerFoot = 0.3048;
+
+/// The motion of one step of dead reckoning, in the frame of its start: `distance` (m) driven while
+/// the heading turns by `turn` (rad). The mid-point rule: the chord points half the turn to the
+/// left of the old heading.
+Pose2 midpoint_motion(double distance, double turn);
+
+/// The time at which a recording of steps began whose first step ended at `times[0]`: one median
+/// interval earlier (1 s if there is only one time).
+double start_of_steps(const std::vector<double>& times);
+
+/// The median of range over true distance, over all ranges to known beacons whose time the truth
+/// covers; nothing if fewer than ten. About 1 for ranges in metres, 3.28 for ranges in feet.
+std::optional<double> median_range_ratio(const Recording& recording);
+
+/// Whether that ratio says feet rather than metres: nearer 1/0.3048 than 1.
+bool looks_like_feet(double range_ratio);
+
+/// The recording's counts, duration and rates, a line each, then its notes.
+std::string report(const Recording& recording);
+
+}  // namespace pf_resampling

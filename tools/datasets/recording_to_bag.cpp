@@ -1,0 +1,268 @@
+#include "recording_to_bag.hpp"
+
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+
+#include "common/table.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+namespace {
+
+constexpr double kLatestTime = std::numeric_limits<std::uint32_t>::max();
+
+geometry_msgs::Quaternion quaternion_of(double yaw) {
+  geometry_msgs::Quaternion quaternion;
+  quaternion.z = std::sin(0.5 * yaw);
+  quaternion.w = std::cos(0.5 * yaw);
+  return quaternion;
+}
+
+/// The recording's frames and, at base_link, those that its observations name besides.
+std::vector<Recording::Frame> frames_of(const Recording& recording) {
+  std::vector<Recording::Frame> frames = recording.frames;
+  std::set<std::string> used;
+  for (const auto& range : recording.ranges) used.insert(range.frame);
+  if (!recording.landmark_observations.empty()) used.insert("sensor");
+  for (const std::string& name : used) {
+    const bool known = std::any_of(frames.begin(), frames.end(),
+                                   [&](const auto& frame) { return frame.name == name; });
+    if (!known) frames.push_back({name, 0.0, 0.0, 0.0, 0.0});
+  }
+  return frames;
+}
+
+/// The height of beacons that have none of their own.
+double height_of_antenna(const Recording& recording) {
+  for (const auto& frame : recording.frames) {
+    if (frame.name.compare(0, 7, "antenna") == 0) return frame.z;
+  }
+  return 0.0;
+}
+
+/// Makes the messages of one recording, each with its time shifted as a whole.
+class Writer {
+ public:
+  Writer(const Recording& recording, BagWriter* bag) : recording_(recording), bag_(bag) {
+    double earliest = std::numeric_limits<double>::infinity();
+    double latest = -earliest;
+    for_each_time([&](double time) {
+      if (!std::isfinite(time)) throw Error("recording with a time that is not finite");
+      earliest = std::min(earliest, time);
+      latest = std::max(latest, time);
+    });
+    const bool has_maps = !recording.beacons.empty() || !recording.landmarks.empty();
+    if (!std::isfinite(earliest) && !has_maps) throw Error("recording with nothing in it");
+    if (!std::isfinite(earliest)) earliest = latest = 1.0;
+    if (earliest < 1e-3) shift_ = 1.0 - std::floor(earliest);
+    if (latest + shift_ >= kLatestTime) {
+      throw Error("time " + fixed(latest, 3) +
+                  " is beyond what ROS can hold; times are in seconds");
+    }
+    start_ = stamp_of(earliest);
+  }
+
+  void write() {
+    write_static();
+    // Merged by time; at equal times truth, then odometry. (Readers of bags see equal times in any
+    // order.)
+    std::size_t truth = 0;
+    std::size_t odometry = 0;
+    std::size_t range = 0;
+    std::size_t scan = 0;
+    while (true) {
+      const double truth_time = time_of(recording_.truth, truth);
+      const double odometry_time = time_of(recording_.odometry, odometry);
+      const double range_time = time_of(recording_.ranges, range);
+      const double scan_time = time_of(recording_.landmark_observations, scan);
+      const double next = std::min({truth_time, odometry_time, range_time, scan_time});
+      if (std::isinf(next)) break;
+      if (truth_time <= next) {
+        write_truth(truth++);
+      } else if (odometry_time <= next) {
+        write_odometry(odometry++);
+      } else if (range_time <= next) {
+        write_range(range++);
+      } else {
+        scan = write_scan(scan);
+      }
+    }
+  }
+
+ private:
+  template <typename Stamped>
+  static double time_of(const std::vector<Stamped>& list, std::size_t index) {
+    return index < list.size() ? list[index].time : std::numeric_limits<double>::infinity();
+  }
+
+  void for_each_time(const std::function<void(double)>& visit) const {
+    for (const auto& item : recording_.odometry) visit(item.time);
+    for (const auto& item : recording_.ranges) visit(item.time);
+    for (const auto& item : recording_.landmark_observations) visit(item.time);
+    for (const auto& item : recording_.truth) visit(item.time);
+  }
+
+  ros::Time stamp_of(double time) const { return ros::Time(time + shift_); }
+
+  void write_static() {
+    tf2_msgs::TFMessage transforms;
+    for (const auto& frame : frames_of(recording_)) {
+      geometry_msgs::TransformStamped transform;
+      transform.header.stamp = start_;
+      transform.header.frame_id = "base_link";
+      transform.child_frame_id = frame.name;
+      transform.transform.translation.x = frame.x;
+      transform.transform.translation.y = frame.y;
+      transform.transform.translation.z = frame.z;
+      transform.transform.rotation = quaternion_of(frame.yaw);
+      transforms.transforms.push_back(transform);
+    }
+    if (!transforms.transforms.empty()) bag_->write_latched("/tf_static", start_, transforms);
+
+    if (!recording_.beacons.empty()) {
+      pf_resampling::BeaconArray beacons;
+      beacons.header.stamp = start_;
+      beacons.header.frame_id = "map";
+      for (const auto& beacon : recording_.beacons) {
+        pf_resampling::BeaconPosition position;
+        position.id = beacon.id;
+        position.position.x = beacon.x;
+        position.position.y = beacon.y;
+        position.position.z = beacon.z.value_or(height_of_antenna(recording_));
+        beacons.beacons.push_back(position);
+      }
+      bag_->write_latched("/beacons", start_, beacons);
+    }
+
+    if (!recording_.landmarks.empty()) {
+      pf_resampling::LandmarkMap map;
+      map.header.stamp = start_;
+      map.header.frame_id = "map";
+      for (const auto& landmark : recording_.landmarks) {
+        pf_resampling::Landmark message;
+        message.id = landmark.id;
+        message.position.x = landmark.x;
+        message.position.y = landmark.y;
+        map.landmarks.push_back(message);
+      }
+      bag_->write_latched("/ground_truth_landmarks", start_, map);
+    }
+  }
+
+  void write_truth(std::size_t index) {
+    const auto& truth = recording_.truth[index];
+    const ros::Time stamp = stamp_of(truth.time);
+    if (recording_.truth_has_heading) {
+      geometry_msgs::PoseStamped pose;
+      pose.header.stamp = stamp;
+      pose.header.frame_id = "map";
+      pose.pose.position.x = truth.pose.x;
+      pose.pose.position.y = truth.pose.y;
+      pose.pose.orientation = quaternion_of(truth.pose.heading);
+      bag_->write("/ground_truth", stamp, pose);
+    } else {
+      geometry_msgs::PointStamped point;
+      point.header.stamp = stamp;
+      point.header.frame_id = "map";
+      point.point.x = truth.pose.x;
+      point.point.y = truth.pose.y;
+      bag_->write("/ground_truth", stamp, point);
+    }
+  }
+
+  void write_odometry(std::size_t index) {
+    const auto& now = recording_.odometry[index];
+    nav_msgs::Odometry message;
+    message.header.stamp = stamp_of(now.time);
+    message.header.frame_id = "odom";
+    message.child_frame_id = "base_link";
+    message.pose.pose.position.x = now.pose.x;
+    message.pose.pose.position.y = now.pose.y;
+    message.pose.pose.orientation = quaternion_of(now.pose.heading);
+    if (index > 0) {
+      const auto& before = recording_.odometry[index - 1];
+      const double duration = now.time - before.time;
+      if (duration > 0.0) {
+        const Pose2 motion = relative(before.pose, now.pose);
+        message.twist.twist.linear.x = motion.x / duration;
+        message.twist.twist.linear.y = motion.y / duration;
+        message.twist.twist.angular.z = motion.heading / duration;
+      }
+    }
+    bag_->write("/odom", message.header.stamp, message);
+
+    geometry_msgs::TransformStamped transform;
+    transform.header = message.header;
+    transform.child_frame_id = message.child_frame_id;
+    transform.transform.translation.x = now.pose.x;
+    transform.transform.translation.y = now.pose.y;
+    transform.transform.rotation = message.pose.pose.orientation;
+    tf2_msgs::TFMessage transforms;
+    transforms.transforms.push_back(transform);
+    bag_->write("/tf", message.header.stamp, transforms);
+  }
+
+  void write_range(std::size_t index) {
+    const auto& range = recording_.ranges[index];
+    pf_resampling::BeaconRange message;
+    message.header.stamp = stamp_of(range.time);
+    message.header.frame_id = range.frame;
+    message.beacon = range.beacon;
+    message.range = range.range;
+    message.variance = range.variance;
+    bag_->write("/ranges", message.header.stamp, message);
+  }
+
+  /// Writes the scan that begins at `first`; returns where the next one begins.
+  std::size_t write_scan(std::size_t first) {
+    const auto& all = recording_.landmark_observations;
+    pf_resampling::LandmarkObservationArray scan;
+    scan.header.stamp = stamp_of(all[first].time);
+    scan.header.frame_id = "sensor";
+    std::size_t next = first;
+    for (; next < all.size() && all[next].time <= all[first].time; ++next) {
+      pf_resampling::LandmarkObservation message;
+      message.id = all[next].id;
+      message.range = all[next].range;
+      message.bearing = all[next].bearing;
+      message.range_variance = all[next].range_variance;
+      message.bearing_variance = all[next].bearing_variance;
+      scan.observations.push_back(message);
+    }
+    bag_->write("/landmarks", scan.header.stamp, scan);
+    return next;
+  }
+
+  const Recording& recording_;
+  BagWriter* bag_;
+  double shift_ = 0.0;
+  ros::Time start_;
+};
+
+}  // namespace
+
+void write_recording(const Recording& recording, BagWriter* bag) {
+  Writer(recording, bag).write();
+}
+
+void write_recording(const Recording& recording, const std::string& path) {
+  BagWriter bag(path);
+  write_recording(recording, &bag);
+  bag.finish();
+}
+
+}  // namespace pf_resampling
