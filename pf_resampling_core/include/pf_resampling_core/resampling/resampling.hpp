@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,7 @@ enum class WeightsAfter {
   unbiased,  ///< partial: the resampled mass shared equally among the resampled; rank_based: w/p,
              ///< renormalised
 };
+const std::vector<WeightsAfter>& all_weights_after();
 std::string to_string(WeightsAfter policy);
 WeightsAfter weights_after_from_string(const std::string& name);
 
@@ -61,6 +63,19 @@ struct ResamplingResult {
   Eigen::Map<const Eigen::ArrayXd> log_weights;  ///< size M: normalised log-weights afterwards
 };
 
+/// Working space of the schemes: grows to the largest size met, never shrinks.
+struct ResamplingWorkspace {
+  std::vector<double> rescaled;          ///< weights brought into range
+  std::vector<double> rescaled_inner;    ///< the same for the inner scheme
+  std::vector<double> inner_weights;     ///< what the scheme inside partial and rank_based sees
+  std::vector<double> uniforms;          ///< draws
+  std::vector<std::int64_t> thresholds;  ///< sorted draws, fixed point
+  std::vector<std::uint64_t> sort_keys;  ///< ranking
+  std::vector<std::uint64_t> sort_keys_swap;
+  std::vector<int> sort_order;
+  std::vector<int> sort_order_swap;
+};
+
 /// Resampling with working space, so that nothing is allocated after the first call with the
 /// largest sizes.
 class Resampler {
@@ -70,26 +85,27 @@ class Resampler {
 
   /// Draws `size` ancestors from `weights`.
   ///
-  /// weights: N normalised linear weights (finite, >= 0, sum 1 within 1e-9 * N; rescaled internally
-  /// by their sum). size: M >= 1, may differ from N, save for `killing` and `partial`, which need M
-  /// == N. stream: for the draws; the same stream gives the same result. Throws Error, changing
-  /// nothing, on weights that are empty, negative, not finite or sum to zero. All schemes are
-  /// unbiased, E[count_k] = M w_k, except rank_based (E = M p_k, K eq. 3) and, with weights taken
-  /// together with the weights afterwards, `reset` after either of the two. O(N + M).
+  /// weights: N linear weights, finite, >= 0, with a positive sum; they need not be normalised,
+  /// only their ratios count. size: M >= 1, may differ from N, save for `killing` (also as the
+  /// inner scheme) and `partial`, which need M == N. stream: for the draws; the same stream gives
+  /// the same result on every machine. Throws Error, changing nothing, on weights that are empty,
+  /// negative, not finite or sum to zero, and on a size that the scheme cannot give. O(N + M).
+  ///
+  /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (K eq. 3); in `partial`
+  /// the moderate particles have 1 and the others share their slots by weight. After these two, it
+  /// is counts and log-weights together that are unbiased, and under WeightsAfter::reset not even
+  /// that. A particle of weight zero is never taken.
   ResamplingResult resample(ConstArray weights, int size, const RandomStream& stream);
 
   const ResamplingOptions& options() const { return options_; }
 
  private:
   ResamplingOptions options_;
-  Eigen::ArrayXi counts_;
-  Eigen::ArrayXi ancestors_;
-  Eigen::ArrayXd log_weights_;
-  Eigen::ArrayXd uniforms_;
-  Eigen::ArrayXd work_;
-  Eigen::ArrayXd inner_weights_;
-  Eigen::ArrayXi inner_counts_;
-  Eigen::ArrayXi order_;
+  ResamplingWorkspace work_;
+  std::vector<int> counts_;
+  std::vector<int> ancestors_;
+  std::vector<double> log_weights_;
+  int equal_log_weights_ = 0;  // so many of log_weights_ hold -log(equal_log_weights_)
 };
 
 }  // namespace pf_resampling

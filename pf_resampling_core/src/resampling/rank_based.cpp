@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <cmath>
+
+#include "schemes.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kDigitBits = 11;
+constexpr int kDigits = 6;  // of 64 bits
+constexpr std::size_t kBuckets = std::size_t{1} << kDigitBits;
+
+// Particles of positive weight in ascending order of weight, as keys and indices: a radix sort of
+// the bits of the doubles, which order like the doubles. Digits that all keys share are skipped.
+// Returns how many there are.
+std::int64_t sort_positive(const double* weights, std::int64_t size, ResamplingWorkspace* work) {
+  std::uint64_t* keys = grow(&work->sort_keys, size);
+  std::uint64_t* keys_out = grow(&work->sort_keys_swap, size);
+  int* order = grow(&work->sort_order, size);
+  int* order_out = grow(&work->sort_order_swap, size);
+  std::int64_t positive = 0;
+  for (std::int64_t i = 0; i < size; ++i) {
+    keys[positive] = to_bits(weights[i]);
+    order[positive] = static_cast<int>(i);
+    positive += weights[i] > 0.0 ? 1 : 0;
+  }
+  int histogram[kDigits][kBuckets] = {};
+  for (std::int64_t i = 0; i < positive; ++i) {
+    for (int digit = 0; digit < kDigits; ++digit) {
+      ++histogram[digit][(keys[i] >> (digit * kDigitBits)) % kBuckets];
+    }
+  }
+  for (int digit = 0; digit < kDigits; ++digit) {
+    int* starts = histogram[digit];
+    const int shift = digit * kDigitBits;
+    if (starts[(keys[0] >> shift) % kBuckets] == positive) continue;
+    int start = 0;
+    for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
+      const int count = starts[bucket];
+      starts[bucket] = start;
+      start += count;
+    }
+    for (std::int64_t i = 0; i < positive; ++i) {
+      const int place = starts[(keys[i] >> shift) % kBuckets]++;
+      keys_out[place] = keys[i];
+      order_out[place] = order[i];
+    }
+    work->sort_keys.swap(work->sort_keys_swap);
+    work->sort_order.swap(work->sort_order_swap);
+    std::swap(keys, keys_out);
+    std::swap(order, order_out);
+  }
+  return positive;
+}
+
+}  // namespace
+
+// K eq. 3, linear ranking: p_k = (eta_max - (eta_max - eta_min) (rank_k - 1) / (n - 1)) / n with
+// eta_min = 2 - eta_max, rank 1 for the largest weight. K leaves ties and n = 1 open: particles of
+// equal weight share the mean of their ranks, and one alone has p = 1. Particles of weight zero are
+// not ranked: they are impossible, and eq. 3 would bring them back to life.
+void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
+                const RandomStream& stream, ResamplingWorkspace* work, int* counts) {
+  const std::int64_t ranked = sort_positive(weights.weights, weights.size, work);
+  const std::uint64_t* keys = work->sort_keys.data();
+  const int* order = work->sort_order.data();
+  double* probabilities = grow(&work->inner_weights, weights.size);
+  std::fill(probabilities, probabilities + weights.size, 0.0);
+  const double n = static_cast<double>(ranked);
+  const double slope = ranked > 1 ? (2.0 * options.rank_max - 2.0) / (n - 1.0) : 0.0;
+  const double top = ranked > 1 ? options.rank_max : 1.0;
+  for (std::int64_t first = 0; first < ranked;) {
+    std::int64_t end = first + 1;
+    while (end < ranked && keys[end] == keys[first]) ++end;
+    const double mean_rank = n - 0.5 * static_cast<double>(first + end - 1);
+    const double probability = (top - slope * (mean_rank - 1.0)) / n;
+    for (std::int64_t i = first; i < end; ++i) probabilities[order[i]] = probability;
+    first = end;
+  }
+  const ScaledWeights scaled =
+      scale_weights(probabilities, weights.size, weights.copies, &work->rescaled_inner);
+  draw_counts(options.inner_scheme, scaled, stream, work, counts);
+}
+
+// A copy of particle k carries w_k / p_k, renormalised.
+void log_weights_after_rank_based(const ScaledWeights& weights, const ResamplingWorkspace& work,
+                                  const int* ancestors, int size, double* log_weights) {
+  double sum = 0.0;
+  for (int slot = 0; slot < size; ++slot) {
+    const int ancestor = ancestors[slot];
+    sum += weights.weights[ancestor] / work.inner_weights[static_cast<std::size_t>(ancestor)];
+  }
+  for (int slot = 0; slot < size; ++slot) {
+    const int ancestor = ancestors[slot];
+    log_weights[slot] = std::log(weights.weights[ancestor] /
+                                 work.inner_weights[static_cast<std::size_t>(ancestor)] / sum);
+  }
+}
+
+}  // namespace pf_resampling

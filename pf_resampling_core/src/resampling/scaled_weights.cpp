@@ -1,0 +1,132 @@
+#include "scaled_weights.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Interleaved partial sums: their order is the same for every vector width.
+constexpr int kLanes = 8;
+
+struct Totals {
+  double sum = 0.0;
+  double maximum = 0.0;
+  std::int64_t block_of_maximum = 0;
+  std::int64_t units = 0;
+  bool suspicious = false;  // something negative (or -0.0), infinite or NaN
+};
+
+PF_RESAMPLING_VECTOR_CLONES
+void add_up(const double* weights, std::int64_t size, double scale, Totals* totals) {
+  // Set in the sum or the value itself by everything that is negative, infinite or NaN.
+  constexpr std::uint64_t kSign = 0x8000000000000000u;
+  constexpr std::uint64_t kLowestExponent = 0x0010000000000000u;
+  double sums[kLanes] = {};
+  double maxima[kLanes] = {};
+  std::int64_t units[kLanes] = {};
+  std::uint64_t signs[kLanes] = {};
+  double maximum = -1.0;
+  for (std::int64_t begin = 0; begin < size; begin += kBlock) {
+    const std::int64_t end = std::min(begin + kBlock, size);
+    std::int64_t i = begin;
+    for (; i + kLanes <= end; i += kLanes) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double weight = weights[i + lane];
+        const std::uint64_t bits = to_bits(weight);
+        signs[lane] |= bits | (bits + kLowestExponent);
+        sums[lane] += weight;
+        maxima[lane] = weight > maxima[lane] ? weight : maxima[lane];
+        units[lane] =
+            static_cast<std::int64_t>(static_cast<std::uint64_t>(units[lane]) +
+                                      static_cast<std::uint64_t>(to_fixed(weight * scale)));
+      }
+    }
+    for (int lane = 0; i < end; ++i, ++lane) {
+      const double weight = weights[i];
+      const std::uint64_t bits = to_bits(weight);
+      signs[lane] |= bits | (bits + kLowestExponent);
+      sums[lane] += weight;
+      maxima[lane] = weight > maxima[lane] ? weight : maxima[lane];
+      units[lane] = static_cast<std::int64_t>(static_cast<std::uint64_t>(units[lane]) +
+                                              static_cast<std::uint64_t>(to_fixed(weight * scale)));
+    }
+    const double so_far = *std::max_element(maxima, maxima + kLanes);
+    if (so_far > maximum) {
+      maximum = so_far;
+      totals->block_of_maximum = begin;
+    }
+  }
+  totals->maximum = maximum;
+  totals->sum =
+      ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+  std::uint64_t all_signs = 0;
+  std::uint64_t all_units = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    all_signs |= signs[lane];
+    all_units += static_cast<std::uint64_t>(units[lane]);
+  }
+  totals->units = static_cast<std::int64_t>(all_units);
+  totals->suspicious = (all_signs & kSign) != 0;
+}
+
+void check_each(const double* weights, std::int64_t size) {
+  for (std::int64_t i = 0; i < size; ++i) {
+    if (!(weights[i] >= 0.0) || std::isinf(weights[i])) {
+      throw Error("resampling: weight " + std::to_string(i) + " of " + std::to_string(size) +
+                  " is " + std::to_string(weights[i]) + "; weights must be finite and >= 0");
+    }
+  }
+}
+
+}  // namespace
+
+ScaledWeights scale_weights(const double* weights, std::int64_t size, int copies,
+                            std::vector<double>* rescaled) {
+  if (size < 1) throw Error("resampling: there are no weights; give at least one");
+  if (copies < 1) {
+    throw Error("resampling: " + std::to_string(copies) +
+                " particles were asked for; ask for at least 1");
+  }
+  ScaledWeights scaled;
+  scaled.weights = weights;
+  scaled.size = size;
+  scaled.copies = copies;
+  int bits_of_copies = 1;
+  while ((std::int64_t{copies} >> bits_of_copies) > 0) ++bits_of_copies;
+  scaled.fraction_bits = std::min(52, 62 - bits_of_copies);
+  scaled.scale = static_cast<double>(scaled.total());
+
+  // As if the weights were normalised, which they mostly are.
+  Totals totals;
+  add_up(weights, size, scaled.scale, &totals);
+  if (totals.suspicious) check_each(weights, size);
+  if (!(totals.maximum > 0.0)) {
+    throw Error("resampling: all " + std::to_string(size) +
+                " weights are zero; reset them to uniform");
+  }
+  if (totals.maximum < 0x1p-900 || totals.sum > 0x1p900) {
+    // Too near to the ends of the double's range for the scale to be a double.
+    const int exponent = -std::ilogb(totals.maximum);
+    double* copy = grow(rescaled, size);
+    for (std::int64_t i = 0; i < size; ++i) copy[i] = std::ldexp(weights[i], exponent);
+    weights = copy;
+    scaled.weights = copy;
+    add_up(weights, size, scaled.scale, &totals);
+  }
+  if (std::abs(totals.sum - 1.0) > 1e-13) {
+    scaled.scale = static_cast<double>(scaled.total()) / totals.sum;
+    add_up(weights, size, scaled.scale, &totals);
+  }
+  scaled.sum = totals.sum;
+  const double* block = weights + totals.block_of_maximum;
+  scaled.largest =
+      totals.block_of_maximum + (std::find(block, weights + size, totals.maximum) - block);
+  scaled.correction = scaled.total() - totals.units;
+  return scaled;
+}
+
+}  // namespace pf_resampling
