@@ -1,40 +1,21 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
-#include <map>
+#include <deque>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
-#include "pf_resampling_core/excitation/excitation.hpp"
+#include "pf_resampling_core/beacon_mcl/options.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
-#include "pf_resampling_core/parameters.hpp"
+#include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population_control.hpp"
 
 namespace pf_resampling {
-
-/// Whether scale and bias of the ranges are estimated on line, and for whom.
-enum class CalibrationEstimation {
-  off,         ///< the given calibration is believed
-  shared,      ///< one scale and one bias for all radios
-  per_beacon,  ///< one of each per beacon
-};
-std::string to_string(CalibrationEstimation estimation);
-const std::vector<CalibrationEstimation>& all_calibration_estimations();
-
-/// Where the particles start.
-enum class Initialization {
-  from_ranges,  ///< on the rings of the first ranges, any heading
-  uniform,      ///< over the area, any heading
-  gaussian,     ///< about a given pose
-};
-std::string to_string(Initialization initialization);
-const std::vector<Initialization>& all_initializations();
-
-struct BeaconMclOptions;  // beacon_mcl/options.hpp
 
 /// What the filter believes, in the map frame.
 struct PoseEstimate {
@@ -42,31 +23,160 @@ struct PoseEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading), about that mean
 };
 
-/// What the last update did; all counts since the start unless said otherwise.
+/// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
   int particles = 0;
-  double effective_sample_size = 0.0;  ///< before the renewal of the last update, if there was one
-  double entropy_sample_size = 0.0;    ///< likewise
-  int distinct_ancestors = 0;          ///< of the last renewal
-  bool renewed = false;                ///< whether the last update renewed the population
+  double effective_sample_size =
+      0.0;  ///< after the last update's weighing, before its renewal if there was one
+  double entropy_sample_size = 0.0;  ///< likewise
+  int distinct_ancestors = 0;        ///< particles before the last renewal that have descendants
+  bool renewed = false;              ///< whether the last update renewed the population
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
   std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
-  std::int64_t injected = 0;       ///< particles injected so far
+  std::int64_t injected = 0;       ///< particles injected
   double log_likelihood = 0.0;     ///< of the last update's ranges
-  double innovation = 0.0;         ///< m, last range minus its prediction by the estimate
-  double innovation_sigma = 0.0;   ///< m, its expected standard deviation
+  int observation = -1;            ///< beacon of the last range
+  double innovation =
+      0.0;  ///< m, last range minus its prediction, weighted mean over the particles
+  double innovation_sigma = 0.0;  ///< m, its expected standard deviation
 };
 
-/// Estimated systematic errors, averaged over the particles.
+/// A systematic error as estimated, mean and standard deviation over the population.
 struct CalibrationEstimate {
-  int beacon = 0;  ///< id; -1 where shared by all
-  double scale = 1.0, scale_sigma = 0.0;
-  double bias = 0.0, bias_sigma = 0.0;  ///< m
+  int beacon = -1;  ///< id; -1 where shared by all
+  double scale = 1.0;
+  double scale_sigma = 0.0;
+  double bias = 0.0;  ///< m
+  double bias_sigma = 0.0;
 };
 
-/// Monte Carlo localization by ranges to known beacons (M section III). Steps of an update: move by
-/// odometry, weigh by the ranges, renew the population when due, excite.
-class BeaconMcl;
+struct ScalarEstimate {
+  double mean = 0.0;
+  double sigma = 0.0;
+};
+
+/// The population, structure of arrays: entry i of every array belongs to particle i; the
+/// calibration has a column per radio (one where it is shared).
+struct BeaconMclParticles {
+  Eigen::ArrayXd x, y;           ///< m, map frame
+  Eigen::ArrayXd heading;        ///< rad, in [-pi, pi]
+  Eigen::ArrayXd log_weight;     ///< normalised
+  Eigen::ArrayXd weight;         ///< normalised, linear
+  Eigen::ArrayXi ancestor;       ///< slot before the last renewal
+  Eigen::ArrayXd yaw_rate_bias;  ///< rad/s, mean of the particle's Kalman filter; its variance is
+                                 ///< common to all
+  Eigen::ArrayXXd scale, bias;   ///< means of the particle's Kalman filters
+  Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
+
+  Eigen::Index size() const { return x.size(); }
+};
+
+/// Monte Carlo localization by ranges to known beacons (M section III): the particles hold the
+/// pose, each with small Kalman filters for what is linear given the pose: scale and bias of the
+/// ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for landmarks).
+///
+/// Same seed and same calls: same bytes, at any number of threads.
+class BeaconMcl {
+ public:
+  /// `beacons`: at least one, ids all different. `calibration`: the radios' known systematic errors
+  /// by beacon id, -1 for all others; also the mean of the prior where they are estimated. Throws
+  /// Error on options that make no sense.
+  BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
+            std::vector<std::pair<int, RangeCalibration>> calibration = {});
+
+  /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
+  /// at the end of the odometry), renews and excites when due. Ranges must be finite, positive and
+  /// of known beacons: what is not throws Error before anything has changed. Until there is a
+  /// population (see Initialization) ranges only gather.
+  void update(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
+
+  /// Whether there is a population yet.
+  bool is_initialized() const { return particles_.size() > 0; }
+
+  /// Weighted mean and covariance of the whole population. Only when is_initialized().
+  PoseEstimate estimate() const;
+
+  /// Starts anew about a pose; keeps what is known of calibration and yaw-rate bias.
+  void initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance);
+
+  /// Starts anew over the whole area or from the latest ranges, as the options say; keeps
+  /// calibration and bias.
+  void global_localization();
+
+  /// As after construction.
+  void reset();
+
+  /// Takes over other options. Particles and weights stay bit-identical; another particle count
+  /// takes effect at the next update. Throws Error, changing nothing, on options that make no
+  /// sense.
+  void set_options(const BeaconMclOptions& options);
+
+  const BeaconMclOptions& options() const { return options_; }
+  const std::vector<Beacon>& beacons() const { return beacons_; }
+  const BeaconMclParticles& particles() const { return particles_; }
+  const BeaconMclStatus& status() const { return status_; }
+  std::vector<CalibrationEstimate> calibration() const;
+  ScalarEstimate yaw_rate_bias() const;
+  /// Where the range of this beacon is expected to be from, taking its calibration out of the
+  /// measured range.
+  double corrected_range(int beacon, double range) const;
+
+ private:
+  // A range and the robot's motion since.
+  struct RecentRange {
+    RangeObservation observation;
+    Pose2 pose;   // dead reckoning at the time of the range
+    double time;  // s, since the start
+  };
+
+  void move(const OdometryIncrement& odometry);
+  void weigh(const RangeObservation& range);
+  void normalize_weights();
+  void renew();
+  void inject();
+  void adapt_count();
+  void remember(const RangeObservation& range);
+  void initialize_when_possible();
+  void initialize_uniform();
+  void initialize_from_ranges();
+  void resize_population(Eigen::Index size);
+  void reset_weights();
+  void select(const ResamplingResult& result);
+  void begin_population(bool first);
+  CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
+  void start_calibration();
+  std::vector<Pose2> propose_from_ranges(int count);
+  std::size_t beacon_index(int id) const;
+  Eigen::Index radio_column(std::size_t beacon) const;
+  double observation_variance(const RangeObservation& range) const;
+  RandomStream stream(RandomPurpose purpose) const;
+
+  BeaconMclOptions options_;
+  std::vector<Beacon> beacons_;
+  std::vector<RangeCalibration> nominal_;  // per beacon
+  std::uint64_t seed_;
+  std::uint32_t step_ = 0;
+  double time_ = 0.0;
+
+  BeaconMclParticles particles_;
+  double yaw_rate_bias_variance_ = 0.0;
+  std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
+  PopulationControl control_;
+  BeaconMclStatus status_;
+  int requested_size_ = 0;
+
+  Pose2 dead_reckoning_;
+  std::deque<RecentRange> recent_;
+  double last_log_sum_ = 0.0;
+  double slow_likelihood_ = 0.0;
+  double fast_likelihood_ = 0.0;
+  std::int64_t likelihoods_ = 0;
+
+  std::unique_ptr<WorkerPool> pool_;
+  Eigen::ArrayXd work_;
+  ExcitationWorkspace excitation_workspace_;
+  std::vector<std::uint8_t> seen_;
+};
 
 }  // namespace pf_resampling

@@ -40,12 +40,18 @@ struct PoseArrays {
   MutableArray heading;
 };
 
+/// Working space, so that nothing is allocated after the first call with the largest population.
+struct ExcitationWorkspace {
+  Eigen::ArrayXd normals;
+  Eigen::ArrayXd moves;
+};
+
 /// Perturbs the poses. `linear_weights`: normalised weights of these particles, for the covariance
 /// of `regularized` (taken after selection). `ancestors`: of the renewal that has just been carried
 /// out, for duplicates_only. Three normals per particle, number 4i, 4i + 1 and 4i + 2 of the
 /// stream. Headings stay within [-pi, pi]. Circular statistics for the heading: its spread is that
 /// of the angle to the weighted mean direction.
 void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIndices ancestors,
-            const RandomStream& stream, PoseArrays poses);
+            const RandomStream& stream, PoseArrays poses, ExcitationWorkspace* workspace);
 
 }  // namespace pf_resampling

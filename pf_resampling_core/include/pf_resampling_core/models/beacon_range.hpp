@@ -5,10 +5,11 @@
 
 namespace pf_resampling {
 
-/// A radio beacon at a known place. A planar beacon has the height of the antenna.
+/// A radio beacon at a known place.
 struct Beacon {
   int id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame
+  bool is_planar = false;  ///< whether its height is unknown and taken as the antenna's
 };
 
 /// A measured distance between the robot's antenna and a beacon.

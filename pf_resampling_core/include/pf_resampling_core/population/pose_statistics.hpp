@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/population/weights.hpp"
+
+namespace pf_resampling {
+
+/// First and second moments of weighted poses.
+struct PoseStatistics {
+  Pose2 mean;  ///< weighted; the heading is the mean direction
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading) about the mean
+  double effective_sample_size = 0.0;                    ///< K eq. 4
+};
+
+/// Moments of the whole set: mean and covariance belong together, also when the set has several
+/// modes. The heading's deviation is the angle to the mean direction, in [-pi, pi]. `weights`
+/// normalised; sizes equal and not zero.
+PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading);
+
+}  // namespace pf_resampling

@@ -1,0 +1,425 @@
+#include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "kernels.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/population/matrix_root.hpp"
+#include "pf_resampling_core/population/pose_statistics.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kAllBeacons = -1;
+
+// Weighted mean and standard deviation over the population of what each particle holds as mean and
+// variance.
+ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances) {
+  ScalarEstimate estimate;
+  estimate.mean = (weights * means).sum();
+  estimate.sigma =
+      std::sqrt(std::max(0.0, (weights * (variances + (means - estimate.mean).square())).sum()));
+  return estimate;
+}
+
+void check_range(const RangeObservation& range) {
+  const bool usable = std::isfinite(range.range) && range.range > 0.0 &&
+                      std::isfinite(range.variance) && range.variance >= 0.0 &&
+                      range.antenna.allFinite();
+  if (!usable) {
+    throw Error(
+        "range " + std::to_string(range.range) + " m with variance " +
+        std::to_string(range.variance) + " m^2 of beacon " + std::to_string(range.beacon) +
+        " cannot be used: it has to be finite and positive, with a variance that is not negative");
+  }
+}
+
+}  // namespace
+
+BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons,
+                     std::uint64_t seed, std::vector<std::pair<int, RangeCalibration>> calibration)
+    : options_(options), beacons_(std::move(beacons)), seed_(seed) {
+  validate(options_);
+  if (beacons_.empty()) throw Error("no beacons are known; give at least one with its position");
+  std::set<int> ids;
+  for (const Beacon& beacon : beacons_) {
+    if (!ids.insert(beacon.id).second) {
+      throw Error("beacon " + std::to_string(beacon.id) +
+                  " is there twice; give every beacon an id of its own");
+    }
+    if (!beacon.position.allFinite()) {
+      throw Error("the position of beacon " + std::to_string(beacon.id) +
+                  " is not finite; give it in metres");
+    }
+    RangeCalibration nominal;
+    for (const auto& [id, given] : calibration) {
+      if (id == kAllBeacons) nominal = given;
+    }
+    for (const auto& [id, given] : calibration) {
+      if (id == beacon.id) nominal = given;
+    }
+    nominal_.push_back(nominal);
+  }
+  pool_ = std::make_unique<WorkerPool>(options_.threads);
+  reset();
+}
+
+void BeaconMcl::reset() {
+  particles_ = BeaconMclParticles{};
+  control_ = PopulationControl(options_.population);
+  status_ = BeaconMclStatus{};
+  requested_size_ = options_.particles;
+  yaw_rate_bias_variance_ =
+      options_.yaw_rate_bias.estimate ? std::pow(options_.yaw_rate_bias.sigma, 2) : 0.0;
+  dead_reckoning_ = Pose2{};
+  recent_.clear();
+  slow_likelihood_ = fast_likelihood_ = 0.0;
+  likelihoods_ = 0;
+  time_ = 0.0;
+  if (options_.initialization.method == Initialization::uniform) {
+    initialize_uniform();
+  } else if (options_.initialization.method == Initialization::gaussian) {
+    const InitializationOptions& start = options_.initialization;
+    const Eigen::Array3d sigma(start.sigma_position, start.sigma_position, start.sigma_heading);
+    initialize_gaussian({start.x, start.y, start.heading}, sigma.square().matrix().asDiagonal());
+  }
+}
+
+void BeaconMcl::set_options(const BeaconMclOptions& options) {
+  validate(options);
+  const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
+  const bool other_threads = options.threads != options_.threads;
+  const bool other_count = options.particles != options_.particles;
+  control_ = PopulationControl(options.population);
+  options_ = options;
+  if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
+  if (other_count) requested_size_ = options.particles;
+  if (other_layout && is_initialized()) start_calibration();
+}
+
+// The filter's steps, M section III: move, weigh, renew, excite.
+void BeaconMcl::update(const OdometryIncrement& odometry,
+                       const std::vector<RangeObservation>& ranges) {
+  for (const RangeObservation& range : ranges) {
+    check_range(range);
+    beacon_index(range.beacon);
+  }
+  ++step_;
+  time_ += odometry.duration;
+  dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
+  for (const RangeObservation& range : ranges) remember(range);
+  if (!is_initialized()) {
+    initialize_when_possible();
+    return;
+  }
+  move(odometry);
+  if (ranges.empty()) return;
+  status_.log_likelihood = 0.0;
+  for (const RangeObservation& range : ranges) weigh(range);
+  ++status_.updates;
+  renew();
+  status_.particles = static_cast<int>(particles_.size());
+}
+
+void BeaconMcl::move(const OdometryIncrement& odometry) {
+  if (odometry.is_empty()) return;
+  const kernels::Motion motion = kernels::make_motion(odometry, yaw_rate_bias_variance_);
+  const RandomStream normals = stream(RandomPurpose::motion);
+  const Eigen::Index count = particles_.size();
+  work_.resize(4 * count);
+  double* z = work_.data();
+  pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
+    const std::int64_t size = end - begin;
+    double* z0 = z + begin;
+    double* z1 = z0 + count;
+    double* z2 = z1 + count;
+    double* z3 = z2 + count;
+    normals.fill_normal4(static_cast<std::uint64_t>(begin), size, z0, z1, z2, z3);
+    kernels::move(motion, size, z0, z1, z2, z3, particles_.x.data() + begin,
+                  particles_.y.data() + begin, particles_.heading.data() + begin,
+                  particles_.yaw_rate_bias.data() + begin);
+  });
+  if (options_.yaw_rate_bias.estimate) {
+    const double learned = motion.bias_gain * motion.sensitivity[2];
+    yaw_rate_bias_variance_ = (1.0 - learned) * yaw_rate_bias_variance_ +
+                              std::pow(options_.yaw_rate_bias.walk, 2) * odometry.duration;
+  }
+}
+
+void BeaconMcl::weigh(const RangeObservation& observation) {
+  const std::size_t beacon = beacon_index(observation.beacon);
+  const RangeModelOptions& model = options_.ranges;
+  const double tail_share = model.non_line_of_sight_share;
+
+  kernels::Range range{};
+  range.range = observation.range;
+  for (int axis = 0; axis < 3; ++axis) {
+    range.beacon[axis] = beacons_[beacon].position[axis];
+    range.antenna[axis] = observation.antenna[axis];
+  }
+  if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
+  range.variance = observation_variance(observation);
+  range.nominal_scale = nominal_[beacon].scale;
+  range.nominal_bias = nominal_[beacon].bias;
+  range.inlier_share = 1.0 - model.outlier_share - tail_share;
+  range.floor_density = model.outlier_share / model.maximum_range;
+  range.tail_density = tail_share / model.non_line_of_sight_mean;
+  range.tail_rate = 1.0 / model.non_line_of_sight_mean;
+
+  const bool calibrates = options_.calibration.estimation != CalibrationEstimation::off;
+  const Eigen::Index column = radio_column(beacon);
+  if (calibrates) {
+    double& last = calibration_time_[static_cast<std::size_t>(column)];
+    range.scale_walk = std::pow(options_.calibration.scale_walk, 2) * (time_ - last);
+    range.bias_walk = std::pow(options_.calibration.bias_walk, 2) * (time_ - last);
+    last = time_;
+  }
+
+  const Eigen::Index count = particles_.size();
+  work_.resize(std::max<Eigen::Index>(work_.size(), 2 * count));
+  double* innovations = work_.data();
+  double* variances = innovations + count;
+  pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
+    kernels::Calibration calibration{};
+    if (calibrates) {
+      calibration = {particles_.scale.col(column).data() + begin,
+                     particles_.bias.col(column).data() + begin,
+                     particles_.scale_variance.col(column).data() + begin,
+                     particles_.scale_bias_covariance.col(column).data() + begin,
+                     particles_.bias_variance.col(column).data() + begin};
+    }
+    kernels::weigh(range, end - begin, particles_.x.data() + begin, particles_.y.data() + begin,
+                   particles_.heading.data() + begin, calibration,
+                   particles_.log_weight.data() + begin, innovations + begin, variances + begin);
+  });
+
+  // Innovation of the population, against its belief before the range.
+  const Eigen::Map<const Eigen::ArrayXd> innovation(innovations, count);
+  const Eigen::Map<const Eigen::ArrayXd> variance(variances, count);
+  const ScalarEstimate pooled_innovation = pooled(particles_.weight, innovation, variance);
+  status_.observation = observation.beacon;
+  status_.innovation = pooled_innovation.mean;
+  status_.innovation_sigma = pooled_innovation.sigma;
+
+  normalize_weights();
+
+  // Likelihood in units of the Gaussian's peak, so that ranges of different noise compare.
+  const double peak = std::sqrt(2.0 * kPi * range.variance);
+  const double relative = std::min(1.0, peak * std::exp(last_log_sum_));
+  ++likelihoods_;
+  const double slow =
+      std::max(options_.recovery.slow_rate, 1.0 / static_cast<double>(likelihoods_));
+  const double fast =
+      std::max(options_.recovery.fast_rate, 1.0 / static_cast<double>(likelihoods_));
+  slow_likelihood_ += slow * (relative - slow_likelihood_);
+  fast_likelihood_ += fast * (relative - fast_likelihood_);
+}
+
+void BeaconMcl::normalize_weights() {
+  if (!is_normalizable(particles_.log_weight)) {
+    ++status_.weight_resets;
+    reset_weights();
+    last_log_sum_ = -std::numeric_limits<double>::infinity();
+    return;
+  }
+  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
+  last_log_sum_ = summary.log_sum;
+  status_.log_likelihood += summary.log_sum;
+  status_.effective_sample_size = summary.effective_sample_size;
+  status_.entropy_sample_size = summary.entropy_sample_size;
+}
+
+void BeaconMcl::reset_weights() {
+  const double count = static_cast<double>(particles_.size());
+  particles_.log_weight.setConstant(-std::log(count));
+  particles_.weight.setConstant(1.0 / count);
+  status_.effective_sample_size = count;
+  status_.entropy_sample_size = count;
+}
+
+void BeaconMcl::renew() {
+  const Eigen::Index before = particles_.size();
+  status_.renewed =
+      control_.is_due(status_.effective_sample_size, static_cast<int>(before), requested_size_);
+  if (!status_.renewed) return;
+  const ResamplingResult result =
+      control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling));
+  status_.renewals = control_.calls();
+  status_.distinct_ancestors = static_cast<int>((result.counts > 0).count());
+  select(result);
+  excite(options_.excitation, particles_.weight, particles_.ancestor,
+         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
+         &excitation_workspace_);
+  inject();
+  if (options_.adaptive_count.enabled) adapt_count();
+}
+
+// Survivors keep their slots, so copies can be made in place.
+void BeaconMcl::select(const ResamplingResult& result) {
+  const Eigen::Index before = particles_.size();
+  const Eigen::Index after = result.ancestors.size();
+  if (after > before) resize_population(after);
+  const auto copy = [&](auto&& column) {
+    for (Eigen::Index i = 0; i < after; ++i) {
+      const Eigen::Index ancestor = result.ancestors[i];
+      if (ancestor != i) column[i] = column[ancestor];
+    }
+  };
+  copy(particles_.x);
+  copy(particles_.y);
+  copy(particles_.heading);
+  copy(particles_.yaw_rate_bias);
+  for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
+    copy(particles_.scale.col(radio));
+    copy(particles_.bias.col(radio));
+    copy(particles_.scale_variance.col(radio));
+    copy(particles_.scale_bias_covariance.col(radio));
+    copy(particles_.bias_variance.col(radio));
+  }
+  if (after < before) resize_population(after);
+  particles_.log_weight = result.log_weights;
+  particles_.weight = result.log_weights.exp();
+  particles_.ancestor = result.ancestors;
+}
+
+// Slots that are added hold copies, so that nothing in them is ever undefined.
+void BeaconMcl::resize_population(Eigen::Index size) {
+  const Eigen::Index before = particles_.size();
+  const auto resize = [&](auto* array) {
+    array->conservativeResize(size, array->cols());
+    for (Eigen::Index i = before; before > 0 && i < size; ++i)
+      array->row(i) = array->row(i % before).eval();
+  };
+  for (Eigen::ArrayXd* array :
+       {&particles_.x, &particles_.y, &particles_.heading, &particles_.yaw_rate_bias,
+        &particles_.log_weight, &particles_.weight}) {
+    resize(array);
+  }
+  resize(&particles_.ancestor);
+  for (Eigen::ArrayXXd* array : {&particles_.scale, &particles_.bias, &particles_.scale_variance,
+                                 &particles_.scale_bias_covariance, &particles_.bias_variance}) {
+    resize(array);
+  }
+}
+
+void BeaconMcl::inject() {
+  const RecoveryOptions& recovery = options_.recovery;
+  if (!recovery.enabled || !(fast_likelihood_ < recovery.threshold * slow_likelihood_)) return;
+  const double drop = 1.0 - fast_likelihood_ / (recovery.threshold * slow_likelihood_);
+  const Eigen::Index size = particles_.size();
+  const int count = static_cast<int>(
+      std::floor(std::min(drop, recovery.maximum_share) * static_cast<double>(size)));
+  if (count < 1) return;
+  const std::vector<Pose2> proposals = propose_from_ranges(count);
+  // Spread evenly over the slots, from a random offset: after a selection neighbours may be copies
+  // of one another.
+  const double offset = stream(RandomPurpose::injection).uniform(0);
+  for (std::size_t i = 0; i < proposals.size(); ++i) {
+    const double position =
+        (static_cast<double>(i) + offset) / static_cast<double>(proposals.size());
+    const Eigen::Index slot =
+        std::min(size - 1, static_cast<Eigen::Index>(position * static_cast<double>(size)));
+    particles_.x[slot] = proposals[i].x;
+    particles_.y[slot] = proposals[i].y;
+    particles_.heading[slot] = proposals[i].heading;
+  }
+  status_.injected += static_cast<std::int64_t>(proposals.size());
+}
+
+// Fox (2003), eq. 7: so many particles that, with the wanted certainty, the distance between the
+// sampled and the true distribution over k occupied bins is below the bound.
+void BeaconMcl::adapt_count() {
+  const AdaptiveCountOptions& adaptive = options_.adaptive_count;
+  std::set<std::array<std::int64_t, 3>> bins;
+  for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+    bins.insert(
+        {static_cast<std::int64_t>(std::floor(particles_.x[i] / adaptive.bin_position)),
+         static_cast<std::int64_t>(std::floor(particles_.y[i] / adaptive.bin_position)),
+         static_cast<std::int64_t>(std::floor(particles_.heading[i] / adaptive.bin_heading))});
+  }
+  double wanted = adaptive.minimum;
+  if (bins.size() > 1) {
+    const double degrees = static_cast<double>(bins.size() - 1);
+    const double a = 2.0 / (9.0 * degrees);
+    wanted =
+        degrees / (2.0 * adaptive.error) * std::pow(1.0 - a + std::sqrt(a) * adaptive.quantile, 3);
+  }
+  requested_size_ = static_cast<int>(
+      std::min<double>(adaptive.maximum, std::max<double>(adaptive.minimum, std::ceil(wanted))));
+}
+
+PoseEstimate BeaconMcl::estimate() const {
+  if (!is_initialized())
+    throw Error("there is no estimate yet: no particles before the first ranges");
+  const PoseStatistics statistics =
+      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  return {statistics.mean, statistics.covariance};
+}
+
+std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
+  std::vector<CalibrationEstimate> estimates;
+  const bool estimated =
+      options_.calibration.estimation != CalibrationEstimation::off && is_initialized();
+  if (!estimated) {
+    for (std::size_t i = 0; i < beacons_.size(); ++i) {
+      estimates.push_back({beacons_[i].id, nominal_[i].scale, 0.0, nominal_[i].bias, 0.0});
+    }
+    return estimates;
+  }
+  for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
+    const ScalarEstimate scale = pooled(particles_.weight, particles_.scale.col(radio),
+                                        particles_.scale_variance.col(radio));
+    const ScalarEstimate bias =
+        pooled(particles_.weight, particles_.bias.col(radio), particles_.bias_variance.col(radio));
+    const bool shared = options_.calibration.estimation == CalibrationEstimation::shared;
+    estimates.push_back({shared ? kAllBeacons : beacons_[static_cast<std::size_t>(radio)].id,
+                         scale.mean, scale.sigma, bias.mean, bias.sigma});
+  }
+  return estimates;
+}
+
+ScalarEstimate BeaconMcl::yaw_rate_bias() const {
+  if (!is_initialized()) return {0.0, std::sqrt(yaw_rate_bias_variance_)};
+  const Eigen::ArrayXd variances =
+      Eigen::ArrayXd::Constant(particles_.size(), yaw_rate_bias_variance_);
+  return pooled(particles_.weight, particles_.yaw_rate_bias, variances);
+}
+
+double BeaconMcl::corrected_range(int beacon, double range) const {
+  const std::size_t index = beacon_index(beacon);
+  const std::vector<CalibrationEstimate> estimates = calibration();
+  const CalibrationEstimate& estimate =
+      estimates.size() == 1 ? estimates.front() : estimates[index];
+  return (range - estimate.bias) / estimate.scale;
+}
+
+std::size_t BeaconMcl::beacon_index(int id) const {
+  for (std::size_t i = 0; i < beacons_.size(); ++i) {
+    if (beacons_[i].id == id) return i;
+  }
+  std::string known;
+  for (const Beacon& beacon : beacons_)
+    known += (known.empty() ? "" : ", ") + std::to_string(beacon.id);
+  throw Error("beacon " + std::to_string(id) + " is not known; known are " + known);
+}
+
+Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {
+  return options_.calibration.estimation == CalibrationEstimation::per_beacon
+             ? static_cast<Eigen::Index>(beacon)
+             : 0;
+}
+
+double BeaconMcl::observation_variance(const RangeObservation& range) const {
+  const double sigma = nominal_[beacon_index(range.beacon)].sigma;
+  if (sigma > 0.0) return sigma * sigma;
+  return range.variance > 0.0 ? range.variance : options_.ranges.sigma * options_.ranges.sigma;
+}
+
+RandomStream BeaconMcl::stream(RandomPurpose purpose) const {
+  return {seed_, purpose, step_};
+}
+
+}  // namespace pf_resampling

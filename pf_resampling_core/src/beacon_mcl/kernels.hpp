@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+
+#include "pf_resampling_core/models/odometry_motion.hpp"
+
+/// The loops over particles of beacon_mcl.cpp: plain pointers in, so that the compiler makes vector
+/// instructions of them.
+namespace pf_resampling::kernels {
+
+/// What is common to all particles in a motion.
+struct Motion {
+  double mean[3];         // body frame, without the yaw-rate bias
+  double root[6];         // lower triangular root of the covariance: xx, yx, yy, hx, hy, hh
+  double sensitivity[3];  // by the yaw-rate bias
+  double bias_sigma;      // of the particle's Kalman filter of the yaw-rate bias
+  double bias_gain;       // of the same filter, on the heading's deviation
+};
+
+Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_variance);
+
+/// Draws every particle's motion, with normals z0 … z3, and lets its yaw-rate bias learn from what
+/// was drawn.
+void move(const Motion& motion, std::int64_t count, const double* z0, const double* z1,
+          const double* z2, const double* z3, double* x, double* y, double* heading,
+          double* yaw_rate_bias);
+
+/// What is common to all particles in a range.
+struct Range {
+  double range;
+  double beacon[3];      // m, map frame
+  double antenna[3];     // m, on the robot
+  double variance;       // m^2, of the noise
+  double nominal_scale;  // where no calibration is estimated
+  double nominal_bias;
+  double scale_walk;  // variance added to the calibration's since the radio's last range
+  double bias_walk;
+  double inlier_share;
+  double floor_density;  // 1/m, of an outlier times its share
+  double tail_density;   // 1/m, at zero excess, of a detour times its share
+  double tail_rate;      // 1/m
+};
+
+/// Columns of a radio's calibration; null where it is not estimated.
+struct Calibration {
+  double* scale;
+  double* bias;
+  double* scale_variance;
+  double* scale_bias_covariance;
+  double* bias_variance;
+};
+
+/// log_weight += log likelihood of the range; the particle's calibration takes the range in as far
+/// as it is believed to be no outlier. innovation and innovation_variance: of each particle.
+void weigh(const Range& range, std::int64_t count, const double* x, const double* y,
+           const double* heading, const Calibration& calibration, double* log_weight,
+           double* innovation, double* innovation_variance);
+
+}  // namespace pf_resampling::kernels

@@ -1,0 +1,58 @@
+#include "pf_resampling_core/models/odometry_motion.hpp"
+
+#include <cmath>
+
+namespace pf_resampling {
+namespace {
+
+double variance(double deviation_per_root, double amount) {
+  return deviation_per_root * deviation_per_root * amount;
+}
+
+// Covariance of one step, in the frame of its start. Heading noise gathered within the step is that
+// of a random walk: it displaces the end sideways with variance 1/3 and covariance 1/2 of what the
+// whole of it would.
+Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion, double duration) {
+  const double distance = std::hypot(motion.x, motion.y);
+  const double heading = variance(noise.heading_per_distance, distance) +
+                         variance(noise.heading_per_angle, std::abs(motion.heading)) +
+                         variance(noise.heading_per_time, duration);
+  const double idle = variance(noise.translation_per_time, duration);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  covariance(0, 0) = variance(noise.translation_per_distance, distance) + idle;
+  covariance(1, 1) =
+      variance(noise.slip_per_distance, distance) + idle + heading * distance * distance / 3.0;
+  covariance(1, 2) = covariance(2, 1) = 0.5 * heading * motion.x;
+  covariance(2, 2) = heading;
+  return covariance;
+}
+
+}  // namespace
+
+void append(const OdometryNoise& noise, const Pose2& motion, double duration,
+            OdometryIncrement* increment) {
+  const double cosine = std::cos(increment->mean.heading);
+  const double sine = std::sin(increment->mean.heading);
+
+  // Derivative of the composed motion by the motion so far: the step swings about its start …
+  Eigen::Matrix3d by_past = Eigen::Matrix3d::Identity();
+  by_past(0, 2) = -(sine * motion.x + cosine * motion.y);
+  by_past(1, 2) = cosine * motion.x - sine * motion.y;
+  // … and by the step: a rotation into the frame of the increment.
+  Eigen::Matrix3d by_step = Eigen::Matrix3d::Identity();
+  by_step(0, 0) = by_step(1, 1) = cosine;
+  by_step(0, 1) = -sine;
+  by_step(1, 0) = sine;
+
+  increment->covariance = by_past * increment->covariance * by_past.transpose() +
+                          by_step * step_covariance(noise, motion, duration) * by_step.transpose();
+  // A constant yaw-rate error turns the step, on average, by half of what it adds to the heading.
+  const Eigen::Vector3d step_sensitivity(-0.5 * duration * motion.y, 0.5 * duration * motion.x,
+                                         duration);
+  increment->yaw_rate_sensitivity =
+      by_past * increment->yaw_rate_sensitivity + by_step * step_sensitivity;
+  increment->mean = compose(increment->mean, motion);
+  increment->duration += duration;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,97 @@
+#include "pf_resampling_core/population/pose_statistics.hpp"
+
+#include <cmath>
+
+#include "pf_resampling_core/population/vector_math.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Fixed number of interleaved partial sums: the same bytes for every vector width.
+constexpr int kLanes = 8;
+
+PF_RESAMPLING_VECTOR_CLONES
+void first_moments(const double* weights, const double* x, const double* y, const double* heading,
+                   std::int64_t count, double sums[5][kLanes]) {
+  std::int64_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double weight = weights[i + lane];
+      double sine;
+      double cosine;
+      sincos_vector(heading[i + lane], &sine, &cosine);
+      sums[0][lane] += weight * weight;
+      sums[1][lane] += weight * x[i + lane];
+      sums[2][lane] += weight * y[i + lane];
+      sums[3][lane] += weight * cosine;
+      sums[4][lane] += weight * sine;
+    }
+  }
+  for (; i < count; ++i) {
+    double sine;
+    double cosine;
+    sincos_vector(heading[i], &sine, &cosine);
+    sums[0][0] += weights[i] * weights[i];
+    sums[1][0] += weights[i] * x[i];
+    sums[2][0] += weights[i] * y[i];
+    sums[3][0] += weights[i] * cosine;
+    sums[4][0] += weights[i] * sine;
+  }
+}
+
+PF_RESAMPLING_INLINE void add_second_moments(double weight, double dx, double dy, double dh,
+                                             int lane, double sums[6][kLanes]) {
+  sums[0][lane] += weight * dx * dx;
+  sums[1][lane] += weight * dx * dy;
+  sums[2][lane] += weight * dx * dh;
+  sums[3][lane] += weight * dy * dy;
+  sums[4][lane] += weight * dy * dh;
+  sums[5][lane] += weight * dh * dh;
+}
+
+PF_RESAMPLING_VECTOR_CLONES
+void second_moments(const double* weights, const double* x, const double* y, const double* heading,
+                    const Pose2& mean, std::int64_t count, double sums[6][kLanes]) {
+  std::int64_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      add_second_moments(weights[i + lane], x[i + lane] - mean.x, y[i + lane] - mean.y,
+                         wrap_angle_vector(heading[i + lane] - mean.heading), lane, sums);
+    }
+  }
+  for (; i < count; ++i) {
+    add_second_moments(weights[i], x[i] - mean.x, y[i] - mean.y,
+                       wrap_angle_vector(heading[i] - mean.heading), 0, sums);
+  }
+}
+
+double total(const double lanes[kLanes]) {
+  double sum = 0.0;
+  for (int lane = 0; lane < kLanes; ++lane) sum += lanes[lane];
+  return sum;
+}
+
+}  // namespace
+
+PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading) {
+  double first[5][kLanes] = {};
+  first_moments(weights.data(), x.data(), y.data(), heading.data(), weights.size(), first);
+  PoseStatistics statistics;
+  statistics.effective_sample_size = 1.0 / total(first[0]);
+  statistics.mean = {total(first[1]), total(first[2]),
+                     std::atan2(total(first[4]), total(first[3]))};
+
+  double second[6][kLanes] = {};
+  second_moments(weights.data(), x.data(), y.data(), heading.data(), statistics.mean,
+                 weights.size(), second);
+  const double xx = total(second[0]);
+  const double xy = total(second[1]);
+  const double xh = total(second[2]);
+  const double yy = total(second[3]);
+  const double yh = total(second[4]);
+  const double hh = total(second[5]);
+  statistics.covariance << xx, xy, xh, xy, yy, yh, xh, yh, hh;
+  return statistics;
+}
+
+}  // namespace pf_resampling
