@@ -48,6 +48,12 @@ PopulationControl::PopulationControl(const PopulationControlOptions& options)
   }
 }
 
+void PopulationControl::set_options(const PopulationControlOptions& options) {
+  PopulationControl other(options);
+  options_ = other.options_;
+  resampler_ = std::move(other.resampler_);
+}
+
 bool PopulationControl::is_due(double effective_sample_size, int size, int requested_size) {
   ++observations_since_renewal_;
   if (options_.renewal == Renewal::none) return false;

@@ -43,6 +43,9 @@ class PopulationControl {
  public:
   explicit PopulationControl(const PopulationControlOptions& options = {});
 
+  /// Other rules from now on; the counts go on. Throws Error, changing nothing, on options outside their ranges.
+  void set_options(const PopulationControlOptions& options);
+
   /// To be asked once after each observation update. `effective_sample_size` and `size` are of the
   /// current, normalised weights; `requested_size` is how many particles the filter wants from now
   /// on. A renewal is due when the schedule says so, or when requested_size differs from size and

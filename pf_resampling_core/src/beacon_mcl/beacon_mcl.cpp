@@ -93,7 +93,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
   const bool other_threads = options.threads != options_.threads;
   const bool other_count = options.particles != options_.particles;
-  control_ = PopulationControl(options.population);
+  control_.set_options(options.population);
   options_ = options;
   if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   if (other_count) requested_size_ = options.particles;

@@ -16,11 +16,6 @@ const EnumNames<Initialization> kInitializations{"initialization",
                                                   {Initialization::uniform, "uniform"},
                                                   {Initialization::gaussian, "gaussian"}}};
 
-const std::vector<WeightsAfter>& all_weights_after() {
-  static const std::vector<WeightsAfter> all = {WeightsAfter::reset, WeightsAfter::unbiased};
-  return all;
-}
-
 std::vector<ResamplingScheme> inner_schemes() {
   std::vector<ResamplingScheme> inner;
   for (const ResamplingScheme scheme : all_resampling_schemes()) {
