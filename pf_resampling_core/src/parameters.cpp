@@ -69,8 +69,9 @@ double parse_number(const Parameter& parameter, const std::string& text) {
   const char* begin = text.c_str();
   char* end = nullptr;
   const double value = std::strtod(begin, &end);
-  while (end != nullptr && *end == ' ') ++end;
-  if (end == begin || *end != '\0' || !std::isfinite(value)) refuse(parameter, text);
+  const std::size_t used = static_cast<std::size_t>(end - begin);
+  const bool is_whole = used > 0 && text.find_first_not_of(' ', used) == std::string::npos;
+  if (!is_whole || !std::isfinite(value)) refuse(parameter, text);
   const bool below =
       parameter.minimum_excluded ? value <= parameter.minimum : value < parameter.minimum;
   if (below || value > parameter.maximum) refuse(parameter, text);
