@@ -16,6 +16,7 @@ CommandLine example_line() {
   line.optional_positional("out.bag", "what to write");
   line.options()("antenna", po::value<std::string>()->value_name("x,y,z"), "where it sits")(
       "seed", po::value<unsigned>()->default_value(1), "seed");
+  line.repeatable_option("config", "FILE", "several are merged");
   line.example("tool in.bag --seed 3");
   return line;
 }
@@ -37,6 +38,14 @@ TEST(CommandLine, ReadsPositionalsAndOptions) {
   EXPECT_EQ(line.get<std::string>("out.bag"), "b.bag");
   EXPECT_EQ(line.get<unsigned>("seed"), 7U);
   EXPECT_FALSE(line.has("antenna"));
+}
+
+TEST(CommandLine, GathersRepeatedOptions) {
+  CommandLine line = example_line();
+  ASSERT_TRUE(line.parse({"a.bag", "--config", "a.yaml", "--config=b.yaml"}));
+  EXPECT_EQ(line.get<std::vector<std::string>>("config"),
+            (std::vector<std::string>{"a.yaml", "b.yaml"}));
+  EXPECT_FALSE(line.has("out.bag"));
 }
 
 TEST(CommandLine, TakesNegativeNumbersAsValues) {

@@ -1,3 +1,6 @@
+// Boost's own code for options with several values makes GCC 12 believe in a null pointer.
+#pragma GCC diagnostic ignored "-Wnull-dereference"
+
 #include "command_line.hpp"
 
 #include <cctype>
@@ -53,6 +56,13 @@ void CommandLine::optional_positional(const std::string& name, const std::string
 
 po::options_description_easy_init CommandLine::options() {
   return options_.add_options();
+}
+
+void CommandLine::repeatable_option(const std::string& name, const std::string& value_name,
+                                    const std::string& help) {
+  options_.add_options()(name.c_str(),
+                         po::value<std::vector<std::string>>()->composing()->value_name(value_name),
+                         help.c_str());
 }
 
 void CommandLine::example(const std::string& command) {

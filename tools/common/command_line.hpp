@@ -39,6 +39,10 @@ class CommandLine {
   /// Where options are added, in Boost's way: options()("name", value, "help"). Only long names.
   boost::program_options::options_description_easy_init options();
 
+  /// Adds an option that may be given several times; its value is a std::vector<std::string>.
+  void repeatable_option(const std::string& name, const std::string& value_name,
+                         const std::string& help);
+
   /// Adds a line to the examples of the help text.
   void example(const std::string& command);
 
@@ -53,7 +57,9 @@ class CommandLine {
   /// The value of an option or positional argument; positional ones are std::string.
   template <typename T>
   T get(const std::string& name) const {
-    return values_[name].template as<T>();
+    const T* value = boost::any_cast<T>(&values_[name].value());
+    if (value == nullptr) throw Error("--" + name + " was asked for as another type than it is");
+    return *value;
   }
 
   /// The help text: usage, summary, arguments, options, examples.

@@ -1,0 +1,189 @@
+#include "csv_table.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+#include "common/files.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+namespace {
+
+struct Line {
+  std::size_t number;
+  std::vector<std::string> fields;
+};
+
+/// Without spaces around it, and without a pair of quotes around that.
+std::string trimmed(const std::string& text) {
+  const char* const kSpace = " \t\r";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string::npos) return "";
+  std::string inner = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+  if (inner.size() >= 2 && inner.front() == '"' && inner.back() == '"') {
+    inner = inner.substr(1, inner.size() - 2);
+  }
+  return inner;
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields;
+  std::size_t begin = 0;
+  while (true) {
+    const std::size_t comma = line.find(',', begin);
+    fields.push_back(trimmed(line.substr(begin, comma - begin)));
+    if (comma == std::string::npos) return fields;
+    begin = comma + 1;
+  }
+}
+
+std::vector<Line> lines_of(const std::string& path) {
+  std::string contents = read_file(path);
+  const std::string kByteOrderMark = "\xEF\xBB\xBF";
+  if (contents.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0) contents.erase(0, 3);
+
+  std::vector<Line> lines;
+  std::istringstream stream(contents);
+  std::string line;
+  for (std::size_t number = 1; std::getline(stream, line); ++number) {
+    line = line.substr(0, line.find('#'));
+    if (trimmed(line).empty()) continue;
+    lines.push_back({number, split(line)});
+  }
+  return lines;
+}
+
+std::string lower(std::string text) {
+  for (char& character : text) {
+    character = static_cast<char>(std::tolower(static_cast<unsigned char>(character)));
+  }
+  return text;
+}
+
+bool is_number(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return !text.empty() && end == text.c_str() + text.size();
+}
+
+std::string joined(const std::vector<CsvColumn>& columns) {
+  std::string text;
+  for (const CsvColumn& column : columns) {
+    text += (text.empty() ? "" : ",") + (column.required ? column.name : "[" + column.name + "]");
+  }
+  return text;
+}
+
+std::vector<std::string> header_of(const std::string& path, const std::vector<Line>& lines) {
+  if (lines.empty()) throw Error(path + ": is empty; its first line has to name the columns");
+  const Line& header = lines.front();
+  const std::string place = path + ":" + std::to_string(header.number) + ": ";
+  std::vector<std::string> names;
+  for (const std::string& field : header.fields) {
+    if (is_number(field)) {
+      throw Error(place + "'" + field + "' where the name of a column is expected; " +
+                  "the first line has to name the columns");
+    }
+    const std::string name = lower(field);
+    if (name.find_first_of(";\t") != std::string::npos) {
+      throw Error(place + "'" + field + "': columns have to be separated by commas");
+    }
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      throw Error(place + "column " + name + " is named twice");
+    }
+    names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+CsvTable::CsvTable(const std::string& path, const std::vector<CsvColumn>& columns) : path_(path) {
+  const std::vector<Line> lines = lines_of(path);
+  names_ = header_of(path, lines);
+  for (const CsvColumn& column : columns) {
+    if (column.required && !has(column.name)) {
+      throw Error(path + ":" + std::to_string(lines.front().number) + ": column " + column.name +
+                  " is missing; the columns are " + joined(columns));
+    }
+  }
+  for (const std::string& name : names_) {
+    const bool known = std::any_of(columns.begin(), columns.end(),
+                                   [&](const CsvColumn& column) { return column.name == name; });
+    if (!known) ignored_.push_back(name);
+  }
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    if (lines[i].fields.size() != names_.size()) {
+      throw Error(path + ":" + std::to_string(lines[i].number) + ": " +
+                  std::to_string(lines[i].fields.size()) + " fields, where the header names " +
+                  std::to_string(names_.size()) + " columns");
+    }
+    rows_.push_back({lines[i].number, lines[i].fields});
+  }
+}
+
+std::vector<std::string> CsvTable::names_in(const std::string& path) {
+  return header_of(path, lines_of(path));
+}
+
+bool CsvTable::has(const std::string& column) const {
+  return std::find(names_.begin(), names_.end(), column) != names_.end();
+}
+
+std::size_t CsvTable::column_index(const std::string& column) const {
+  const auto found = std::find(names_.begin(), names_.end(), column);
+  if (found == names_.end()) throw Error(path_ + ": has no column " + column);
+  return static_cast<std::size_t>(found - names_.begin());
+}
+
+const std::string& CsvTable::text(std::size_t row, const std::string& column) const {
+  const std::string& field = rows_.at(row).fields[column_index(column)];
+  if (field.empty()) fail(row, column, "is empty");
+  return field;
+}
+
+double CsvTable::number(std::size_t row, const std::string& column) const {
+  const std::string& field = text(row, column);
+  if (!is_number(field)) fail(row, column, "is not a number");
+  const double value = std::strtod(field.c_str(), nullptr);
+  if (!std::isfinite(value)) fail(row, column, "is not finite");
+  return value;
+}
+
+double CsvTable::non_negative(std::size_t row, const std::string& column) const {
+  const double value = number(row, column);
+  if (value < 0.0) fail(row, column, "is negative");
+  return value;
+}
+
+std::int32_t CsvTable::id(std::size_t row, const std::string& column, std::int32_t least) const {
+  const double value = number(row, column);
+  const bool whole = std::abs(value - std::nearbyint(value)) <= 0.0;
+  if (!whole || value > std::numeric_limits<std::int32_t>::max()) {
+    fail(row, column, "is not a whole number");
+  }
+  if (value < least) fail(row, column, "is less than " + std::to_string(least));
+  return static_cast<std::int32_t>(value);
+}
+
+double CsvTable::time(std::size_t row, const std::string& column) const {
+  const double value = number(row, column);
+  if (row > 0 && value < number(row - 1, column)) {
+    fail(row, column,
+         "is before the " + text(row - 1, column) + " of the row above; sort the file by time");
+  }
+  return value;
+}
+
+void CsvTable::fail(std::size_t row, const std::string& column, const std::string& what) const {
+  const Row& at = rows_.at(row);
+  throw Error(path_ + ":" + std::to_string(at.line) + ": column " + column + ": '" +
+              at.fields[column_index(column)] + "' " + what);
+}
+
+}  // namespace pf_resampling
