@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -33,10 +34,12 @@ class TemporaryDirectory {
 
   /// Names of the files in it, sorted, a space between.
   std::string listing() const {
-    std::string names;
+    std::set<std::string> sorted;
     for (const auto& entry : std::filesystem::directory_iterator(path_)) {
-      names += (names.empty() ? "" : " ") + entry.path().filename().string();
+      sorted.insert(entry.path().filename().string());
     }
+    std::string names;
+    for (const std::string& name : sorted) names += (names.empty() ? "" : " ") + name;
     return names;
   }
 

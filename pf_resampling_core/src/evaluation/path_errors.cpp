@@ -18,19 +18,6 @@ constexpr double kConvergedFor = 10.0;  // s
 constexpr double kLastPart = 0.2;       // share of the time that decides whether a run is lost
 constexpr double kLeastCoverage = 0.5;  // of the last part, by the estimate
 
-void check_options(const PathErrorOptions& options) {
-  if (!(options.clip >= 0.0 && options.clip < 1.0)) {
-    throw Error("clip is " + std::to_string(options.clip) +
-                ": it is the share of the time that is left out, in [0, 1)");
-  }
-  if (!(options.max_gap >= 0.0)) {
-    throw Error("max_gap is " + std::to_string(options.max_gap) + " s: it has to be >= 0");
-  }
-  if (!(options.lost_error >= 0.0)) {
-    throw Error("lost_error is " + std::to_string(options.lost_error) + " m: it has to be >= 0");
-  }
-}
-
 /// Squared length of `error` in units of `covariance`.
 template <typename Matrix, typename Vector>
 double mahalanobis_squared(const Matrix& covariance, const Vector& error) {
@@ -146,6 +133,19 @@ bool is_lost(const std::vector<TruePose>& truth, const std::vector<double>& cart
 }
 
 }  // namespace
+
+void check_options(const PathErrorOptions& options) {
+  if (!(options.clip >= 0.0 && options.clip < 1.0)) {
+    throw Error("clip is " + std::to_string(options.clip) +
+                ": it is the share of the time that is left out, in [0, 1)");
+  }
+  if (!(options.max_gap >= 0.0)) {
+    throw Error("max_gap is " + std::to_string(options.max_gap) + " s: it has to be >= 0");
+  }
+  if (!(options.lost_error >= 0.0)) {
+    throw Error("lost_error is " + std::to_string(options.lost_error) + " m: it has to be >= 0");
+  }
+}
 
 double usual_lost_error(const std::vector<TruePose>& truth) {
   constexpr double kRadioNoise = 0.2;

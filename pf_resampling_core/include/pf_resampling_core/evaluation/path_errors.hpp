@@ -18,6 +18,9 @@ struct PathErrorOptions {
   double lost_error = 0.0;
 };
 
+/// Throws Error for an option outside its range, naming it, its value and its range.
+void check_options(const PathErrorOptions& options);
+
 /// A robot is lost when it is further off than radio noise explains (0.2 m) plus 3 % of the
 /// diagonal of the area it drove in: 3.1 m on Plaza 2 (96 m), 0.29 m in the labyrinth (3 m). A
 /// wrong mode of a range-only belief is off by a good part of the area, so the verdict hardly

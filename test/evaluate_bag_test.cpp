@@ -1,0 +1,248 @@
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "common/bag.hpp"
+#include "common/files.hpp"
+#include "run_program.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kStart = 1000.0;  // s
+constexpr double kHeading = 0.5;   // rad
+constexpr int kPoses = 501;        // at 10 Hz
+
+geometry_msgs::Pose pose_at(double x, double y, double heading) {
+  geometry_msgs::Pose pose;
+  pose.position.x = x;
+  pose.position.y = y;
+  pose.orientation.z = std::sin(0.5 * heading);
+  pose.orientation.w = std::cos(0.5 * heading);
+  return pose;
+}
+
+struct BagOptions {
+  bool with_truth = true;
+  bool with_heading = true;
+  bool with_pose = true;
+  double lateral = 1.0;         // m, of the estimate, to the left; 20 m in the first tenth
+  double scale = 1.1;           // of dead reckoning
+  double x_of_last_pose = 0.0;  // m, added
+};
+
+// 50 m along a line; the estimate beside it, dead reckoning too long; a variance of 1 m^2 per axis.
+void write_bag(const std::string& path, const BagOptions& options) {
+  BagWriter bag(path);
+  const ros::Time start(kStart);
+  BeaconArray beacons;
+  beacons.header.frame_id = "map";
+  beacons.header.stamp = start;
+  beacons.beacons.resize(1);
+  bag.write_latched("/beacons", start, beacons);
+  for (int i = 0; i < kPoses; ++i) {
+    const ros::Time time(kStart + 0.1 * i);
+    const double s = 0.1 * i;
+    std_msgs::Header header;
+    header.stamp = time;
+    header.frame_id = "map";
+    const double x = 3.0 + s * std::cos(kHeading);
+    const double y = -2.0 + s * std::sin(kHeading);
+    if (options.with_truth && options.with_heading) {
+      geometry_msgs::PoseStamped truth;
+      truth.header = header;
+      truth.pose = pose_at(x, y, kHeading);
+      bag.write("/ground_truth", time, truth);
+    } else if (options.with_truth) {
+      geometry_msgs::PointStamped truth;
+      truth.header = header;
+      truth.point.x = x;
+      truth.point.y = y;
+      bag.write("/ground_truth", time, truth);
+    }
+    nav_msgs::Odometry odometry;
+    odometry.header = header;
+    odometry.header.frame_id = "odom";
+    odometry.pose.pose = pose_at(options.scale * s, 0.0, 0.0);
+    bag.write("/odom", time, odometry);
+    if (!options.with_pose) continue;
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.header = header;
+    const double left = i < kPoses / 10 ? 20.0 : options.lateral;
+    pose.pose.pose =
+        pose_at(x - left * std::sin(kHeading), y + left * std::cos(kHeading), kHeading + 0.1);
+    if (i + 1 == kPoses) pose.pose.pose.position.x += options.x_of_last_pose;
+    pose.pose.covariance[0] = 1.0;
+    pose.pose.covariance[7] = 1.0;
+    pose.pose.covariance[35] = 1.0;
+    bag.write("/pose", time, pose);
+  }
+  bag.finish();
+}
+
+class EvaluateBag : public ::testing::Test {
+ protected:
+  std::string bag_with(const BagOptions& options) const {
+    write_bag(directory_.file("run.bag"), options);
+    return directory_.file("run.bag");
+  }
+  json evaluate(const std::string& arguments) const {
+    const std::string file = directory_.file("out.json");
+    const ProgramResult result = run_program("evaluate_bag " + arguments + " --json " + file);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    EXPECT_EQ(result.error, "");
+    return json::parse(read_file(file));
+  }
+  TemporaryDirectory directory_;
+};
+
+TEST_F(EvaluateBag, WritesTheErrorsOfEstimateAndDeadReckoning) {
+  const json result = evaluate(bag_with({}) + " --clip 0.2");
+  const json& estimate = result["estimate"];
+  EXPECT_NEAR(estimate["cross_track"]["mean"], 1.0, 1e-6);
+  EXPECT_NEAR(estimate["cross_track"]["max"], 1.0, 1e-6);
+  EXPECT_NEAR(estimate["cross_track"]["std"], 0.0, 1e-6);
+  EXPECT_NEAR(estimate["along_track"]["max"], 0.0, 1e-6);
+  EXPECT_NEAR(estimate["cartesian"]["mean"], 1.0, 1e-6);
+  EXPECT_NEAR(estimate["heading"]["mean"], 0.1, 1e-6);
+  EXPECT_EQ(estimate["coverage95"], 1.0);
+  EXPECT_EQ(estimate["lost"], false);
+  EXPECT_EQ(result["coverage95"], 1.0);
+  EXPECT_EQ(result["lost"], false);
+  // Off by 20 m for the first 50 poses: 5 s.
+  EXPECT_NEAR(result["converged_after"], 5.0, 1e-6);
+  EXPECT_NEAR(estimate["converged_after"], 5.0, 1e-6);
+  // Dead reckoning is 10 % too long: from 1 m at 10 s to 5 m at 50 s, uniformly.
+  const json& dead_reckoning = result["dead_reckoning"];
+  EXPECT_NEAR(dead_reckoning["along_track"]["mean"], 3.0, 1e-6);
+  EXPECT_NEAR(dead_reckoning["along_track"]["max"], 5.0, 1e-6);
+  EXPECT_NEAR(dead_reckoning["along_track"]["std"], 4.0 / std::sqrt(12.0), 0.005);
+  EXPECT_NEAR(dead_reckoning["cross_track"]["max"], 0.0, 1e-6);
+  EXPECT_NEAR(dead_reckoning["heading"]["max"], 0.0, 1e-6);
+}
+
+TEST_F(EvaluateBag, CountsTheWholeRunUnlessToldToClip) {
+  const json result = evaluate(bag_with({}));
+  EXPECT_NEAR(result["estimate"]["cartesian"]["mean"], (50.0 * 20.0 + 451.0) / 501.0, 1e-6);
+  EXPECT_NEAR(result["estimate"]["coverage95"], 451.0 / 501.0, 1e-9);
+}
+
+TEST_F(EvaluateBag, DoesWithoutATrueHeading) {
+  BagOptions options;
+  options.with_heading = false;
+  const json result = evaluate(bag_with(options) + " --clip 0.2");
+  EXPECT_NEAR(result["estimate"]["cross_track"]["mean"], 1.0, 1e-6);
+  EXPECT_NEAR(result["dead_reckoning"]["along_track"]["mean"], 3.0, 1e-6);
+  EXPECT_TRUE(result["estimate"]["heading"]["mean"].is_null());
+}
+
+TEST_F(EvaluateBag, SaysWhenTheRobotIsLost) {
+  BagOptions options;
+  options.lateral = 4.0;  // the extent is 50 m: lost above 1.7 m
+  const std::string bag = bag_with(options);
+  EXPECT_EQ(evaluate(bag)["lost"], true);
+  EXPECT_TRUE(evaluate(bag)["converged_after"].is_null());
+  EXPECT_EQ(evaluate(bag + " --lost-error 4.1")["lost"], false);
+}
+
+TEST_F(EvaluateBag, PrintsATableAndCanBeQuiet) {
+  const std::string bag = bag_with({});
+  const ProgramResult loud = run_program("evaluate_bag " + bag + " --clip 0.2");
+  EXPECT_EQ(loud.exit_code, 0);
+  for (const char* text :
+       {"cross-track (m)", "along-track (m)", "Cartesian (m)", "heading (rad)", "dead reckoning",
+        "1.000", "3.000", "95 %", "converge", "5.0 s", "lost"}) {
+    EXPECT_NE(loud.out.find(text), std::string::npos) << text << "\n" << loud.out;
+  }
+  const ProgramResult quiet = run_program("evaluate_bag " + bag + " --quiet");
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.out + quiet.error, "");
+}
+
+TEST_F(EvaluateBag, DrawsAPicture) {
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "matplotlib is not installed";
+  }
+  const std::string picture = directory_.file("out.png");
+  const ProgramResult result =
+      run_program("evaluate_bag " + bag_with({}) + " --clip 0.2 --quiet --plot " + picture);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(read_file(picture).substr(1, 3), "PNG");
+  EXPECT_GT(read_file(picture).size(), 20000u);
+  EXPECT_EQ(directory_.listing(), "out.png run.bag");
+}
+
+TEST_F(EvaluateBag, DrawsThePathsAloneWithoutTruth) {
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "matplotlib is not installed";
+  }
+  BagOptions options;
+  options.with_truth = false;
+  const std::string picture = directory_.file("out.png");
+  const ProgramResult result =
+      run_program("evaluate_bag " + bag_with(options) + " --plot " + picture);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.out.find("no /ground_truth"), std::string::npos) << result.out;
+  EXPECT_EQ(read_file(picture).substr(1, 3), "PNG");
+}
+
+TEST_F(EvaluateBag, NamesWhatIsMissing) {
+  BagOptions options;
+  options.with_pose = false;
+  ProgramResult result = run_program("evaluate_bag " + bag_with(options));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
+  for (const char* topic : {"/pose", "/odom", "/ground_truth", "/beacons"}) {
+    EXPECT_NE(result.error.find(topic), std::string::npos) << result.error;
+  }
+  options = {};
+  options.with_truth = false;
+  result = run_program("evaluate_bag " + bag_with(options));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
+  EXPECT_NE(result.error.find("no /ground_truth"), std::string::npos) << result.error;
+}
+
+TEST_F(EvaluateBag, RefusesBadInputInOneLine) {
+  const std::string bag = bag_with({});
+  const std::string whole = read_file(bag);
+  const std::string truncated =
+      directory_.write("truncated.bag", whole.substr(0, whole.size() / 2));
+  const std::string text = directory_.write("text.bag", "not a bag\n");
+  for (const std::string& arguments :
+       {directory_.file("missing.bag"), truncated, text, directory_.path(), bag + " --clip 1.5",
+        bag + " --clip -0.1", bag + " --lost-error -1", bag + " --plot picture.bmp",
+        bag + " --json " + directory_.file("no/such/folder.json") + " --quiet",
+        bag + " --pose /odometry"}) {
+    const ProgramResult result = run_program("evaluate_bag " + arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << arguments << "\n" << result.error;
+  }
+  for (const std::string& arguments : {std::string(), bag + " --klip 0.2", bag + " --clip x"}) {
+    const ProgramResult result = run_program("evaluate_bag " + arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << arguments << "\n" << result.error;
+  }
+}
+
+TEST_F(EvaluateBag, SaysThatTheEstimateIsNotFinite) {
+  BagOptions options;
+  options.x_of_last_pose = std::numeric_limits<double>::quiet_NaN();
+  const ProgramResult result = run_program("evaluate_bag " + bag_with(options));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
+  EXPECT_NE(result.error.find("/pose: pose 501 of 501 is not finite"), std::string::npos)
+      << result.error;
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,205 @@
+#include "bag_contents.hpp"
+
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bag.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+template <typename Message>
+double stamp_of(const rosbag::MessageInstance& instance, const Message& message) {
+  return message.header.stamp.isZero() ? instance.getTime().toSec() : message.header.stamp.toSec();
+}
+
+double heading_of(const geometry_msgs::Quaternion& q) {
+  return std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z));
+}
+
+bool is_zero(const geometry_msgs::Quaternion& q) {
+  return q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0;
+}
+
+TruePose true_pose(double time, const geometry_msgs::Pose& pose) {
+  TruePose result = {time, pose.position.x, pose.position.y, {}};
+  if (!is_zero(pose.orientation)) result.heading = heading_of(pose.orientation);
+  return result;
+}
+
+EstimatedPose estimated_pose(double time, const geometry_msgs::Pose& pose) {
+  EstimatedPose result;
+  result.time = time;
+  result.pose = {pose.position.x, pose.position.y, heading_of(pose.orientation)};
+  return result;
+}
+
+EstimatedPose estimated_pose(double time, const geometry_msgs::PoseWithCovariance& pose) {
+  EstimatedPose result = estimated_pose(time, pose.pose);
+  constexpr std::size_t kAxes[3] = {0, 1, 5};  // x, y and yaw of the six
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      result.covariance(row, column) = pose.covariance[6 * kAxes[row] + kAxes[column]];
+    }
+  }
+  return result;
+}
+
+template <typename Stamped>
+void sort_by_time(std::vector<Stamped>* list) {
+  std::stable_sort(list->begin(), list->end(),
+                   [](const Stamped& a, const Stamped& b) { return a.time < b.time; });
+}
+
+/// Calls handle(instance) for every message of a topic; a damaged chunk is an Error.
+template <typename Handle>
+void for_each_message(const rosbag::Bag& bag, const std::string& topic, const Handle& handle) {
+  try {
+    for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+      handle(instance);
+    }
+  } catch (const rosbag::BagException& error) {
+    throw Error(bag.getFileName() + ": cannot read " + topic + ": " + error.what());
+  }
+}
+
+Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.translation() << transform.translation.x, transform.translation.y, transform.translation.z;
+  result.linear() = Eigen::Quaterniond(transform.rotation.w, transform.rotation.x,
+                                       transform.rotation.y, transform.rotation.z)
+                        .normalized()
+                        .toRotationMatrix();
+  return result;
+}
+
+std::string without_slash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+}  // namespace
+
+std::vector<std::string> truth_types() {
+  return {"geometry_msgs/PoseStamped", "geometry_msgs/PointStamped", "nav_msgs/Odometry",
+          "geometry_msgs/PoseWithCovarianceStamped"};
+}
+
+std::vector<std::string> pose_types() {
+  return {"geometry_msgs/PoseWithCovarianceStamped", "nav_msgs/Odometry",
+          "geometry_msgs/PoseStamped"};
+}
+
+std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<TruePose> truth;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+      truth.push_back(true_pose(stamp_of(instance, *pose), pose->pose));
+    } else if (const auto point = instance.instantiate<geometry_msgs::PointStamped>()) {
+      truth.push_back({stamp_of(instance, *point), point->point.x, point->point.y, {}});
+    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+      truth.push_back(true_pose(stamp_of(instance, *odometry), odometry->pose.pose));
+    } else if (const auto with_covariance =
+                   instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      truth.push_back(true_pose(stamp_of(instance, *with_covariance), with_covariance->pose.pose));
+    }
+  });
+  sort_by_time(&truth);
+  check_path(truth, topic.c_str());
+  return truth;
+}
+
+std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<EstimatedPose> poses;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    if (const auto with_covariance =
+            instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      poses.push_back(estimated_pose(stamp_of(instance, *with_covariance), with_covariance->pose));
+    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+      poses.push_back(estimated_pose(stamp_of(instance, *odometry), odometry->pose));
+    } else if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+      poses.push_back(estimated_pose(stamp_of(instance, *pose), pose->pose));
+    }
+  });
+  sort_by_time(&poses);
+  check_path(poses, topic.c_str());
+  return poses;
+}
+
+std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<Beacon> beacons;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto array = instance.instantiate<pf_resampling::BeaconArray>();
+    if (!array) return;
+    beacons.clear();
+    for (const auto& message : array->beacons) {
+      Beacon beacon;
+      beacon.id = message.id;
+      beacon.position << message.position.x, message.position.y, message.position.z;
+      if (!beacon.position.allFinite()) {
+        throw Error(topic + ": the position of beacon " + std::to_string(beacon.id) +
+                    " is not finite");
+      }
+      beacons.push_back(beacon);
+    }
+  });
+  return beacons;
+}
+
+std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<StampedRange> ranges;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto range = instance.instantiate<pf_resampling::BeaconRange>();
+    if (!range) return;
+    ranges.push_back({stamp_of(instance, *range), without_slash(range->header.frame_id),
+                      range->beacon, range->range});
+  });
+  sort_by_time(&ranges);
+  return ranges;
+}
+
+std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,
+                                                              const std::string& base) {
+  struct Edge {
+    std::string parent, child;
+    Eigen::Isometry3d transform;
+  };
+  std::vector<Edge> edges;
+  for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
+    const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+    if (!message) return;
+    for (const auto& transform : message->transforms) {
+      edges.push_back({without_slash(transform.header.frame_id),
+                       without_slash(transform.child_frame_id), isometry_of(transform.transform)});
+    }
+  });
+  std::map<std::string, Eigen::Isometry3d> frames;
+  frames[base] = Eigen::Isometry3d::Identity();
+  // The frames are a tree: each round settles at least one more, downwards or upwards.
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
+    for (const Edge& edge : edges) {
+      const bool knows_parent = frames.count(edge.parent) > 0;
+      const bool knows_child = frames.count(edge.child) > 0;
+      if (knows_parent == knows_child) continue;
+      if (knows_parent) {
+        frames[edge.child] = frames[edge.parent] * edge.transform;
+      } else {
+        frames[edge.parent] = frames[edge.child] * edge.transform.inverse();
+      }
+      has_grown = true;
+    }
+  }
+  return frames;
+}
+
+}  // namespace pf_resampling

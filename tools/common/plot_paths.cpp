@@ -1,0 +1,193 @@
+#include "plot_paths.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "files.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr const char* kPython = "/usr/bin/python3";
+
+/// A file in the directory for temporary files, removed at the end.
+class TemporaryFile {
+ public:
+  TemporaryFile() : path_((fs::temp_directory_path() / "pf_resampling_XXXXXX").string()) {
+    const int descriptor = mkstemp(path_.data());
+    if (descriptor < 0) throw Error(path_ + ": cannot be written; is the disk full?");
+    close(descriptor);
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// The script beside this program, as installed, or in the source tree the program was built from.
+std::string script_path() {
+  const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path() / "plot_paths.py";
+  const fs::path source = fs::path(PF_RESAMPLING_SCRIPTS) / "plot_paths.py";
+  for (const fs::path& path : {source, beside}) {
+    if (fs::exists(path)) return path.string();
+  }
+  throw Error("plot_paths.py is neither at " + beside.string() + " nor at " + source.string() +
+              ": install pf_resampling again");
+}
+
+/// More points than this cannot be told apart in a picture.
+template <typename Stamped>
+std::size_t stride_of(const std::vector<Stamped>& list) {
+  constexpr std::size_t kMostPoints = 20000;
+  return 1 + list.size() / kMostPoints;
+}
+
+json path_json(const std::vector<TruePose>& path) {
+  json x = json::array(), y = json::array();
+  for (std::size_t i = 0; i < path.size(); i += stride_of(path)) {
+    x.push_back(path[i].x);
+    y.push_back(path[i].y);
+  }
+  return {{"x", x}, {"y", y}};
+}
+
+json path_json(const std::vector<EstimatedPose>& path) {
+  json x = json::array(), y = json::array();
+  for (std::size_t i = 0; i < path.size(); i += stride_of(path)) {
+    x.push_back(path[i].pose.x);
+    y.push_back(path[i].pose.y);
+  }
+  return {{"x", x}, {"y", y}};
+}
+
+json number_or_null(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
+}
+
+json errors_json(const PathErrors& errors, double start) {
+  json result = {{"lost_error", errors.lost_error},
+                 {"mean", errors.cartesian.mean},
+                 {"coverage95", number_or_null(errors.coverage95)},
+                 {"converged_after", number_or_null(errors.converged_after)},
+                 {"lost", errors.lost}};
+  const std::vector<PathErrorSample>& samples = errors.samples;
+  for (std::size_t i = 0; i < samples.size(); i += stride_of(samples)) {
+    const PathErrorSample& sample = samples[i];
+    result["time"].push_back(sample.time - start);
+    result["clipped"].push_back(sample.is_clipped);
+    result["cartesian"].push_back(sample.cartesian);
+    result["cross_track"].push_back(number_or_null(sample.cross_track));
+    result["along_track"].push_back(number_or_null(sample.along_track));
+    result["heading"].push_back(number_or_null(sample.heading));
+    result["position_sigma"].push_back(sample.position_sigma);
+    result["cross_track_sigma"].push_back(sample.cross_track_sigma);
+    result["along_track_sigma"].push_back(sample.along_track_sigma);
+    result["heading_sigma"].push_back(sample.heading_sigma);
+  }
+  return result;
+}
+
+/// How many points of path_json(plot.estimate) lie in the clipped part.
+std::size_t clipped_points(const PathPlot& plot) {
+  if (!plot.errors) return 0;
+  double until = -std::numeric_limits<double>::infinity();
+  for (const PathErrorSample& sample : plot.errors->samples) {
+    if (sample.is_clipped) until = sample.time;
+  }
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < plot.estimate.size(); i += stride_of(plot.estimate)) {
+    if (plot.estimate[i].time <= until) ++points;
+  }
+  return points;
+}
+
+json plot_json(const PathPlot& plot) {
+  const double start = plot.truth.empty() ? 0.0 : plot.truth.front().time;
+  json beacons = json::array();
+  for (const Beacon& beacon : plot.beacons) {
+    beacons.push_back({{"id", beacon.id}, {"x", beacon.position.x()}, {"y", beacon.position.y()}});
+  }
+  json result = {{"title", plot.title},
+                 {"truth", path_json(plot.truth)},
+                 {"estimate", path_json(plot.estimate)},
+                 {"clipped_points", clipped_points(plot)},
+                 {"dead_reckoning", path_json(plot.dead_reckoning)},
+                 {"beacons", beacons}};
+  if (plot.errors) result["errors"] = errors_json(*plot.errors, start);
+  if (plot.dead_reckoning_errors) {
+    result["dead_reckoning_errors"] = errors_json(*plot.dead_reckoning_errors, start);
+  }
+  return result;
+}
+
+/// Runs a program, its stderr to a file; returns its exit code, -1 if it was killed.
+int run(const std::vector<std::string>& command, const std::string& error_file) {
+  std::vector<char*> arguments;
+  std::vector<std::string> words = command;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(),
+                                   O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  pid_t child = 0;
+  const int failure =
+      posix_spawn(&child, command[0].c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failure != 0) {
+    throw Error(command[0] + ": " + std::generic_category().message(failure) +
+                "; pictures need it: sudo apt-get install python3-matplotlib");
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::string last_line(std::string text) {
+  text.erase(text.find_last_not_of(" \n") + 1);
+  const std::size_t end = text.find_last_of('\n');
+  return end == std::string::npos ? text : text.substr(end + 1);
+}
+
+}  // namespace
+
+void check_plot_file(const std::string& path) {
+  const std::string ending = fs::path(path).extension().string();
+  if (ending != ".png" && ending != ".pdf" && ending != ".svg") {
+    throw Error(path + ": a picture ends in .png, .pdf or .svg");
+  }
+}
+
+void plot_paths(const PathPlot& plot, const std::string& path) {
+  check_plot_file(path);
+  const std::string script = script_path();
+  const TemporaryFile data;
+  const TemporaryFile errors;
+  write_file(data.path(), plot_json(plot).dump());
+  if (run({kPython, script, data.path(), path}, errors.path()) != 0) {
+    throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));
+  }
+}
+
+}  // namespace pf_resampling
