@@ -15,6 +15,10 @@ namespace {
 
 constexpr int kAllBeacons = -1;
 
+// Bounds of what is learnt about noise: beyond them the model is wrong in another way.
+constexpr double kLargestFactor = 30.0;
+constexpr double kLargestVarianceFactor = kLargestFactor * kLargestFactor;
+
 // Weighted mean and standard deviation over the population of what each particle holds as mean and
 // variance.
 ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances) {
@@ -72,13 +76,12 @@ void BeaconMcl::reset() {
   control_ = PopulationControl(options_.population);
   status_ = BeaconMclStatus{};
   requested_size_ = options_.particles;
-  yaw_rate_bias_variance_ =
-      options_.yaw_rate_bias.estimate ? std::pow(options_.yaw_rate_bias.sigma, 2) : 0.0;
   dead_reckoning_ = Pose2{};
   recent_.clear();
   slow_likelihood_ = fast_likelihood_ = 0.0;
   likelihoods_ = 0;
   time_ = 0.0;
+  range_squares_ = range_count_ = options_.noise_estimation.prior_count;
   if (options_.initialization.method == Initialization::uniform) {
     initialize_uniform();
   } else if (options_.initialization.method == Initialization::gaussian) {
@@ -126,27 +129,26 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
 
 void BeaconMcl::move(const OdometryIncrement& odometry) {
   if (odometry.is_empty()) return;
-  const kernels::Motion motion = kernels::make_motion(odometry, yaw_rate_bias_variance_);
+  const bool estimates_bias = options_.yaw_rate_bias.estimate;
+  const kernels::Motion motion =
+      kernels::make_motion(odometry, estimates_bias ? options_.yaw_rate_bias.walk : 0.0);
   const RandomStream normals = stream(RandomPurpose::motion);
   const Eigen::Index count = particles_.size();
-  work_.resize(4 * count);
+  work_.resize(std::max<Eigen::Index>(work_.size(), 4 * count));
   double* z = work_.data();
   pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
-    const std::int64_t size = end - begin;
     double* z0 = z + begin;
     double* z1 = z0 + count;
     double* z2 = z1 + count;
     double* z3 = z2 + count;
-    normals.fill_normal4(static_cast<std::uint64_t>(begin), size, z0, z1, z2, z3);
-    kernels::move(motion, size, z0, z1, z2, z3, particles_.x.data() + begin,
-                  particles_.y.data() + begin, particles_.heading.data() + begin,
-                  particles_.yaw_rate_bias.data() + begin);
+    normals.fill_normal4(static_cast<std::uint64_t>(begin), end - begin, z0, z1, z2, z3);
+    kernels::move(
+        motion, end - begin, z0, z1, z2, z3,
+        {particles_.x.data() + begin, particles_.y.data() + begin,
+         particles_.heading.data() + begin, particles_.yaw_rate_bias.data() + begin,
+         particles_.yaw_rate_bias_variance.data() + begin,
+         particles_.translation_factor.data() + begin, particles_.heading_factor.data() + begin});
   });
-  if (options_.yaw_rate_bias.estimate) {
-    const double learned = motion.bias_gain * motion.sensitivity[2];
-    yaw_rate_bias_variance_ = (1.0 - learned) * yaw_rate_bias_variance_ +
-                              std::pow(options_.yaw_rate_bias.walk, 2) * odometry.duration;
-  }
 }
 
 void BeaconMcl::weigh(const RangeObservation& observation) {
@@ -161,7 +163,8 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
     range.antenna[axis] = observation.antenna[axis];
   }
   if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
-  range.variance = observation_variance(observation);
+  const double base_variance = observation_variance(observation);
+  range.variance = range_variance_factor() * base_variance;
   range.nominal_scale = nominal_[beacon].scale;
   range.nominal_bias = nominal_[beacon].bias;
   range.inlier_share = 1.0 - model.outlier_share - tail_share;
@@ -179,7 +182,7 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   }
 
   const Eigen::Index count = particles_.size();
-  work_.resize(std::max<Eigen::Index>(work_.size(), 2 * count));
+  work_.resize(std::max<Eigen::Index>(work_.size(), 3 * count));
   double* innovations = work_.data();
   double* variances = innovations + count;
   pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
@@ -193,7 +196,8 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
     }
     kernels::weigh(range, end - begin, particles_.x.data() + begin, particles_.y.data() + begin,
                    particles_.heading.data() + begin, calibration,
-                   particles_.log_weight.data() + begin, innovations + begin, variances + begin);
+                   particles_.log_weight.data() + begin, innovations + begin, variances + begin,
+                   variances + count + begin);
   });
 
   // Innovation of the population, against its belief before the range.
@@ -205,6 +209,11 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   status_.innovation_sigma = pooled_innovation.sigma;
 
   normalize_weights();
+
+  if (options_.noise_estimation.ranges) {
+    learn_range_noise(base_variance, range.variance, innovation, variance,
+                      Eigen::Map<const Eigen::ArrayXd>(variances + count, count));
+  }
 
   // Likelihood in units of the Gaussian's peak, so that ranges of different noise compare.
   const double peak = std::sqrt(2.0 * kPi * range.variance);
@@ -254,7 +263,50 @@ void BeaconMcl::renew() {
          stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
          &excitation_workspace_);
   inject();
+  vary_noise_factors();
   if (options_.adaptive_count.enabled) adapt_count();
+}
+
+// Expectation-maximisation: the expected square of the range's noise, given the population after
+// the range, averaged over the past with forgetting. A particle that takes the range for an outlier
+// says nothing about the noise.
+void BeaconMcl::learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
+                                  ConstArray innovation_variance, ConstArray inlier) {
+  const double keep = std::exp(-1.0 / options_.noise_estimation.memory);
+  double squares = 0.0;
+  double count = 0.0;
+  for (Eigen::Index i = 0; i < innovation.size(); ++i) {
+    const double share = variance / innovation_variance[i];
+    const double residual = share * innovation[i];
+    const double believed = particles_.weight[i] * inlier[i];
+    squares += believed * (residual * residual + share * (innovation_variance[i] - variance));
+    count += believed;
+  }
+  range_squares_ = keep * range_squares_ + squares / nominal_variance;
+  range_count_ = keep * range_count_ + count;
+}
+
+double BeaconMcl::range_variance_factor() const {
+  if (!options_.noise_estimation.ranges) return 1.0;
+  return std::min(kLargestVarianceFactor,
+                  std::max(1.0 / kLargestVarianceFactor, range_squares_ / range_count_));
+}
+
+void BeaconMcl::vary_noise_factors() {
+  const NoiseEstimationOptions& noise = options_.noise_estimation;
+  if (!noise.odometry) return;
+  const RandomStream normals = stream(RandomPurpose::noise_factors);
+  const Eigen::Index count = particles_.size();
+  work_.resize(std::max<Eigen::Index>(work_.size(), 2 * count));
+  normals.fill_normal(0, 2 * count, work_.data());
+  const auto vary = [&](Eigen::ArrayXd& factors, const double* z) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const double varied = factors[i] * std::exp(noise.odometry_walk * z[i]);
+      factors[i] = std::min(kLargestFactor, std::max(1.0 / kLargestFactor, varied));
+    }
+  };
+  vary(particles_.translation_factor, work_.data());
+  vary(particles_.heading_factor, work_.data() + count);
 }
 
 // Survivors keep their slots, so copies can be made in place.
@@ -272,6 +324,9 @@ void BeaconMcl::select(const ResamplingResult& result) {
   copy(particles_.y);
   copy(particles_.heading);
   copy(particles_.yaw_rate_bias);
+  copy(particles_.yaw_rate_bias_variance);
+  copy(particles_.translation_factor);
+  copy(particles_.heading_factor);
   for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
     copy(particles_.scale.col(radio));
     copy(particles_.bias.col(radio));
@@ -295,7 +350,8 @@ void BeaconMcl::resize_population(Eigen::Index size) {
   };
   for (Eigen::ArrayXd* array :
        {&particles_.x, &particles_.y, &particles_.heading, &particles_.yaw_rate_bias,
-        &particles_.log_weight, &particles_.weight}) {
+        &particles_.yaw_rate_bias_variance, &particles_.translation_factor,
+        &particles_.heading_factor, &particles_.log_weight, &particles_.weight}) {
     resize(array);
   }
   resize(&particles_.ancestor);
@@ -382,10 +438,19 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
 }
 
 ScalarEstimate BeaconMcl::yaw_rate_bias() const {
-  if (!is_initialized()) return {0.0, std::sqrt(yaw_rate_bias_variance_)};
-  const Eigen::ArrayXd variances =
-      Eigen::ArrayXd::Constant(particles_.size(), yaw_rate_bias_variance_);
-  return pooled(particles_.weight, particles_.yaw_rate_bias, variances);
+  const double prior = options_.yaw_rate_bias.estimate ? options_.yaw_rate_bias.sigma : 0.0;
+  if (!is_initialized()) return {0.0, prior};
+  return pooled(particles_.weight, particles_.yaw_rate_bias, particles_.yaw_rate_bias_variance);
+}
+
+NoiseFactors BeaconMcl::noise_factors() const {
+  NoiseFactors factors;
+  factors.range = std::sqrt(range_variance_factor());
+  if (is_initialized()) {
+    factors.translation = std::exp((particles_.weight * particles_.translation_factor.log()).sum());
+    factors.heading = std::exp((particles_.weight * particles_.heading_factor.log()).sum());
+  }
+  return factors;
 }
 
 double BeaconMcl::corrected_range(int beacon, double range) const {

@@ -109,8 +109,22 @@ void BeaconMcl::begin_population(bool first) {
   likelihoods_ = 0;
   status_.particles = static_cast<int>(particles_.size());
   status_.distinct_ancestors = status_.particles;
-  if (first) particles_.yaw_rate_bias.setZero();
+  if (first) start_odometry_errors();
   if (first || particles_.scale.rows() != particles_.size()) start_calibration();
+}
+
+void BeaconMcl::start_odometry_errors() {
+  const Eigen::Index count = particles_.size();
+  particles_.yaw_rate_bias.setZero(count);
+  const double sigma = options_.yaw_rate_bias.estimate ? options_.yaw_rate_bias.sigma : 0.0;
+  particles_.yaw_rate_bias_variance.setConstant(count, sigma * sigma);
+  const double spread =
+      options_.noise_estimation.odometry ? options_.noise_estimation.odometry_spread : 0.0;
+  const RandomStream normals = stream(RandomPurpose::noise_factors);
+  normals.fill_normal(0, count, particles_.translation_factor.data());
+  normals.fill_normal(static_cast<std::uint64_t>(count), count, particles_.heading_factor.data());
+  particles_.translation_factor = (spread * particles_.translation_factor).exp();
+  particles_.heading_factor = (spread * particles_.heading_factor).exp();
 }
 
 void BeaconMcl::start_calibration() {

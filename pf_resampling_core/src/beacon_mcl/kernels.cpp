@@ -17,16 +17,29 @@ PF_RESAMPLING_VECTOR_CLONES
 void move_clones(const Motion& motion, std::int64_t count, const double* __restrict z0,
                  const double* __restrict z1, const double* __restrict z2,
                  const double* __restrict z3, double* __restrict x, double* __restrict y,
-                 double* __restrict heading, double* __restrict yaw_rate_bias) {
+                 double* __restrict heading, double* __restrict yaw_rate_bias,
+                 double* __restrict bias_variance, const double* __restrict translation_factor,
+                 const double* __restrict heading_factor) {
   const Motion m = motion;
   for (std::int64_t i = 0; i < count; ++i) {
     // Dead reckoning turns by its bias too much: the drawn bias is taken out.
-    const double bias = yaw_rate_bias[i] + m.bias_sigma * z3[i];
-    const double dx = m.mean[0] - m.sensitivity[0] * bias + m.root[0] * z0[i];
-    const double dy = m.mean[1] - m.sensitivity[1] * bias + m.root[1] * z0[i] + m.root[2] * z1[i];
-    const double turn =
-        -m.sensitivity[2] * bias + m.root[3] * z0[i] + m.root[4] * z1[i] + m.root[5] * z2[i];
-    yaw_rate_bias[i] += m.bias_gain * (-turn - m.sensitivity[2] * yaw_rate_bias[i]);
+    const double bias = yaw_rate_bias[i] + std::sqrt(bias_variance[i]) * z3[i];
+    const double turn_noise = heading_factor[i] * z2[i];
+    const double along_noise = translation_factor[i] * z0[i];
+    const double across_noise = translation_factor[i] * z1[i];
+    const double turn = m.heading_noise * turn_noise - m.sensitivity[2] * bias;
+    const double dx =
+        m.mean[0] - m.sensitivity[0] * bias + m.x_of_heading * turn_noise + m.x_noise * along_noise;
+    const double dy = m.mean[1] - m.sensitivity[1] * bias + m.y_of_heading * turn_noise +
+                      m.y_of_x * along_noise + m.y_noise * across_noise;
+
+    // Kalman filter of the bias: the turn that was drawn is its observation.
+    const double noise = m.heading_noise * heading_factor[i];
+    const double to_bias = bias_variance[i] * m.sensitivity[2];
+    const double turn_variance = noise * noise + m.sensitivity[2] * to_bias;
+    const double gain = turn_variance > 0.0 ? to_bias / turn_variance : 0.0;
+    yaw_rate_bias[i] -= gain * (turn + m.sensitivity[2] * yaw_rate_bias[i]);
+    bias_variance[i] += m.bias_walk - gain * to_bias;
 
     double sine;
     double cosine;
@@ -36,12 +49,6 @@ void move_clones(const Motion& motion, std::int64_t count, const double* __restr
     heading[i] = wrap_angle_vector(heading[i] + m.mean[2] + turn);
   }
 }
-
-struct Prediction {
-  double distance;
-  double expected;
-  double variance;
-};
 
 struct Likelihood {
   double log;
@@ -82,11 +89,13 @@ PF_RESAMPLING_INLINE double distance_to_beacon(const Range& range, double x, dou
 PF_RESAMPLING_INLINE void weigh_nominal(const Range& range, bool has_lever, std::int64_t count,
                                         const double* x, const double* y, const double* heading,
                                         double* log_weight, double* innovation,
-                                        double* innovation_variance) {
+                                        double* innovation_variance, double* inlier) {
   for (std::int64_t i = 0; i < count; ++i) {
     const double distance = distance_to_beacon(range, x[i], y[i], heading[i], has_lever);
     const double difference = range.range - (range.nominal_scale * distance + range.nominal_bias);
-    log_weight[i] += likelihood(range, difference, range.variance).log;
+    const Likelihood l = likelihood(range, difference, range.variance);
+    log_weight[i] += l.log;
+    inlier[i] = l.inlier;
     innovation[i] = difference;
     innovation_variance[i] = range.variance;
   }
@@ -95,7 +104,8 @@ PF_RESAMPLING_INLINE void weigh_nominal(const Range& range, bool has_lever, std:
 PF_RESAMPLING_INLINE void weigh_calibrating(const Range& range, bool has_lever, std::int64_t count,
                                             const double* x, const double* y, const double* heading,
                                             const Calibration& calibration, double* log_weight,
-                                            double* innovation, double* innovation_variance) {
+                                            double* innovation, double* innovation_variance,
+                                            double* inlier) {
   double* __restrict scale = calibration.scale;
   double* __restrict bias = calibration.bias;
   double* __restrict scale_variance = calibration.scale_variance;
@@ -114,6 +124,7 @@ PF_RESAMPLING_INLINE void weigh_calibrating(const Range& range, bool has_lever, 
     log_weight[i] += l.log;
     innovation[i] = difference;
     innovation_variance[i] = variance;
+    inlier[i] = l.inlier;
 
     // Mean and covariance of the mixture of "taken in" and "was an outlier".
     const double inverse = 1.0 / variance;
@@ -132,12 +143,15 @@ PF_RESAMPLING_VECTOR_CLONES
 void weigh_nominal_clones(const Range& range, bool has_lever, std::int64_t count,
                           const double* __restrict x, const double* __restrict y,
                           const double* __restrict heading, double* __restrict log_weight,
-                          double* __restrict innovation, double* __restrict innovation_variance) {
+                          double* __restrict innovation, double* __restrict innovation_variance,
+                          double* __restrict inlier) {
   const Range r = range;
   if (has_lever) {
-    weigh_nominal(r, true, count, x, y, heading, log_weight, innovation, innovation_variance);
+    weigh_nominal(r, true, count, x, y, heading, log_weight, innovation, innovation_variance,
+                  inlier);
   } else {
-    weigh_nominal(r, false, count, x, y, heading, log_weight, innovation, innovation_variance);
+    weigh_nominal(r, false, count, x, y, heading, log_weight, innovation, innovation_variance,
+                  inlier);
   }
 }
 
@@ -146,54 +160,60 @@ void weigh_calibrating_clones(const Range& range, bool has_lever, std::int64_t c
                               const double* __restrict x, const double* __restrict y,
                               const double* __restrict heading, const Calibration& calibration,
                               double* __restrict log_weight, double* __restrict innovation,
-                              double* __restrict innovation_variance) {
+                              double* __restrict innovation_variance, double* __restrict inlier) {
   const Range r = range;
   if (has_lever) {
     weigh_calibrating(r, true, count, x, y, heading, calibration, log_weight, innovation,
-                      innovation_variance);
+                      innovation_variance, inlier);
   } else {
     weigh_calibrating(r, false, count, x, y, heading, calibration, log_weight, innovation,
-                      innovation_variance);
+                      innovation_variance, inlier);
   }
 }
 
 }  // namespace
 
-Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_variance) {
-  const Eigen::Matrix3d root = lower_root(odometry.covariance);
-  const Eigen::Vector3d& sensitivity = odometry.yaw_rate_sensitivity;
-  const double heading_variance =
-      odometry.covariance(2, 2) + sensitivity[2] * sensitivity[2] * yaw_rate_bias_variance;
+Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_walk) {
+  Eigen::Matrix3d heading_first;
+  const int order[3] = {2, 0, 1};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      heading_first(row, column) = odometry.covariance(order[row], order[column]);
+    }
+  }
+  const Eigen::Matrix3d root = lower_root(heading_first);
   Motion motion{};
   motion.mean[0] = odometry.mean.x;
   motion.mean[1] = odometry.mean.y;
   motion.mean[2] = odometry.mean.heading;
-  const double entries[6] = {root(0, 0), root(1, 0), root(1, 1),
-                             root(2, 0), root(2, 1), root(2, 2)};
-  for (int i = 0; i < 6; ++i) motion.root[i] = entries[i];
-  for (int i = 0; i < 3; ++i) motion.sensitivity[i] = sensitivity[i];
-  motion.bias_sigma = std::sqrt(yaw_rate_bias_variance);
-  motion.bias_gain =
-      heading_variance > 0.0 ? yaw_rate_bias_variance * sensitivity[2] / heading_variance : 0.0;
+  for (int i = 0; i < 3; ++i) motion.sensitivity[i] = odometry.yaw_rate_sensitivity[i];
+  motion.heading_noise = root(0, 0);
+  motion.x_of_heading = root(1, 0);
+  motion.y_of_heading = root(2, 0);
+  motion.x_noise = root(1, 1);
+  motion.y_of_x = root(2, 1);
+  motion.y_noise = root(2, 2);
+  motion.bias_walk = yaw_rate_bias_walk * yaw_rate_bias_walk * odometry.duration;
   return motion;
 }
 
 void move(const Motion& motion, std::int64_t count, const double* z0, const double* z1,
-          const double* z2, const double* z3, double* x, double* y, double* heading,
-          double* yaw_rate_bias) {
-  move_clones(motion, count, z0, z1, z2, z3, x, y, heading, yaw_rate_bias);
+          const double* z2, const double* z3, const MovingParticles& particles) {
+  move_clones(motion, count, z0, z1, z2, z3, particles.x, particles.y, particles.heading,
+              particles.yaw_rate_bias, particles.yaw_rate_bias_variance,
+              particles.translation_factor, particles.heading_factor);
 }
 
 void weigh(const Range& range, std::int64_t count, const double* x, const double* y,
            const double* heading, const Calibration& calibration, double* log_weight,
-           double* innovation, double* innovation_variance) {
+           double* innovation, double* innovation_variance, double* inlier) {
   const bool has_lever = range.antenna[0] != 0.0 || range.antenna[1] != 0.0;
   if (calibration.scale == nullptr) {
     weigh_nominal_clones(range, has_lever, count, x, y, heading, log_weight, innovation,
-                         innovation_variance);
+                         innovation_variance, inlier);
   } else {
     weigh_calibrating_clones(range, has_lever, count, x, y, heading, calibration, log_weight,
-                             innovation, innovation_variance);
+                             innovation, innovation_variance, inlier);
   }
 }
 

@@ -10,20 +10,36 @@ namespace pf_resampling::kernels {
 
 /// What is common to all particles in a motion.
 struct Motion {
-  double mean[3];         // body frame, without the yaw-rate bias
-  double root[6];         // lower triangular root of the covariance: xx, yx, yy, hx, hy, hh
+  double mean[3];         // x, y, heading in the body frame, without the yaw-rate bias
   double sensitivity[3];  // by the yaw-rate bias
-  double bias_sigma;      // of the particle's Kalman filter of the yaw-rate bias
-  double bias_gain;       // of the same filter, on the heading's deviation
+  // Root of the covariance with the heading first, so that what a turn does to the place goes with
+  // the turn.
+  double heading_noise;
+  double x_of_heading;
+  double y_of_heading;
+  double x_noise;
+  double y_of_x;
+  double y_noise;
+  double bias_walk;  // variance added to the yaw-rate bias's
 };
 
-Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_variance);
+Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_walk);
+
+/// The part of a population that moves.
+struct MovingParticles {
+  double* x;
+  double* y;
+  double* heading;
+  double* yaw_rate_bias;
+  double* yaw_rate_bias_variance;
+  const double* translation_factor;
+  const double* heading_factor;
+};
 
 /// Draws every particle's motion, with normals z0 … z3, and lets its yaw-rate bias learn from what
 /// was drawn.
 void move(const Motion& motion, std::int64_t count, const double* z0, const double* z1,
-          const double* z2, const double* z3, double* x, double* y, double* heading,
-          double* yaw_rate_bias);
+          const double* z2, const double* z3, const MovingParticles& particles);
 
 /// What is common to all particles in a range.
 struct Range {
@@ -54,6 +70,6 @@ struct Calibration {
 /// as it is believed to be no outlier. innovation and innovation_variance: of each particle.
 void weigh(const Range& range, std::int64_t count, const double* x, const double* y,
            const double* heading, const Calibration& calibration, double* log_weight,
-           double* innovation, double* innovation_variance);
+           double* innovation, double* innovation_variance, double* inlier);
 
 }  // namespace pf_resampling::kernels

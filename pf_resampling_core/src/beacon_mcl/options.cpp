@@ -138,6 +138,23 @@ ParameterList parameters_of(BeaconMclOptions* options) {
   list.push_back(real_parameter("calibration/bias_walk", &calibration.bias_walk, 0.0, 10.0,
                                 "m/sqrt(s)", "Random walk of the bias."));
 
+  NoiseEstimationOptions& noise = options->noise_estimation;
+  list.push_back(
+      boolean_parameter("noise_estimation/ranges", &noise.ranges,
+                        "On-line estimation of a factor of the ranges' standard deviations."));
+  list.push_back(real_parameter("noise_estimation/prior_count", &noise.prior_count, 1.0, 1e6, "",
+                                "Ranges that the prior, a factor of one, is worth."));
+  list.push_back(real_parameter("noise_estimation/memory", &noise.memory, 10.0, 1e9, "",
+                                "Ranges after which an old one counts 1/e."));
+  list.push_back(boolean_parameter(
+      "noise_estimation/odometry", &noise.odometry,
+      "On-line estimation of factors of the dead reckoning's standard deviations."));
+  list.push_back(
+      real_parameter("noise_estimation/odometry_spread", &noise.odometry_spread, 0.0, 3.0, "",
+                     "Standard deviation of the logarithm of those factors at the start."));
+  list.push_back(real_parameter("noise_estimation/odometry_walk", &noise.odometry_walk, 0.0, 3.0,
+                                "", "Random walk of the logarithm of those factors, per renewal."));
+
   YawRateBiasOptions& yaw_rate_bias = options->yaw_rate_bias;
   list.push_back(boolean_parameter("yaw_rate_bias/estimate", &yaw_rate_bias.estimate,
                                    "On-line estimation of the dead reckoning's yaw-rate bias."));

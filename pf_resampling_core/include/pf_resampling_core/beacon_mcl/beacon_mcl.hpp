@@ -51,6 +51,13 @@ struct CalibrationEstimate {
   double bias_sigma = 0.0;
 };
 
+/// Standard deviations found on line, as multiples of the nominal ones.
+struct NoiseFactors {
+  double range = 1.0;
+  double translation = 1.0;
+  double heading = 1.0;
+};
+
 struct ScalarEstimate {
   double mean = 0.0;
   double sigma = 0.0;
@@ -59,14 +66,16 @@ struct ScalarEstimate {
 /// The population, structure of arrays: entry i of every array belongs to particle i; the
 /// calibration has a column per radio (one where it is shared).
 struct BeaconMclParticles {
-  Eigen::ArrayXd x, y;           ///< m, map frame
-  Eigen::ArrayXd heading;        ///< rad, in [-pi, pi]
-  Eigen::ArrayXd log_weight;     ///< normalised
-  Eigen::ArrayXd weight;         ///< normalised, linear
-  Eigen::ArrayXi ancestor;       ///< slot before the last renewal
-  Eigen::ArrayXd yaw_rate_bias;  ///< rad/s, mean of the particle's Kalman filter; its variance is
-                                 ///< common to all
-  Eigen::ArrayXXd scale, bias;   ///< means of the particle's Kalman filters
+  Eigen::ArrayXd x, y;                    ///< m, map frame
+  Eigen::ArrayXd heading;                 ///< rad, in [-pi, pi]
+  Eigen::ArrayXd log_weight;              ///< normalised
+  Eigen::ArrayXd weight;                  ///< normalised, linear
+  Eigen::ArrayXi ancestor;                ///< slot before the last renewal
+  Eigen::ArrayXd yaw_rate_bias;           ///< rad/s, mean of the particle's Kalman filter
+  Eigen::ArrayXd yaw_rate_bias_variance;  ///< and its variance
+  Eigen::ArrayXd translation_factor,
+      heading_factor;           ///< of the dead reckoning's standard deviations
+  Eigen::ArrayXXd scale, bias;  ///< means of the particle's Kalman filters
   Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
 
   Eigen::Index size() const { return x.size(); }
@@ -115,6 +124,9 @@ class BeaconMcl {
   const BeaconMclOptions& options() const { return options_; }
   const std::vector<Beacon>& beacons() const { return beacons_; }
   const BeaconMclParticles& particles() const { return particles_; }
+  /// Learnt factor of the ranges' standard deviation, and weighted geometric means of the
+  /// particles' factors of the dead reckoning's.
+  NoiseFactors noise_factors() const;
   const BeaconMclStatus& status() const { return status_; }
   std::vector<CalibrationEstimate> calibration() const;
   ScalarEstimate yaw_rate_bias() const;
@@ -135,6 +147,10 @@ class BeaconMcl {
   void normalize_weights();
   void renew();
   void inject();
+  void learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
+                         ConstArray innovation_variance, ConstArray inlier);
+  double range_variance_factor() const;
+  void vary_noise_factors();
   void adapt_count();
   void remember(const RangeObservation& range);
   void initialize_when_possible();
@@ -146,6 +162,7 @@ class BeaconMcl {
   void begin_population(bool first);
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();
+  void start_odometry_errors();
   std::vector<Pose2> propose_from_ranges(int count);
   std::size_t beacon_index(int id) const;
   Eigen::Index radio_column(std::size_t beacon) const;
@@ -160,7 +177,6 @@ class BeaconMcl {
   double time_ = 0.0;
 
   BeaconMclParticles particles_;
-  double yaw_rate_bias_variance_ = 0.0;
   std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
   PopulationControl control_;
   BeaconMclStatus status_;
@@ -169,6 +185,9 @@ class BeaconMcl {
   Pose2 dead_reckoning_;
   std::deque<RecentRange> recent_;
   double last_log_sum_ = 0.0;
+  double range_squares_ =
+      0.0;  // of the ranges' noise, in units of the nominal variance, and how many
+  double range_count_ = 0.0;
   double slow_likelihood_ = 0.0;
   double fast_likelihood_ = 0.0;
   std::int64_t likelihoods_ = 0;

@@ -32,7 +32,7 @@ std::string to_string(Initialization initialization);
 /// Likelihood of a range r at distance d: a Gaussian about scale * d + bias, a uniform floor for
 /// outliers and a one-sided exponential tail for ranges that took a detour.
 struct RangeModelOptions {
-  double sigma = 0.5;  ///< m, where the message has no variance
+  double sigma = 1.0;  ///< m, where neither message nor calibration has it; learnt from there
   double outlier_share = 0.05;
   double maximum_range = 200.0;  ///< m, width of the uniform floor
   double non_line_of_sight_share = 0.0;
@@ -47,6 +47,19 @@ struct CalibrationOptions {
   double bias_sigma = 0.5;    ///< m, of the prior
   double scale_walk = 1e-4;   ///< 1/sqrt(s)
   double bias_walk = 1e-3;    ///< m/sqrt(s)
+};
+
+/// Noise is known to a factor only, which is learnt on line. That of the ranges by
+/// expectation-maximisation (Cappe 2011, "Online EM algorithm for hidden Markov models"). Those of
+/// the dead reckoning by selection: every particle has its own, and those that predict well survive
+/// (Kitagawa 1998, "A self-organizing state-space model").
+struct NoiseEstimationOptions {
+  bool ranges = true;            ///< factor of the standard deviation of all ranges
+  double prior_count = 50.0;     ///< ranges that the prior, a factor of one, is worth
+  double memory = 500.0;         ///< ranges after which an old one counts 1/e
+  bool odometry = true;          ///< factors of the standard deviations of translation and heading
+  double odometry_spread = 0.5;  ///< standard deviation of their logarithm at the start
+  double odometry_walk = 0.1;    ///< and of what is added to it at each renewal
 };
 
 /// Error of the dead reckoning's yaw rate, a Kalman filter per particle as well.
@@ -99,6 +112,7 @@ struct BeaconMclOptions {
   OdometryNoise odometry;
   RangeModelOptions ranges;
   CalibrationOptions calibration;
+  NoiseEstimationOptions noise_estimation;
   YawRateBiasOptions yaw_rate_bias;
   InitializationOptions initialization;
   RecoveryOptions recovery;

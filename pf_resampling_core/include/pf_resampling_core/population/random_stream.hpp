@@ -18,6 +18,7 @@ enum class RandomPurpose : std::uint32_t {
   compensation = 8,
   association = 9,
   selection = 10,
+  noise_factors = 11,
   test = 100,
 };
 
