@@ -1,0 +1,191 @@
+// The program simulate_bag, run as a user runs it.
+#include <geometry_msgs/PoseStamped.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+#include <rosbag/view.h>
+
+#include <cmath>
+#include <map>
+
+#include "common/bag.hpp"
+#include "common/files.hpp"
+#include "run_program.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+class SimulateBag : public testing::Test {
+ protected:
+  TemporaryDirectory directory_;
+
+  std::string simulate(const std::string& arguments, const std::string& name) const {
+    const std::string path = directory_.file(name);
+    const std::size_t space = arguments.find(' ');
+    const std::string world = arguments.substr(0, space);
+    const std::string options = space == std::string::npos ? "" : arguments.substr(space);
+    const ProgramResult result = run_program("simulate_bag " + world + " " + path + options);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    EXPECT_EQ(result.error, "");
+    return path;
+  }
+
+  template <typename Message>
+  static std::vector<Message> messages(const std::string& path, const std::string& topic) {
+    const rosbag::Bag bag = open_bag(path);
+    std::vector<Message> found;
+    rosbag::View view(bag, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& instance : view) {
+      const auto message = instance.instantiate<Message>();
+      EXPECT_TRUE(message) << topic;
+      if (message) found.push_back(*message);
+    }
+    return found;
+  }
+};
+
+TEST_F(SimulateBag, WritesWhatTheWorldSays) {
+  const std::string path = simulate("beacons_circle --duration 60", "circle.bag");
+  const rosbag::Bag bag = open_bag(path);
+  std::map<std::string, BagTopic> topics;
+  for (const BagTopic& topic : topics_of(bag)) topics[topic.name] = topic;
+  EXPECT_EQ(topics["/odom"].type, "nav_msgs/Odometry");
+  EXPECT_EQ(topics["/odom"].messages, 601u);  // 10 per second, and one at the start
+  EXPECT_EQ(topics["/ranges"].type, "pf_resampling/BeaconRange");
+  EXPECT_EQ(topics["/ranges"].messages, 360u);  // 6 per second
+  EXPECT_EQ(topics["/ground_truth"].type, "geometry_msgs/PoseStamped");
+  EXPECT_EQ(topics["/ground_truth"].messages, 601u);
+  EXPECT_EQ(topics["/beacons"].type, "pf_resampling/BeaconArray");
+  EXPECT_TRUE(topics["/beacons"].latched);
+  EXPECT_EQ(topics["/tf"].messages, 601u);
+  EXPECT_TRUE(topics["/tf_static"].latched);
+
+  const auto arrays = messages<BeaconArray>(path, "/beacons");
+  ASSERT_EQ(arrays.size(), 1u);
+  EXPECT_EQ(arrays[0].header.frame_id, "map");
+  ASSERT_EQ(arrays[0].beacons.size(), 6u);
+
+  const auto odometry = messages<nav_msgs::Odometry>(path, "/odom");
+  EXPECT_EQ(odometry.front().header.frame_id, "odom");
+  EXPECT_EQ(odometry.front().child_frame_id, "base_link");
+  EXPECT_EQ(odometry.front().pose.pose.position.x, 0.0);
+  const auto truth = messages<geometry_msgs::PoseStamped>(path, "/ground_truth");
+  EXPECT_EQ(truth.front().header.frame_id, "map");
+  EXPECT_NEAR(truth.front().pose.position.x, 25.0, 1e-9);  // start of config/worlds/beacons_circle
+  EXPECT_NEAR(truth.front().pose.position.y, 15.0, 1e-9);
+}
+
+TEST_F(SimulateBag, MostRangesAreTheDistanceUpToTheErrorsOfTheWorld) {
+  const std::string path = simulate("beacons_figure8 --duration 200 --seed 4", "eight.bag");
+  std::map<int, geometry_msgs::Point> beacons;
+  const auto arrays = messages<BeaconArray>(path, "/beacons");
+  ASSERT_EQ(arrays.size(), 1u);
+  for (const BeaconPosition& beacon : arrays[0].beacons) {
+    beacons[beacon.id] = beacon.position;
+  }
+  std::map<std::int64_t, geometry_msgs::Point> truth;
+  for (const auto& pose : messages<geometry_msgs::PoseStamped>(path, "/ground_truth")) {
+    truth[std::lround(pose.header.stamp.toSec() * 10.0)] = pose.pose.position;
+  }
+  int far = 0;
+  const auto ranges = messages<BeaconRange>(path, "/ranges");
+  ASSERT_EQ(ranges.size(), 1200u);
+  for (const BeaconRange& range : ranges) {
+    EXPECT_EQ(range.header.frame_id, "antenna");
+    const geometry_msgs::Point& at = truth.at(std::lround(range.header.stamp.toSec() * 10.0));
+    const geometry_msgs::Point& beacon = beacons.at(range.beacon);
+    const double distance = std::hypot(at.x - beacon.x, at.y - beacon.y);
+    // Scale up to 1.025 on up to 33 m, bias up to 0.3 m, 0.05 m of motion and 4 sigma of 0.45 m.
+    if (std::abs(range.range - distance) > 3.0) ++far;
+  }
+  // Outliers: 3 % uniform over 40 m, of which at least 34/40 are more than 3 m off, and 3 %
+  // reflected, of which some exceed. Binomial, 5 standard deviations: false alarm below 1e-6.
+  EXPECT_GT(far, 30 - 5 * 6);
+  EXPECT_LT(far, 72 + 5 * 9);
+}
+
+TEST_F(SimulateBag, SameSeedSameBytesAndAnotherSeedOthers) {
+  const std::string first = read_file(simulate("beacons_circle --duration 30 --seed 7", "1.bag"));
+  const std::string again = read_file(simulate("beacons_circle --duration 30 --seed 7", "2.bag"));
+  const std::string other = read_file(simulate("beacons_circle --duration 30 --seed 8", "3.bag"));
+  EXPECT_TRUE(first == again);
+  EXPECT_FALSE(first == other);
+}
+
+TEST_F(SimulateBag, BeaconsCanBeLifted) {
+  const std::string all = simulate("beacons_circle --duration 5 --beacons-z 2.5", "all.bag");
+  const auto lifted = messages<BeaconArray>(all, "/beacons");
+  ASSERT_EQ(lifted.size(), 1u);
+  for (const BeaconPosition& beacon : lifted[0].beacons) {
+    EXPECT_EQ(beacon.position.z, 2.5);
+  }
+  const std::string each =
+      simulate("beacons_circle --duration 5 --beacons-z 1,2,3,4,5,6", "each.bag");
+  const auto beacons = messages<BeaconArray>(each, "/beacons")[0].beacons;
+  for (std::size_t i = 0; i < beacons.size(); ++i) {
+    EXPECT_EQ(beacons[i].position.z, static_cast<double>(i + 1));
+  }
+}
+
+TEST_F(SimulateBag, TakesAWorldOfTheUserWithLandmarks) {
+  const std::string world = directory_.file("world.yaml");
+  write_file(world,
+             "waypoints: [[0, 0], [20, 0]]\n"
+             "landmarks: [[5, 1], [15, -1]]\n"
+             "robot:\n"
+             "  speed: 2.0\n"
+             "  control_period: 0.05\n"
+             "  observation_period: 0.2\n"
+             "  sensor: {range_max: 30, range_noise: 0.1, bearing_noise: 0.01}\n");
+  const std::string path = simulate(world, "own.bag");
+  const auto map = messages<LandmarkMap>(path, "/ground_truth_landmarks");
+  ASSERT_EQ(map.size(), 1u);
+  ASSERT_EQ(map[0].landmarks.size(), 2u);
+  EXPECT_EQ(map[0].landmarks[1].id, 1);
+  EXPECT_EQ(map[0].landmarks[1].position.x, 15.0);
+  const auto scans = messages<LandmarkObservationArray>(path, "/landmarks");
+  ASSERT_FALSE(scans.empty());
+  EXPECT_EQ(scans[0].header.frame_id, "sensor");
+  ASSERT_EQ(scans[0].observations.size(), 2u);
+  EXPECT_NEAR(scans[0].observations[0].range_variance, 0.01, 1e-12);
+}
+
+TEST_F(SimulateBag, SaysInOneLineWhatIsWrong) {
+  const std::string out = directory_.file("out.bag");
+  ProgramResult result = run_program("simulate_bag beacons_square " + out);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+  EXPECT_NE(result.error.find("beacons_circle, beacons_figure8"), std::string::npos);
+
+  result = run_program("simulate_bag " + directory_.file("missing.yaml") + " " + out);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+
+  const std::string world = directory_.file("bad.yaml");
+  write_file(world, "waypoints: [[0, 0]]\nrobot:\n  speed: quick\n");
+  result = run_program("simulate_bag " + world + " " + out);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+  EXPECT_NE(result.error.find("bad.yaml, line 3: robot/speed"), std::string::npos) << result.error;
+
+  for (const std::string& arguments :
+       {std::string("beacons_circle"), "beacons_circle " + out + " --seed x",
+        "beacons_circle " + out + " --seed -1", "beacons_circle " + out + " --duration 0",
+        "beacons_circle " + out + " --duration nan", "beacons_circle " + out + " --beacons-z 1,2",
+        "beacons_circle " + out + " --beacon 1"}) {
+    result = run_program("simulate_bag " + arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments << ": " << result.error;
+    EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << arguments << ": " << result.error;
+  }
+
+  result = run_program("simulate_bag beacons_circle /nowhere/out.bag --duration 1");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+}
+
+}  // namespace
+}  // namespace pf_resampling
