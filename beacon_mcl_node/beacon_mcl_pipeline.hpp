@@ -1,0 +1,152 @@
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/PoseArray.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/FilterStatus.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "beacon_mcl_node/input_checks.hpp"
+#include "beacon_mcl_node/path_recorder.hpp"
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "pf_resampling/odometry_buffer.hpp"
+#include "pf_resampling/rejects.hpp"
+#include "pf_resampling/static_frames.hpp"
+#include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
+
+namespace pf_resampling {
+
+enum class LogLevel { info, warning };
+
+/// Where the messages of the pipeline go. What is empty is not made at all.
+struct BeaconMclSinks {
+  std::function<void(ros::Time, const PoseEstimate&)> estimate;  ///< what `pose` says, as numbers
+  std::function<void(const geometry_msgs::PoseWithCovarianceStamped&)> pose;
+  std::function<void(const nav_msgs::Path&)> path;
+  std::function<void(const geometry_msgs::PoseArray&)> particlecloud;
+  std::function<void(const sensor_msgs::PointCloud2&)> particles;
+  std::function<void(const visualization_msgs::MarkerArray&)> markers;
+  std::function<void(const FilterStatus&)> status;
+  std::function<void(const diagnostic_msgs::DiagnosticArray&)> diagnostics;
+  std::function<void(const geometry_msgs::TransformStamped&)> transform;  ///< map -> odom
+  std::function<void(LogLevel, const std::string&)> log;
+  /// Seconds since some time, to measure updates with. Empty in runs that have to be reproducible:
+  /// they report an update time of 0.
+  std::function<double()> stopwatch;
+};
+
+/// Range-beacon localization from messages to messages: no node handle, no clock, no thread. What
+/// it gives out depends on the messages, the options and the seed alone.
+///
+/// Ranges wait until odometry covers their stamps and are then used in order of time; the pose goes
+/// out with every odometry message. A message that cannot be used changes nothing; it is counted by
+/// input and reason, in `status` and in the diagnostics.
+class BeaconMclPipeline {
+ public:
+  /// Throws Error on options that make no sense.
+  BeaconMclPipeline(const BeaconMclPipelineOptions& options, BeaconMclSinks sinks);
+
+  void handle(const nav_msgs::Odometry& odometry);
+  void handle(const BeaconRange& range);
+  /// The beacons, once. Other ones later start the filter anew; ignored if the options have
+  /// beacons.
+  void handle(const BeaconArray& beacons);
+  /// What rviz calls initialpose: the filter starts anew about it.
+  void handle(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
+  /// Of /tf_static and /tf: where the antennas are.
+  void handle(const tf2_msgs::TFMessage& transforms);
+
+  /// Services: starts anew from the ranges or over the area; starts from nothing.
+  void global_localization();
+  void reset();
+
+  /// Gives out diagnostics for a time at which messages do not come any more.
+  void report_silence(ros::Time now);
+
+  /// Nothing while the beacons are not known.
+  const BeaconMcl* filter() const { return filter_.get(); }
+  const RejectCounter& rejects() const { return rejects_; }
+  int queued() const { return static_cast<int>(ranges_.size()); }
+  /// Belief at the newest odometry; nothing before the filter has started.
+  std::optional<PoseEstimate> estimate() const;
+
+ private:
+  struct LatestRange {
+    ros::Time stamp;
+    double range = 0.0;
+    double antenna_height = 0.0;
+  };
+
+  void start_filter(const std::vector<Beacon>& beacons);
+  void start_about(const PoseEstimate& start, ros::Time stamp);
+  void process_ready_ranges();
+  void update(const std::vector<BeaconRange>& group);
+  std::optional<RangeObservation> to_observation(const BeaconRange& range);
+  void carry_belief_forward();
+  void take_belief();
+  void forget_time();
+  bool knows_beacon(int id) const;
+  Rejection unknown_beacon(int id) const;
+  void reject(const std::string& input, const Rejection& rejection);
+  void log(LogLevel level, const std::string& text) const;
+
+  void publish_pose(ros::Time stamp);
+  void publish_pictures(ros::Time stamp);
+  void publish_status(ros::Time stamp, double update_time);
+  void publish_markers(ros::Time stamp);
+  void publish_diagnostics(ros::Time stamp);
+  bool is_due(double period, ros::Time stamp, ros::Time* last) const;
+
+  BeaconMclPipelineOptions options_;
+  BeaconMclSinks sinks_;
+  std::string strategy_;
+  StaticFrames frames_;
+  std::unique_ptr<BeaconMcl> filter_;
+  OdometryBuffer odometry_;
+  std::deque<BeaconRange> ranges_;                                   // in order of time
+  std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before the beacons came
+
+  std::optional<ros::Time> filter_time_;  // that the particles are at
+  std::optional<PoseEstimate> belief_;    // of the particles
+  ScalarEstimate yaw_rate_bias_;
+  OdometryIncrement since_;   // from filter_time_ to the newest odometry
+  ros::Time odometry_start_;  // stamp of the first odometry
+
+  RejectCounter rejects_;
+  std::map<int, LatestRange> latest_ranges_;
+  PathRecorder path_;
+  double misfit_ = 1.0;  // running mean of the squared innovation over its expected variance
+  std::uint64_t time_jumps_ = 0;
+  std::uint64_t pose_jumps_ = 0;
+  std::uint64_t not_published_ = 0;
+  std::uint64_t reported_rejects_ = 0;
+  std::int64_t reported_weight_resets_ = 0;
+  ros::Time last_range_;
+  ros::Time last_cloud_, last_markers_, last_beacons_, last_path_, last_diagnostics_;
+};
+
+/// The strategy in one line: schedule, renewal, scheme and excitation.
+std::string strategy_of(const BeaconMclOptions& options);
+
+/// `estimate` moved rigidly by `motion`; its covariance grows by the motion's. The
+/// yaw-rate bias is taken out of the motion.
+PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion,
+                      const ScalarEstimate& yaw_rate_bias);
+
+}  // namespace pf_resampling

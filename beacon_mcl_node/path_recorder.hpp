@@ -1,0 +1,26 @@
+#pragma once
+
+#include <nav_msgs/Path.h>
+
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+
+/// The path driven, as poses at least `spacing` metres apart and not more than `length` of them:
+/// when there are too many, every second is left out and the spacing doubles.
+class PathRecorder {
+ public:
+  PathRecorder(double spacing, int length) : start_spacing_(spacing), length_(length) { clear(); }
+
+  void clear();
+  void add(ros::Time stamp, const std::string& frame, const Pose2& pose);
+  const nav_msgs::Path& path() const { return path_; }
+
+ private:
+  double start_spacing_;
+  double spacing_ = 0.0;
+  int length_;
+  nav_msgs::Path path_;
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,30 @@
+#include "beacon_mcl_node/run_beacon_mcl.hpp"
+
+#include "pf_resampling/conversions.hpp"
+
+namespace pf_resampling {
+
+void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline) {
+  std::visit([pipeline](const auto& pointer) { pipeline->handle(*pointer); }, message);
+}
+
+BeaconMclRun run_beacon_mcl(const std::vector<BeaconMclMessage>& messages,
+                            const BeaconMclPipelineOptions& options) {
+  BeaconMclRun run;
+  run.estimates.reserve(messages.size());
+  BeaconMclSinks sinks;
+  sinks.estimate = [&run](ros::Time stamp, const PoseEstimate& estimate) {
+    run.estimates.push_back({stamp, estimate});
+  };
+  BeaconMclPipeline pipeline(options, sinks);
+  for (const BeaconMclMessage& message : messages) handle(message, &pipeline);
+  run.rejects = pipeline.rejects();
+  if (pipeline.filter() != nullptr) {
+    run.status = pipeline.filter()->status();
+    run.calibration = pipeline.filter()->calibration();
+    run.yaw_rate_bias = pipeline.filter()->yaw_rate_bias();
+  }
+  return run;
+}
+
+}  // namespace pf_resampling

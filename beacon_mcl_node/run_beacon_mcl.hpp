@@ -1,0 +1,39 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <variant>
+#include <vector>
+
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+
+namespace pf_resampling {
+
+/// A message that the pipeline takes in.
+using BeaconMclMessage =
+    std::variant<nav_msgs::Odometry::ConstPtr, BeaconRange::ConstPtr, BeaconArray::ConstPtr,
+                 geometry_msgs::PoseWithCovarianceStamped::ConstPtr, tf2_msgs::TFMessage::ConstPtr>;
+
+/// Hands a message to the pipeline.
+void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline);
+
+struct StampedEstimate {
+  ros::Time stamp;
+  PoseEstimate estimate;
+};
+
+/// What a run gave, apart from messages.
+struct BeaconMclRun {
+  std::vector<StampedEstimate> estimates;  ///< at odometry rate
+  BeaconMclStatus status;                  ///< at the end
+  std::vector<CalibrationEstimate> calibration;
+  ScalarEstimate yaw_rate_bias;
+  RejectCounter rejects;
+};
+
+/// Runs the filter over messages in memory, in their order; for studies with many seeds and
+/// configurations on one recording. Throws Error on options that make no sense.
+BeaconMclRun run_beacon_mcl(const std::vector<BeaconMclMessage>& messages,
+                            const BeaconMclPipelineOptions& options);
+
+}  // namespace pf_resampling

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/models/beacon_range.hpp"
+
+namespace pf_resampling {
+
+/// What a configuration file, or the private parameters of a node, say. Nothing in it has been
+/// checked against the parameters there are; set_parameters() of the core does that.
+struct Configuration {
+  /// "group/name" -> value as text; for the core's set_parameters().
+  std::map<std::string, std::string> values;
+  std::vector<Beacon> beacons;                  ///< `beacons`: id, x, y and, optionally, z
+  std::map<int, RangeCalibration> calibration;  ///< `calibration` by id of beacon; -1: all others
+  std::map<std::string, Eigen::Vector3d> antennas;  ///< `antennas`: frame -> place on the robot, m
+};
+
+/// Reads a YAML file: nested maps are groups of parameters, and the lists
+///
+///     beacons: [{id: 1, x: 0.0, y: 0.0, z: 0.0}]                        # z may be left out
+///     calibration: [{beacon: 1, scale: 1.07, bias: 0.01, sigma: 0.56}]  # beacon -1: all others
+///     antennas: [{frame: antenna, x: 0.1, y: 0.0, z: 0.5}]
+///
+/// Throws Error naming file, line and what is wrong there.
+Configuration read_configuration(const std::string& path);
+
+/// The same from YAML text; `name` stands for the file in errors.
+Configuration parse_configuration(const std::string& text, const std::string& name);
+
+/// The same from a node's private parameters.
+Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters);
+
+/// Adds `later` to `configuration`: values, calibration and antennas one by one, the list of
+/// beacons as a whole. Later wins.
+void merge(const Configuration& later, Configuration* configuration);
+
+/// "group/name=value" -> a configuration with that value. Throws Error without '='.
+Configuration parse_assignment(const std::string& text);
+
+}  // namespace pf_resampling
