@@ -1,5 +1,6 @@
 #include "worlds/simulated_recording.hpp"
 
+#include "common/table.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
 
 namespace pf_resampling {
@@ -50,7 +51,7 @@ Recording simulated_recording(const World& world, std::uint64_t seed) {
   add_landmarks(world, drive, &recording);
   recording.notes.push_back("simulated, seed " + std::to_string(seed));
   for (const auto& [name, time] : drive.closures) {
-    recording.notes.push_back("loop " + name + " closed after " + std::to_string(time) + " s");
+    recording.notes.push_back("loop " + name + " closed after " + fixed(time, 1) + " s");
   }
   return recording;
 }
