@@ -14,6 +14,14 @@ const EnumNames<Schedule> kSchedules{"schedule",
 const EnumNames<Renewal> kRenewals{"renewal",
                                    {{Renewal::none, "none"}, {Renewal::resampling, "resampling"}}};
 
+bool resampling_keeps_size(const ResamplingOptions& options) {
+  const auto keeps = [](ResamplingScheme scheme) {
+    return scheme == ResamplingScheme::partial || scheme == ResamplingScheme::killing;
+  };
+  const bool inner_counts = options.scheme == ResamplingScheme::rank_based;
+  return keeps(options.scheme) || (inner_counts && keeps(options.inner_scheme));
+}
+
 }  // namespace
 
 const std::vector<Schedule>& all_schedules() {
@@ -77,7 +85,9 @@ ResamplingResult PopulationControl::select(ConstArray weights, int requested_siz
                                            const RandomStream& stream) {
   ++calls_;
   observations_since_renewal_ = 0;
-  return resampler_.resample(weights, requested_size, stream);
+  const bool keeps_size = resampling_keeps_size(options_.resampling);
+  const bool resizes = weights.size() != requested_size;
+  return (resizes && keeps_size ? resizer_ : resampler_).resample(weights, requested_size, stream);
 }
 
 }  // namespace pf_resampling

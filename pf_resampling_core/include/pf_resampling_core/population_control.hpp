@@ -43,7 +43,8 @@ class PopulationControl {
  public:
   explicit PopulationControl(const PopulationControlOptions& options = {});
 
-  /// Other rules from now on; the counts go on. Throws Error, changing nothing, on options outside their ranges.
+  /// Other rules from now on; the counts go on. Throws Error, changing nothing, on options outside
+  /// their ranges.
   void set_options(const PopulationControlOptions& options);
 
   /// To be asked once after each observation update. `effective_sample_size` and `size` are of the
@@ -52,7 +53,8 @@ class PopulationControl {
   /// renewal is not `none`.
   bool is_due(double effective_sample_size, int size, int requested_size);
 
-  /// Ancestors and weights afterwards. See Resampler::resample.
+  /// Ancestors and weights afterwards. See Resampler::resample. A change of size that the scheme
+  /// cannot make (partial and killing keep theirs) is made by systematic resampling.
   ResamplingResult select(ConstArray weights, int requested_size, const RandomStream& stream);
 
   const PopulationControlOptions& options() const { return options_; }
@@ -62,6 +64,7 @@ class PopulationControl {
  private:
   PopulationControlOptions options_;
   Resampler resampler_;
+  Resampler resizer_;
   std::int64_t calls_ = 0;
   std::int64_t observations_since_renewal_ = 0;
 };

@@ -9,6 +9,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/pose_statistics.hpp"
+#include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -301,7 +302,7 @@ void BeaconMcl::vary_noise_factors() {
   normals.fill_normal(0, 2 * count, work_.data());
   const auto vary = [&](Eigen::ArrayXd& factors, const double* z) {
     for (Eigen::Index i = 0; i < count; ++i) {
-      const double varied = factors[i] * std::exp(noise.odometry_walk * z[i]);
+      const double varied = factors[i] * exp_vector(noise.odometry_walk * z[i]);
       factors[i] = std::min(kLargestFactor, std::max(1.0 / kLargestFactor, varied));
     }
   };
