@@ -9,9 +9,9 @@ namespace {
 
 // Particle k lives with probability w_k / max w.
 PF_RESAMPLING_VECTOR_CLONES
-std::int64_t mark_survivors(const ScaledWeights& weights, const double* uniforms, int* counts) {
+int mark_survivors(const ScaledWeights& weights, const double* uniforms, int* counts) {
   const double largest = weights.weights[weights.largest];
-  std::int64_t survivors = 0;
+  int survivors = 0;
   for (std::int64_t i = 0; i < weights.size; ++i) {
     const int lives = uniforms[i] * largest < weights.weights[i] ? 1 : 0;
     counts[i] = lives;
@@ -27,13 +27,14 @@ std::int64_t mark_survivors(const ScaledWeights& weights, const double* uniforms
 // an independent draw. E[count_k] = w_k / max w + (M - sum w / max w) w_k = M w_k needs M = N.
 void killing(const ScaledWeights& weights, const RandomStream& stream, ResamplingWorkspace* work,
              int* counts) {
-  reserve_sorted_draws(weights.copies, work);
+  reserve_sorted_draws(weights.copies, weights.copies, work);
   double* uniforms = grow(&work->uniforms, weights.size);
   stream.fill_uniform(0, weights.size, uniforms);
-  const std::int64_t dead = weights.copies - mark_survivors(weights, uniforms, counts);
+  const int dead = weights.copies - mark_survivors(weights, uniforms, counts);
   if (dead == 0) return;
-  sorted_draws(stream, static_cast<std::uint64_t>(weights.size), dead, weights.total(), work);
-  add_draws(weights, ~std::int64_t{0}, dead, *work, counts);
+  sorted_draws(stream, static_cast<std::uint64_t>(weights.size), dead, weights.copies,
+               weights.fraction_bits, work);
+  add_draws(weights, ~std::int64_t{0}, *work, counts);
 }
 
 }  // namespace pf_resampling

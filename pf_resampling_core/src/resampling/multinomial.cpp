@@ -9,9 +9,9 @@ namespace pf_resampling {
 // 1986, chapter V.3), so that one pass over the running sum finds them all.
 void multinomial(const ScaledWeights& weights, const RandomStream& stream,
                  ResamplingWorkspace* work, int* counts) {
-  sorted_draws(stream, 0, weights.copies, weights.total(), work);
+  sorted_draws(stream, 0, weights.copies, weights.copies, weights.fraction_bits, work);
   std::fill(counts, counts + weights.size, 0);
-  add_draws(weights, ~std::int64_t{0}, weights.copies, *work, counts);
+  add_draws(weights, ~std::int64_t{0}, *work, counts);
 }
 
 }  // namespace pf_resampling

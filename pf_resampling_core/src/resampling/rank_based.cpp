@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "schemes.hpp"
 
@@ -53,6 +54,16 @@ std::int64_t sort_positive(const double* weights, std::int64_t size, ResamplingW
   return positive;
 }
 
+PF_RESAMPLING_VECTOR_CLONES
+void log_ratios(const double* weights, const double* probabilities, std::int64_t size,
+                double* out) {
+  for (std::int64_t i = 0; i < size; ++i) {
+    const bool ranked = weights[i] > 0.0;
+    const double log_probability = log_any_vector(ranked ? probabilities[i] : 1.0);
+    out[i] = log_any_vector(weights[i]) - log_probability;
+  }
+}
+
 }  // namespace
 
 // K eq. 3, linear ranking: p_k = (eta_max - (eta_max - eta_min) (rank_k - 1) / (n - 1)) / n with
@@ -83,18 +94,21 @@ void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
 }
 
 // A copy of particle k carries w_k / p_k, renormalised.
-void log_weights_after_rank_based(const ScaledWeights& weights, const ResamplingWorkspace& work,
+void log_weights_after_rank_based(const ScaledWeights& weights, ResamplingWorkspace* work,
                                   const int* ancestors, int size, double* log_weights) {
+  const double* probabilities = work->inner_weights.data();
+  double* log_after = grow(&work->log_after, weights.size);
+  log_ratios(weights.weights, probabilities, weights.size, log_after);
+  // Sum over the copies, shifted by the largest against underflow.
+  double largest = -std::numeric_limits<double>::infinity();
+  for (int slot = 0; slot < size; ++slot) largest = std::max(largest, log_after[ancestors[slot]]);
   double sum = 0.0;
   for (int slot = 0; slot < size; ++slot) {
-    const int ancestor = ancestors[slot];
-    sum += weights.weights[ancestor] / work.inner_weights[static_cast<std::size_t>(ancestor)];
+    log_weights[slot] = log_after[ancestors[slot]] - largest;
+    sum += exp_vector(log_weights[slot]);
   }
-  for (int slot = 0; slot < size; ++slot) {
-    const int ancestor = ancestors[slot];
-    log_weights[slot] = std::log(weights.weights[ancestor] /
-                                 work.inner_weights[static_cast<std::size_t>(ancestor)] / sum);
-  }
+  const double log_sum = std::log(sum);
+  for (int slot = 0; slot < size; ++slot) log_weights[slot] -= log_sum;
 }
 
 }  // namespace pf_resampling

@@ -174,9 +174,9 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   if (chooses_who_takes_part(options_.scheme) && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
     if (options_.scheme == ResamplingScheme::partial) {
-      log_weights_after_partial(scaled, work_, ancestors, size, log_weights);
+      log_weights_after_partial(scaled, &work_, ancestors, size, log_weights);
     } else {
-      log_weights_after_rank_based(scaled, work_, ancestors, size, log_weights);
+      log_weights_after_rank_based(scaled, &work_, ancestors, size, log_weights);
     }
   } else if (equal_log_weights_ != size) {
     std::fill(log_weights, log_weights + size, -std::log(static_cast<double>(size)));

@@ -7,9 +7,9 @@ namespace pf_resampling {
 namespace {
 
 PF_RESAMPLING_VECTOR_CLONES
-std::int64_t take_whole_copies(const ScaledWeights& weights, int* counts) {
+int take_whole_copies(const ScaledWeights& weights, int* counts) {
   std::int64_t scaled[kBlock];
-  std::int64_t taken = 0;
+  int taken = 0;
   for (std::int64_t begin = 0; begin < weights.size; begin += kBlock) {
     const std::int64_t size = std::min(kBlock, weights.size - begin);
     weights.block(begin, size, scaled);
@@ -30,11 +30,11 @@ std::int64_t take_whole_copies(const ScaledWeights& weights, int* counts) {
 // particles; here the number left over is drawn anew over the whole of the left-overs.
 void residual(const ScaledWeights& weights, const RandomStream& stream, ResamplingWorkspace* work,
               int* counts) {
-  reserve_sorted_draws(weights.copies, work);
-  const std::int64_t left_over = weights.copies - take_whole_copies(weights, counts);
+  reserve_sorted_draws(weights.copies, weights.copies, work);
+  const int left_over = weights.copies - take_whole_copies(weights, counts);
   if (left_over == 0) return;
-  sorted_draws(stream, 0, left_over, left_over << weights.fraction_bits, work);
-  add_draws(weights, weights.one() - 1, left_over, *work, counts);
+  sorted_draws(stream, 0, left_over, left_over, weights.fraction_bits, work);
+  add_draws(weights, weights.one() - 1, *work, counts);
 }
 
 }  // namespace pf_resampling

@@ -9,9 +9,6 @@
 namespace pf_resampling {
 namespace {
 
-// Interleaved partial sums: their order is the same for every vector width.
-constexpr int kLanes = 8;
-
 struct Totals {
   double sum = 0.0;
   double maximum = 0.0;
@@ -20,57 +17,51 @@ struct Totals {
   bool suspicious = false;  // something negative (or -0.0), infinite or NaN
 };
 
+PF_RESAMPLING_INLINE void add_lanes(const Doubles& weights, double scale, Doubles* sum,
+                                    Doubles* maximum, Unsigneds* units, Unsigneds* signs) {
+  Unsigneds bits;
+  bits_of(weights, &bits);
+  // The sign is set in the one or the other by everything that is negative, infinite or NaN.
+  *signs |= bits | (bits + 0x0010000000000000u);
+  *sum += weights;
+  *maximum = weights > *maximum ? weights : *maximum;
+  Unsigneds fixed;
+  to_fixed(weights * scale, &fixed);
+  *units += fixed;
+}
+
 PF_RESAMPLING_VECTOR_CLONES
 void add_up(const double* weights, std::int64_t size, double scale, Totals* totals) {
-  // Set in the sum or the value itself by everything that is negative, infinite or NaN.
-  constexpr std::uint64_t kSign = 0x8000000000000000u;
-  constexpr std::uint64_t kLowestExponent = 0x0010000000000000u;
-  double sums[kLanes] = {};
-  double maxima[kLanes] = {};
-  std::int64_t units[kLanes] = {};
-  std::uint64_t signs[kLanes] = {};
-  double maximum = -1.0;
+  Doubles sum = {};
+  Doubles maximum = {};
+  Unsigneds units = {};
+  Unsigneds signs = {};
+  double so_far = -1.0;
   for (std::int64_t begin = 0; begin < size; begin += kBlock) {
     const std::int64_t end = std::min(begin + kBlock, size);
     std::int64_t i = begin;
     for (; i + kLanes <= end; i += kLanes) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const double weight = weights[i + lane];
-        const std::uint64_t bits = to_bits(weight);
-        signs[lane] |= bits | (bits + kLowestExponent);
-        sums[lane] += weight;
-        maxima[lane] = weight > maxima[lane] ? weight : maxima[lane];
-        units[lane] =
-            static_cast<std::int64_t>(static_cast<std::uint64_t>(units[lane]) +
-                                      static_cast<std::uint64_t>(to_fixed(weight * scale)));
-      }
+      Doubles lanes;
+      load(weights + i, &lanes);
+      add_lanes(lanes, scale, &sum, &maximum, &units, &signs);
     }
-    for (int lane = 0; i < end; ++i, ++lane) {
-      const double weight = weights[i];
-      const std::uint64_t bits = to_bits(weight);
-      signs[lane] |= bits | (bits + kLowestExponent);
-      sums[lane] += weight;
-      maxima[lane] = weight > maxima[lane] ? weight : maxima[lane];
-      units[lane] = static_cast<std::int64_t>(static_cast<std::uint64_t>(units[lane]) +
-                                              static_cast<std::uint64_t>(to_fixed(weight * scale)));
+    if (i < end) {
+      Doubles lanes = {};
+      for (int lane = 0; i + lane < end; ++lane) lanes[lane] = weights[i + lane];
+      add_lanes(lanes, scale, &sum, &maximum, &units, &signs);
     }
-    const double so_far = *std::max_element(maxima, maxima + kLanes);
-    if (so_far > maximum) {
-      maximum = so_far;
+    const double maximum_so_far = maximum_of(maximum);
+    if (maximum_so_far > so_far) {
+      so_far = maximum_so_far;
       totals->block_of_maximum = begin;
     }
   }
-  totals->maximum = maximum;
-  totals->sum =
-      ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
-  std::uint64_t all_signs = 0;
+  totals->sum = sum_of(sum);
+  totals->maximum = so_far;
   std::uint64_t all_units = 0;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    all_signs |= signs[lane];
-    all_units += static_cast<std::uint64_t>(units[lane]);
-  }
+  for (int lane = 0; lane < kLanes; ++lane) all_units += units[lane];
   totals->units = static_cast<std::int64_t>(all_units);
-  totals->suspicious = (all_signs & kSign) != 0;
+  totals->suspicious = (any_of(signs) >> 63) != 0;
 }
 
 void check_each(const double* weights, std::int64_t size) {

@@ -40,9 +40,9 @@ void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
 
 /// Log-weights that make the selection by the two above unbiased, for WeightsAfter::unbiased: to be
 /// called right after them, with the same working space. log_weights[0 .. size) per slot.
-void log_weights_after_partial(const ScaledWeights& weights, const ResamplingWorkspace& work,
+void log_weights_after_partial(const ScaledWeights& weights, ResamplingWorkspace* work,
                                const int* ancestors, int size, double* log_weights);
-void log_weights_after_rank_based(const ScaledWeights& weights, const ResamplingWorkspace& work,
+void log_weights_after_rank_based(const ScaledWeights& weights, ResamplingWorkspace* work,
                                   const int* ancestors, int size, double* log_weights);
 
 }  // namespace pf_resampling

@@ -1,81 +1,112 @@
 #include "sorted_draws.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace pf_resampling {
 namespace {
 
-// Exponential spacings in fixed point, then their running sum, of which the last is left out of
-// `thresholds` and returned.
+constexpr int kProbes = 4;
+
+// Exponential spacings in fixed point, and their running sum, of which the last is left out of
+// `sums` and returned.
 PF_RESAMPLING_VECTOR_CLONES
-std::int64_t spacings(const double* uniforms, std::int64_t draws, double units,
-                      std::int64_t* thresholds) {
+std::int64_t sum_spacings(const double* uniforms, std::int64_t draws, double units,
+                          std::int64_t* sums) {
   std::int64_t sum = 0;
   for (std::int64_t begin = 0; begin < draws; begin += kBlock) {
     const std::int64_t end = std::min(begin + kBlock, draws);
     for (std::int64_t i = begin; i < end; ++i) {
-      thresholds[i] = to_fixed(-log_vector(uniforms[i]) * units);
+      sums[i] = to_fixed(-log_vector(uniforms[i]) * units);
     }
-    for (std::int64_t i = begin; i < end; ++i) thresholds[i] = sum += thresholds[i];
+    for (std::int64_t i = begin; i < end; ++i) sums[i] = sum += sums[i];
   }
   return sum + to_fixed(-log_vector(uniforms[draws]) * units);
 }
 
+// To thresholds in [0, largest], and the copy into which each falls.
 PF_RESAMPLING_VECTOR_CLONES
-void rescale(std::int64_t draws, double scale, std::int64_t largest, std::int64_t* thresholds) {
+void place(const std::int64_t* sums, std::int64_t draws, double scale, double largest,
+           double copies_per_unit, double* thresholds, int* cells) {
   for (std::int64_t i = 0; i < draws; ++i) {
-    const std::int64_t value = to_fixed(to_double(thresholds[i]) * scale);
-    thresholds[i] = value < largest ? value : largest;
+    const double value = to_double(sums[i]) * scale;
+    const double threshold = value < largest ? value : largest;
+    thresholds[i] = threshold;
+    cells[i] = static_cast<int>(threshold * copies_per_unit);
+  }
+}
+
+// draws_below[c]: how many draws fall before copy c.
+void index_cells(const int* cells, int draws, int copies, int* draws_below) {
+  std::fill(draws_below, draws_below + copies + 1, 0);
+  for (int i = 0; i < draws; ++i) draws_below[cells[i] + 1] = i + 1;
+  int below = 0;
+  for (int copy = 0; copy <= copies; ++copy) {
+    below = std::max(below, draws_below[copy]);
+    draws_below[copy] = below;
   }
 }
 
 }  // namespace
 
-void reserve_sorted_draws(std::int64_t draws, ResamplingWorkspace* work) {
+void reserve_sorted_draws(std::int64_t draws, int copies, ResamplingWorkspace* work) {
   grow(&work->uniforms, draws + 1);
-  grow(&work->thresholds, draws + 1);
+  grow(&work->sums, draws);
+  grow(&work->cells, draws);
+  grow(&work->thresholds, draws + kProbes);
+  grow(&work->draws_below, std::int64_t{copies} + 1);
 }
 
-void sorted_draws(const RandomStream& stream, std::uint64_t first, std::int64_t draws,
-                  std::int64_t total, ResamplingWorkspace* work) {
-  reserve_sorted_draws(draws, work);
-  double* uniforms = work->uniforms.data();
-  std::int64_t* thresholds = work->thresholds.data();
-  stream.fill_uniform(first, draws + 1, uniforms);
+// Devroye, "Non-uniform random variate generation", 1986, section V.3.1: partial sums of n + 1
+// exponential variables over the whole sum are n sorted uniforms.
+void sorted_draws(const RandomStream& stream, std::uint64_t first, int draws, int copies,
+                  int fraction_bits, ResamplingWorkspace* work) {
+  reserve_sorted_draws(draws, copies, work);
+  stream.fill_uniform(first, std::int64_t{draws} + 1, work->uniforms.data());
   // No spacing exceeds -log(2^-53) < 2^6, so that draws + 1 < 2^bits of them stay below 2^62.
   int bits = 1;
-  while (((draws + 1) >> bits) > 0) ++bits;
+  while (((std::int64_t{draws} + 1) >> bits) > 0) ++bits;
   const double units = static_cast<double>(std::int64_t{1} << (56 - bits));
-  const std::int64_t sum = spacings(uniforms, draws, units, thresholds);
-  rescale(draws, static_cast<double>(total) / static_cast<double>(std::max<std::int64_t>(sum, 1)),
-          total - 1, thresholds);
-  thresholds[draws] = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t sum = sum_spacings(work->uniforms.data(), draws, units, work->sums.data());
+
+  const double total = std::ldexp(static_cast<double>(copies), fraction_bits);
+  double* thresholds = work->thresholds.data();
+  place(work->sums.data(), draws, total / static_cast<double>(std::max<std::int64_t>(sum, 1)),
+        std::nextafter(total, 0.0), std::ldexp(1.0, -fraction_bits), thresholds,
+        work->cells.data());
+  std::fill(thresholds + draws, thresholds + draws + kProbes,
+            std::numeric_limits<double>::infinity());
+  index_cells(work->cells.data(), draws, copies, work->draws_below.data());
 }
 
-void add_draws(const ScaledWeights& weights, std::int64_t mask, std::int64_t draws,
-               const ResamplingWorkspace& work, int* counts) {
-  static_cast<void>(draws);
-  const std::int64_t* threshold = work.thresholds.data();
+// The draws below the running sum are those before its copy, and the few within the copy. No draw
+// depends on the one before, and no branch on how a comparison went.
+void add_draws(const ScaledWeights& weights, std::int64_t mask, const ResamplingWorkspace& work,
+               int* counts) {
+  const double* thresholds = work.thresholds.data();
+  const int* draws_below = work.draws_below.data();
   std::int64_t running[kBlock];
   std::int64_t sum = 0;
   int before = 0;
-  int drawn = 0;
   for (std::int64_t begin = 0; begin < weights.size; begin += kBlock) {
     const std::int64_t size = std::min(kBlock, weights.size - begin);
     weights.block(begin, size, running);
-    for (std::int64_t i = 0; i < size; ++i) running[i] = sum += running[i] & mask;
-    // A step either passes a threshold or goes on to the next particle: no branch to guess wrong.
-    int passed[kBlock + 1];
-    passed[0] = before;
-    for (std::int64_t i = 0; i < size;) {
-      const int inside = threshold[drawn] < running[i] ? 1 : 0;
-      drawn += inside;
-      passed[i + 1] = drawn;
-      i += 1 - inside;
+    for (std::int64_t i = 0; i < size; ++i) {
+      sum += running[i] & mask;
+      const double position = to_double(sum);
+      int below = draws_below[sum >> weights.fraction_bits];
+      int passed;
+      do {
+        passed = 0;
+        for (int probe = 0; probe < kProbes; ++probe) {
+          passed += thresholds[below + probe] < position ? 1 : 0;
+        }
+        below += passed;
+      } while (__builtin_expect(passed == kProbes, 0));
+      counts[begin + i] += below - before;
+      before = below;
     }
-    for (std::int64_t i = 0; i < size; ++i) counts[begin + i] += passed[i + 1] - passed[i];
-    before = drawn;
   }
 }
 

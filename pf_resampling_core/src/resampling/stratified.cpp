@@ -13,22 +13,24 @@ void count_strata(const ScaledWeights& weights, const double* uniforms, int* cou
   const std::uint64_t below_one = static_cast<std::uint64_t>(weights.one()) - 1;
   const double unit = 1.0 / static_cast<double>(weights.one());
   std::int64_t running[kBlock];
+  int stratum[kBlock];
+  double inside[kBlock];
   std::int64_t sum = 0;
-  int passed[kBlock + 1];
-  passed[0] = 0;
+  int before = 0;
   for (std::int64_t begin = 0; begin < weights.size; begin += kBlock) {
     const std::int64_t size = std::min(kBlock, weights.size - begin);
     weights.block(begin, size, running);
     for (std::int64_t i = 0; i < size; ++i) running[i] = sum += running[i];
     for (std::int64_t i = 0; i < size; ++i) {
-      const std::uint64_t bits_of_sum = static_cast<std::uint64_t>(running[i]);
-      const int stratum = static_cast<int>(bits_of_sum >> bits);
-      const double inside =
-          (from_bits((bits_of_sum & below_one) | 0x4330000000000000u) - 0x1p52) * unit;
-      passed[i + 1] = stratum + (uniforms[stratum] < inside ? 1 : 0);
+      const std::uint64_t units = static_cast<std::uint64_t>(running[i]);
+      stratum[i] = static_cast<int>(units >> bits);
+      inside[i] = (from_bits((units & below_one) | 0x4330000000000000u) - 0x1p52) * unit;
     }
-    for (std::int64_t i = 0; i < size; ++i) counts[begin + i] = passed[i + 1] - passed[i];
-    passed[0] = passed[size];
+    for (std::int64_t i = 0; i < size; ++i) {
+      const int below = stratum[i] + (uniforms[stratum[i]] < inside[i] ? 1 : 0);
+      counts[begin + i] = below - before;
+      before = below;
+    }
   }
 }
 

@@ -96,6 +96,14 @@ PF_RESAMPLING_INLINE double log_vector(double x) {
   return e * kLn2High - ((half_square - (s * (half_square + t1 + t2) + e * kLn2Low)) - f);
 }
 
+/// Natural logarithm for every positive x, also below the normal range; -infinity for zero.
+PF_RESAMPLING_INLINE double log_any_vector(double x) {
+  const bool tiny = x < 0x1p-1022;
+  const double logarithm =
+      log_vector(tiny ? x * 0x1p54 : x) - (tiny ? 54 * 6.93147180559945309417e-01 : 0.0);
+  return x > 0.0 ? logarithm : -__builtin_inf();
+}
+
 /// Sine and cosine of x radians, absolute error below 3e-16, for |x| <= 1e5.
 PF_RESAMPLING_INLINE void sincos_vector(double x, double* sine, double* cosine) {
   constexpr double kTwoOverPi = 6.36619772367581382433e-01;
