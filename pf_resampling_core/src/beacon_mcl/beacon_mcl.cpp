@@ -274,17 +274,11 @@ void BeaconMcl::renew() {
 void BeaconMcl::learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
                                   ConstArray innovation_variance, ConstArray inlier) {
   const double keep = std::exp(-1.0 / options_.noise_estimation.memory);
-  double squares = 0.0;
-  double count = 0.0;
-  for (Eigen::Index i = 0; i < innovation.size(); ++i) {
-    const double share = variance / innovation_variance[i];
-    const double residual = share * innovation[i];
-    const double believed = particles_.weight[i] * inlier[i];
-    squares += believed * (residual * residual + share * (innovation_variance[i] - variance));
-    count += believed;
-  }
-  range_squares_ = keep * range_squares_ + squares / nominal_variance;
-  range_count_ = keep * range_count_ + count;
+  const kernels::NoiseSums sums =
+      kernels::noise_sums(variance, innovation.size(), particles_.weight.data(), innovation.data(),
+                          innovation_variance.data(), inlier.data());
+  range_squares_ = keep * range_squares_ + sums.squares / nominal_variance;
+  range_count_ = keep * range_count_ + sums.count;
 }
 
 double BeaconMcl::range_variance_factor() const {
@@ -315,11 +309,12 @@ void BeaconMcl::select(const ResamplingResult& result) {
   const Eigen::Index before = particles_.size();
   const Eigen::Index after = result.ancestors.size();
   if (after > before) resize_population(after);
+  copies_.clear();
+  for (Eigen::Index i = 0; i < after; ++i) {
+    if (result.ancestors[i] != i) copies_.push_back({static_cast<int>(i), result.ancestors[i]});
+  }
   const auto copy = [&](auto&& column) {
-    for (Eigen::Index i = 0; i < after; ++i) {
-      const Eigen::Index ancestor = result.ancestors[i];
-      if (ancestor != i) column[i] = column[ancestor];
-    }
+    for (const auto& [slot, ancestor] : copies_) column[slot] = column[ancestor];
   };
   copy(particles_.x);
   copy(particles_.y);

@@ -171,6 +171,36 @@ void weigh_calibrating_clones(const Range& range, bool has_lever, std::int64_t c
   }
 }
 
+// Partial sums of fixed number, so that their order does not depend on the vector width.
+constexpr int kLanes = 8;
+
+PF_RESAMPLING_INLINE void add_noise(double variance, double weight, double innovation,
+                                    double innovation_variance, double inlier, double* squares,
+                                    double* count) {
+  const double share = variance / innovation_variance;
+  const double residual = share * innovation;
+  const double believed = weight * inlier;
+  *squares += believed * (residual * residual + share * (innovation_variance - variance));
+  *count += believed;
+}
+
+PF_RESAMPLING_VECTOR_CLONES
+void noise_sums_clones(double variance, std::int64_t count, const double* weight,
+                       const double* innovation, const double* innovation_variance,
+                       const double* inlier, double* squares, double* counts) {
+  std::int64_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      add_noise(variance, weight[i + lane], innovation[i + lane], innovation_variance[i + lane],
+                inlier[i + lane], squares + lane, counts + lane);
+    }
+  }
+  for (; i < count; ++i) {
+    add_noise(variance, weight[i], innovation[i], innovation_variance[i], inlier[i], squares,
+              counts);
+  }
+}
+
 }  // namespace
 
 Motion make_motion(const OdometryIncrement& odometry, double yaw_rate_bias_walk) {
@@ -215,6 +245,21 @@ void weigh(const Range& range, std::int64_t count, const double* x, const double
     weigh_calibrating_clones(range, has_lever, count, x, y, heading, calibration, log_weight,
                              innovation, innovation_variance, inlier);
   }
+}
+
+NoiseSums noise_sums(double variance, std::int64_t count, const double* weight,
+                     const double* innovation, const double* innovation_variance,
+                     const double* inlier) {
+  double squares[kLanes] = {};
+  double counts[kLanes] = {};
+  noise_sums_clones(variance, count, weight, innovation, innovation_variance, inlier, squares,
+                    counts);
+  NoiseSums sums;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    sums.squares += squares[lane];
+    sums.count += counts[lane];
+  }
+  return sums;
 }
 
 }  // namespace pf_resampling::kernels

@@ -72,4 +72,16 @@ void weigh(const Range& range, std::int64_t count, const double* x, const double
            const double* heading, const Calibration& calibration, double* log_weight,
            double* innovation, double* innovation_variance, double* inlier);
 
+/// Expected square of a range's noise, and how far the range is believed to be no outlier, summed
+/// over the population with its weights.
+struct NoiseSums {
+  double squares = 0.0;  // m^2
+  double count = 0.0;
+};
+
+/// `variance`: of the noise as assumed; innovations and their variances as from weigh().
+NoiseSums noise_sums(double variance, std::int64_t count, const double* weight,
+                     const double* innovation, const double* innovation_variance,
+                     const double* inlier);
+
 }  // namespace pf_resampling::kernels

@@ -194,6 +194,7 @@ class BeaconMcl {
 
   std::unique_ptr<WorkerPool> pool_;
   Eigen::ArrayXd work_;
+  std::vector<std::pair<int, int>> copies_;  // slot and ancestor of a selection
   ExcitationWorkspace excitation_workspace_;
   std::vector<std::uint8_t> seen_;
 };
