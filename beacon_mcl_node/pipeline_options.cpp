@@ -1,5 +1,7 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 
+#include <algorithm>
+
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
@@ -60,7 +62,18 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
 }
 
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options) {
-  set_parameters(parameters_of(options), configuration.values);
+  const ParameterList parameters = parameters_of(options);
+  std::map<std::string, std::string> values = configuration.values;
+  for (const Parameter& parameter : parameters) {
+    // To the parameter server, which reads YAML 1.1, the word off is the boolean false.
+    const auto value = values.find(parameter.name);
+    const auto& choices = parameter.choices;
+    if (value != values.end() && value->second == "false" &&
+        std::find(choices.begin(), choices.end(), "off") != choices.end()) {
+      value->second = "off";
+    }
+  }
+  set_parameters(parameters, values);
   if (!configuration.beacons.empty()) options->beacons = configuration.beacons;
   for (const auto& [beacon, calibration] : configuration.calibration) {
     options->calibration[beacon] = calibration;
