@@ -140,6 +140,28 @@ TEST(WriteRecording, BagTimeIsTheStamp) {
   EXPECT_EQ(times, (std::vector<double>{10.0, 10.5, 10.5, 10.9, 11.0}));
 }
 
+// Readers of bags see equal times in any order: what explains the rest has to have an earlier one.
+TEST(WriteRecording, MapsAndFramesAreThereBeforeAllElse) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  Recording recording = small_recording();
+  recording.ranges.insert(recording.ranges.begin(), {10.0, 3, 4.0, 0.0, "antenna"});
+  write_recording(recording, path);
+  const rosbag::Bag bag = open_bag(path);
+  ros::Time last_static;
+  ros::Time first_other = ros::TIME_MAX;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag)) {
+    const std::string& topic = instance.getTopic();
+    if (topic == "/beacons" || topic == "/tf_static" || topic == "/ground_truth_landmarks") {
+      last_static = std::max(last_static, instance.getTime());
+    } else {
+      first_other = std::min(first_other, instance.getTime());
+    }
+  }
+  EXPECT_LT(last_static, first_other);
+  EXPECT_EQ(first_other, ros::Time(10.0));
+}
+
 TEST(WriteRecording, TruthWithoutHeadingIsAPoint) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("a.bag");

@@ -25,6 +25,10 @@ namespace {
 
 constexpr double kLatestTime = std::numeric_limits<std::uint32_t>::max();
 
+// s, by which beacons and frames precede all else: readers of bags see equal times in any order,
+// and a range whose antenna is not yet known is lost.
+constexpr double kHeadStart = 1e-3;
+
 geometry_msgs::Quaternion quaternion_of(double yaw) {
   geometry_msgs::Quaternion quaternion;
   quaternion.z = std::sin(0.5 * yaw);
@@ -68,12 +72,12 @@ class Writer {
     const bool has_maps = !recording.beacons.empty() || !recording.landmarks.empty();
     if (!std::isfinite(earliest) && !has_maps) throw Error("recording with nothing in it");
     if (!std::isfinite(earliest)) earliest = latest = 1.0;
-    if (earliest < 1e-3) shift_ = 1.0 - std::floor(earliest);
+    if (earliest < 10.0 * kHeadStart) shift_ = 1.0 - std::floor(earliest);
     if (latest + shift_ >= kLatestTime) {
       throw Error("time " + fixed(latest, 3) +
                   " is beyond what ROS can hold; times are in seconds");
     }
-    start_ = stamp_of(earliest);
+    start_ = stamp_of(earliest - kHeadStart);
   }
 
   void write() {
