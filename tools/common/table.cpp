@@ -17,6 +17,14 @@ std::size_t width_of(const std::string& text) {
   }));
 }
 
+/// Whether a cell goes with numbers: "-1.5 m", "~3", "?", "n/a", "-" and nothing do.
+bool is_like_a_number(const std::string& cell) {
+  static const std::string kOther = "+-.~<>?";
+  return cell.empty() || cell == "nan" || cell == "inf" || cell == "n/a" ||
+         (cell.front() >= '0' && cell.front() <= '9') ||
+         kOther.find(cell.front()) != std::string::npos;
+}
+
 }  // namespace
 
 Table::Table(std::vector<std::string> headings) : headings_(std::move(headings)) {}
@@ -32,10 +40,16 @@ void Table::add_row(std::vector<std::string> cells) {
 
 std::string Table::text(std::size_t indent) const {
   std::vector<std::size_t> widths;
+  std::vector<bool> to_the_left;
   for (std::size_t column = 0; column < headings_.size(); ++column) {
     std::size_t width = width_of(headings_[column]);
-    for (const auto& row : rows_) width = std::max(width, width_of(row[column]));
+    bool is_text = column == 0;
+    for (const auto& row : rows_) {
+      width = std::max(width, width_of(row[column]));
+      if (!is_like_a_number(row[column])) is_text = true;
+    }
     widths.push_back(width);
+    to_the_left.push_back(is_text);
   }
   std::string text;
   const auto append = [&](const std::vector<std::string>& cells) {
@@ -43,7 +57,7 @@ std::string Table::text(std::size_t indent) const {
     for (std::size_t column = 0; column < cells.size(); ++column) {
       const std::string padding(widths[column] - width_of(cells[column]), ' ');
       if (column > 0) line += "  ";
-      line += column == 0 ? cells[column] + padding : padding + cells[column];
+      line += to_the_left[column] ? cells[column] + padding : padding + cells[column];
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

@@ -5,7 +5,8 @@
 
 namespace pf_resampling {
 
-/// Text in aligned columns: the first column to the left, the others to the right.
+/// Text in aligned columns: the first to the left, and any other with a cell that is no number;
+/// numbers to the right.
 class Table {
  public:
   explicit Table(std::vector<std::string> headings);

@@ -1,0 +1,53 @@
+#include "checks/stamps.hpp"
+
+#include <gtest/gtest.h>
+
+namespace pf_resampling {
+namespace {
+
+StampSummary summary_of(const std::vector<double>& stamps) {
+  StampCheck check;
+  for (const double stamp : stamps) check.add(ros::Time(stamp), ros::Time(100.0));
+  return check.summary();
+}
+
+TEST(StampCheck, FindsRateAndGaps) {
+  // Periods 1, 1, 5, 1, 5.5, 1: the median is 1; a gap is longer than five of it.
+  const StampSummary summary = summary_of({10, 11, 12, 17, 18, 23.5, 24.5});
+  EXPECT_EQ(summary.messages, 7U);
+  EXPECT_DOUBLE_EQ(summary.rate(), 6.0 / 14.5);
+  EXPECT_DOUBLE_EQ(summary.median_period, 1.0);
+  EXPECT_DOUBLE_EQ(summary.longest_gap, 5.5);
+  EXPECT_DOUBLE_EQ(summary.longest_gap_at, 18.0);
+  EXPECT_EQ(summary.gaps, 1U);
+  EXPECT_EQ(summary.out_of_order, 0U);
+  EXPECT_DOUBLE_EQ(summary.largest_delay, 90.0);
+}
+
+TEST(StampCheck, FindsOrderTwiceAndZero) {
+  const StampSummary summary = summary_of({10, 12, 11, 12, 0, 13});
+  EXPECT_EQ(summary.messages, 6U);
+  EXPECT_EQ(summary.zero, 1U);
+  EXPECT_EQ(summary.out_of_order, 1U);
+  EXPECT_EQ(summary.twice, 1U);
+  EXPECT_EQ(summary.first, 10.0);
+  EXPECT_EQ(summary.last, 13.0);
+}
+
+TEST(StampCheck, TwoSendersMayHaveTheSameStamp) {
+  StampCheck check;
+  check.add(ros::Time(1.0), ros::Time(1.0), 4);
+  check.add(ros::Time(1.0), ros::Time(1.0), 5);
+  EXPECT_EQ(check.summary().twice, 0U);
+  check.add(ros::Time(1.0), ros::Time(1.0), 4);
+  EXPECT_EQ(check.summary().twice, 1U);
+}
+
+TEST(StampCheck, OfNothingIsNothing) {
+  EXPECT_EQ(summary_of({}).rate(), 0.0);
+  EXPECT_EQ(summary_of({5.0}).rate(), 0.0);
+  EXPECT_EQ(summary_of({0.0}).zero, 1U);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,51 @@
+// check_bag: what is in a bag, and whether beacon_mcl can run on it.
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "checks/bag_check.hpp"
+#include "common/bag.hpp"
+#include "common/command_line.hpp"
+
+namespace {
+
+using namespace pf_resampling;
+namespace po = boost::program_options;
+
+int check(const std::vector<std::string>& arguments) {
+  BagCheckTopics topics;
+  CommandLine line(
+      "check_bag",
+      "Says what is in a bag and what is missing for beacon_mcl: topics, rates, gaps,\n"
+      "stamps, frames, numbers, beacons. Exits with 0 if it is ready, with 1 if not.");
+  line.positional("in.bag", "the bag to look at");
+  const auto topic_option = [&](const char* name, std::string* topic, const char* what) {
+    line.options()(name, po::value<std::string>(topic)->default_value(*topic)->value_name("TOPIC"),
+                   what);
+  };
+  topic_option("odom", &topics.odom, "odometry");
+  topic_option("ranges", &topics.ranges, "ranges to beacons");
+  topic_option("beacons", &topics.beacons, "where the beacons are");
+  topic_option("landmarks", &topics.landmarks, "observations of landmarks");
+  topic_option("ground-truth", &topics.ground_truth, "true poses");
+  line.example("check_bag plaza2.bag");
+  line.example("check_bag robot.bag --odom /robot/odom --ranges /uwb/ranges");
+  if (!line.parse(arguments)) return 0;
+  for (std::string* topic :
+       {&topics.odom, &topics.ranges, &topics.beacons, &topics.landmarks, &topics.ground_truth}) {
+    *topic = absolute_topic(*topic);
+  }
+
+  const rosbag::Bag bag = open_bag(line.get<std::string>("in.bag"));
+  const BagCheck found = check_bag(bag, topics);
+  std::cout << found.text;
+  for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
+  std::cout << "\n" << found.verdict() << "\n";
+  return found.problems.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_tool("check_bag", argc, argv, check);
+}

@@ -1,0 +1,196 @@
+#include "bag_survey.hpp"
+
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/bag_contents.hpp"
+#include "common/progress_bar.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+namespace {
+
+constexpr double kUnitQuaternion = 1e-3;  // largest deviation of the norm
+
+bool is_finite(const geometry_msgs::Point& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+}
+
+bool is_finite(const geometry_msgs::Pose& pose) {
+  const auto& q = pose.orientation;
+  return is_finite(pose.position) && std::isfinite(q.x) && std::isfinite(q.y) &&
+         std::isfinite(q.z) && std::isfinite(q.w);
+}
+
+bool is_rotation(const geometry_msgs::Quaternion& q) {
+  return std::abs(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) - 1.0) < kUnitQuaternion;
+}
+
+std::string without_slash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+class Surveyor {
+ public:
+  Surveyor(const rosbag::Bag& bag, const BagCheckTopics& names) : bag_(bag), names_(names) {
+    survey_.odom.topic = names.odom;
+    survey_.ranges.topic = names.ranges;
+    survey_.landmarks.topic = names.landmarks;
+    survey_.truth.topic = names.ground_truth;
+  }
+
+  BagSurvey survey() {
+    survey_.topics = topics_of(bag_);
+    read();
+    if (survey_.base_frames.size() == 1) survey_.base = *survey_.base_frames.begin();
+    survey_.on_robot = read_frames_on_robot(bag_, survey_.base);
+    return std::move(survey_);
+  }
+
+ private:
+  void read() {
+    rosbag::View view(bag_);
+    ProgressBar progress("reading", view.size());
+    std::uint64_t done = 0;
+    try {
+      for (const rosbag::MessageInstance& instance : view) {
+        read(instance);
+        progress.update(++done);
+      }
+    } catch (const rosbag::BagException& error) {
+      throw Error(bag_.getFileName() + ": is damaged (" + error.what() + "); try: rosbag reindex " +
+                  bag_.getFileName());
+    }
+  }
+
+  void read(const rosbag::MessageInstance& instance) {
+    const std::string& topic = instance.getTopic();
+    if (topic == names_.odom) {
+      read_odometry(instance);
+    } else if (topic == names_.ranges) {
+      read_range(instance);
+    } else if (topic == names_.beacons) {
+      read_beacons(instance);
+    } else if (topic == names_.landmarks) {
+      read_landmarks(instance);
+    } else if (topic == names_.ground_truth) {
+      read_truth(instance);
+    } else if (topic == "/tf") {
+      read_transforms(instance);
+    }
+  }
+
+  template <typename Header>
+  void note_header(const rosbag::MessageInstance& instance, const Header& header,
+                   TopicSurvey* check, std::int32_t sender = 0) {
+    check->stamps.add(header.stamp, instance.getTime(), sender);
+    check->frames.insert(without_slash(header.frame_id));
+  }
+
+  void read_odometry(const rosbag::MessageInstance& instance) {
+    const auto odometry = instance.instantiate<nav_msgs::Odometry>();
+    if (odometry == nullptr) return;
+    note_header(instance, odometry->header, &survey_.odom);
+    survey_.base_frames.insert(without_slash(odometry->child_frame_id));
+    if (!is_finite(odometry->pose.pose)) {
+      ++survey_.odom.not_finite;
+    } else if (!is_rotation(odometry->pose.pose.orientation)) {
+      ++survey_.odom.impossible;
+    }
+  }
+
+  void read_range(const rosbag::MessageInstance& instance) {
+    const auto range = instance.instantiate<BeaconRange>();
+    if (range == nullptr) return;
+    note_header(instance, range->header, &survey_.ranges, range->beacon);
+    if (!std::isfinite(range->range) || !std::isfinite(range->variance)) {
+      ++survey_.ranges.not_finite;
+    } else if (range->range <= 0.0 || range->variance < 0.0) {
+      ++survey_.ranges.impossible;
+    } else {
+      survey_.ranges_by_beacon[range->beacon].push_back(range->range);
+    }
+  }
+
+  void read_beacons(const rosbag::MessageInstance& instance) {
+    const auto beacons = instance.instantiate<BeaconArray>();
+    if (beacons == nullptr) return;
+    survey_.beacon_frame = without_slash(beacons->header.frame_id);
+    survey_.beacons.clear();
+    survey_.beacons_twice.clear();
+    for (const auto& beacon : beacons->beacons) {
+      if (!survey_.beacons.emplace(beacon.id, beacon.position).second) {
+        survey_.beacons_twice.push_back(beacon.id);
+      }
+    }
+  }
+
+  void read_landmarks(const rosbag::MessageInstance& instance) {
+    const auto scan = instance.instantiate<LandmarkObservationArray>();
+    if (scan == nullptr) return;
+    note_header(instance, scan->header, &survey_.landmarks);
+    for (const auto& seen : scan->observations) {
+      if (!std::isfinite(seen.range) || !std::isfinite(seen.bearing)) {
+        ++survey_.landmarks.not_finite;
+      } else if (seen.range <= 0.0 || seen.range_variance < 0.0 || seen.bearing_variance < 0.0) {
+        ++survey_.landmarks.impossible;
+      }
+    }
+  }
+
+  void read_truth(const rosbag::MessageInstance& instance) {
+    const auto note_pose = [&](const auto& header, const geometry_msgs::Pose& pose) {
+      note_header(instance, header, &survey_.truth);
+      if (!is_finite(pose)) ++survey_.truth.not_finite;
+    };
+    if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+      note_pose(pose->header, pose->pose);
+    } else if (const auto point = instance.instantiate<geometry_msgs::PointStamped>()) {
+      note_header(instance, point->header, &survey_.truth);
+      if (!is_finite(point->point)) ++survey_.truth.not_finite;
+    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+      note_pose(odometry->header, odometry->pose.pose);
+    } else if (const auto with_covariance =
+                   instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      note_pose(with_covariance->header, with_covariance->pose.pose);
+    }
+  }
+
+  void read_transforms(const rosbag::MessageInstance& instance) {
+    const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+    if (message == nullptr) return;
+    for (const auto& transform : message->transforms) {
+      survey_.transforms.emplace(without_slash(transform.header.frame_id),
+                                 without_slash(transform.child_frame_id));
+    }
+  }
+
+  const rosbag::Bag& bag_;
+  const BagCheckTopics& names_;
+  BagSurvey survey_;
+};
+
+}  // namespace
+
+const BagTopic* BagSurvey::topic_named(const std::string& name) const {
+  const auto found = std::find_if(topics.begin(), topics.end(),
+                                  [&](const BagTopic& topic) { return topic.name == name; });
+  return found == topics.end() ? nullptr : &*found;
+}
+
+BagSurvey survey_bag(const rosbag::Bag& bag, const BagCheckTopics& names) {
+  return Surveyor(bag, names).survey();
+}
+
+}  // namespace pf_resampling

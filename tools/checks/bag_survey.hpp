@@ -1,0 +1,52 @@
+#pragma once
+
+#include <geometry_msgs/Point.h>
+#include <rosbag/bag.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bag_check.hpp"
+#include "common/bag.hpp"
+#include "stamps.hpp"
+
+namespace pf_resampling {
+
+/// What was gathered of one topic.
+struct TopicSurvey {
+  std::string topic;
+  StampCheck stamps;
+  std::set<std::string> frames;
+  std::size_t not_finite = 0;
+  std::size_t impossible = 0;  ///< quaternions that are none, ranges <= 0, negative variances
+};
+
+/// What is in a bag, before anything is judged.
+struct BagSurvey {
+  std::vector<BagTopic> topics;
+  TopicSurvey odom;
+  TopicSurvey ranges;
+  TopicSurvey landmarks;
+  TopicSurvey truth;
+  std::set<std::string> base_frames;                  ///< child frames of the odometry
+  std::string base = "base_link";                     ///< the one child frame, if there is one
+  std::map<std::string, Eigen::Isometry3d> on_robot;  ///< /tf_static, from `base`
+  std::set<std::pair<std::string, std::string>> transforms;  ///< parent and child, of /tf
+  std::string beacon_frame;
+  std::map<std::int32_t, geometry_msgs::Point> beacons;
+  std::vector<std::int32_t> beacons_twice;
+  std::map<std::int32_t, std::vector<double>> ranges_by_beacon;  ///< those that can be used, m
+
+  /// The topic of that name; null if the bag has none.
+  const BagTopic* topic_named(const std::string& name) const;
+};
+
+/// Reads a bag through. Throws Error if it is damaged.
+BagSurvey survey_bag(const rosbag::Bag& bag, const BagCheckTopics& names);
+
+}  // namespace pf_resampling
