@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/population/weights.hpp"
+
+namespace pf_resampling {
+
+/// How a weak particle finds the strong one it is blended with (K Table V).
+enum class Pairing {
+  rank,      ///< the worst with the best, the second worst with the second best, ...
+  random,    ///< any of the strong half
+  roulette,  ///< one of the strong half, with probability in proportion to its weight
+};
+const std::vector<Pairing>& all_pairings();
+std::string to_string(Pairing pairing);
+
+/// What becomes of a blended landmark's covariance.
+enum class CovarianceTreatment {
+  keep,            ///< the weak particle's own (K section 5.1)
+  moment_matched,  ///< a·Σ_l + b·Σ_h + a·b·d·dᵀ, d the difference of the means
+};
+const std::vector<CovarianceTreatment>& all_covariance_treatments();
+std::string to_string(CovarianceTreatment treatment);
+
+/// The weights after a compensation.
+enum class CompensatedWeights {
+  reset,      ///< all 1/M (K)
+  pair_mean,  ///< both of a pair get the mean of their weights
+};
+const std::vector<CompensatedWeights>& all_compensated_weights();
+std::string to_string(CompensatedWeights policy);
+
+struct CompensationOptions {
+  Pairing pairing = Pairing::rank;
+  double ratio =
+      1.0;  ///< share of the weak half that is compensated, worst first, in (0, 1] (K Table VI)
+  CovarianceTreatment covariance = CovarianceTreatment::keep;
+  CompensatedWeights weights_after = CompensatedWeights::reset;
+};
+
+/// One weak particle to be blended with a strong one: low <- share·low + (1 - share)·high.
+/// K eqs. 7 and 8 with the pair's weights normalised: as printed they are not convex and the filter
+/// diverges.
+struct BlendPair {
+  int low = 0;
+  int high = 0;
+  double share = 0.0;  ///< w_low / (w_low + w_high), in [0, 1/2]
+};
+
+/// What is to be blended with what. Nothing is rejected: every particle keeps its slot.
+struct CompensationResult {
+  std::vector<BlendPair> pairs;  ///< every low at most once, no low is a high
+  Eigen::ArrayXd log_weights;    ///< normalised, afterwards
+};
+
+/// Compensation instead of resampling (K section 5). Weak are the particles below the median weight
+/// (ties by slot, ⌊M/2⌋ of them). `weights`: normalised, linear, at least one; throws Error as
+/// resampling does on weights that are no distribution.
+CompensationResult compensate(const CompensationOptions& options, ConstArray weights,
+                              const RandomStream& stream);
+
+/// Blends poses: positions linearly, headings along the shorter arc. x, y, heading of all
+/// particles.
+void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArray y,
+                 MutableArray heading);
+
+}  // namespace pf_resampling
