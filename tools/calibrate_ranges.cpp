@@ -112,7 +112,9 @@ Samples samples_of(const std::vector<StampedRange>& ranges, const std::vector<Tr
       const Eigen::Rotation2Dd turn(pose->heading.value_or(0.0));
       Eigen::Vector3d place(pose->x, pose->y, antenna.z());
       place.head<2>() += turn * antenna.head<2>();
-      const double distance = (beacon->second.position - place).norm();
+      Eigen::Vector3d offset = beacon->second.position - place;
+      if (beacon->second.is_planar) offset.z() = 0.0;
+      const double distance = offset.norm();
       samples.used.push_back({range.beacon, distance, range.range});
       samples.travel_for_heading |= off_centre && !headings_are_true;
     }

@@ -83,6 +83,7 @@ json report(const PathErrors& estimate, const std::optional<PathErrors>& dead_re
     (*place)["converged_after"] = to_json(estimate.converged_after);
     (*place)["lost"] = estimate.lost;
   }
+  part["lost_share"] = estimate.lost_share;
   part["coverage95_pose"] = to_json(estimate.coverage95_pose);
   part["coverage_3sigma"] = to_json(estimate.coverage_3sigma);
   part["normalized_error"] = to_json(estimate.normalized_error);
@@ -129,7 +130,8 @@ void print(const std::string& bag, const PathErrors& estimate,
       estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
   std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
               after.c_str(), estimate.lost_error);
-  std::printf("  lost at the end:                           %s\n", estimate.lost ? "yes" : "no");
+  std::printf("  lost:                                      %s (error above that %s of the time)\n",
+              estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
   if (estimate.uncovered > 0) {
     std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
                 estimate.truth_poses);
@@ -140,25 +142,6 @@ bool has_topic(const rosbag::Bag& bag, const std::string& name) {
   const std::vector<BagTopic> topics = topics_of(bag);
   return std::any_of(topics.begin(), topics.end(),
                      [&](const BagTopic& topic) { return topic.name == name; });
-}
-
-/// The true poses while the recording runs, that is, while there is odometry: a reference that was
-/// switched on earlier, or off later, is nothing the filter can be judged by.
-std::vector<TruePose> while_recording(const std::vector<TruePose>& truth,
-                                      const std::vector<EstimatedPose>& odometry) {
-  if (odometry.empty()) return truth;
-  std::vector<TruePose> result;
-  for (const TruePose& pose : truth) {
-    if (pose.time >= odometry.front().time && pose.time <= odometry.back().time) {
-      result.push_back(pose);
-    }
-  }
-  if (result.empty()) {
-    throw Error("no pose of the ground truth lies in the time of the odometry (" +
-                fixed(odometry.front().time, 3) + " to " + fixed(odometry.back().time, 3) +
-                " s): their clocks have to agree");
-  }
-  return result;
 }
 
 /// The estimate after its first fifth, standing in for a truth that is not there: it tells where to
@@ -211,7 +194,7 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
     return 0;
   }
 
-  plot.truth = while_recording(read_truth(bag, topic("truth")), plot.dead_reckoning);
+  plot.truth = truth_while_recording(read_truth(bag, topic("truth")), plot.dead_reckoning);
   plot.errors = evaluate_path(plot.truth, plot.estimate, options);
   if (with_odometry) {
     plot.dead_reckoning = align_at_start(plot.dead_reckoning, plot.truth);

@@ -12,6 +12,7 @@
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "common/bag.hpp"
 #include "common/beacon_mcl_bag.hpp"
+#include "common/beacon_mcl_options.hpp"
 #include "common/command_line.hpp"
 #include "common/progress_bar.hpp"
 #include "common/table.hpp"
@@ -87,22 +88,7 @@ void copy_input(const rosbag::MessageInstance& message, const BeaconMclPipelineO
 }
 
 BeaconMclPipelineOptions read_options(const CommandLine& line) {
-  BeaconMclPipelineOptions options;
-  if (line.has("config")) {
-    for (const std::string& path : line.get<std::vector<std::string>>("config")) {
-      const Configuration configuration = read_configuration(path);
-      try {
-        apply(configuration, &options);
-      } catch (const Error& error) {
-        throw Error(path + ": " + error.what());
-      }
-    }
-  }
-  if (line.has("set")) {
-    for (const std::string& assignment : line.get<std::vector<std::string>>("set")) {
-      apply(parse_assignment(assignment), &options);
-    }
-  }
+  BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   const ParameterList parameters = parameters_of(&options);
   if (line.has("seed")) set_parameter(parameters, "seed", line.get<std::string>("seed"));
   if (line.has("threads")) set_parameter(parameters, "threads", line.get<std::string>("threads"));
@@ -139,10 +125,7 @@ int run_beacon_mcl_bag(const CommandLine& line) {
   const Outputs outputs = line.has("pose-only")   ? Outputs::pose_only
                           : line.has("no-clouds") ? Outputs::no_clouds
                                                   : Outputs::all;
-  BeaconMclTopics topics;
-  topics.odom = absolute_topic(line.get<std::string>("odom"));
-  topics.ranges = absolute_topic(line.get<std::string>("ranges"));
-  topics.beacons = absolute_topic(line.get<std::string>("beacons"));
+  const BeaconMclTopics topics = beacon_mcl_topics(line);
 
   const rosbag::Bag bag = open_bag(in_path);
   require_beacon_mcl_topics(bag, in_path, topics, options.beacons.empty());
@@ -192,21 +175,14 @@ int run(const std::vector<std::string>& arguments) {
   line.positional("filter", "beacon_mcl");
   line.optional_positional("in.bag", "with odometry, ranges and, unless configured, beacons");
   line.optional_positional("out.bag", "to be written");
-  line.options()("config", po::value<std::vector<std::string>>()->composing()->value_name("FILE"),
-                 "YAML file of parameters, beacons, calibration; may be repeated, later ones win")(
-      "set", po::value<std::vector<std::string>>()->composing()->value_name("NAME=VALUE"),
-      "one parameter, for instance population/resampling/scheme=stratified; may be repeated")(
-      "seed", po::value<std::string>()->value_name("N"), "of the random numbers (1)")(
+  add_beacon_mcl_options(&line);
+  line.options()("seed", po::value<std::string>()->value_name("N"), "of the random numbers (1)")(
       "threads", po::value<std::string>()->value_name("N"),
       "of computation (1); the result does not depend on it")(
       "no-clouds", "leave out what is for looking at: clouds, path, markers")(
       "pose-only", "write pose and tf only")(
-      "odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"), "odometry")(
-      "ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"), "ranges")(
-      "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
-      "beacons")("parameters",
-                 "print all parameters as a YAML file with the values that the other "
-                 "options give, and end");
+      "parameters",
+      "print all parameters as a YAML file with the values that the other options give, and end");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml --pose-only");
   line.example("run_bag beacon_mcl --parameters > my.yaml");

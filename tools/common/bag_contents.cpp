@@ -135,6 +135,23 @@ std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string&
   return poses;
 }
 
+std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
+                                            const std::vector<EstimatedPose>& odometry) {
+  if (odometry.empty()) return truth;
+  std::vector<TruePose> result;
+  for (const TruePose& pose : truth) {
+    if (pose.time >= odometry.front().time && pose.time <= odometry.back().time) {
+      result.push_back(pose);
+    }
+  }
+  if (result.empty()) {
+    throw Error("no pose of the ground truth lies in the time of the odometry (" +
+                std::to_string(odometry.front().time) + " to " +
+                std::to_string(odometry.back().time) + " s): their clocks have to agree");
+  }
+  return result;
+}
+
 std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topic) {
   std::vector<Beacon> beacons;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
@@ -144,7 +161,9 @@ std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topi
     for (const auto& message : array->beacons) {
       Beacon beacon;
       beacon.id = message.id;
-      beacon.position << message.position.x, message.position.y, message.position.z;
+      beacon.is_planar = std::isnan(message.position.z);
+      beacon.position << message.position.x, message.position.y,
+          beacon.is_planar ? 0.0 : message.position.z;
       if (!beacon.position.allFinite()) {
         throw Error(topic + ": the position of beacon " + std::to_string(beacon.id) +
                     " is not finite");

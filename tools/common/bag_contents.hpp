@@ -27,7 +27,13 @@ std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topi
 /// Poses with covariance, or without (zero).
 std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string& topic);
 
-/// The beacons of the last message on a topic of BeaconArray; none if there is none.
+/// The true poses while there is odometry (all if that is empty): a reference that was switched on
+/// earlier, or off later, is nothing a filter can be judged by. Throws Error if that leaves none.
+std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
+                                            const std::vector<EstimatedPose>& odometry);
+
+/// The beacons of the last message on a topic of BeaconArray; none if there is none. A height
+/// of NaN says that the beacon is as high as the antenna.
 std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topic);
 
 /// A range with its time and the frame of the antenna.

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kChiSquare95TwoDof = 5.991464547107979;
 constexpr double kChiSquare95ThreeDof = 7.814727903251179;
-constexpr double kConvergedFor = 10.0;  // s
-constexpr double kLastPart = 0.2;       // share of the time that decides whether a run is lost
-constexpr double kLeastCoverage = 0.5;  // of the last part, by the estimate
+constexpr double kConvergedFor = 10.0;   // s
+constexpr double kTimeToConverge = 0.2;  // share of the time that never counts as lost
+constexpr double kMostLost = 0.1;        // share of the rest that may
 
 /// Squared length of `error` in units of `covariance`.
 template <typename Matrix, typename Vector>
@@ -115,21 +115,17 @@ std::optional<double> converged_after(const std::vector<TruePose>& truth,
   return std::nullopt;
 }
 
-bool is_lost(const std::vector<TruePose>& truth, const std::vector<double>& cartesian,
-             double bound) {
-  const double duration = truth.back().time - truth.front().time;
-  const double from = truth.back().time - kLastPart * duration;
-  double sum = 0.0;
+/// Share of the true poses from `start` on at which the error is above the bound.
+double lost_share(const std::vector<TruePose>& truth, const std::vector<double>& cartesian,
+                  double bound, double start) {
   int poses = 0;
-  int covered = 0;
+  int lost = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (truth[i].time < from) continue;
+    if (truth[i].time < start) continue;
     ++poses;
-    if (!std::isfinite(cartesian[i])) continue;
-    ++covered;
-    sum += cartesian[i];
+    if (!(cartesian[i] <= bound)) ++lost;
   }
-  return covered < kLeastCoverage * poses || sum > bound * covered;
+  return poses > 0 ? static_cast<double>(lost) / poses : 0.0;
 }
 
 }  // namespace
@@ -208,7 +204,10 @@ PathErrors evaluate_path(const std::vector<TruePose>& truth,
   }
   summarize(&errors);
   errors.converged_after = converged_after(truth, cartesian, errors.lost_error);
-  errors.lost = is_lost(truth, cartesian, errors.lost_error);
+  errors.lost_share = lost_share(truth, cartesian, errors.lost_error, clipped_until);
+  const double judged_from =
+      truth.front().time + std::max(options.clip, kTimeToConverge) * errors.duration;
+  errors.lost = lost_share(truth, cartesian, errors.lost_error, judged_from) > kMostLost;
   return errors;
 }
 

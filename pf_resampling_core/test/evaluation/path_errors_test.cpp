@@ -246,28 +246,39 @@ TEST(PathErrors, TimeWithoutAnEstimateIsNotConverged) {
   EXPECT_NEAR(*evaluate_path(truth, estimate).converged_after, 12.3, 1e-9);
 }
 
-TEST(PathErrors, IsLostWhenTheLastFifthIsOffOnAverage) {
+TEST(PathErrors, IsLostWhenTheErrorIsAboveTheBoundForATenthOfTheTime) {
   const auto truth = straight_truth();
   PathErrorOptions options;
   options.lost_error = 3.0;
   EXPECT_FALSE(evaluate_path(truth, displaced(truth, 2.9, 0.0), options).lost);
   EXPECT_TRUE(evaluate_path(truth, displaced(truth, 3.1, 0.0), options).lost);
-  // Only the last 20 s count.
-  auto estimate = displaced(truth, 0.0, 0.0);
-  for (std::size_t i = 0; i < 790; ++i) estimate[i].pose.x += 30.0;
-  EXPECT_FALSE(evaluate_path(truth, estimate, options).lost);
-  estimate = displaced(truth, 0.0, 0.0);
-  for (std::size_t i = 801; i < estimate.size(); ++i) estimate[i].pose.x += 30.0;
-  EXPECT_TRUE(evaluate_path(truth, estimate, options).lost);
+  const auto off_between = [&](std::size_t from, std::size_t to) {
+    auto estimate = displaced(truth, 0.0, 0.0);
+    for (std::size_t i = from; i < to; ++i) estimate[i].pose.x += 30.0;
+    return evaluate_path(truth, estimate, options);
+  };
+  // The first 20 s never count, of the 801 poses after them 80 may be off.
+  EXPECT_FALSE(off_between(0, 200).lost);
+  EXPECT_FALSE(off_between(0, 280).lost);
+  EXPECT_TRUE(off_between(0, 281).lost);
+  EXPECT_FALSE(off_between(500, 580).lost);
+  EXPECT_TRUE(off_between(500, 581).lost);
+  EXPECT_TRUE(off_between(900, 1001).lost);
+  EXPECT_DOUBLE_EQ(off_between(0, 280).lost_share, 280.0 / 1001.0);
+  // A longer clip leaves more out: of 501 poses 50 may be off.
+  options.clip = 0.5;
+  EXPECT_FALSE(off_between(0, 550).lost);
+  EXPECT_TRUE(off_between(0, 551).lost);
+  EXPECT_DOUBLE_EQ(off_between(0, 551).lost_share, 51.0 / 501.0);
 }
 
 TEST(PathErrors, IsLostWhenTheEstimateStops) {
   const auto truth = straight_truth();
   auto estimate = displaced(truth, 0.0, 0.0);
-  estimate.resize(850);
+  estimate.resize(900);
   EXPECT_TRUE(evaluate_path(truth, estimate).lost);
   estimate = displaced(truth, 0.0, 0.0);
-  estimate.resize(950);
+  estimate.resize(930);
   EXPECT_FALSE(evaluate_path(truth, estimate).lost);
 }
 

@@ -73,8 +73,12 @@ struct PathErrors {
   /// below lost_error for at least 10 s or, later than 10 s before the end, to the end. Nothing if
   /// that never happens. The clipped part counts here.
   std::optional<double> converged_after;
-  /// Whether the mean Cartesian error over the last 20 % of the truth's time is above lost_error,
-  /// or the estimate covers less than half of the true poses there.
+  /// Share of the (unclipped) true poses at which the robot did not know where it was: Cartesian
+  /// error above lost_error, or no estimate.
+  double lost_share = 0.0;
+  /// Whether the run was lost: whether that share is above a tenth, never counting the first fifth
+  /// of the time. A run that loses itself for a while and recovers soon is not lost; one that ends
+  /// lost, or whose figures are made by the time it was lost, is.
   bool lost = false;
   double lost_error = 0.0;  ///< m, the bound that was used
 

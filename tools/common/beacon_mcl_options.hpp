@@ -1,0 +1,18 @@
+#pragma once
+
+#include "beacon_mcl_bag.hpp"
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "command_line.hpp"
+
+namespace pf_resampling {
+
+/// Adds the options by which a program lets range-beacon localization be configured: --config,
+/// --set and the topics --odom, --ranges, --beacons.
+void add_beacon_mcl_options(CommandLine* line);
+
+/// What they say, on top of the shipped defaults. Throws Error naming file or assignment.
+BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line);
+
+BeaconMclTopics beacon_mcl_topics(const CommandLine& line);
+
+}  // namespace pf_resampling
