@@ -76,7 +76,13 @@ TEST(ReadCsv, PassesOverWhatPeopleAndProgramsPutIntoCsvFiles) {
 TEST(ReadCsv, FeetBecomeMetresAndTheirVarianceToo) {
   const TemporaryDirectory directory;
   directory.write("ranges.csv", "t,beacon,range,variance\n1,1,10,4\n");
+  directory.write("landmark_observations.csv",
+                  "t,id,range,bearing,range_variance,bearing_variance\n1,1,10,0.5,4,0.1\n");
   const Recording recording = read_csv(directory.path(), kMetresPerFoot);
+  EXPECT_DOUBLE_EQ(recording.landmark_observations[0].range, 3.048);
+  EXPECT_DOUBLE_EQ(recording.landmark_observations[0].range_variance, 4.0 * 0.3048 * 0.3048);
+  EXPECT_DOUBLE_EQ(recording.landmark_observations[0].bearing, 0.5);
+  EXPECT_DOUBLE_EQ(recording.landmark_observations[0].bearing_variance, 0.1);
   EXPECT_DOUBLE_EQ(recording.ranges[0].range, 3.048);
   EXPECT_DOUBLE_EQ(recording.ranges[0].variance, 4.0 * 0.3048 * 0.3048);
 }

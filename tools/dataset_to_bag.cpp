@@ -110,7 +110,7 @@ int csv(const std::vector<std::string>& arguments) {
   line.positional("DIRECTORY", "the directory to read");
   line.positional("out.bag", "the bag to write");
   line.options()("range-unit", po::value<std::string>()->default_value("m")->value_name("m|ft"),
-                 "unit of the ranges in ranges.csv");
+                 "unit of the measured ranges");
   line.example("dataset_to_bag csv my_recording my_recording.bag");
   if (!line.parse(arguments)) return 0;
   const double metres_per_unit = metres_per(line.get<std::string>("range-unit"));

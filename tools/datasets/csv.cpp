@@ -134,7 +134,8 @@ void read_beacons(const std::string& path, Recording* recording) {
   note_ignored(table, "beacons.csv", recording);
 }
 
-void read_landmark_observations(const std::string& path, Recording* recording) {
+void read_landmark_observations(const std::string& path, double metres_per_unit,
+                                Recording* recording) {
   const CsvTable table(path, {{"t"},
                               {"id"},
                               {"range"},
@@ -145,13 +146,14 @@ void read_landmark_observations(const std::string& path, Recording* recording) {
     Recording::LandmarkObservation observation;
     observation.time = table.time(row);
     observation.id = table.id(row, "id", -1);
-    observation.range = table.non_negative(row, "range");
+    observation.range = metres_per_unit * table.non_negative(row, "range");
     observation.bearing = table.number(row, "bearing");
     if (std::abs(observation.bearing) > kLargestBearing) {
       table.fail(row, "bearing", "is more than a full turn; bearings are in radians");
     }
     if (table.has("range_variance")) {
-      observation.range_variance = table.non_negative(row, "range_variance");
+      observation.range_variance =
+          metres_per_unit * metres_per_unit * table.non_negative(row, "range_variance");
     }
     if (table.has("bearing_variance")) {
       observation.bearing_variance = table.non_negative(row, "bearing_variance");
@@ -220,8 +222,9 @@ Recording read_csv(const std::string& directory, double metres_per_unit) {
   if_there("odometry.csv", [&](const auto& path) { read_odometry(path, &recording); });
   if_there("ranges.csv", [&](const auto& path) { read_ranges(path, metres_per_unit, &recording); });
   if_there("beacons.csv", [&](const auto& path) { read_beacons(path, &recording); });
-  if_there("landmark_observations.csv",
-           [&](const auto& path) { read_landmark_observations(path, &recording); });
+  if_there("landmark_observations.csv", [&](const auto& path) {
+    read_landmark_observations(path, metres_per_unit, &recording);
+  });
   if_there("landmarks.csv", [&](const auto& path) { read_landmarks(path, &recording); });
   if_there("ground_truth.csv", [&](const auto& path) { read_truth(path, &recording); });
   if_there("frames.csv", [&](const auto& path) { read_frames(path, &recording); });

@@ -14,7 +14,7 @@ namespace pf_resampling {
 ///
 /// Odometry of the kind t,distance,dheading: distance driven and angle turned since the row above
 /// (mid-point rule); of the kind t,v,omega: velocities that hold from t to the next row.
-/// `metres_per_unit`: of the ranges of ranges.csv (and their variance, squared).
+/// `metres_per_unit`: of all measured ranges (and their variance, squared); places are in metres.
 /// Throws Error that names file, line, column and value.
 Recording read_csv(const std::string& directory, double metres_per_unit);
 

@@ -2,8 +2,10 @@
 
 #include <matio.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 
 #include "pf_resampling_core/error.hpp"
 
@@ -23,6 +25,32 @@ Eigen::MatrixXd converted(const void* data, Eigen::Index rows, Eigen::Index colu
 /// The library would print its own errors to stderr; ours name the file.
 void be_silent(int /*level*/, char* /*message*/) {}
 
+/// Whether a MATLAB 5 file ends before its last variable does: the library would give what there is
+/// of it, and call the rest zero. Each variable begins with its type and its length in bytes.
+bool is_truncated(const std::string& path) {
+  constexpr std::uint64_t kHeader = 128;
+  constexpr std::uint64_t kTag = 8;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kHeader> header{};
+  file.read(header.data(), kHeader);
+  const std::string order(header.end() - 2, header.end());
+  if (!file || (order != "IM" && order != "MI")) return false;  // another version of the format
+  const std::uint64_t size = std::filesystem::file_size(path);
+  for (std::uint64_t place = kHeader; place < size;) {
+    std::array<unsigned char, kTag> tag{};
+    file.seekg(static_cast<std::streamoff>(place));
+    file.read(reinterpret_cast<char*>(tag.data()), kTag);
+    if (!file) return true;
+    std::uint64_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      length = 256 * length + (order == "MI" ? tag[4 + i] : tag[7 - i]);
+    }
+    place += kTag + length;
+    if (place > size) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 struct MatFile::Handle {
@@ -32,6 +60,7 @@ struct MatFile::Handle {
 MatFile::MatFile(const std::string& path) : path_(path), handle_(std::make_unique<Handle>()) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
   if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
+  if (is_truncated(path)) throw Error(path + ": is truncated");
   Mat_LogInitFunc("pf_resampling", be_silent);
   handle_->file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (handle_->file == nullptr) throw Error(path + ": is not a MATLAB file");
