@@ -10,13 +10,21 @@
 namespace pf_resampling {
 namespace {
 
-// The shortest decimal text that reads back as the same number.
+// The shortest decimal text that reads back as the same number, with an exponent only where the
+// number is very large or small, and then with a point before it: to readers of YAML 1.1
+// (roslaunch, rosparam) 1e-05 is a word.
 std::string shortest_text(double value) {
-  for (int digits = 1; digits <= 17; ++digits) {
-    std::ostringstream text;
-    text.precision(digits);
-    text << value;
-    if (std::strtod(text.str().c_str(), nullptr) == value) return text.str();
+  for (int digits = 15; digits <= 17; ++digits) {
+    std::ostringstream stream;
+    stream.precision(digits);
+    stream << value;
+    std::string text = stream.str();
+    if (std::strtod(text.c_str(), nullptr) != value) continue;
+    const std::size_t exponent = text.find('e');
+    if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+      text.insert(exponent, ".0");
+    }
+    return text;
   }
   return std::to_string(value);
 }
@@ -60,8 +68,9 @@ const char* type_text(Parameter::Type type) {
 [[noreturn]] void refuse(const Parameter& parameter, const std::string& value) {
   const bool is_list =
       parameter.type == Parameter::Type::choice || parameter.type == Parameter::Type::boolean;
-  throw Error("parameter " + parameter.name + " is '" + value + "', " +
-              (is_list ? "has to be one of " : "has to be in ") +
+  const bool is_integer = parameter.type == Parameter::Type::integer;
+  throw Error("parameter " + parameter.name + " is '" + value + "', has to be " +
+              (is_list ? "one of " : (is_integer ? "a whole number in " : "in ")) +
               with_unit(range_text(parameter), parameter.unit));
 }
 
@@ -76,6 +85,14 @@ double parse_number(const Parameter& parameter, const std::string& text) {
       parameter.minimum_excluded ? value <= parameter.minimum : value < parameter.minimum;
   if (below || value > parameter.maximum) refuse(parameter, text);
   return value;
+}
+
+// Words that readers of YAML 1.1 take for something else than a word, unless quoted.
+std::string quoted_for_yaml(const std::string& word) {
+  for (const char* other : {"y", "n", "yes", "no", "on", "off", "true", "false", "null", "~"}) {
+    if (word == other) return '"' + word + '"';
+  }
+  return word;
 }
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -171,9 +188,13 @@ Parameter make_choice_parameter(std::string name, std::vector<std::string> choic
   parameter.choices = std::move(choices);
   parameter.get = std::move(get);
   parameter.set_checked = [plain = parameter, assign = std::move(assign)](const std::string& text) {
-    if (std::find(plain.choices.begin(), plain.choices.end(), text) == plain.choices.end())
-      refuse(plain, text);
-    assign(text);
+    const auto is_choice = [&](const std::string& word) {
+      return std::find(plain.choices.begin(), plain.choices.end(), word) != plain.choices.end();
+    };
+    // An unquoted `off` comes from the parameter server as a truth value.
+    const bool is_off = text == "false" && !is_choice(text) && is_choice("off");
+    if (!is_off && !is_choice(text)) refuse(plain, text);
+    assign(is_off ? "off" : text);
   };
   return parameter;
 }
@@ -218,7 +239,9 @@ std::string to_yaml(const ParameterList& parameters) {
     const std::string indent(2 * groups.size(), ' ');
     yaml << indent << "# " << parameter.help << " "
          << with_unit(range_text(parameter), parameter.unit) << "\n";
-    yaml << indent << leaf << ": " << parameter.get() << "\n";
+    const bool is_word = parameter.type == Parameter::Type::choice;
+    yaml << indent << leaf << ": " << (is_word ? quoted_for_yaml(parameter.get()) : parameter.get())
+         << "\n";
   }
   return yaml.str();
 }

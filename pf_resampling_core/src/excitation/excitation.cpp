@@ -84,6 +84,21 @@ Perturbation roughening(const ExcitationOptions& options, const PoseArrays& pose
   return perturbation;
 }
 
+// The first copy of an ancestor is the one in the ancestor's own slot; where the population has
+// shrunk so that it has none, the first slot that names it.
+void hold_first_copies(ConstIndices ancestors, ExcitationWorkspace* workspace) {
+  const int count = static_cast<int>(ancestors.size());
+  workspace->is_held.assign(static_cast<std::size_t>(ancestors.maxCoeff()) + 1, 0);
+  for (int i = 0; i < count; ++i) {
+    const int ancestor = ancestors[i];
+    std::uint8_t& is_held = workspace->is_held[static_cast<std::size_t>(ancestor)];
+    const bool is_first = ancestor == i || (ancestor >= count && is_held == 0);
+    if (!is_first) continue;
+    is_held = 1;
+    workspace->moves[i] = 0.0;
+  }
+}
+
 Perturbation perturbation_for(const ExcitationOptions& options, ConstArray weights,
                               const PoseArrays& poses) {
   switch (options.excitation) {
@@ -121,11 +136,8 @@ void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIn
   double* z = workspace->normals.data();
   stream.fill_normal4(0, count, z, z + count, z + 2 * count, z + 3 * count);
 
-  // The first copy of an ancestor is the one in the ancestor's own slot.
   workspace->moves.setOnes(count);
-  if (options.duplicates_only) {
-    for (Eigen::Index i = 0; i < count; ++i) workspace->moves[i] = ancestors[i] == i ? 0.0 : 1.0;
-  }
+  if (options.duplicates_only) hold_first_copies(ancestors, workspace);
   const Eigen::Matrix3d& l = perturbation.root;
   const double root[6] = {l(0, 0), l(1, 0), l(1, 1), l(2, 0), l(2, 1), l(2, 2)};
   perturb(root, perturbation.pull, perturbation.centre, count, z, z + count, z + 2 * count,

@@ -10,19 +10,26 @@ double variance(double deviation_per_root, double amount) {
 }
 
 // Covariance of one step, in the frame of its start. Heading noise gathered within the step is that
-// of a random walk: it displaces the end sideways with variance 1/3 and covariance 1/2 of what the
-// whole of it would.
+// of a random walk: it swings the end about the start with variance 1/3 and covariance 1/2 of what
+// the whole of it would.
 Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion, double duration) {
   const double distance = std::hypot(motion.x, motion.y);
   const double heading = variance(noise.heading_per_distance, distance) +
                          variance(noise.heading_per_angle, std::abs(motion.heading)) +
                          variance(noise.heading_per_time, duration);
   const double idle = variance(noise.translation_per_time, duration);
+  const double along = variance(noise.translation_per_distance, distance) + idle;
+  const double across = variance(noise.slip_per_distance, distance) + idle;
+  // Unit vectors along the step and to its left.
+  const bool moves = distance > 0.0;
+  const Eigen::Vector2d ahead(moves ? motion.x / distance : 1.0, moves ? motion.y / distance : 0.0);
+  const Eigen::Vector2d left(-ahead.y(), ahead.x());
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  covariance(0, 0) = variance(noise.translation_per_distance, distance) + idle;
-  covariance(1, 1) =
-      variance(noise.slip_per_distance, distance) + idle + heading * distance * distance / 3.0;
-  covariance(1, 2) = covariance(2, 1) = 0.5 * heading * motion.x;
+  covariance.topLeftCorner<2, 2>() =
+      along * ahead * ahead.transpose() +
+      (across + heading * distance * distance / 3.0) * left * left.transpose();
+  covariance.topRightCorner<2, 1>() = 0.5 * heading * distance * left;
+  covariance.bottomLeftCorner<1, 2>() = covariance.topRightCorner<2, 1>().transpose();
   covariance(2, 2) = heading;
   return covariance;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct PoseArrays {
 struct ExcitationWorkspace {
   Eigen::ArrayXd normals;
   Eigen::ArrayXd moves;
+  std::vector<std::uint8_t> is_held;
 };
 
 /// Perturbs the poses. `linear_weights`: normalised weights of these particles, for the covariance
