@@ -1,100 +1,135 @@
 #include "pf_resampling_core/population/weights.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "lanes.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
 
-// Sums run in this many interleaved partial sums, which fixes their order for every vector width.
-constexpr int kLanes = 8;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::int64_t kBlock = 256;  // a multiple of kLanes
 
-PF_RESAMPLING_VECTOR_CLONES
-double maximum(const double* values, std::int64_t size) {
-  double best[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) best[lane] = -std::numeric_limits<double>::infinity();
-  std::int64_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      best[lane] = values[i + lane] > best[lane] ? values[i + lane] : best[lane];
-    }
-  }
-  for (; i < size; ++i) best[0] = values[i] > best[0] ? values[i] : best[0];
-  return *std::max_element(best, best + kLanes);
+// Eight values from `values`, or what is left of `size`, filled up.
+PF_RESAMPLING_INLINE void load_up_to(const double* values, std::int64_t size, double filling,
+                                     Doubles* lanes) {
+  for (int lane = 0; lane < kLanes; ++lane) (*lanes)[lane] = lane < size ? values[lane] : filling;
 }
 
-// NaN and infinity are the values that differ from themselves times zero.
+PF_RESAMPLING_INLINE void examine_lanes(const Doubles& lanes, Doubles* maximum,
+                                        Integers* unusable) {
+  *maximum = lanes > *maximum ? lanes : *maximum;
+  // NaN and +infinity are what is not below infinity.
+  *unusable |= ~(lanes < kInfinity);
+}
+
+// The largest value; +infinity when some are NaN or +infinity.
 PF_RESAMPLING_VECTOR_CLONES
-std::int64_t count_unusable(const double* values, std::int64_t size) {
-  std::int64_t count = 0;
+double maximum_if_usable(const double* values, std::int64_t size) {
+  Doubles maximum = Doubles{} - kInfinity;
+  Integers unusable = {};
+  std::int64_t i = 0;
+  Doubles lanes = {};
+  for (; i + kLanes <= size; i += kLanes) {
+    load(values + i, &lanes);
+    examine_lanes(lanes, &maximum, &unusable);
+  }
+  if (i < size) {
+    load_up_to(values + i, size - i, -kInfinity, &lanes);
+    examine_lanes(lanes, &maximum, &unusable);
+  }
+  bool usable = true;
+  for (int lane = 0; lane < kLanes; ++lane) usable = usable && unusable[lane] == 0;
+  return usable ? maximum_of(maximum) : kInfinity;
+}
+
+struct Sums {
+  double weights = 0.0;
+  double squares = 0.0;
+  double weighted_logs = 0.0;
+};
+
+PF_RESAMPLING_INLINE void add_lanes(const Doubles& weights, const Doubles& logs, Doubles* sum,
+                                    Doubles* squares, Doubles* weighted_logs) {
+  *sum += weights;
+  *squares += weights * weights;
+  // A weight of zero may have a logarithm of -infinity.
+  const Doubles product = weights * logs;
+  *weighted_logs += weights > 0.0 ? product : Doubles{};
+}
+
+// linear = e^(log_weights - shift), and its sums.
+PF_RESAMPLING_VECTOR_CLONES
+void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
+                  Sums* sums) {
+  Doubles sum = {};
+  Doubles squares = {};
+  Doubles weighted_logs = {};
+  double shifted[kBlock];
+  Doubles weights = {};
+  Doubles logs = {};
+  for (std::int64_t begin = 0; begin < size; begin += kBlock) {
+    const std::int64_t count = std::min(kBlock, size - begin);
+    double* out = linear + begin;
+    for (std::int64_t i = 0; i < count; ++i) {
+      const double value = log_weights[begin + i] - shift;
+      shifted[i] = value;
+      out[i] = exp_vector(value);
+    }
+    std::int64_t i = 0;
+    for (; i + kLanes <= count; i += kLanes) {
+      load(out + i, &weights);
+      load(shifted + i, &logs);
+      add_lanes(weights, logs, &sum, &squares, &weighted_logs);
+    }
+    if (i < count) {
+      load_up_to(out + i, count - i, 0.0, &weights);
+      load_up_to(shifted + i, count - i, 0.0, &logs);
+      add_lanes(weights, logs, &sum, &squares, &weighted_logs);
+    }
+  }
+  sums->weights = sum_of(sum);
+  sums->squares = sum_of(squares);
+  sums->weighted_logs = sum_of(weighted_logs);
+}
+
+PF_RESAMPLING_VECTOR_CLONES
+void rescale(double inverse_sum, double log_sum, std::int64_t size, double* linear,
+             double* log_weights) {
   for (std::int64_t i = 0; i < size; ++i) {
-    const std::uint64_t bits = to_bits(values[i]);
-    const std::uint64_t magnitude = bits & 0x7fffffffffffffffu;
-    const bool nan = magnitude > 0x7ff0000000000000u;
-    const bool positive_infinity = bits == 0x7ff0000000000000u;
-    count += (nan || positive_infinity) ? 1 : 0;
-  }
-  return count;
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-double exponentials(const double* log_weights, double shift, std::int64_t size, double* linear) {
-  double sums[kLanes] = {};
-  std::int64_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double value = exp_vector(log_weights[i + lane] - shift);
-      linear[i + lane] = value;
-      sums[lane] += value;
-    }
-  }
-  for (; i < size; ++i) {
-    linear[i] = exp_vector(log_weights[i] - shift);
-    sums[0] += linear[i];
-  }
-  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void scale_and_sum(double inverse_sum, double log_sum, std::int64_t size, double* linear,
-                   double* log_weights, double* sum_of_squares, double* sum_of_w_log_w) {
-  double squares[kLanes] = {};
-  double entropies[kLanes] = {};
-  std::int64_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double weight = linear[i + lane] * inverse_sum;
-      const double log_weight = log_weights[i + lane] - log_sum;
-      linear[i + lane] = weight;
-      log_weights[i + lane] = log_weight;
-      squares[lane] += weight * weight;
-      entropies[lane] += weight > 0.0 ? weight * log_weight : 0.0;
-    }
-  }
-  for (; i < size; ++i) {
     linear[i] *= inverse_sum;
     log_weights[i] -= log_sum;
-    squares[0] += linear[i] * linear[i];
-    entropies[0] += linear[i] > 0.0 ? linear[i] * log_weights[i] : 0.0;
   }
-  *sum_of_squares = 0.0;
-  *sum_of_w_log_w = 0.0;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    *sum_of_squares += squares[lane];
-    *sum_of_w_log_w += entropies[lane];
+}
+
+PF_RESAMPLING_VECTOR_CLONES
+double sum_of_squares(const double* values, std::int64_t size) {
+  Doubles squares = {};
+  Doubles lanes = {};
+  std::int64_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) {
+    load(values + i, &lanes);
+    squares += lanes * lanes;
   }
+  if (i < size) {
+    load_up_to(values + i, size - i, 0.0, &lanes);
+    squares += lanes * lanes;
+  }
+  return sum_of(squares);
+}
+
+bool is_finite(double value) {
+  return value > -kInfinity && value < kInfinity;
 }
 
 }  // namespace
 
 bool is_normalizable(ConstArray log_weights) {
-  if (log_weights.size() == 0) return false;
-  if (count_unusable(log_weights.data(), log_weights.size()) > 0) return false;
-  return maximum(log_weights.data(), log_weights.size()) > -std::numeric_limits<double>::infinity();
+  return log_weights.size() > 0 &&
+         is_finite(maximum_if_usable(log_weights.data(), log_weights.size()));
 }
 
 WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
@@ -102,28 +137,30 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
     throw Error("normalize: " + std::to_string(log_weights.size()) + " log-weights but room for " +
                 std::to_string(linear.size()) + " weights; give arrays of one size");
   }
-  if (!is_normalizable(log_weights)) {
-    throw Error(
-        "normalize: the log-weights hold NaN or +infinity, or all are -infinity; reset them to "
-        "uniform");
-  }
   const std::int64_t size = log_weights.size();
-  const double shift = maximum(log_weights.data(), size);
-  const double sum = exponentials(log_weights.data(), shift, size, linear.data());
+  const double shift = size > 0 ? maximum_if_usable(log_weights.data(), size) : kInfinity;
+  if (!is_finite(shift)) {
+    throw Error(
+        "normalize: the log-weights are none, hold NaN or +infinity, or all are -infinity; reset "
+        "them to uniform");
+  }
+  Sums sums;
+  exponentials(log_weights.data(), shift, size, linear.data(), &sums);
+  const double log_of_sum = log_vector(sums.weights);
   WeightSummary summary;
-  summary.log_sum = shift + std::log(sum);
-  double sum_of_squares = 0.0;
-  double sum_of_w_log_w = 0.0;
-  scale_and_sum(1.0 / sum, summary.log_sum, size, linear.data(), log_weights.data(),
-                &sum_of_squares, &sum_of_w_log_w);
+  summary.log_sum = shift + log_of_sum;
+  rescale(1.0 / sums.weights, summary.log_sum, size, linear.data(), log_weights.data());
   const double largest = static_cast<double>(size);
-  summary.effective_sample_size = std::min(std::max(1.0 / sum_of_squares, 1.0), largest);
-  summary.entropy_sample_size = std::min(std::max(std::exp(-sum_of_w_log_w), 1.0), largest);
+  const double effective = sums.weights * sums.weights / sums.squares;
+  summary.effective_sample_size = std::min(std::max(effective, 1.0), largest);
+  // Entropy: -sum w/S log(w/S) = log S - (sum w log w) / S.
+  const double entropy = log_of_sum - sums.weighted_logs / sums.weights;
+  summary.entropy_sample_size = std::min(std::max(exp_vector(entropy), 1.0), largest);
   return summary;
 }
 
 double effective_sample_size(ConstArray linear) {
-  return 1.0 / linear.square().sum();
+  return 1.0 / sum_of_squares(linear.data(), linear.size());
 }
 
 }  // namespace pf_resampling

@@ -107,7 +107,7 @@ void log_weights_after_rank_based(const ScaledWeights& weights, ResamplingWorksp
     log_weights[slot] = log_after[ancestors[slot]] - largest;
     sum += exp_vector(log_weights[slot]);
   }
-  const double log_sum = std::log(sum);
+  const double log_sum = log_vector(sum);
   for (int slot = 0; slot < size; ++slot) log_weights[slot] -= log_sum;
 }
 

@@ -179,7 +179,7 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
       log_weights_after_rank_based(scaled, &work_, ancestors, size, log_weights);
     }
   } else if (equal_log_weights_ != size) {
-    std::fill(log_weights, log_weights + size, -std::log(static_cast<double>(size)));
+    std::fill(log_weights, log_weights + size, -log_vector(static_cast<double>(size)));
     equal_log_weights_ = size;
   }
   return {Eigen::Map<const Eigen::ArrayXi>(counts, scaled.size),
