@@ -34,4 +34,4 @@ install-check: ## install into a scratch folder; run programs and build a consum
 	@scripts/check_install
 
 clean: ## remove what was built
-	rm -rf build
+	rm -rf build devel

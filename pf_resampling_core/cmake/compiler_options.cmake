@@ -3,7 +3,14 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, RelWithDebInfo" FORCE)
 endif()
 
-option(PF_RESAMPLING_WARNINGS_AS_ERRORS "Warnings of our targets are errors" ON)
+# Older compilers than those we build with warn of things that are none (g++ 9 of a null dereference in
+# the standard library, for one): they shall not keep anybody from building.
+set(KNOWN_COMPILER OFF)
+if((CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CXX_COMPILER_VERSION VERSION_LESS 11) OR
+   (CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND NOT CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14))
+  set(KNOWN_COMPILER ON)
+endif()
+option(PF_RESAMPLING_WARNINGS_AS_ERRORS "Warnings of our targets are errors" ${KNOWN_COMPILER})
 get_filename_component(DATASETS "${CMAKE_CURRENT_LIST_DIR}/../../../shared/datasets" ABSOLUTE)
 set(PF_RESAMPLING_DATASETS ${DATASETS} CACHE PATH
   "Public recordings for tests; those that need one skip when it is not there")
