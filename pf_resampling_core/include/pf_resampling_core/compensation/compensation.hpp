@@ -18,6 +18,7 @@ enum class Pairing {
 };
 const std::vector<Pairing>& all_pairings();
 std::string to_string(Pairing pairing);
+Pairing pairing_from_string(const std::string& name);
 
 /// What becomes of a blended landmark's covariance.
 enum class CovarianceTreatment {
@@ -26,19 +27,23 @@ enum class CovarianceTreatment {
 };
 const std::vector<CovarianceTreatment>& all_covariance_treatments();
 std::string to_string(CovarianceTreatment treatment);
+CovarianceTreatment covariance_treatment_from_string(const std::string& name);
 
 /// The weights after a compensation.
 enum class CompensatedWeights {
   reset,      ///< all 1/M (K)
-  pair_mean,  ///< both of a pair get the mean of their weights
+  pair_mean,  ///< both of a pair get the mean of their weights; a strong one with several weak ones
+              ///< shares the mean with all of them
 };
 const std::vector<CompensatedWeights>& all_compensated_weights();
 std::string to_string(CompensatedWeights policy);
+CompensatedWeights compensated_weights_from_string(const std::string& name);
 
 struct CompensationOptions {
   Pairing pairing = Pairing::rank;
-  double ratio =
-      1.0;  ///< share of the weak half that is compensated, worst first, in (0, 1] (K Table VI)
+  /// Share of the weak half that is compensated, worst first, in (0, 1] (K Table VI); rounded to
+  /// the nearest whole number of particles, and at least one.
+  double ratio = 1.0;
   CovarianceTreatment covariance = CovarianceTreatment::keep;
   CompensatedWeights weights_after = CompensatedWeights::reset;
 };
@@ -58,14 +63,21 @@ struct CompensationResult {
   Eigen::ArrayXd log_weights;    ///< normalised, afterwards
 };
 
-/// Compensation instead of resampling (K section 5). Weak are the particles below the median weight
-/// (ties by slot, ⌊M/2⌋ of them). `weights`: normalised, linear, at least one; throws Error as
-/// resampling does on weights that are no distribution.
+/// Compensation instead of resampling (K section 5). Weak are the particles below the median
+/// weight: the first ⌊M/2⌋ in ascending order of weight, ties by slot; the others are strong.
+/// `weights`: normalised, linear, at least one. Two particles of weight zero share equally. Uniform
+/// number i of the stream chooses the partner of the i-th worst (`random`, `roulette`). O(M log M).
+/// Throws Error on weights that are empty, negative, not finite or all zero, and on a ratio outside
+/// its range.
 CompensationResult compensate(const CompensationOptions& options, ConstArray weights,
                               const RandomStream& stream);
 
-/// Blends poses: positions linearly, headings along the shorter arc. x, y, heading of all
-/// particles.
+/// Throws Error unless the pairs may be blended among so many particles: slots within range, every
+/// low at most once and no high, shares in [0, 1]. O(M).
+void check_pairs(const std::vector<BlendPair>& pairs, int particles);
+
+/// Blends poses: positions linearly, headings along the shorter arc, to [-pi, pi]. x, y, heading of
+/// all particles, m and rad, of equal size. Throws Error, changing nothing, as check_pairs() does.
 void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArray y,
                  MutableArray heading);
 
