@@ -46,6 +46,16 @@ TEST(DatasetToBag, MakesReadyBagsOfTheDataSets) {
   EXPECT_EQ(run_program("check_bag " + out).exit_code, 0);
   EXPECT_DOUBLE_EQ(first_range(out).variance, 0.01);
   EXPECT_EQ(directory.listing(), "out.bag");
+
+  const ProgramResult mrclam =
+      run_program("dataset_to_bag mrclam " + datasets + "/mrclam6 " + out + " --robot 3");
+  EXPECT_EQ(mrclam.exit_code, 0) << mrclam.error;
+  EXPECT_NE(mrclam.out.find("4348 in 886.1 s"), std::string::npos) << mrclam.out;  // DATASETS.md
+  EXPECT_NE(mrclam.out.find("1277 observations of robots left out"), std::string::npos);
+  const ProgramResult victoria_park =
+      run_program("dataset_to_bag victoria_park " + datasets + "/victoria_park " + out);
+  EXPECT_EQ(victoria_park.exit_code, 0) << victoria_park.error;
+  EXPECT_NE(victoria_park.out.find("61945 in 1548.6 s"), std::string::npos) << victoria_park.out;
 }
 
 TEST(DatasetToBag, UnitsAndAntennasComeFromTheCommandLine) {
@@ -104,12 +114,14 @@ TEST(DatasetToBag, MisuseIsOneLineAndTwo) {
   for (const char* arguments :
        {"", "kitti a b", "plaza", "plaza a.mat", "plaza a.mat b.bag c.bag",
         "plaza a.mat b.bag --range-unit yd", "plaza a.mat b.bag --antenna 1,2",
-        "csv a b.bag --range-unit", "csv a b.bag --antenna 1,2,3", "labyrinth a"}) {
+        "csv a b.bag --range-unit", "csv a b.bag --antenna 1,2,3", "labyrinth a",
+        "mrclam a b.bag --robot x", "mrclam a b.bag --odometry-delay 60", "victoria_park a"}) {
     const ProgramResult result = run_program(std::string("dataset_to_bag ") + arguments);
     EXPECT_EQ(result.exit_code, 2) << arguments;
     EXPECT_TRUE(result.is_one_line_error("dataset_to_bag")) << arguments << result.error;
   }
-  for (const char* arguments : {"--help", "plaza --help", "labyrinth --help", "csv --help"}) {
+  for (const char* arguments : {"--help", "plaza --help", "labyrinth --help", "mrclam --help",
+                                "victoria_park --help", "csv --help"}) {
     const ProgramResult result = run_program(std::string("dataset_to_bag ") + arguments);
     EXPECT_EQ(result.exit_code, 0) << arguments;
     EXPECT_NE(result.out.find("Usage: rosrun pf_resampling dataset_to_bag"), std::string::npos);

@@ -1,4 +1,5 @@
 // dataset_to_bag: public data sets and CSV files as bags. See tools/datasets for the formats.
+#include <cmath>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -7,8 +8,10 @@
 #include "common/command_line.hpp"
 #include "datasets/csv.hpp"
 #include "datasets/labyrinth.hpp"
+#include "datasets/mrclam.hpp"
 #include "datasets/plaza.hpp"
 #include "datasets/recording_to_bag.hpp"
+#include "datasets/victoria_park.hpp"
 
 namespace {
 
@@ -23,9 +26,13 @@ const char* const kHelp =
     "the recording has them.\n"
     "\n"
     "Formats (dataset_to_bag FORMAT --help says more):\n"
-    "  plaza      MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)\n"
-    "  labyrinth  text files of TU Chemnitz (Labyrinth, UWB)\n"
-    "  csv        a directory with CSV files of your own\n";
+    "  plaza          MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)\n"
+    "  labyrinth      text files of TU Chemnitz (Labyrinth, UWB)\n"
+    "  mrclam         text files of UTIAS (multi-robot data sets 1 to 9), one robot\n"
+    "  victoria_park  text and MATLAB files of Sydney (Victoria Park), trees already found\n"
+    "  csv            a directory with CSV files of your own\n";
+
+const char* const kFormats = "plaza, labyrinth, mrclam, victoria_park and csv";
 
 double metres_per(const std::string& unit) {
   if (unit == "m") return 1.0;
@@ -92,6 +99,43 @@ int labyrinth(const std::vector<std::string>& arguments) {
   return write_and_report(read_labyrinth(in), in, line.get<std::string>("out.bag"));
 }
 
+int mrclam(const std::vector<std::string>& arguments) {
+  CommandLine line("dataset_to_bag mrclam",
+                   "Makes a bag of what one robot of a directory with Robot<n>_Odometry.dat,\n"
+                   "Robot<n>_Measurement.dat, Barcodes.dat and, if there is truth,\n"
+                   "Robot<n>_Groundtruth.dat and Landmark_Groundtruth.dat recorded. Landmark ids\n"
+                   "are subject numbers, from 6; observations of robots are left out.");
+  line.positional("DIRECTORY", "the directory to read");
+  line.positional("out.bag", "the bag to write");
+  line.options()("robot", po::value<int>()->default_value(1)->value_name("N"), "whose recording")(
+      "odometry-delay", po::value<double>()->default_value(0.0)->value_name("SECONDS"),
+      "added to the times of the odometry; on data set 6 the truth follows it by 0.2 s");
+  line.example("dataset_to_bag mrclam MRCLAM_Dataset6 robot1.bag --robot 1");
+  if (!line.parse(arguments)) return 0;
+  MrclamOptions options;
+  options.robot = line.get<int>("robot");
+  options.odometry_delay = line.get<double>("odometry-delay");
+  if (!(std::abs(options.odometry_delay) <= 10.0)) {
+    throw UsageError("--odometry-delay has to be between -10 and 10 s");
+  }
+  const std::string in = line.get<std::string>("DIRECTORY");
+  return write_and_report(read_mrclam(in, options), in, line.get<std::string>("out.bag"));
+}
+
+int victoria_park(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "dataset_to_bag victoria_park",
+      "Makes a bag of a directory with time.txt, speed.txt and steering.txt (or\n"
+      "aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt\n"
+      "and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle.");
+  line.positional("DIRECTORY", "the directory to read");
+  line.positional("out.bag", "the bag to write");
+  line.example("dataset_to_bag victoria_park victoria_park victoria_park.bag");
+  if (!line.parse(arguments)) return 0;
+  const std::string in = line.get<std::string>("DIRECTORY");
+  return write_and_report(read_victoria_park(in), in, line.get<std::string>("out.bag"));
+}
+
 int csv(const std::vector<std::string>& arguments) {
   CommandLine line(
       "dataset_to_bag csv",
@@ -120,7 +164,7 @@ int csv(const std::vector<std::string>& arguments) {
 
 int dataset_to_bag(const std::vector<std::string>& arguments) {
   if (arguments.empty()) {
-    throw UsageError("missing FORMAT: plaza, labyrinth or csv (--help says more)");
+    throw UsageError(std::string("missing FORMAT: one of ") + kFormats + " (--help says more)");
   }
   const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
   if (arguments[0] == "--help" || arguments[0] == "-h") {
@@ -129,8 +173,10 @@ int dataset_to_bag(const std::vector<std::string>& arguments) {
   }
   if (arguments[0] == "plaza") return plaza(rest);
   if (arguments[0] == "labyrinth") return labyrinth(rest);
+  if (arguments[0] == "mrclam") return mrclam(rest);
+  if (arguments[0] == "victoria_park") return victoria_park(rest);
   if (arguments[0] == "csv") return csv(rest);
-  throw UsageError("unknown format " + arguments[0] + ": known are plaza, labyrinth and csv");
+  throw UsageError("unknown format " + arguments[0] + ": known are " + kFormats);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -42,8 +43,9 @@ struct Recording {
   };
   struct Landmark {
     std::int32_t id = 0;
-    double x = 0.0;  ///< m, frame "map"
-    double y = 0.0;  ///< m
+    double x = 0.0;                         ///< m, frame "map"
+    double y = 0.0;                         ///< m
+    std::array<double, 4> covariance = {};  ///< m^2, row-major, of x and y; zero: exact or unknown
   };
   struct Truth {
     double time = 0.0;

@@ -161,6 +161,8 @@ class Writer {
         message.id = landmark.id;
         message.position.x = landmark.x;
         message.position.y = landmark.y;
+        std::copy(landmark.covariance.begin(), landmark.covariance.end(),
+                  message.covariance.begin());
         map.landmarks.push_back(message);
       }
       bag_->write_latched("/ground_truth_landmarks", start_, map);
