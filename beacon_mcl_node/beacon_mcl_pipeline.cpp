@@ -360,7 +360,7 @@ Rejection BeaconMclPipeline::unknown_beacon(int id) const {
 void BeaconMclPipeline::reject(const std::string& input, const Rejection& rejection) {
   if (rejects_.count(input, rejection.reason) == 0) {
     log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
-                               rejection.detail + " (said once, counted in status)");
+                               rejection.detail + " (said once; counted in status)");
   }
   rejects_.add(input, rejection.reason, rejection.detail);
 }

@@ -5,7 +5,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
-#include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <set>
 
@@ -30,9 +30,10 @@ const std::set<std::string> kOutputTopics = {"/pose",    "/path",   "/particlecl
 
 enum class Outputs { all, no_clouds, pose_only };
 
-/// Sinks that write to `writer` at the time `now` points to.
+/// Sinks that write to `writer` at the time `now` points to, count the poses,
+/// and gather what it has to say in `log`.
 BeaconMclSinks make_sinks(Outputs outputs, const ros::Time* now, BagWriter* writer,
-                          std::uint64_t* poses) {
+                          std::uint64_t* poses, std::vector<std::string>* log) {
   BeaconMclSinks sinks;
   sinks.pose = [=](const geometry_msgs::PoseWithCovarianceStamped& message) {
     ++*poses;
@@ -43,9 +44,7 @@ BeaconMclSinks make_sinks(Outputs outputs, const ros::Time* now, BagWriter* writ
     message.transforms.push_back(transform);
     writer->write("/tf", *now, message);
   };
-  sinks.log = [](LogLevel level, const std::string& text) {
-    std::cerr << "run_bag: " << (level == LogLevel::warning ? "warning: " : "") << text << "\n";
-  };
+  sinks.log = [=](LogLevel, const std::string& text) { log->push_back(text); };
   if (outputs == Outputs::pose_only) return sinks;
   sinks.status = [=](const FilterStatus& message) { writer->write("/status", *now, message); };
   sinks.diagnostics = [=](const diagnostic_msgs::DiagnosticArray& message) {
@@ -106,13 +105,6 @@ std::string why_no_pose(const BeaconMclPipeline& pipeline) {
   return reasons.empty() ? "there are too few ranges" : reasons;
 }
 
-void print_rejects(const RejectCounter& rejects) {
-  for (const RejectCounter::Count& count : rejects.counts()) {
-    std::cout << "rejected " << count.count << " " << count.input << ", " << to_string(count.reason)
-              << "; the last: " << count.latest << "\n";
-  }
-}
-
 double cpu_seconds(const rusage& usage) {
   return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
@@ -129,10 +121,16 @@ int run_beacon_mcl_bag(const CommandLine& line) {
 
   const rosbag::Bag bag = open_bag(in_path);
   require_beacon_mcl_topics(bag, in_path, topics, options.beacons.empty());
-  BagWriter writer(line.get<std::string>("out.bag"));
+  const auto out_path = line.get<std::string>("out.bag");
+  std::error_code unknown;
+  if (std::filesystem::equivalent(in_path, out_path, unknown)) {
+    throw Error(out_path + ": is the input; give the output another name");
+  }
+  BagWriter writer(out_path);
   ros::Time now;
   std::uint64_t poses = 0;
-  BeaconMclPipeline pipeline(options, make_sinks(outputs, &now, &writer, &poses));
+  std::vector<std::string> log;
+  BeaconMclPipeline pipeline(options, make_sinks(outputs, &now, &writer, &poses, &log));
 
   rosbag::View view(bag);
   const double recorded = (view.getEndTime() - view.getBeginTime()).toSec();
@@ -140,12 +138,12 @@ int run_beacon_mcl_bag(const CommandLine& line) {
     ProgressBar bar("run_bag", view.size());
     std::uint64_t done = 0;
     try {
-      for (const rosbag::MessageInstance& message : view) {
+      for_each_in_order(&view, topics, [&](const rosbag::MessageInstance& message) {
         now = message.getTime();
         copy_input(message, options, &writer);
         if (const auto input = to_beacon_mcl_message(message, topics)) handle(*input, &pipeline);
         bar.update(++done);
-      }
+      });
     } catch (const rosbag::BagException& error) {
       throw Error(in_path + ": cannot be read to its end (" + error.what() +
                   "); try: rosbag reindex " + in_path);
@@ -158,7 +156,11 @@ int run_beacon_mcl_bag(const CommandLine& line) {
   getrusage(RUSAGE_SELF, &usage);
   const double wall =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
-  print_rejects(pipeline.rejects());
+  for (const std::string& text : log) std::cout << text << "\n";
+  for (const RejectCounter::Count& count : pipeline.rejects().counts()) {
+    std::cout << "rejected " << count.count << " of " << count.input << ", "
+              << to_string(count.reason) << "\n";
+  }
   const BeaconMclStatus& status = pipeline.filter()->status();
   std::cout << poses << " poses, " << status.updates << " updates, " << status.renewals
             << " renewals, " << status.particles << " particles, " << strategy_of(options.filter)

@@ -1,7 +1,8 @@
 #include "common/beacon_mcl_bag.hpp"
 
 #include <rosbag/exceptions.h>
-#include <rosbag/view.h>
+
+#include <algorithm>
 
 #include "common/bag.hpp"
 #include "pf_resampling_core/error.hpp"
@@ -16,7 +17,40 @@ std::optional<BeaconMclMessage> instantiate(const rosbag::MessageInstance& messa
   return BeaconMclMessage(typename Message::ConstPtr(pointer));
 }
 
+int rank_of(const std::string& topic, const BeaconMclTopics& topics) {
+  if (topic == "/tf_static") return 0;
+  if (topic == "/tf") return 1;
+  if (topic == topics.beacons) return 2;
+  if (topic == topics.initial_pose) return 3;
+  if (topic == topics.ranges) return 4;
+  if (topic == topics.odom) return 5;
+  return 6;
+}
+
 }  // namespace
+
+void for_each_in_order(rosbag::View* view, const BeaconMclTopics& topics,
+                       const std::function<void(const rosbag::MessageInstance&)>& take) {
+  // Instances can be copied, but not assigned: their order is that of pointers.
+  std::vector<rosbag::MessageInstance> same_time;
+  const auto before = [&](const rosbag::MessageInstance* a, const rosbag::MessageInstance* b) {
+    const int rank_a = rank_of(a->getTopic(), topics);
+    const int rank_b = rank_of(b->getTopic(), topics);
+    return rank_a != rank_b ? rank_a < rank_b : a->getTopic() < b->getTopic();
+  };
+  const auto flush = [&] {
+    std::vector<const rosbag::MessageInstance*> order;
+    for (const rosbag::MessageInstance& message : same_time) order.push_back(&message);
+    std::stable_sort(order.begin(), order.end(), before);
+    for (const rosbag::MessageInstance* message : order) take(*message);
+    same_time.clear();
+  };
+  for (const rosbag::MessageInstance& message : *view) {
+    if (!same_time.empty() && same_time.back().getTime() != message.getTime()) flush();
+    same_time.push_back(message);
+  }
+  flush();
+}
 
 void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
                                const BeaconMclTopics& topics, bool needs_beacons) {
@@ -50,9 +84,10 @@ std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
   require_beacon_mcl_topics(bag, path, topics, needs_beacons);
   std::vector<BeaconMclMessage> messages;
   try {
-    for (const rosbag::MessageInstance& message : rosbag::View(bag)) {
+    rosbag::View view(bag);
+    for_each_in_order(&view, topics, [&](const rosbag::MessageInstance& message) {
       if (auto taken = to_beacon_mcl_message(message, topics)) messages.push_back(*taken);
-    }
+    });
   } catch (const rosbag::BagException& error) {
     throw Error(path + ": cannot be read to its end (" + error.what() + "); try: rosbag reindex " +
                 path);

@@ -1,0 +1,669 @@
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "beacon_mcl_drive.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kStart = BeaconMclDrive::kStart;
+
+/// Everything that a pipeline gave out.
+struct Outputs {
+  std::vector<geometry_msgs::PoseWithCovarianceStamped> poses;
+  std::vector<nav_msgs::Path> paths;
+  std::vector<geometry_msgs::PoseArray> pose_arrays;
+  std::vector<sensor_msgs::PointCloud2> clouds;
+  std::vector<visualization_msgs::MarkerArray> markers;
+  std::vector<FilterStatus> statuses;
+  std::vector<diagnostic_msgs::DiagnosticArray> diagnostics;
+  std::vector<geometry_msgs::TransformStamped> transforms;
+  std::vector<std::string> log;
+};
+
+BeaconMclSinks sinks_into(Outputs* out) {
+  BeaconMclSinks sinks;
+  sinks.pose = [out](const auto& message) { out->poses.push_back(message); };
+  sinks.path = [out](const auto& message) { out->paths.push_back(message); };
+  sinks.particlecloud = [out](const auto& message) { out->pose_arrays.push_back(message); };
+  sinks.particles = [out](const auto& message) { out->clouds.push_back(message); };
+  sinks.markers = [out](const auto& message) { out->markers.push_back(message); };
+  sinks.status = [out](const auto& message) { out->statuses.push_back(message); };
+  sinks.diagnostics = [out](const auto& message) { out->diagnostics.push_back(message); };
+  sinks.transform = [out](const auto& message) { out->transforms.push_back(message); };
+  sinks.log = [out](LogLevel, const std::string& text) { out->log.push_back(text); };
+  return sinks;
+}
+
+struct Rig {
+  explicit Rig(const BeaconMclPipelineOptions& options = BeaconMclDrive::options())
+      : pipeline(options, sinks_into(&out)) {}
+
+  void feed(const std::vector<BeaconMclMessage>& messages) {
+    for (const BeaconMclMessage& message : messages) handle(message, &pipeline);
+  }
+
+  double error() const {
+    const auto& last = out.poses.back();
+    const Pose2 truth = BeaconMclDrive::truth(last.header.stamp);
+    return std::hypot(last.pose.pose.position.x - truth.x, last.pose.pose.position.y - truth.y);
+  }
+
+  Outputs out;
+  BeaconMclPipeline pipeline;
+};
+
+template <typename Message>
+std::string bytes_of(const Message& message) {
+  std::string bytes(ros::serialization::serializationLength(message), '\0');
+  ros::serialization::OStream stream(reinterpret_cast<std::uint8_t*>(&bytes[0]),
+                                     static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+template <typename Message>
+std::string bytes_of_all(const std::vector<Message>& messages) {
+  std::string bytes;
+  for (const Message& message : messages) bytes += bytes_of(message);
+  return bytes;
+}
+
+bool same_particles(const BeaconMclParticles& a, const BeaconMclParticles& b) {
+  return (a.x == b.x).all() && (a.y == b.y).all() && (a.heading == b.heading).all() &&
+         (a.log_weight == b.log_weight).all() && (a.ancestor == b.ancestor).all() &&
+         (a.yaw_rate_bias == b.yaw_rate_bias).all() && (a.scale == b.scale).all() &&
+         (a.bias == b.bias).all();
+}
+
+std::string value_of(const diagnostic_msgs::DiagnosticArray& array, const std::string& key) {
+  for (const auto& status : array.status) {
+    for (const auto& value : status.values) {
+      if (value.key == key) return value.value;
+    }
+  }
+  return "";
+}
+
+// ---- bad messages -----------------------------------------------------------------------------
+
+/// A bad message, put in after 12 s of the drive, and what has to be counted.
+struct BadMessage {
+  std::string name;
+  BeaconMclMessage message;
+  std::string input;
+  RejectReason reason;
+};
+
+ros::Time now() {
+  return ros::Time(kStart + 12.0);
+}
+
+template <typename Change>
+BadMessage bad_range(const std::string& name, RejectReason reason, Change change) {
+  // Fresher than the filter's last range (11.84 s), covered by odometry.
+  BeaconRange range = BeaconMclDrive::range(now() - ros::Duration(0.01), 1);
+  change(&range);
+  return {name, boost::make_shared<BeaconRange>(range), "ranges", reason};
+}
+
+template <typename Change>
+BadMessage bad_odometry(const std::string& name, RejectReason reason, Change change) {
+  nav_msgs::Odometry odometry = BeaconMclDrive::odometry(now() + ros::Duration(0.05));
+  change(&odometry);
+  return {name, boost::make_shared<nav_msgs::Odometry>(odometry), "odom", reason};
+}
+
+template <typename Change>
+BadMessage bad_beacons(const std::string& name, RejectReason reason, Change change) {
+  BeaconArray beacons = BeaconMclDrive::beacon_array();
+  beacons.beacons[0].position.x += 1.0;
+  change(&beacons);
+  return {name, boost::make_shared<BeaconArray>(beacons), "beacons", reason};
+}
+
+template <typename Change>
+BadMessage bad_initial_pose(const std::string& name, RejectReason reason, Change change) {
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.header.stamp = now();
+  pose.header.frame_id = "map";
+  pose.pose.pose.orientation.w = 1.0;
+  change(&pose);
+  return {name, boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(pose), "initialpose",
+          reason};
+}
+
+BadMessage bad_transform(const std::string& name, double x, double quaternion_w) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = "base_link";
+  transform.child_frame_id = "mast";
+  transform.transform.translation.x = x;
+  transform.transform.rotation.w = quaternion_w;
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(transform);
+  return {name, boost::make_shared<tf2_msgs::TFMessage>(message), "tf", RejectReason::not_finite};
+}
+
+std::vector<BadMessage> bad_messages() {
+  using R = RejectReason;
+  std::vector<BadMessage> bad;
+  bad.push_back(bad_range("NaN", R::not_finite, [](auto* m) { m->range = kNan; }));
+  bad.push_back(bad_range("infinite", R::not_finite, [](auto* m) { m->range = kInfinity; }));
+  bad.push_back(bad_range("zero", R::not_positive, [](auto* m) { m->range = 0.0; }));
+  bad.push_back(bad_range("negative", R::not_positive, [](auto* m) { m->range = -3.0; }));
+  bad.push_back(bad_range("NaN variance", R::not_finite, [](auto* m) { m->variance = kNan; }));
+  bad.push_back(
+      bad_range("infinite variance", R::not_finite, [](auto* m) { m->variance = kInfinity; }));
+  bad.push_back(
+      bad_range("negative variance", R::impossible_variance, [](auto* m) { m->variance = -0.01; }));
+  bad.push_back(bad_range("unknown id", R::unknown_beacon, [](auto* m) { m->beacon = 99; }));
+  bad.push_back(bad_range("unknown frame", R::unknown_frame,
+                          [](auto* m) { m->header.frame_id = "somewhere"; }));
+  bad.push_back(bad_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
+  bad.push_back(bad_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); }));
+  bad.push_back(bad_range("far ahead", R::ahead_of_odometry,
+                          [](auto* m) { m->header.stamp += ros::Duration(1e6); }));
+  bad.push_back(bad_range("before the start", R::before_odometry,
+                          [](auto* m) { m->header.stamp -= ros::Duration(50.0); }));
+
+  bad.push_back(
+      bad_odometry("NaN position", R::not_finite, [](auto* m) { m->pose.pose.position.x = kNan; }));
+  bad.push_back(bad_odometry("infinite position", R::not_finite,
+                             [](auto* m) { m->pose.pose.position.y = kInfinity; }));
+  bad.push_back(bad_odometry("NaN orientation", R::not_finite,
+                             [](auto* m) { m->pose.pose.orientation.w = kNan; }));
+  bad.push_back(bad_odometry("no orientation", R::not_unit_quaternion, [](auto* m) {
+    m->pose.pose.orientation = geometry_msgs::Quaternion();
+  }));
+  bad.push_back(bad_odometry("long quaternion", R::not_unit_quaternion,
+                             [](auto* m) { m->pose.pose.orientation.w = 2.0; }));
+  bad.push_back(
+      bad_odometry("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "world"; }));
+  bad.push_back(bad_odometry("wrong child frame", R::wrong_frame,
+                             [](auto* m) { m->child_frame_id = "wheel"; }));
+  bad.push_back(
+      bad_odometry("NaN covariance", R::not_finite, [](auto* m) { m->pose.covariance[7] = kNan; }));
+  bad.push_back(bad_odometry("negative covariance", R::impossible_variance,
+                             [](auto* m) { m->pose.covariance[0] = -1.0; }));
+  bad.push_back(bad_odometry("crooked covariance", R::impossible_variance,
+                             [](auto* m) { m->pose.covariance[1] = 1.0; }));
+  bad.push_back(
+      bad_odometry("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
+  bad.push_back(bad_odometry("again", R::out_of_order, [](auto* m) { m->header.stamp = now(); }));
+  bad.push_back(bad_odometry("late", R::out_of_order,
+                             [](auto* m) { m->header.stamp -= ros::Duration(0.3); }));
+  bad.push_back(bad_odometry("from the past", R::time_jump,
+                             [](auto* m) { m->header.stamp -= ros::Duration(60.0); }));
+  bad.push_back(bad_odometry("from the future", R::time_gap,
+                             [](auto* m) { m->header.stamp += ros::Duration(60.0); }));
+  bad.push_back(
+      bad_odometry("jumping", R::pose_jump, [](auto* m) { m->pose.pose.position.x += 100.0; }));
+  bad.push_back(bad_odometry("at the end of the world", R::pose_jump,
+                             [](auto* m) { m->pose.pose.position.x = 1e300; }));
+
+  bad.push_back(bad_beacons("none", R::empty, [](auto* m) { m->beacons.clear(); }));
+  bad.push_back(
+      bad_beacons("NaN", R::not_finite, [](auto* m) { m->beacons[1].position.x = kNan; }));
+  bad.push_back(bad_beacons("infinite height", R::not_finite,
+                            [](auto* m) { m->beacons[1].position.z = kInfinity; }));
+  bad.push_back(bad_beacons("twice", R::duplicate_beacon,
+                            [](auto* m) { m->beacons[1].id = m->beacons[0].id; }));
+  bad.push_back(
+      bad_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; }));
+
+  bad.push_back(
+      bad_initial_pose("NaN", R::not_finite, [](auto* m) { m->pose.pose.position.x = kNan; }));
+  bad.push_back(bad_initial_pose("wrong frame", R::wrong_frame,
+                                 [](auto* m) { m->header.frame_id = "odom"; }));
+  bad.push_back(bad_initial_pose("no orientation", R::not_unit_quaternion,
+                                 [](auto* m) { m->pose.pose.orientation.w = 0.0; }));
+  bad.push_back(bad_initial_pose("negative covariance", R::impossible_variance,
+                                 [](auto* m) { m->pose.covariance[35] = -0.1; }));
+  bad.push_back(bad_initial_pose("infinite covariance", R::not_finite,
+                                 [](auto* m) { m->pose.covariance[0] = kInfinity; }));
+
+  bad.push_back(bad_transform("NaN", kNan, 1.0));
+  bad.push_back(bad_transform("no rotation", 0.0, 0.0));
+  return bad;
+}
+
+TEST(BeaconMclPipeline, ABadMessageIsCountedReportedAndChangesNothing) {
+  const std::vector<BeaconMclMessage> drive = BeaconMclDrive::messages(20.0);
+  Rig good;
+  good.feed(drive);
+  ASSERT_EQ(good.pipeline.rejects().total(), 0u);
+  ASSERT_LT(good.error(), 0.5);
+
+  // Up to and with the odometry of 12 s: 121 of them, 60 ranges, one array of beacons.
+  const auto middle = drive.begin() + 1 + 121 + 60;
+  for (const BadMessage& bad : bad_messages()) {
+    SCOPED_TRACE(bad.input + ", " + bad.name);
+    Rig run;
+    run.feed({drive.begin(), middle});
+    ASSERT_EQ(run.out.poses.back().header.stamp, now());
+    const BeaconMclParticles before = run.pipeline.filter()->particles();
+    const std::size_t poses = run.out.poses.size();
+    handle(bad.message, &run.pipeline);
+    EXPECT_TRUE(same_particles(before, run.pipeline.filter()->particles()));
+    EXPECT_EQ(run.out.poses.size(), poses) << "it was answered with a pose";
+    EXPECT_EQ(run.pipeline.rejects().count(bad.input, bad.reason), 1u);
+    EXPECT_EQ(run.pipeline.rejects().total(), 1u);
+
+    run.feed({middle, drive.end()});
+    EXPECT_EQ(bytes_of_all(run.out.poses), bytes_of_all(good.out.poses));
+    const FilterStatus& status = run.out.statuses.back();
+    ASSERT_EQ(status.rejects.size(), 1u);
+    EXPECT_EQ(status.rejects[0].input, bad.input);
+    EXPECT_EQ(status.rejects[0].reason, to_string(bad.reason));
+    EXPECT_EQ(status.rejects[0].count, 1u);
+    const std::string key = "rejected " + bad.input + " " + to_string(bad.reason);
+    EXPECT_EQ(value_of(run.out.diagnostics.back(), key).substr(0, 2), "1,");
+    bool warned = false;
+    for (const auto& diagnostics : run.out.diagnostics) {
+      warned = warned ||
+               (diagnostics.status[1].level == diagnostic_msgs::DiagnosticStatus::WARN &&
+                diagnostics.status[1].message.find("1 messages rejected") != std::string::npos);
+    }
+    EXPECT_TRUE(warned);
+    ASSERT_EQ(run.out.log.size(), 1u);
+    EXPECT_NE(run.out.log[0].find(to_string(bad.reason)), std::string::npos);
+  }
+}
+
+bool all_finite(const Outputs& out) {
+  bool finite = true;
+  for (const auto& pose : out.poses) {
+    finite =
+        finite && is_finite(pose.pose.pose) && to_covariance3(pose.pose.covariance).allFinite();
+  }
+  for (const auto& path : out.paths) {
+    for (const auto& pose : path.poses) finite = finite && is_finite(pose.pose);
+  }
+  for (const auto& cloud : out.pose_arrays) {
+    for (const auto& pose : cloud.poses) finite = finite && is_finite(pose);
+  }
+  for (const auto& cloud : out.clouds) finite = finite && is_finite(cloud);
+  for (const auto& array : out.markers) {
+    for (const auto& marker : array.markers) {
+      finite = finite && is_finite(marker.pose);
+      for (const auto& point : marker.points) {
+        finite = finite && std::isfinite(point.x) && std::isfinite(point.y);
+      }
+    }
+  }
+  for (const auto& transform : out.transforms) {
+    finite = finite && std::isfinite(transform.transform.translation.x) &&
+             std::isfinite(transform.transform.translation.y) &&
+             is_unit(transform.transform.rotation);
+  }
+  for (const auto& status : out.statuses) {
+    finite = finite && std::isfinite(status.log_likelihood) && std::isfinite(status.innovation) &&
+             std::isfinite(status.innovation_sigma) && std::isfinite(status.effective_sample_size);
+  }
+  return finite;
+}
+
+TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
+  // Absurd but finite numbers pass the checks of messages: what comes out has to be finite.
+  for (const double absurd : {1e-300, 1e-9, 1e9, 1e30, 1e160, 1.7e308}) {
+    SCOPED_TRACE(absurd);
+    Rig run;
+    const auto drive = BeaconMclDrive::messages(6.0);
+    int count = 0;
+    for (const BeaconMclMessage& message : drive) {
+      handle(message, &run.pipeline);
+      if (++count % 7 == 0) {
+        BeaconRange range = BeaconMclDrive::range(
+            run.out.poses.empty() ? ros::Time(kStart) : run.out.poses.back().header.stamp, 2);
+        range.range = absurd;
+        run.pipeline.handle(range);
+        range.range = 5.0;
+        range.variance = absurd;
+        run.pipeline.handle(range);
+      }
+    }
+    EXPECT_TRUE(all_finite(run.out));
+
+    geometry_msgs::PoseWithCovarianceStamped start;
+    start.header.frame_id = "map";
+    start.pose.pose.position.x = absurd;
+    start.pose.pose.orientation.w = 1.0;
+    for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = absurd;
+    run.pipeline.handle(start);
+    for (int i = 1; i < 40; ++i) {
+      const ros::Time stamp(kStart + 6.0 + 0.1 * i);
+      run.pipeline.handle(BeaconMclDrive::odometry(stamp));
+      run.pipeline.handle(BeaconMclDrive::range(stamp, i % 4));
+    }
+    EXPECT_TRUE(all_finite(run.out));
+  }
+}
+
+// ---- time -------------------------------------------------------------------------------------
+
+TEST(BeaconMclPipeline, RangesWaitForOdometryAndAreUsedInOrderOfTime) {
+  const auto drive = BeaconMclDrive::messages(15.0);
+  Rig in_order;
+  in_order.feed(drive);
+
+  // The same, but all ranges of a second come before its odometry, the newest first. Poses at
+  // stamps after the last range must be the same; what is used is the same.
+  Rig early;
+  std::vector<BeaconMclMessage> odometry;
+  std::vector<BeaconMclMessage> ranges;
+  early.pipeline.handle(BeaconMclDrive::beacon_array());
+  const auto flush = [&] {
+    for (auto range = ranges.rbegin(); range != ranges.rend(); ++range) {
+      handle(*range, &early.pipeline);
+    }
+    early.feed(odometry);
+    ranges.clear();
+    odometry.clear();
+  };
+  bool waited = false;
+  for (const BeaconMclMessage& message : drive) {
+    if (std::holds_alternative<BeaconRange::ConstPtr>(message)) ranges.push_back(message);
+    if (std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message)) odometry.push_back(message);
+    if (odometry.size() == 10) flush();
+    waited = waited || early.pipeline.queued() > 0;
+  }
+  flush();
+  EXPECT_EQ(early.pipeline.rejects().total(), 0u);
+  EXPECT_TRUE(same_particles(early.pipeline.filter()->particles(),
+                             in_order.pipeline.filter()->particles()));
+  EXPECT_EQ(bytes_of(early.out.poses.back()), bytes_of(in_order.out.poses.back()));
+
+  Rig waiting;
+  waiting.pipeline.handle(BeaconMclDrive::beacon_array());
+  waiting.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart)));
+  waiting.pipeline.handle(BeaconMclDrive::range(ros::Time(kStart + 0.15), 0));
+  waiting.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 0.1)));
+  EXPECT_EQ(waiting.pipeline.queued(), 1);
+  waiting.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 0.2)));
+  EXPECT_EQ(waiting.pipeline.queued(), 0);
+}
+
+TEST(BeaconMclPipeline, RangesWaitForTheBeacons) {
+  const auto drive = BeaconMclDrive::messages(10.0);
+  Rig run;
+  run.feed({drive.begin() + 1, drive.end()});
+  EXPECT_EQ(run.pipeline.filter(), nullptr);
+  EXPECT_TRUE(run.out.poses.empty());
+  EXPECT_EQ(run.pipeline.queued(), 51);
+  EXPECT_NE(run.out.diagnostics.back().status[0].message.find("waiting for the beacons"),
+            std::string::npos);
+  run.pipeline.handle(BeaconMclDrive::beacon_array());
+  EXPECT_EQ(run.pipeline.queued(), 1);  // the last is newer than the odometry
+  run.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 10.1)));
+  EXPECT_LT(run.error(), 0.5);
+}
+
+TEST(BeaconMclPipeline, TheQueueIsBoundedAndDropsTheOldest) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.queue_length = 5;
+  Rig run(options);
+  run.pipeline.handle(BeaconMclDrive::beacon_array());
+  run.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart)));
+  for (int i = 1; i <= 20; ++i) {
+    run.pipeline.handle(BeaconMclDrive::range(ros::Time(kStart + 0.1 * i), i % 4));
+    EXPECT_LE(run.pipeline.queued(), 5);
+  }
+  EXPECT_EQ(run.pipeline.rejects().count("ranges", RejectReason::queue_full), 15u);
+  for (int i = 1; i <= 21; ++i) {
+    run.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 0.1 * i)));
+  }
+  EXPECT_EQ(run.pipeline.queued(), 0);
+  EXPECT_EQ(run.out.statuses.empty(), false);
+}
+
+TEST(BeaconMclPipeline, RangesOfOneStampAreOneUpdate) {
+  Rig run;
+  run.pipeline.handle(BeaconMclDrive::beacon_array());
+  for (int i = 0; i <= 50; ++i) {
+    const ros::Time stamp(kStart + 0.1 * i);
+    for (int beacon = 0; beacon < 4; ++beacon) {
+      run.pipeline.handle(BeaconMclDrive::range(stamp - ros::Duration(0.05), beacon));
+    }
+    run.pipeline.handle(BeaconMclDrive::odometry(stamp));
+  }
+  // The first four come before all odometry.
+  EXPECT_EQ(run.pipeline.rejects().count("ranges", RejectReason::before_odometry), 4u);
+  EXPECT_EQ(run.out.statuses.size(), 50u);
+  EXPECT_LT(run.error(), 0.5);
+}
+
+TEST(BeaconMclPipeline, TimeThatJumpsBackStartsAnewAndIsReported) {
+  const auto drive = BeaconMclDrive::messages(20.0);
+  Rig run;
+  run.feed(drive);
+  run.feed(drive);  // a bag that loops
+  EXPECT_EQ(run.pipeline.rejects().count("odom", RejectReason::time_jump), 1u);
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps back in time"), "1");
+  bool said = false;
+  for (const std::string& line : run.out.log) {
+    said = said || line.find("time jumped back by 19.9") != std::string::npos;
+  }
+  EXPECT_TRUE(said);
+  EXPECT_EQ(run.out.poses.back().header.stamp, ros::Time(kStart + 20.0));
+  EXPECT_LT(run.error(), 0.5);
+  // The second round uses as many ranges as the first, save those before its second odometry.
+  EXPECT_GE(run.out.statuses.size(), 2u * 98u);
+}
+
+TEST(BeaconMclPipeline, WithoutRangesTheBeliefMovesOnByOdometry) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(10.0));
+  ASSERT_LT(run.error(), 0.5);
+  const Eigen::Matrix3d before = to_covariance3(run.out.poses.back().pose.covariance);
+  // Four times as long as odometry is kept.
+  for (int i = 101; i <= 1300; ++i) {
+    run.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 0.1 * i)));
+  }
+  const Eigen::Matrix3d after = to_covariance3(run.out.poses.back().pose.covariance);
+  EXPECT_GT(after.trace(), 2.0 * before.trace());
+  // Odometry is exact here, but for the yaw-rate bias believed: within the filter's own 4 sigma.
+  EXPECT_LT(run.error(), 4.0 * std::sqrt(after(0, 0) + after(1, 1)));
+  EXPECT_NE(run.out.diagnostics.back().status[1].message.find("no usable range for"),
+            std::string::npos);
+}
+
+// ---- what comes out ---------------------------------------------------------------------------
+
+TEST(BeaconMclPipeline, ThePoseComesWithEveryOdometryAndAgreesWithTheTransform) {
+  const auto drive = BeaconMclDrive::messages(10.0);
+  Rig run;
+  run.feed(drive);
+  ASSERT_EQ(run.out.poses.size(), run.out.transforms.size());
+  const std::size_t missing = 101 - run.out.poses.size();
+  EXPECT_LT(missing, 10u);  // before the first ranges
+  for (std::size_t i = 0; i < run.out.poses.size(); ++i) {
+    const ros::Time stamp = run.out.poses[i].header.stamp;
+    EXPECT_NEAR(stamp.toSec(), kStart + 0.1 * static_cast<double>(i + missing), 1e-6);
+    const auto& transform = run.out.transforms[i];
+    EXPECT_NEAR((transform.header.stamp - stamp).toSec(),
+                BeaconMclDrive::options().transform_tolerance, 1e-6);
+    EXPECT_EQ(transform.header.frame_id, "map");
+    EXPECT_EQ(transform.child_frame_id, "odom");
+    const Pose2 odom = {transform.transform.translation.x, transform.transform.translation.y,
+                        yaw_of(transform.transform.rotation)};
+    const Pose2 base = compose(odom, to_pose2(BeaconMclDrive::odometry(stamp).pose.pose));
+    const Pose2 pose = to_pose2(run.out.poses[i].pose.pose);
+    EXPECT_NEAR(base.x, pose.x, 1e-9);
+    EXPECT_NEAR(base.y, pose.y, 1e-9);
+    EXPECT_NEAR(wrap_angle(base.heading - pose.heading), 0.0, 1e-9);
+  }
+}
+
+TEST(BeaconMclPipeline, PicturesComeAtTheirPeriods) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.cloud_period = 0.5;
+  options.marker_period = 1.0;
+  options.diagnostics_period = 2.0;
+  Rig run(options);
+  run.feed(BeaconMclDrive::messages(20.0));
+  const double believed = 0.1 * static_cast<double>(run.out.poses.size() - 1);
+  EXPECT_NEAR(static_cast<double>(run.out.clouds.size()), believed / 0.5 + 1.0, 1.0);
+  EXPECT_EQ(run.out.clouds.size(), run.out.pose_arrays.size());
+  EXPECT_EQ(run.out.markers.size(), 21u);
+  EXPECT_EQ(run.out.diagnostics.size(), 11u);
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message, "localized");
+
+  // Rings, beacons with their ids, ellipse and arrow.
+  const auto& first = run.out.markers.front().markers;
+  EXPECT_EQ(std::count_if(first.begin(), first.end(),
+                          [](const auto& marker) { return marker.ns == "beacons"; }),
+            4);
+  const auto& last = run.out.markers.back().markers;
+  EXPECT_EQ(std::count_if(last.begin(), last.end(),
+                          [](const auto& marker) { return marker.ns == "ranges"; }),
+            4);
+
+  // The cloud: weights add up to one, and its weighted mean is the pose.
+  const sensor_msgs::PointCloud2& cloud = run.out.clouds.back();
+  ASSERT_EQ(cloud.fields.size(), 6u);
+  EXPECT_EQ(cloud.fields[4].name, "weight");
+  EXPECT_EQ(cloud.fields[5].name, "ancestor");
+  double x = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < cloud.width; ++i) {
+    float values[5];
+    std::memcpy(values, &cloud.data[i * cloud.point_step], sizeof(values));
+    x += static_cast<double>(values[4] * values[0]);
+    sum += static_cast<double>(values[4]);
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-4);
+  for (const auto& pose : run.out.poses) {
+    if (pose.header.stamp == cloud.header.stamp) {
+      EXPECT_NEAR(x, pose.pose.pose.position.x, 0.05);
+    }
+  }
+}
+
+TEST(BeaconMclPipeline, SameMessagesAndSeedGiveTheSameBytesAtAnyNumberOfThreads) {
+  const auto drive = BeaconMclDrive::messages(10.0);
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.particles = 5000;
+  Rig one(options);
+  options.filter.threads = 2;
+  Rig two(options);
+  options.seed = 2;
+  Rig other(options);
+  one.feed(drive);
+  two.feed(drive);
+  other.feed(drive);
+  EXPECT_EQ(bytes_of_all(one.out.clouds), bytes_of_all(two.out.clouds));
+  EXPECT_EQ(bytes_of_all(one.out.statuses), bytes_of_all(two.out.statuses));
+  EXPECT_EQ(bytes_of_all(one.out.poses), bytes_of_all(two.out.poses));
+  EXPECT_NE(bytes_of_all(one.out.poses), bytes_of_all(other.out.poses));
+}
+
+TEST(BeaconMclPipeline, InitialPoseAndServicesStartTheFilterAnew) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(5.0));
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "map";
+  start.header.stamp = ros::Time(kStart + 5.0);
+  start.pose.pose = to_pose_message({3.0, 4.0, 0.5});
+  start.pose.covariance[0] = start.pose.covariance[7] = 0.01;
+  start.pose.covariance[35] = 0.01;
+  run.pipeline.handle(start);
+  ASSERT_TRUE(run.pipeline.estimate().has_value());
+  // 400 particles of sigma 0.1: the mean is off by 0.005 m, five sigma are 0.025.
+  EXPECT_NEAR(run.pipeline.estimate()->mean.x, 3.0, 0.025);
+  EXPECT_NEAR(run.pipeline.estimate()->mean.y, 4.0, 0.025);
+  EXPECT_NEAR(run.pipeline.estimate()->mean.heading, 0.5, 0.025);
+
+  run.pipeline.global_localization();
+  if (const auto belief = run.pipeline.estimate()) {
+    // From the latest ranges at once: back near the truth, (4.4, -4.0).
+    EXPECT_GT(std::hypot(belief->mean.x - 3.0, belief->mean.y - 4.0), 4.0);
+  }
+  const auto drive = BeaconMclDrive::messages(20.0);
+  run.feed({drive.begin() + 1 + 51 + 26, drive.end()});
+  EXPECT_LT(run.error(), 0.5);
+
+  run.pipeline.reset();
+  EXPECT_EQ(run.pipeline.filter()->status().updates, 0);
+  EXPECT_FALSE(run.pipeline.estimate().has_value());
+  run.feed(drive);
+  EXPECT_LT(run.error(), 0.5);
+}
+
+TEST(BeaconMclPipeline, TheAntennaIsTakenFromTfOrTheConfiguration) {
+  // The antenna sits 2 m ahead; taking it for the robot's centre is off by that.
+  const auto run_with = [](bool tf, bool configured) {
+    BeaconMclPipelineOptions options = BeaconMclDrive::options();
+    if (configured) options.antennas["antenna"] = {2.0, 0.0, 0.0};
+    Rig run(options);
+    if (tf) {
+      tf2_msgs::TFMessage message;
+      message.transforms.resize(2);
+      // By way of a mast that is turned by 90 degrees.
+      message.transforms[0].header.frame_id = "base_link";
+      message.transforms[0].child_frame_id = "mast";
+      message.transforms[0].transform.translation.x = 1.0;
+      message.transforms[0].transform.rotation = to_quaternion_message(kPi / 2);
+      message.transforms[1].header.frame_id = "mast";
+      message.transforms[1].child_frame_id = "antenna";
+      message.transforms[1].transform.translation.y = -1.0;
+      message.transforms[1].transform.rotation.w = 1.0;
+      run.pipeline.handle(message);
+    }
+    run.pipeline.handle(BeaconMclDrive::beacon_array());
+    for (int i = 0; i <= 300; ++i) {
+      const ros::Time stamp(kStart + 0.1 * i);
+      run.pipeline.handle(BeaconMclDrive::odometry(stamp));
+      BeaconRange range = BeaconMclDrive::range(stamp, i % 4);
+      const Pose2 antenna = compose(BeaconMclDrive::truth(stamp), {2.0, 0.0, 0.0});
+      const Eigen::Vector3d place =
+          BeaconMclDrive::beacons()[static_cast<std::size_t>(i % 4)].position;
+      range.header.frame_id = "antenna";
+      range.range = std::hypot(place.x() - antenna.x, place.y() - antenna.y);
+      run.pipeline.handle(range);
+    }
+    return run.out.poses.empty() ? 1e9 : run.error();
+  };
+  EXPECT_LT(run_with(true, false), 0.5);
+  EXPECT_LT(run_with(false, true), 0.5);
+  EXPECT_EQ(run_with(false, false), 1e9);  // every range is rejected
+}
+
+TEST(BeaconMclPipeline, ConfiguredBeaconsCountMoreThanTheMessage) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.beacons = BeaconMclDrive::beacons();
+  Rig run(options);
+  BeaconArray other = BeaconMclDrive::beacon_array();
+  other.beacons[0].position.x += 5.0;
+  run.pipeline.handle(other);
+  EXPECT_EQ(run.pipeline.rejects().count("beacons", RejectReason::ignored), 1u);
+  run.pipeline.handle(BeaconMclDrive::beacon_array());  // the same ones: nothing to ignore
+  EXPECT_EQ(run.pipeline.rejects().total(), 1u);
+}
+
+TEST(MovedBy, MovesRigidlyAndGrowsTheCovariance) {
+  PoseEstimate estimate;
+  estimate.mean = {1.0, 2.0, kPi / 2};
+  estimate.covariance = Eigen::Vector3d(0.1, 0.2, 0.03).asDiagonal();
+  OdometryIncrement motion;
+  motion.mean = {2.0, 0.0, 0.1};
+  motion.covariance = Eigen::Vector3d(0.01, 0.02, 0.001).asDiagonal();
+  motion.yaw_rate_sensitivity = {0.0, 0.5, 1.0};
+  const PoseEstimate moved = moved_by(estimate, motion, {0.02, 0.1});
+  // Dead reckoning turned too much by the bias: 0.02 * (0, 0.5, 1) is taken out.
+  EXPECT_NEAR(moved.mean.x, 1.0 + 0.01, 1e-12);
+  EXPECT_NEAR(moved.mean.y, 4.0, 1e-12);
+  EXPECT_NEAR(moved.mean.heading, kPi / 2 + 0.08, 1e-12);
+  // Facing along y: body x is map y, body y is map -x. The lever arm of 2 m carries the heading's
+  // variance into x: 4 * 0.03.
+  EXPECT_NEAR(moved.covariance(0, 0), 0.1 + 4.0 * 0.03 + 0.02 + 0.25 * 0.01, 1e-9);
+  EXPECT_NEAR(moved.covariance(1, 1), 0.2 + 1e-4 * 0.03 + 0.01, 1e-9);
+  EXPECT_NEAR(moved.covariance(2, 2), 0.03 + 0.001 + 0.01, 1e-12);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,121 @@
+#include "pf_resampling/configuration.hpp"
+
+#include <gtest/gtest.h>
+
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "common/files.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+std::string error_of(const std::string& yaml) {
+  try {
+    BeaconMclPipelineOptions options;
+    apply(parse_configuration(yaml, "file.yaml"), &options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_words(const std::string& text, const std::vector<std::string>& words) {
+  EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+  for (const std::string& word : words) {
+    EXPECT_NE(text.find(word), std::string::npos) << "'" << word << "' in '" << text << "'";
+  }
+}
+
+TEST(Configuration, ReadsGroupsAndLists) {
+  const Configuration configuration = parse_configuration(R"(
+particles: 300
+population: {resampling: {scheme: ssp}}
+beacons: [{id: 7, x: 1.5, y: -2}, {id: 8, x: 0, y: 0, z: 3}]
+calibration: [{beacon: -1, scale: 1.1}, {beacon: 7, scale: 1.07, bias: 0.01, sigma: 0.56}]
+antennas: [{frame: radio, x: 0.1, y: 0.2, z: 0.3}]
+)",
+                                                          "file.yaml");
+  EXPECT_EQ(configuration.values.at("particles"), "300");
+  EXPECT_EQ(configuration.values.at("population/resampling/scheme"), "ssp");
+  ASSERT_EQ(configuration.beacons.size(), 2u);
+  EXPECT_EQ(configuration.beacons[0].id, 7);
+  EXPECT_TRUE(configuration.beacons[0].is_planar);
+  EXPECT_FALSE(configuration.beacons[1].is_planar);
+  EXPECT_EQ(configuration.beacons[1].position, Eigen::Vector3d(0, 0, 3));
+  EXPECT_DOUBLE_EQ(configuration.calibration.at(-1).scale, 1.1);
+  EXPECT_DOUBLE_EQ(configuration.calibration.at(7).bias, 0.01);
+  EXPECT_DOUBLE_EQ(configuration.calibration.at(7).sigma, 0.56);
+  EXPECT_EQ(configuration.antennas.at("radio"), Eigen::Vector3d(0.1, 0.2, 0.3));
+}
+
+TEST(Configuration, TheParameterServerGivesTheSame) {
+  XmlRpc::XmlRpcValue parameters;
+  parameters["particles"] = 300;
+  parameters["population"]["threshold"] = 0.1 + 0.2;
+  parameters["population"]["resampling"]["scheme"] = "ssp";
+  parameters["excitation"]["keep_variance"] = true;
+  // YAML 1.1 turns the word off into a boolean.
+  parameters["calibration"]["estimation"] = false;
+  parameters["beacons"][0]["id"] = 7;
+  parameters["beacons"][0]["x"] = 1.5;
+  parameters["beacons"][0]["y"] = -2;
+  const Configuration configuration = configuration_of(parameters);
+  ASSERT_EQ(configuration.beacons.size(), 1u);
+  EXPECT_EQ(configuration.beacons[0].position, Eigen::Vector3d(1.5, -2, 0));
+  BeaconMclPipelineOptions options;
+  apply(configuration, &options);
+  EXPECT_EQ(options.filter.particles, 300);
+  EXPECT_EQ(options.filter.population.threshold, 0.1 + 0.2);
+  EXPECT_EQ(options.filter.population.resampling.scheme, ResamplingScheme::ssp);
+  EXPECT_TRUE(options.filter.excitation.keep_variance);
+  EXPECT_EQ(options.filter.calibration.estimation, CalibrationEstimation::off);
+}
+
+TEST(Configuration, LaterFilesWin) {
+  Configuration configuration =
+      parse_configuration("particles: 1\nseed: 2\ncalibration: [{beacon: 1, scale: 1.1}]", "a");
+  merge(parse_configuration("seed: 3\ncalibration: [{beacon: 2, scale: 1.2}]", "b"),
+        &configuration);
+  EXPECT_EQ(configuration.values.at("particles"), "1");
+  EXPECT_EQ(configuration.values.at("seed"), "3");
+  EXPECT_EQ(configuration.calibration.size(), 2u);
+}
+
+TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
+  expect_words(error_of("partcles: 3"), {"partcles", "particles"});
+  expect_words(error_of("population: {treshold: 0.5}"),
+               {"population/treshold", "population/threshold"});
+  expect_words(error_of("particles: many"), {"particles", "many", "[1, "});
+  expect_words(error_of("population: {resampling: {scheme: lottery}}"),
+               {"population/resampling/scheme", "lottery", "systematic", "killing"});
+  expect_words(error_of("a: 1\nbeacons: {id: 1}"), {"file.yaml:2", "beacons", "list"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0}"), {"file.yaml:2", "beacons", "'y'", "missing"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: .nan}"), {"file.yaml:2", "y", "finite"});
+  expect_words(error_of("beacons:\n- {id: 1.5, x: 0, y: 0}"), {"id", "1.5", "integer"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0}\n- {id: 1, x: 0, y: 0}"),
+               {"file.yaml:3", "1", "twice"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"), {"'q'", "id, x, y, z"});
+  expect_words(error_of("calibration: [{beacon: 1, scale: 0}]"), {"scale", "above 0"});
+  expect_words(error_of("calibration: [{beacon: 1, sigma: -1}]"), {"sigma", "0 or more"});
+  expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
+  expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});
+  expect_words(error_of("frames: {map: ''}"), {"frames/map", "empty"});
+  EXPECT_THROW(parse_assignment("particles"), Error);
+  EXPECT_THROW(read_configuration("/nowhere/at/all.yaml"), Error);
+}
+
+TEST(Configuration, TheShippedFileIsWhatTheParametersSay) {
+  const std::string path = std::string(PF_RESAMPLING_SOURCE) + "/config/beacon_mcl.yaml";
+  const std::string shipped = read_file(path);
+  BeaconMclPipelineOptions options;
+  const std::string expected = to_yaml(parameters_of(&options));
+  const std::size_t begin = shipped.find(expected.substr(0, expected.find('\n')));
+  ASSERT_NE(begin, std::string::npos);
+  EXPECT_EQ(shipped.substr(begin), expected)
+      << "the parameters changed: run_bag beacon_mcl --parameters writes the file's new content";
+  // And it can be read.
+  apply(read_configuration(path), &options);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,184 @@
+#include "pf_resampling/odometry_buffer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+StampedOdometry at(double time, double x, double y = 0.0, double heading = 0.0) {
+  StampedOdometry odometry;
+  odometry.stamp = ros::Time(time);
+  odometry.pose = {x, y, heading};
+  return odometry;
+}
+
+/// Pose on a circle of `radius` to the left, at `speed`, after `time` seconds from the origin.
+Pose2 on_circle(double radius, double speed, double time) {
+  const double angle = speed * time / radius;
+  return {radius * std::sin(angle), radius * (1.0 - std::cos(angle)), angle};
+}
+
+using Addition = OdometryBuffer::Addition;
+
+TEST(OdometryBuffer, IntegratesBetweenMessagesAlongTheArc) {
+  // At constant speed and turn rate the robot drives a circle, so poses between messages are known.
+  OdometryBuffer buffer;
+  for (int i = 0; i <= 20; ++i) {
+    const Pose2 pose = on_circle(3.0, 2.0, 0.5 * i);
+    ASSERT_EQ(buffer.add(at(100.0 + 0.5 * i, pose.x, pose.y, wrap_angle(pose.heading))),
+              Addition::added);
+  }
+  for (const auto& [from, to] :
+       {std::pair{0.2, 0.4}, {0.2, 3.3}, {1.0, 7.5}, {0.0, 10.0}, {4.1, 4.1}}) {
+    const OdometryIncrement increment =
+        buffer.integrate(ros::Time(100.0 + from), ros::Time(100.0 + to), OdometryNoise{});
+    const Pose2 expected = on_circle(3.0, 2.0, to - from);
+    EXPECT_NEAR(increment.mean.x, expected.x, 1e-6) << from << " to " << to;
+    EXPECT_NEAR(increment.mean.y, expected.y, 1e-6);
+    EXPECT_NEAR(wrap_angle(increment.mean.heading - expected.heading), 0.0, 1e-6);
+    EXPECT_NEAR(increment.duration, to - from, 1e-6);
+  }
+}
+
+TEST(OdometryBuffer, ExtendingGivesTheSameAsIntegratingAtOnce) {
+  OdometryBuffer buffer;
+  for (int i = 0; i <= 10; ++i) {
+    const Pose2 pose = on_circle(2.0, 1.0, 0.1 * i);
+    buffer.add(at(50.0 + 0.1 * i, pose.x, pose.y, pose.heading));
+  }
+  const OdometryNoise noise;
+  OdometryIncrement pieces = buffer.integrate(ros::Time(50.1), ros::Time(50.3), noise);
+  buffer.extend(ros::Time(50.3), ros::Time(50.9), noise, &pieces);
+  const OdometryIncrement whole = buffer.integrate(ros::Time(50.1), ros::Time(50.9), noise);
+  EXPECT_NEAR(pieces.mean.x, whole.mean.x, 1e-9);
+  EXPECT_NEAR(pieces.mean.heading, whole.mean.heading, 1e-9);
+  EXPECT_LT((pieces.covariance - whole.covariance).norm(), 1e-9);
+  EXPECT_LT((pieces.yaw_rate_sensitivity - whole.yaw_rate_sensitivity).norm(), 1e-9);
+}
+
+TEST(OdometryBuffer, SaysWhatItCovers) {
+  OdometryBuffer buffer;
+  EXPECT_FALSE(buffer.covers(ros::Time(1.0)));
+  EXPECT_THROW(buffer.integrate(ros::Time(1.0), ros::Time(2.0), {}), Error);
+  buffer.add(at(10.0, 0.0));
+  buffer.add(at(11.0, 1.0));
+  EXPECT_TRUE(buffer.covers(ros::Time(10.0)));
+  EXPECT_TRUE(buffer.covers(ros::Time(11.0)));
+  EXPECT_FALSE(buffer.covers(ros::Time(9.999)));
+  EXPECT_FALSE(buffer.covers(ros::Time(11.001)));
+  EXPECT_THROW(buffer.integrate(ros::Time(10.5), ros::Time(11.5), {}), Error);
+  EXPECT_THROW(buffer.integrate(ros::Time(10.8), ros::Time(10.2), {}), Error);
+}
+
+TEST(OdometryBuffer, IsBounded) {
+  OdometryBufferOptions options;
+  options.length = 5.0;
+  OdometryBuffer buffer(options);
+  for (int i = 0; i < 10000; ++i) buffer.add(at(100.0 + 0.1 * i, 0.1 * i));
+  EXPECT_LE(buffer.size(), 53);
+  EXPECT_TRUE(buffer.covers(buffer.newest() - ros::Duration(5.0)));
+}
+
+TEST(OdometryBuffer, DropsWhatIsNotNewer) {
+  OdometryBuffer buffer;
+  buffer.add(at(10.0, 0.0));
+  buffer.add(at(10.2, 0.2));
+  EXPECT_EQ(buffer.add(at(10.2, 0.2)), Addition::out_of_order);
+  EXPECT_EQ(buffer.add(at(10.1, 0.1)), Addition::out_of_order);
+  EXPECT_EQ(buffer.size(), 2);
+  EXPECT_EQ(buffer.add(at(10.3, 0.3)), Addition::added);
+}
+
+TEST(OdometryBuffer, OneMessageFromThePastChangesNothingTwoStartOver) {
+  OdometryBuffer buffer;
+  buffer.add(at(100.0, 0.0));
+  buffer.add(at(100.1, 0.1));
+  EXPECT_EQ(buffer.add(at(10.0, 5.0)), Addition::time_jump);
+  EXPECT_EQ(buffer.add(at(100.2, 0.2)), Addition::added);
+  EXPECT_EQ(buffer.newest(), ros::Time(100.2));
+
+  EXPECT_EQ(buffer.add(at(10.0, 5.0)), Addition::time_jump);
+  EXPECT_EQ(buffer.add(at(10.1, 5.1)), Addition::time_jumped_back);
+  EXPECT_EQ(buffer.oldest(), ros::Time(10.0));
+  EXPECT_EQ(buffer.newest(), ros::Time(10.1));
+}
+
+TEST(OdometryBuffer, AJumpOfThePoseIsNoMotion) {
+  OdometryBuffer buffer;
+  buffer.add(at(100.0, 0.0));
+  buffer.add(at(100.1, 0.1));
+  // A single false pose.
+  EXPECT_EQ(buffer.add(at(100.2, 500.0)), Addition::pose_jump);
+  EXPECT_EQ(buffer.add(at(100.3, 0.3)), Addition::added);
+  // The odometry starts again at the origin, turned.
+  EXPECT_EQ(buffer.add(at(100.4, 500.0, 0.0, kPi / 2)), Addition::pose_jump);
+  EXPECT_EQ(buffer.add(at(100.5, 500.0, 0.1, kPi / 2)), Addition::pose_jumped);
+  EXPECT_DOUBLE_EQ(buffer.newest_pose().x, 500.0);
+  const OdometryIncrement increment =
+      buffer.integrate(ros::Time(100.0), ros::Time(100.5), OdometryNoise{});
+  EXPECT_NEAR(increment.mean.x, 0.4, 1e-9);  // 0.3 before the jump and 0.1 after it
+  EXPECT_NEAR(increment.mean.y, 0.0, 1e-9);
+  EXPECT_NEAR(increment.duration, 0.5, 1e-9);
+}
+
+TEST(OdometryBuffer, ASilenceIsBridgedOnceConfirmed) {
+  OdometryBuffer buffer;
+  buffer.add(at(100.0, 0.0));
+  buffer.add(at(100.1, 0.1));
+  EXPECT_EQ(buffer.add(at(140.0, 8.0)), Addition::time_gap);
+  EXPECT_EQ(buffer.add(at(140.1, 8.1)), Addition::gap_closed);
+  const OdometryIncrement increment =
+      buffer.integrate(ros::Time(100.0), ros::Time(140.1), OdometryNoise{});
+  EXPECT_NEAR(increment.mean.x, 8.1, 1e-9);
+}
+
+TEST(CovarianceGrowth, RecoversTheNoiseOfAStep) {
+  // Forward: after = F before F' + R Q R', written out here; the function has to find Q again.
+  const Pose2 from = {1.0, 2.0, 0.7};
+  const Pose2 to = {1.8, 2.9, 0.9};
+  Eigen::Matrix3d before;
+  before << 0.5, 0.1, 0.02, 0.1, 0.4, 0.01, 0.02, 0.01, 0.05;
+  const Eigen::Matrix3d noise = Eigen::Vector3d(0.04, 0.01, 0.002).asDiagonal();
+  Eigen::Matrix3d lever = Eigen::Matrix3d::Identity();
+  lever(0, 2) = -0.9;
+  lever(1, 2) = 0.8;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() << std::cos(0.7), -std::sin(0.7), std::sin(0.7), std::cos(0.7);
+  const Eigen::Matrix3d after =
+      lever * before * lever.transpose() + turn * noise * turn.transpose();
+  const auto growth = covariance_growth(from, to, before, after);
+  ASSERT_TRUE(growth.has_value());
+  EXPECT_LT((*growth - noise).norm(), 1e-9);
+}
+
+TEST(CovarianceGrowth, SaysNothingOfACovarianceThatDoesNotGrow) {
+  const Eigen::Matrix3d constant = 0.01 * Eigen::Matrix3d::Identity();
+  EXPECT_FALSE(covariance_growth({0, 0, 0}, {1, 0, 0}, constant, constant).has_value());
+  EXPECT_FALSE(covariance_growth({0, 0, 0}, {1, 0, 0}, constant, 0.5 * constant).has_value());
+}
+
+TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
+  OdometryBufferOptions options;
+  for (const bool use : {true, false}) {
+    options.use_covariance = use;
+    OdometryBuffer buffer(options);
+    for (int i = 0; i <= 4; ++i) {
+      StampedOdometry odometry = at(100.0 + i, 0.0);  // standing, so that growths just add up
+      odometry.covariance = Eigen::Matrix3d(
+          Eigen::Vector3d(0.1 + 0.3 * i, 0.1 + 0.2 * i, 0.1 + 0.1 * i).asDiagonal());
+      buffer.add(odometry);
+    }
+    const OdometryNoise none = {0, 0, 0, 0, 0, 0};
+    const OdometryIncrement increment = buffer.integrate(ros::Time(100.5), ros::Time(103.0), none);
+    const Eigen::Vector3d expected =
+        use ? Eigen::Vector3d(0.75, 0.5, 0.25) : Eigen::Vector3d::Zero();
+    EXPECT_LT((increment.covariance.diagonal() - expected).norm(), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,251 @@
+#include <geometry_msgs/PoseStamped.h>
+#include <gtest/gtest.h>
+#include <rosbag/view.h>
+
+#include <map>
+
+#include "beacon_mcl_drive.hpp"
+#include "common/bag.hpp"
+#include "common/files.hpp"
+#include "run_program.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// Which topics a bag of the drive has.
+struct Content {
+  bool odometry = true;
+  bool ranges = true;
+  bool beacons = true;
+};
+
+void write_drive(const std::string& path, double seconds, const Content& content = {}) {
+  BagWriter bag(path);
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(seconds)) {
+    if (const auto* beacons = std::get_if<BeaconArray::ConstPtr>(&message)) {
+      if (content.beacons) bag.write_latched("/beacons", (*beacons)->header.stamp, **beacons);
+    } else if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
+      const ros::Time stamp = (*odometry)->header.stamp;
+      if (content.odometry) bag.write("/odom", stamp, **odometry);
+      geometry_msgs::PoseStamped truth;
+      truth.header.stamp = stamp;
+      truth.header.frame_id = "map";
+      truth.pose = to_pose_message(BeaconMclDrive::truth(stamp));
+      bag.write("/ground_truth", stamp, truth);
+      tf2_msgs::TFMessage tf;
+      tf.transforms.resize(1);
+      tf.transforms[0].header = (*odometry)->header;
+      tf.transforms[0].child_frame_id = "base_link";
+      tf.transforms[0].transform.rotation = (*odometry)->pose.pose.orientation;
+      bag.write("/tf", stamp, tf);
+    } else if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&message)) {
+      if (content.ranges) bag.write("/ranges", (*range)->header.stamp, **range);
+    }
+  }
+  bag.finish();
+}
+
+std::map<std::string, std::uint64_t> counts_of(const std::string& path) {
+  std::map<std::string, std::uint64_t> counts;
+  for (const BagTopic& topic : topics_of(open_bag(path))) counts[topic.name] = topic.messages;
+  return counts;
+}
+
+class RunBag : public testing::Test {
+ protected:
+  void SetUp() override { write_drive(in_, 20.0); }
+
+  ProgramResult run(const std::string& arguments) const {
+    return run_program("run_bag " + arguments);
+  }
+  void expect_error(const std::string& arguments, const std::vector<std::string>& words) const {
+    const ProgramResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_TRUE(result.is_one_line_error("run_bag")) << result.out << result.error;
+    for (const std::string& word : words) {
+      EXPECT_NE(result.error.find(word), std::string::npos) << word << " in " << result.error;
+    }
+  }
+
+  TemporaryDirectory directory_;
+  std::string in_ = directory_.file("in.bag");
+  std::string out_ = directory_.file("out.bag");
+};
+
+TEST_F(RunBag, SameSeedGivesTheSameBytesAtAnyNumberOfThreads) {
+  const std::string options = " --set particles=3000 ";
+  const auto bytes = [&](const std::string& more) {
+    const ProgramResult result = run("beacon_mcl " + in_ + " " + out_ + options + more);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    return read_file(out_);
+  };
+  const std::string first = bytes("--seed 7 --threads 1");
+  EXPECT_GT(first.size(), read_file(in_).size());
+  EXPECT_TRUE(first == bytes("--seed 7 --threads 1")) << "twice in a row";
+  EXPECT_TRUE(first == bytes("--seed 7 --threads 2")) << "with two threads";
+  EXPECT_FALSE(first == bytes("--seed 8 --threads 1")) << "with another seed";
+}
+
+TEST_F(RunBag, TheOutputHoldsInputsAndOutputsInOrderOfTime) {
+  const ProgramResult result = run("beacon_mcl " + in_ + " " + out_);
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(result.error, "");
+  for (const char* word : {"wall time", "CPU time", "peak memory", "x real time"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+  }
+  auto counts = counts_of(out_);
+  for (const auto& [topic, count] : counts_of(in_)) {
+    if (topic == "/tf") continue;
+    EXPECT_EQ(counts[topic], count) << topic;
+  }
+  EXPECT_GT(counts["/pose"], 190u);
+  EXPECT_EQ(counts["/tf"], 201u + counts["/pose"]);
+  for (const char* topic :
+       {"/path", "/particlecloud", "/particles", "/markers", "/status", "/diagnostics"}) {
+    EXPECT_GT(counts[topic], 5u) << topic;
+  }
+  const rosbag::Bag bag = open_bag(out_);
+  rosbag::View view(bag);
+  ros::Time last;
+  double error = 1e9;
+  bool latched = false;
+  for (const rosbag::MessageInstance& message : view) {
+    EXPECT_GE(message.getTime(), last);
+    last = message.getTime();
+    if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      EXPECT_EQ(message.getTime(), pose->header.stamp);
+      const Pose2 truth = BeaconMclDrive::truth(pose->header.stamp);
+      error =
+          std::hypot(pose->pose.pose.position.x - truth.x, pose->pose.pose.position.y - truth.y);
+    }
+  }
+  for (const BagTopic& topic : topics_of(bag)) {
+    latched = latched || (topic.name == "/beacons" && topic.latched);
+  }
+  EXPECT_TRUE(latched);
+  EXPECT_LT(error, 0.5);
+
+  // Run again on its own output: what the first run wrote is replaced.
+  const std::string again = directory_.file("again.bag");
+  ASSERT_EQ(run("beacon_mcl " + out_ + " " + again).exit_code, 0);
+  EXPECT_EQ(counts_of(again), counts_of(out_));
+  const auto poses_of = [](const std::string& path) {
+    const rosbag::Bag from = open_bag(path);
+    rosbag::View poses(from, rosbag::TopicQuery("/pose"));
+    std::vector<double> numbers;
+    for (const rosbag::MessageInstance& message : poses) {
+      const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>();
+      numbers.push_back(pose->pose.pose.position.x);
+      numbers.push_back(pose->pose.pose.position.y);
+    }
+    return numbers;
+  };
+  EXPECT_EQ(poses_of(again), poses_of(out_));
+}
+
+TEST_F(RunBag, LeavesOutWhatIsNotWanted) {
+  ASSERT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --no-clouds").exit_code, 0);
+  auto counts = counts_of(out_);
+  EXPECT_EQ(counts.count("/particles") + counts.count("/path") + counts.count("/markers"), 0u);
+  EXPECT_EQ(counts.count("/status") + counts.count("/diagnostics"), 2u);
+  ASSERT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --pose-only").exit_code, 0);
+  counts = counts_of(out_);
+  EXPECT_EQ(counts.count("/pose"), 1u);
+  EXPECT_EQ(counts.count("/particles") + counts.count("/status") + counts.count("/diagnostics"),
+            0u);
+}
+
+TEST_F(RunBag, TakesParametersFromFilesAndTheCommandLine) {
+  const std::string first =
+      directory_.write("a.yaml", "particles: 300\nexcitation: {method: none}\n");
+  const std::string second = directory_.write(
+      "b.yaml", "particles: 500\ncalibration: [{beacon: -1, scale: 1.0, sigma: 0.1}]\n");
+  const ProgramResult result =
+      run("beacon_mcl --parameters --config " + first + " --config " + second +
+          " --set population/resampling/scheme=stratified --seed 5");
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  for (const char* word : {"\nparticles: 500\n", "method: none", "scheme: stratified", "seed: 5"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+  }
+  // What it prints is a configuration that it takes.
+  const std::string all = directory_.write("all.yaml", result.out);
+  EXPECT_EQ(run("beacon_mcl --parameters --config " + all).out, result.out);
+}
+
+TEST_F(RunBag, EachMistakeGetsOneLine) {
+  expect_error("beacon_mcl " + directory_.file("none.bag") + " " + out_, {"none.bag", "no such"});
+  expect_error("fastslam9 " + in_ + " " + out_, {"fastslam9", "beacon_mcl"});
+  expect_error("beacon_mcl " + in_ + " " + in_, {"is the input"});
+
+  const std::string whole = read_file(in_);
+  const std::string truncated =
+      directory_.write("truncated.bag", whole.substr(0, whole.size() / 2));
+  expect_error("beacon_mcl " + truncated + " " + out_, {"truncated.bag", "truncated"});
+  const std::string text = directory_.write("text.bag", "no bag at all");
+  expect_error("beacon_mcl " + text + " " + out_, {"text.bag", "not a bag"});
+
+  const std::string poor = directory_.file("poor.bag");
+  write_drive(poor, 5.0, {true, false, true});
+  expect_error("beacon_mcl " + poor + " " + out_,
+               {"/ranges", "pf_resampling/BeaconRange", "/odom (nav_msgs/Odometry)", "--ranges"});
+  write_drive(poor, 5.0, {false, true, true});
+  expect_error("beacon_mcl " + poor + " " + out_, {"/odom", "/ranges (pf_resampling/BeaconRange)"});
+  write_drive(poor, 5.0, {true, true, false});
+  expect_error("beacon_mcl " + poor + " " + out_, {"/beacons", "--config"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --odom /ranges", {"nav_msgs/Odometry"});
+
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --set population/resampling/scheme=lottery",
+               {"population/resampling/scheme", "lottery", "systematic", "stratified"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --set population/treshold=0.5",
+               {"population/treshold", "population/threshold"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --set population/threshold=1.5",
+               {"population/threshold", "1.5", "(0, 1]"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --seed -1", {"seed", "-1"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --config " + directory_.file("no.yaml"),
+               {"no.yaml", "no such file"});
+  const std::string wrong = directory_.write("wrong.yaml", "particles: 100\nexitation: {}\nx: 1\n");
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --config " + wrong, {"wrong.yaml", "x"});
+  const std::string broken = directory_.write("broken.yaml", "particles: [1, 2\n");
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --config " + broken, {"broken.yaml:", "YAML"});
+  // Every message of odometry is in a frame that nobody expects.
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --set frames/base=trailer",
+               {"no pose", "wrong_frame", "base_link", "trailer"});
+  EXPECT_EQ(directory_.listing(), "broken.yaml in.bag poor.bag text.bag truncated.bag wrong.yaml");
+  EXPECT_EQ(run("beacon_mcl " + in_).exit_code, 2);
+  EXPECT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --sed 1").exit_code, 2);
+}
+
+TEST_F(RunBag, BeaconsMayComeFromAFile) {
+  const std::string poor = directory_.file("poor.bag");
+  write_drive(poor, 10.0, {true, true, false});
+  std::string yaml = "beacons:\n";
+  for (const Beacon& beacon : BeaconMclDrive::beacons()) {
+    yaml += "  - {id: " + std::to_string(beacon.id) +
+            ", x: " + std::to_string(beacon.position.x()) +
+            ", y: " + std::to_string(beacon.position.y()) + "}\n";
+  }
+  const std::string beacons = directory_.write("beacons.yaml", yaml);
+  const ProgramResult result = run("beacon_mcl " + poor + " " + out_ + " --config " + beacons);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_GT(counts_of(out_)["/pose"], 90u);
+}
+
+TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {
+  const std::string recording = std::string(PF_RESAMPLING_DATASETS) + "/plaza2/Plaza2.mat";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is not there";
+  const TemporaryDirectory directory;
+  const std::string in = directory.file("plaza2.bag");
+  ASSERT_EQ(run_program("dataset_to_bag plaza " + recording + " " + in).exit_code, 0);
+  std::string first;
+  for (const char* threads : {"1", "2", "1"}) {
+    const std::string out = directory.file("out.bag");
+    const ProgramResult result =
+        run_program("run_bag beacon_mcl " + in + " " + out + " --seed 1 --threads " + threads);
+    ASSERT_EQ(result.exit_code, 0) << result.error;
+    if (first.empty()) first = read_file(out);
+    EXPECT_TRUE(first == read_file(out)) << "with " << threads << " threads";
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling
