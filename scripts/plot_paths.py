@@ -38,7 +38,7 @@ def draw_paths(axes, data):
     """Paths and beacons. Dead reckoning may leave the picture: it does not set the scale."""
     truth, estimate, dead_reckoning = data["truth"], data["estimate"], data["dead_reckoning"]
     if dead_reckoning["x"]:
-        axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=1.0, alpha=0.8,
+        axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=1.0, alpha=0.65,
                   label="dead reckoning", zorder=1)
     if truth["x"]:
         axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4, alpha=0.35, label="truth", zorder=2)

@@ -130,6 +130,18 @@ TEST_F(Study, GivesTheSameTablesWithOneAndTwoJobs) {
   EXPECT_NE(cells[0]["runs"][0]["cartesian"], cells[1]["runs"][0]["cartesian"]);
 }
 
+TEST_F(Study, SaysWhichSettingsOfThePapersFilterDiffer) {
+  const std::string config = std::string(PF_RESAMPLING_CONFIG) + "/paper_m.yaml";
+  const ProgramResult result =
+      run_program("study resampling " + directory_.file("circle.bag") +
+                  " --seeds 1 --schemes systematic --excitations none --config " + config);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(contains(result.out, "Settings: `calibration/estimation` = off, "
+                                   "`yaw_rate_bias/estimate` = false, `initialization/method` = "
+                                   "uniform, `recovery/enabled` = false."))
+      << result.out;
+}
+
 TEST_F(Study, RefusesBadInputInOneLine) {
   const std::string bag = directory_.file("circle.bag");
   for (const std::string& arguments :

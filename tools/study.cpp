@@ -37,6 +37,7 @@ CommandLine command_line() {
       "ground truth");
   add_beacon_mcl_options(&line);
   line.example("study resampling plaza2.bag --seeds 30 --markdown plaza2.md");
+  line.example("study resampling plaza2.bag --config paper_m.yaml --config calibration.yaml");
   line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");
   return line;
 }
