@@ -7,11 +7,14 @@ namespace pf_resampling {
 
 void add_beacon_mcl_options(CommandLine* line) {
   namespace po = boost::program_options;
-  line->options()("config", po::value<std::vector<std::string>>()->composing()->value_name("FILE"),
-                  "YAML file of parameters, beacons, calibration; may be repeated, later ones win")(
-      "set", po::value<std::vector<std::string>>()->composing()->value_name("NAME=VALUE"),
-      "one parameter, for instance population/resampling/scheme=stratified; may be repeated")(
-      "odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"), "odometry")(
+  line->repeatable_option(
+      "config", "FILE",
+      "YAML file of parameters, beacons, calibration; may be repeated, later ones win");
+  line->repeatable_option(
+      "set", "NAME=VALUE",
+      "one parameter, for instance population/resampling/scheme=stratified; may be repeated");
+  line->options()("odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
+                  "odometry")(
       "ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"), "ranges")(
       "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
       "beacons");
