@@ -9,10 +9,12 @@
 #include <rosbag/view.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include "common/bag.hpp"
 #include "common/files.hpp"
+#include "mat_file_writer.hpp"
 #include "run_program.hpp"
 #include "temporary_directory.hpp"
 
@@ -152,6 +154,83 @@ TEST_F(SimulateBag, TakesAWorldOfTheUserWithLandmarks) {
   EXPECT_EQ(scans[0].header.frame_id, "sensor");
   ASSERT_EQ(scans[0].observations.size(), 2u);
   EXPECT_NEAR(scans[0].observations[0].range_variance, 0.01, 1e-12);
+}
+
+TEST_F(SimulateBag, HidesIdsAndTakesSettingsOfTheRobot) {
+  const std::string known = simulate("indoor_two_loops --duration 10", "known.bag");
+  const std::string unknown = simulate("indoor_two_loops --duration 10 --unknown-ids", "no.bag");
+  const auto seen = messages<LandmarkObservationArray>(known, "/landmarks");
+  const auto hidden = messages<LandmarkObservationArray>(unknown, "/landmarks");
+  ASSERT_EQ(seen.size(), hidden.size());
+  ASSERT_FALSE(seen.empty());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    ASSERT_EQ(seen[i].observations.size(), hidden[i].observations.size());
+    for (std::size_t k = 0; k < seen[i].observations.size(); ++k) {
+      EXPECT_GE(seen[i].observations[k].id, 0);
+      EXPECT_EQ(hidden[i].observations[k].id, -1);
+      EXPECT_EQ(seen[i].observations[k].range, hidden[i].observations[k].range);
+    }
+  }
+  const std::string far = simulate(
+      "indoor_two_loops --duration 10 --sensor-range 100 --speed 1 --range-noise 0.5 "
+      "--bearing-noise 0.2",
+      "far.bag");
+  const auto truth = messages<geometry_msgs::PoseStamped>(far, "/ground_truth");
+  EXPECT_NEAR(truth.back().pose.position.x, 10.0, 0.05);  // ten seconds straight on
+  const auto scans = messages<LandmarkObservationArray>(far, "/landmarks");
+  EXPECT_GT(scans[0].observations.size(), 15u);  // half of the 30 are ahead
+  EXPECT_NEAR(scans[0].observations[0].range_variance, 0.25, 1e-12);
+  EXPECT_NEAR(scans[0].observations[0].bearing_variance, 0.04, 1e-12);
+}
+
+TEST_F(SimulateBag, TakesMapsOfThePublicSimulator) {
+  // Straight along x, then a landmark at either end: as text and as a MATLAB file.
+  const std::string text = directory_.write(
+      "text.mat", "#type columns rows\nlm 2 2\n5.0 1.0\n 30 -1\n\nwp 2 2\n 0 0\n 20 0\n");
+  MatFileWriter file;
+  file.add("lm", {{5.0, 30.0}, {1.0, -1.0}}).add("wp", {{0.0, 20.0}, {0.0, 0.0}});
+  const std::string binary = directory_.write("binary.mat", file.bytes());
+  const std::string path = simulate(text, "text.bag");
+  EXPECT_TRUE(read_file(path) == read_file(simulate(binary, "binary.bag")));
+  const auto map = messages<LandmarkMap>(path, "/ground_truth_landmarks");
+  ASSERT_EQ(map.size(), 1u);
+  ASSERT_EQ(map[0].landmarks.size(), 2u);
+  EXPECT_EQ(map[0].landmarks[1].position.x, 30.0);
+  EXPECT_EQ(map[0].landmarks[1].position.y, -1.0);
+  const auto truth = messages<geometry_msgs::PoseStamped>(path, "/ground_truth");
+  EXPECT_NEAR(truth.back().pose.position.x, 18.4, 0.1);  // 1.6 m before the last way-point
+
+  const std::string maps = std::string(PF_RESAMPLING_DATASETS) + "/simulation_maps";
+  if (!std::filesystem::exists(maps)) GTEST_SKIP() << "the data set is not there: " << maps;
+  const std::vector<std::pair<std::string, std::size_t>> sizes = {
+      {"webmap", 35}, {"loop1", 22}, {"loop902", 117}};  // the lines "lm 2 N" of the files
+  for (const auto& [name, landmarks] : sizes) {
+    const auto found = messages<LandmarkMap>(
+        simulate(maps + "/example_" + name + ".mat", name + ".bag"), "/ground_truth_landmarks");
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].landmarks.size(), landmarks) << name;
+  }
+}
+
+TEST_F(SimulateBag, NamesTheLineOfABadMap) {
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"points 2 1\n", ":1: 'points' where lm or wp"},
+      {"lm 3 1\n1 2 3\n", ":1: lm has to be followed by 2"},
+      {"lm 2 2\n1 2\n1 x\n", ":3: not a point"},
+      {"lm 2 5\n1 2\n", "ends 4 points early"},
+      {"lm 2 1\n1 2\nwp 2 1\n0 0\n", "fewer than two way-points"}};
+  for (const auto& [text, words] : bad) {
+    const std::string map = directory_.write("map.mat", text);
+    const ProgramResult result =
+        run_program("simulate_bag " + map + " " + directory_.file("o.bag"));
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+    EXPECT_NE(result.error.find(words), std::string::npos) << result.error;
+  }
+  const ProgramResult result =
+      run_program("simulate_bag indoor_two_loops " + directory_.file("o.bag") + " --speed -1");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.error.find("robot/speed"), std::string::npos) << result.error;
 }
 
 TEST_F(SimulateBag, SaysInOneLineWhatIsWrong) {

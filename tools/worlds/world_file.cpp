@@ -8,6 +8,7 @@
 #include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "worlds/builtin_worlds.hpp"
+#include "worlds/map_file.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -251,7 +252,11 @@ World load_world(const std::string& name_or_path) {
     std::string names;
     for (const std::string& name : builtin_worlds()) names += name + ", ";
     throw Error("world \"" + name_or_path + "\" is unknown; known: " + names +
-                "or the path of a world's YAML file");
+                "or the path of a world's YAML file or of a map lm, wp (.mat)");
+  }
+  const std::size_t ending = name_or_path.rfind(".mat");
+  if (ending != std::string::npos && ending + 4 == name_or_path.size()) {
+    return load_map(name_or_path);
   }
   World world = parse_world(read_file(name_or_path), name_or_path);
   world.name = name_or_path;
