@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/statistics.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -62,7 +63,7 @@ PathErrorSample compare(const TruePose& truth, const std::optional<double>& dire
   return sample;
 }
 
-std::optional<double> mean_of(const std::vector<double>& values) {
+std::optional<double> mean_if_any(const std::vector<double>& values) {
   if (values.empty()) return std::nullopt;
   double sum = 0.0;
   for (const double value : values) sum += value;
@@ -94,10 +95,10 @@ void summarize(PathErrors* errors) {
       std::any_of(errors->samples.begin(), errors->samples.end(),
                   [](const PathErrorSample& sample) { return sample.position_sigma > 0.0; });
   if (!states_covariance) return;
-  errors->coverage95 = mean_of(inside95);
-  errors->coverage95_pose = mean_of(inside95_pose);
-  errors->coverage_3sigma = mean_of(inside_3sigma);
-  errors->normalized_error = mean_of(normalized);
+  errors->coverage95 = mean_if_any(inside95);
+  errors->coverage95_pose = mean_if_any(inside95_pose);
+  errors->coverage_3sigma = mean_if_any(inside_3sigma);
+  errors->normalized_error = mean_if_any(normalized);
 }
 
 /// `cartesian`: the error at each true pose, infinite where there is no estimate.
@@ -155,12 +156,15 @@ AbsoluteErrors absolute_errors(const std::vector<double>& errors) {
   if (errors.empty()) return result;
   const double count = static_cast<double>(errors.size());
   double squares = 0.0;
+  std::vector<double> sizes;
   for (const double error : errors) {
+    sizes.push_back(std::abs(error));
     result.mean += std::abs(error) / count;
     result.max = std::max(result.max, std::abs(error));
     squares += error * error;
   }
   result.rms = std::sqrt(squares / count);
+  result.median = median(std::move(sizes));
   double deviations = 0.0;
   for (const double error : errors) {
     deviations += (std::abs(error) - result.mean) * (std::abs(error) - result.mean);

@@ -34,6 +34,7 @@ struct AbsoluteErrors {
   double max = 0.0;
   double std = 0.0;  ///< of the absolute value about its mean (divisor: count)
   double rms = 0.0;
+  double median = 0.0;
 };
 AbsoluteErrors absolute_errors(const std::vector<double>& errors);
 
