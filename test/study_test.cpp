@@ -136,9 +136,10 @@ TEST_F(Study, SaysWhichSettingsOfThePapersFilterDiffer) {
       run_program("study resampling " + directory_.file("circle.bag") +
                   " --seeds 1 --schemes systematic --excitations none --config " + config);
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_TRUE(contains(result.out, "Settings: `calibration/estimation` = off, "
-                                   "`yaw_rate_bias/estimate` = false, `initialization/method` = "
-                                   "uniform, `recovery/enabled` = false."))
+  EXPECT_TRUE(contains(result.out,
+                       "Settings: `calibration/estimation` = off, "
+                       "`yaw_rate_bias/estimate` = false, `initialization/method` = "
+                       "uniform, `recovery/enabled` = false."))
       << result.out;
 }
 

@@ -144,6 +144,7 @@ json plot_json(const PathPlot& plot) {
 int run(const std::vector<std::string>& command, const std::string& error_file) {
   std::vector<char*> arguments;
   std::vector<std::string> words = command;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

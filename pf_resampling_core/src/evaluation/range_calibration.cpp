@@ -132,6 +132,7 @@ RangeFit robust_fit(const Samples& samples, const RangeFitOptions& options, bool
     // Ranges without noise: what is below a micrometre is no outlier.
     const double bound = options.outlier_threshold * std::max(robust_sigma(errors), 1e-6);
     std::vector<bool> inliers;
+    inliers.reserve(errors.size());
     for (const double error : errors) inliers.push_back(std::abs(error) <= bound);
     if (inliers == used) break;
     used = inliers;

@@ -214,6 +214,7 @@ double extent_diagonal(const std::vector<TruePose>& path) {
 
 std::vector<std::optional<double>> track_directions(const std::vector<TruePose>& truth) {
   std::vector<std::optional<double>> result;
+  result.reserve(truth.size());
   for (const TruePose& pose : truth) result.push_back(pose.heading);
   const auto is_unknown = [](const std::optional<double>& heading) { return !heading; };
   if (std::none_of(result.begin(), result.end(), is_unknown)) return result;

@@ -42,6 +42,7 @@ double median(std::vector<double> values) {
 double robust_sigma(const std::vector<double>& residuals) {
   constexpr double kSigmaOverMedian = 1.4826022185056018;  // 1 / the normal quantile of 3/4
   std::vector<double> sizes;
+  sizes.reserve(residuals.size());
   for (const double residual : residuals) sizes.push_back(std::abs(residual));
   return kSigmaOverMedian * median(std::move(sizes));
 }
