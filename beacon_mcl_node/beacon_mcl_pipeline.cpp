@@ -170,7 +170,11 @@ void BeaconMclPipeline::handle(const BeaconArray& message) {
                   {RejectReason::ignored, "they differ from those of the configuration"});
   }
   if (filter_) log(LogLevel::warning, "the beacons changed: the filter starts anew");
-  start_filter(beacons);
+  try {
+    start_filter(beacons);
+  } catch (const Error& error) {
+    return reject("beacons", {RejectReason::filter_error, error.what()});
+  }
   process_ready_ranges();
 }
 
@@ -216,7 +220,12 @@ void BeaconMclPipeline::reset() {
 // ---- the flow ---------------------------------------------------------------------------------
 
 void BeaconMclPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
-  filter_->initialize_gaussian(start.mean, start.covariance);
+  try {
+    filter_->initialize_gaussian(start.mean, start.covariance);
+  } catch (const Error& error) {
+    take_belief();
+    return reject("initialpose", {RejectReason::filter_error, error.what()});
+  }
   if (!odometry_.empty()) {
     filter_time_ = odometry_.covers(stamp) ? stamp : odometry_.newest();
     since_ = odometry_.integrate(*filter_time_, odometry_.newest(), options_.filter.odometry);

@@ -344,6 +344,25 @@ TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
   }
 }
 
+TEST(BeaconMclPipeline, WhatTheFilterRefusesIsRejectedAndTheOldBeaconsStay) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(6.0));
+  const auto beacons = run.pipeline.filter()->beacons();
+  const BeaconMclParticles particles = run.pipeline.filter()->particles();
+  BeaconArray absurd = BeaconMclDrive::beacon_array();
+  absurd.beacons.front().position.x = 1e200;
+  run.pipeline.handle(absurd);
+  EXPECT_EQ(run.pipeline.filter()->beacons().front().position, beacons.front().position);
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "map";
+  start.pose.pose.position.x = 1e200;
+  start.pose.pose.orientation.w = 1.0;
+  run.pipeline.handle(start);
+  EXPECT_TRUE((run.pipeline.filter()->particles().x == particles.x).all());
+  EXPECT_EQ(run.pipeline.rejects().count("beacons", RejectReason::filter_error), 1u);
+  EXPECT_EQ(run.pipeline.rejects().count("initialpose", RejectReason::filter_error), 1u);
+}
+
 // ---- time -------------------------------------------------------------------------------------
 
 TEST(BeaconMclPipeline, RangesWaitForOdometryAndAreUsedInOrderOfTime) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "checks.hpp"
 #include "kernels.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
@@ -30,35 +31,15 @@ ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances
   return estimate;
 }
 
-void check_range(const RangeObservation& range) {
-  const bool usable = std::isfinite(range.range) && range.range > 0.0 &&
-                      std::isfinite(range.variance) && range.variance >= 0.0 &&
-                      range.antenna.allFinite();
-  if (!usable) {
-    throw Error(
-        "range " + std::to_string(range.range) + " m with variance " +
-        std::to_string(range.variance) + " m^2 of beacon " + std::to_string(range.beacon) +
-        " cannot be used: it has to be finite and positive, with a variance that is not negative");
-  }
-}
-
 }  // namespace
 
 BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons,
                      std::uint64_t seed, std::vector<std::pair<int, RangeCalibration>> calibration)
     : options_(options), beacons_(std::move(beacons)), seed_(seed) {
   validate(options_);
-  if (beacons_.empty()) throw Error("no beacons are known; give at least one with its position");
-  std::set<int> ids;
+  checks::check_beacons(beacons_);
+  checks::check_calibration(calibration);
   for (const Beacon& beacon : beacons_) {
-    if (!ids.insert(beacon.id).second) {
-      throw Error("beacon " + std::to_string(beacon.id) +
-                  " is there twice; give every beacon an id of its own");
-    }
-    if (!beacon.position.allFinite()) {
-      throw Error("the position of beacon " + std::to_string(beacon.id) +
-                  " is not finite; give it in metres");
-    }
     RangeCalibration nominal;
     for (const auto& [id, given] : calibration) {
       if (id == kAllBeacons) nominal = given;
@@ -73,12 +54,14 @@ BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacon
 }
 
 void BeaconMcl::reset() {
+  step_ = 0;
   particles_ = BeaconMclParticles{};
   control_ = PopulationControl(options_.population);
   status_ = BeaconMclStatus{};
   requested_size_ = options_.particles;
   dead_reckoning_ = Pose2{};
   recent_.clear();
+  first_range_time_.reset();
   slow_likelihood_ = fast_likelihood_ = 0.0;
   likelihoods_ = 0;
   time_ = 0.0;
@@ -96,19 +79,27 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   validate(options);
   const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
   const bool other_threads = options.threads != options_.threads;
-  const bool other_count = options.particles != options_.particles;
+  const bool other_yaw_rate_bias =
+      options.yaw_rate_bias.estimate != options_.yaw_rate_bias.estimate;
+  const bool other_noise = options.noise_estimation.odometry != options_.noise_estimation.odometry;
+  const bool other_count = options.particles != options_.particles ||
+                           (options_.adaptive_count.enabled && !options.adaptive_count.enabled);
   control_.set_options(options.population);
   options_ = options;
   if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   if (other_count) requested_size_ = options.particles;
-  if (other_layout && is_initialized()) start_calibration();
+  if (!is_initialized()) return;
+  if (other_layout) start_calibration();
+  if (other_yaw_rate_bias) start_yaw_rate_bias();
+  if (other_noise) start_noise_factors();
 }
 
 // The filter's steps, M section III: move, weigh, renew, excite.
 void BeaconMcl::update(const OdometryIncrement& odometry,
                        const std::vector<RangeObservation>& ranges) {
+  checks::check_odometry(odometry);
   for (const RangeObservation& range : ranges) {
-    check_range(range);
+    checks::check_range(range);
     beacon_index(range.beacon);
   }
   ++step_;
@@ -229,13 +220,16 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
 }
 
 void BeaconMcl::normalize_weights() {
-  if (!is_normalizable(particles_.log_weight)) {
+  const bool is_usable = is_normalizable(particles_.log_weight);
+  WeightSummary summary;
+  if (is_usable) summary = normalize(particles_.log_weight, particles_.weight);
+  // Where no particle can explain the range all likelihoods are the smallest there is.
+  if (!is_usable || summary.log_sum < kernels::kSmallestLogLikelihood + 1e-6) {
     ++status_.weight_resets;
     reset_weights();
     last_log_sum_ = -std::numeric_limits<double>::infinity();
     return;
   }
-  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
   last_log_sum_ = summary.log_sum;
   status_.log_likelihood += summary.log_sum;
   status_.effective_sample_size = summary.effective_sample_size;

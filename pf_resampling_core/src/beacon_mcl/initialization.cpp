@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "checks.hpp"
 #include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/resampling/resampling.hpp"
@@ -20,6 +21,7 @@ constexpr std::size_t kRecentRanges = 24;
 }  // namespace
 
 void BeaconMcl::remember(const RangeObservation& range) {
+  if (!first_range_time_) first_range_time_ = time_;
   recent_.push_back({range, dead_reckoning_, time_});
   const double window = std::max(options_.recovery.window, options_.initialization.patience);
   while (recent_.size() > kRecentRanges || recent_.front().time < time_ - window)
@@ -32,7 +34,7 @@ void BeaconMcl::initialize_when_possible() {
   std::set<int> heard;
   for (const RecentRange& recent : recent_) heard.insert(recent.observation.beacon);
   const int wanted = std::min(options_.initialization.beacons, static_cast<int>(beacons_.size()));
-  const bool patient = time_ - recent_.front().time < options_.initialization.patience;
+  const bool patient = time_ - *first_range_time_ < options_.initialization.patience;
   if (static_cast<int>(heard.size()) < wanted && patient) return;
   initialize_from_ranges();
 }
@@ -47,6 +49,7 @@ void BeaconMcl::global_localization() {
 }
 
 void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance) {
+  checks::check_pose(mean, covariance);
   ++step_;
   const bool first = !is_initialized();
   resize_population(requested_size_);
@@ -72,10 +75,13 @@ void BeaconMcl::initialize_uniform() {
     low = low.cwiseMin(beacon.position.head<2>());
     high = high.cwiseMax(beacon.position.head<2>());
   }
-  // One beacon, or all in a line, still need room about them: as far as the ranges go.
   const double margin = options_.initialization.area_margin * (high - low).norm();
-  low.array() -= margin;
-  high.array() += margin;
+  for (int axis = 0; axis < 2; ++axis) {
+    // One beacon, or all in a line, still need room about them: as far as the ranges go.
+    const bool is_flat = high[axis] - low[axis] + margin <= 0.0;
+    low[axis] -= is_flat ? options_.ranges.maximum_range : margin;
+    high[axis] += is_flat ? options_.ranges.maximum_range : margin;
+  }
   resize_population(requested_size_);
   const RandomStream uniforms = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
@@ -109,15 +115,22 @@ void BeaconMcl::begin_population(bool first) {
   likelihoods_ = 0;
   status_.particles = static_cast<int>(particles_.size());
   status_.distinct_ancestors = status_.particles;
-  if (first) start_odometry_errors();
+  if (first) {
+    start_yaw_rate_bias();
+    start_noise_factors();
+  }
   if (first || particles_.scale.rows() != particles_.size()) start_calibration();
 }
 
-void BeaconMcl::start_odometry_errors() {
+void BeaconMcl::start_yaw_rate_bias() {
   const Eigen::Index count = particles_.size();
   particles_.yaw_rate_bias.setZero(count);
   const double sigma = options_.yaw_rate_bias.estimate ? options_.yaw_rate_bias.sigma : 0.0;
   particles_.yaw_rate_bias_variance.setConstant(count, sigma * sigma);
+}
+
+void BeaconMcl::start_noise_factors() {
+  const Eigen::Index count = particles_.size();
   const double spread =
       options_.noise_estimation.odometry ? options_.noise_estimation.odometry_spread : 0.0;
   const RandomStream normals = stream(RandomPurpose::noise_factors);

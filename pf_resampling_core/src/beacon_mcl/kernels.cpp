@@ -9,8 +9,7 @@
 namespace pf_resampling::kernels {
 namespace {
 
-// Below this a likelihood is taken as this: far beyond any range that could be told from an
-// outlier.
+// Below this a likelihood is taken as this; kSmallestLogLikelihood is its logarithm.
 constexpr double kSmallestLikelihood = 1e-300;
 
 PF_RESAMPLING_VECTOR_CLONES

@@ -8,6 +8,10 @@
 /// instructions of them.
 namespace pf_resampling::kernels {
 
+/// No log likelihood is below this, that of 1e-300: far beyond any range that could be told from an
+/// outlier.
+constexpr double kSmallestLogLikelihood = -690.77552789821371;
+
 /// What is common to all particles in a motion.
 struct Motion {
   double mean[3];         // x, y, heading in the body frame, without the yaw-rate bias

@@ -95,9 +95,9 @@ class BeaconMcl {
             std::vector<std::pair<int, RangeCalibration>> calibration = {});
 
   /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
-  /// at the end of the odometry), renews and excites when due. Ranges must be finite, positive and
-  /// of known beacons: what is not throws Error before anything has changed. Until there is a
-  /// population (see Initialization) ranges only gather.
+  /// at the end of the odometry), renews and excites when due. Odometry must be finite, ranges
+  /// positive, at most 1e12 m and of known beacons: what is not throws Error before anything has
+  /// changed. Until there is a population (see Initialization) ranges only gather.
   void update(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
 
   /// Whether there is a population yet.
@@ -106,7 +106,8 @@ class BeaconMcl {
   /// Weighted mean and covariance of the whole population. Only when is_initialized().
   PoseEstimate estimate() const;
 
-  /// Starts anew about a pose; keeps what is known of calibration and yaw-rate bias.
+  /// Starts anew about a pose; keeps what is known of calibration and yaw-rate bias. Throws Error,
+  /// changing nothing, on what is not finite or has a negative variance.
   void initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance);
 
   /// Starts anew over the whole area or from the latest ranges, as the options say; keeps
@@ -117,8 +118,9 @@ class BeaconMcl {
   void reset();
 
   /// Takes over other options. Particles and weights stay bit-identical; another particle count
-  /// takes effect at the next update. Throws Error, changing nothing, on options that make no
-  /// sense.
+  /// takes effect at the next update. Only where an error is from now on estimated for others than
+  /// before (calibration), or no longer or for the first time (yaw-rate bias, noise factors), that
+  /// starts anew. Throws Error, changing nothing, on options that make no sense.
   void set_options(const BeaconMclOptions& options);
 
   const BeaconMclOptions& options() const { return options_; }
@@ -162,7 +164,8 @@ class BeaconMcl {
   void begin_population(bool first);
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();
-  void start_odometry_errors();
+  void start_yaw_rate_bias();
+  void start_noise_factors();
   std::vector<Pose2> propose_from_ranges(int count);
   std::size_t beacon_index(int id) const;
   Eigen::Index radio_column(std::size_t beacon) const;
@@ -184,6 +187,7 @@ class BeaconMcl {
 
   Pose2 dead_reckoning_;
   std::deque<RecentRange> recent_;
+  std::optional<double> first_range_time_;  // s, since the start
   double last_log_sum_ = 0.0;
   double range_squares_ =
       0.0;  // of the ranges' noise, in units of the nominal variance, and how many
