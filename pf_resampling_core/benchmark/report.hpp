@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace pf_resampling {
+
+/// One measurement of a table: `row` done by `contender` for `particles`. `run` does it once.
+/// Contender "ours" is what all others of the row are compared with. The processor's time is taken,
+/// which other programs on the machine disturb least; `with_threads` takes the wall's, too.
+void measure(const std::string& section, const std::string& row, const std::string& contender,
+             int particles, const std::function<void()>& run, bool with_threads = false);
+
+/// Runs all measurements and prints nanoseconds per particle as a table, with the ratio to ours,
+/// and where it ran. Takes Google Benchmark's options. Returns the exit code for main.
+int run_and_report(int argc, char** argv, const std::string& title);
+
+}  // namespace pf_resampling
