@@ -237,8 +237,8 @@ std::string to_yaml(const ParameterList& parameters) {
     }
     open_groups = groups;
     const std::string indent(2 * groups.size(), ' ');
-    yaml << indent << "# " << parameter.help << " "
-         << with_unit(range_text(parameter), parameter.unit) << "\n";
+    const std::string range = with_unit(range_text(parameter), parameter.unit);
+    yaml << indent << "# " << parameter.help << (range.empty() ? "" : " ") << range << "\n";
     const bool is_word = parameter.type == Parameter::Type::choice;
     yaml << indent << leaf << ": " << (is_word ? quoted_for_yaml(parameter.get()) : parameter.get())
          << "\n";
