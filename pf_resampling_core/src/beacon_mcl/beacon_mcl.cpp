@@ -149,13 +149,15 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   const double tail_share = model.non_line_of_sight_share;
 
   kernels::Range range{};
-  range.range = observation.range;
+  const RadioDifference difference = difference_of(beacon);
+  range.range = difference.scale * observation.range + difference.offset;
   for (int axis = 0; axis < 3; ++axis) {
     range.beacon[axis] = beacons_[beacon].position[axis];
     range.antenna[axis] = observation.antenna[axis];
   }
   if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
-  const double base_variance = observation_variance(observation);
+  const double base_variance =
+      difference.scale * difference.scale * observation_variance(observation);
   range.variance = range_variance_factor() * base_variance;
   range.nominal_scale = nominal_[beacon].scale;
   range.nominal_bias = nominal_[beacon].bias;
@@ -415,14 +417,22 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
     }
     return estimates;
   }
-  for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
+  const bool all_alike =
+      options_.calibration.estimation == CalibrationEstimation::shared &&
+      std::all_of(nominal_.begin(), nominal_.end(), [&](const auto& nominal) {
+        return nominal.scale == nominal_[0].scale && nominal.bias == nominal_[0].bias;
+      });
+  for (std::size_t i = 0; i < (all_alike ? 1 : beacons_.size()); ++i) {
+    const Eigen::Index radio = radio_column(i);
     const ScalarEstimate scale = pooled(particles_.weight, particles_.scale.col(radio),
                                         particles_.scale_variance.col(radio));
     const ScalarEstimate bias =
         pooled(particles_.weight, particles_.bias.col(radio), particles_.bias_variance.col(radio));
-    const bool shared = options_.calibration.estimation == CalibrationEstimation::shared;
-    estimates.push_back({shared ? kAllBeacons : beacons_[static_cast<std::size_t>(radio)].id,
-                         scale.mean, scale.sigma, bias.mean, bias.sigma});
+    const RadioDifference difference = difference_of(i);
+    estimates.push_back({all_alike ? kAllBeacons : beacons_[i].id, scale.mean / difference.scale,
+                         scale.sigma / difference.scale,
+                         (bias.mean - difference.offset) / difference.scale,
+                         bias.sigma / difference.scale});
   }
   return estimates;
 }
@@ -465,6 +475,16 @@ Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {
   return options_.calibration.estimation == CalibrationEstimation::per_beacon
              ? static_cast<Eigen::Index>(beacon)
              : 0;
+}
+
+// Errors shared by all radios are estimated as those of the first; what is known of how another
+// differs from it is taken out of that one's ranges.
+BeaconMcl::RadioDifference BeaconMcl::difference_of(std::size_t beacon) const {
+  if (options_.calibration.estimation != CalibrationEstimation::shared) return {};
+  RadioDifference difference;
+  difference.scale = nominal_[0].scale / nominal_[beacon].scale;
+  difference.offset = nominal_[0].bias - difference.scale * nominal_[beacon].bias;
+  return difference;
 }
 
 double BeaconMcl::observation_variance(const RangeObservation& range) const {

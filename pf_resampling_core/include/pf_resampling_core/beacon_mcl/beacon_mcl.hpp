@@ -89,8 +89,9 @@ struct BeaconMclParticles {
 class BeaconMcl {
  public:
   /// `beacons`: at least one, ids all different. `calibration`: the radios' known systematic errors
-  /// by beacon id, -1 for all others; also the mean of the prior where they are estimated. Throws
-  /// Error on options that make no sense.
+  /// by beacon id, -1 for all others; also the mean of the prior where they are estimated (where
+  /// one for all is, differences between radios are believed as given). Throws Error on options
+  /// that make no sense.
   BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
             std::vector<std::pair<int, RangeCalibration>> calibration = {});
 
@@ -130,6 +131,8 @@ class BeaconMcl {
   /// particles' factors of the dead reckoning's.
   NoiseFactors noise_factors() const;
   const BeaconMclStatus& status() const { return status_; }
+  /// One for all (beacon -1) where it is estimated so and no differences are known, else one per
+  /// beacon.
   std::vector<CalibrationEstimate> calibration() const;
   ScalarEstimate yaw_rate_bias() const;
   /// Where the range of this beacon is expected to be from, taking its calibration out of the
@@ -142,6 +145,12 @@ class BeaconMcl {
     RangeObservation observation;
     Pose2 pose;   // dead reckoning at the time of the range
     double time;  // s, since the start
+  };
+
+  // A range of one radio, times scale plus offset, is what its column's radio would have measured.
+  struct RadioDifference {
+    double scale = 1.0;
+    double offset = 0.0;  // m
   };
 
   void move(const OdometryIncrement& odometry);
@@ -169,6 +178,7 @@ class BeaconMcl {
   std::vector<Pose2> propose_from_ranges(int count);
   std::size_t beacon_index(int id) const;
   Eigen::Index radio_column(std::size_t beacon) const;
+  RadioDifference difference_of(std::size_t beacon) const;
   double observation_variance(const RangeObservation& range) const;
   RandomStream stream(RandomPurpose purpose) const;
 
