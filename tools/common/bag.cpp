@@ -90,35 +90,37 @@ std::string absolute_topic(const std::string& topic) {
   return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
-BagWriter::BagWriter(std::string path) : path_(std::move(path)), temporary_(temporary_name(path_)) {
-  if (std::filesystem::is_directory(path_)) throw Error(path_ + ": is a directory, not a bag");
-  try {
-    bag_.open(temporary_, rosbag::bagmode::Write);
-  } catch (const rosbag::BagException&) {
-    throw Error(path_ + ": cannot be written; is there such a directory, and may you write in it?");
-  }
+namespace {
+
+/// `path`, if a bag can have that name.
+std::string checked_bag_path(const std::string& path) {
+  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
+  return path;
 }
 
+}  // namespace
+
+BagWriter::BagWriter(std::string path)
+    : path_(checked_bag_path(path)), temporary_(temporary_name(path_)), file_(temporary_, path_) {}
+
 BagWriter::~BagWriter() {
-  if (finished_) return;
-  try {
-    bag_.close();
-  } catch (const rosbag::BagException&) {
-    // The file is removed anyway.
-  }
-  std::remove(temporary_.c_str());
+  if (!finished_) std::remove(temporary_.c_str());
 }
 
 void BagWriter::copy(const rosbag::MessageInstance& message) {
-  bag_.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+  const boost::shared_ptr<ros::M_string> header = message.getConnectionHeader();
+  auto connection = copied_.find(header);
+  if (connection == copied_.end()) {
+    connection = copied_.emplace(header, file_.add_connection(message.getTopic(), *header)).first;
+  }
+  const std::uint32_t size = message.size();
+  ros::serialization::OStream stream(file_.write(connection->second, message.getTime(), size),
+                                     size);
+  message.write(stream);
 }
 
 void BagWriter::finish() {
-  try {
-    bag_.close();
-  } catch (const rosbag::BagException&) {
-    throw Error(path_ + ": cannot be written; is the disk full?");
-  }
+  file_.close();
   rename_file(temporary_, path_);
   finished_ = true;
 }

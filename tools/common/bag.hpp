@@ -4,10 +4,13 @@
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>
 
-#include <boost/make_shared.hpp>
+#include <boost/shared_ptr.hpp>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
+
+#include "bag_file_writer.hpp"
 
 namespace pf_resampling {
 
@@ -57,21 +60,25 @@ class BagWriter {
 
   template <typename Message>
   void write(const std::string& topic, const ros::Time& time, const Message& message) {
-    bag_.write(topic, time, message);
+    auto connection = plain_.find(topic);
+    if (connection == plain_.end()) {
+      connection = plain_.emplace(topic, file_.add_connection(topic, header_of(message))).first;
+    }
+    write_message(connection->second, time, message);
   }
 
   /// Writes a message whose connection header says that it is latched, so that rosbag play latches
   /// it.
   template <typename Message>
   void write_latched(const std::string& topic, const ros::Time& time, const Message& message) {
-    const auto header = boost::make_shared<ros::M_string>();
-    (*header)["topic"] = topic;
-    (*header)["type"] = ros::message_traits::datatype(message);
-    (*header)["md5sum"] = ros::message_traits::md5sum(message);
-    (*header)["message_definition"] = ros::message_traits::definition(message);
-    (*header)["callerid"] = "/pf_resampling";
-    (*header)["latching"] = "1";
-    bag_.write(topic, time, message, header);
+    auto connection = latched_.find(topic);
+    if (connection == latched_.end()) {
+      ros::M_string header = header_of(message);
+      header["callerid"] = "/pf_resampling";
+      header["latching"] = "1";
+      connection = latched_.emplace(topic, file_.add_connection(topic, header)).first;
+    }
+    write_message(connection->second, time, message);
   }
 
   /// Copies a message of another bag, with its connection header (type, latching).
@@ -81,9 +88,26 @@ class BagWriter {
   void finish();
 
  private:
+  template <typename Message>
+  static ros::M_string header_of(const Message& message) {
+    return {{"type", ros::message_traits::datatype(message)},
+            {"md5sum", ros::message_traits::md5sum(message)},
+            {"message_definition", ros::message_traits::definition(message)}};
+  }
+
+  template <typename Message>
+  void write_message(std::uint32_t connection, const ros::Time& time, const Message& message) {
+    const std::uint32_t size = ros::serialization::serializationLength(message);
+    ros::serialization::OStream stream(file_.write(connection, time, size), size);
+    ros::serialization::serialize(stream, message);
+  }
+
   std::string path_;
   std::string temporary_;
-  rosbag::Bag bag_;
+  BagFileWriter file_;
+  std::map<std::string, std::uint32_t> plain_, latched_;  // connections by topic
+  // Those copied, by the address of their header, which is kept.
+  std::map<boost::shared_ptr<ros::M_string>, std::uint32_t> copied_;
   bool finished_ = false;
 };
 
