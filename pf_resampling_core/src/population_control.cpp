@@ -12,7 +12,9 @@ const EnumNames<Schedule> kSchedules{"schedule",
                                       {Schedule::effective_sample_size, "effective_sample_size"},
                                       {Schedule::every_n, "every_n"}}};
 const EnumNames<Renewal> kRenewals{"renewal",
-                                   {{Renewal::none, "none"}, {Renewal::resampling, "resampling"}}};
+                                   {{Renewal::none, "none"},
+                                    {Renewal::resampling, "resampling"},
+                                    {Renewal::compensation, "compensation"}}};
 
 bool resampling_keeps_size(const ResamplingOptions& options) {
   const auto keeps = [](ResamplingScheme scheme) {
@@ -88,6 +90,14 @@ ResamplingResult PopulationControl::select(ConstArray weights, int requested_siz
   const bool keeps_size = resampling_keeps_size(options_.resampling);
   const bool resizes = weights.size() != requested_size;
   return (resizes && keeps_size ? resizer_ : resampler_).resample(weights, requested_size, stream);
+}
+
+const CompensationResult& PopulationControl::compensate(ConstArray weights,
+                                                        const RandomStream& stream) {
+  ++calls_;
+  observations_since_renewal_ = 0;
+  compensation_ = pf_resampling::compensate(options_.compensation, weights, stream);
+  return compensation_;
 }
 
 }  // namespace pf_resampling

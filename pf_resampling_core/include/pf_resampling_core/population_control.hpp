@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/compensation/compensation.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/resampling/resampling.hpp"
 
@@ -23,6 +24,7 @@ Schedule schedule_from_string(const std::string& name);
 enum class Renewal {
   none,
   resampling,
+  compensation,  ///< weak particles are blended with strong ones (K section 5)
 };
 const std::vector<Renewal>& all_renewals();
 std::string to_string(Renewal renewal);
@@ -35,6 +37,7 @@ struct PopulationControlOptions {
   int every_n = 1;  ///< observations between renewals under Schedule::every_n, >= 1
   Renewal renewal = Renewal::resampling;
   ResamplingOptions resampling;
+  CompensationOptions compensation;
 };
 
 /// When and how a population is renewed; shared by all filters. It sees weights, never particles:
@@ -57,6 +60,10 @@ class PopulationControl {
   /// cannot make (partial and killing keep theirs) is made by systematic resampling.
   ResamplingResult select(ConstArray weights, int requested_size, const RandomStream& stream);
 
+  /// What to blend with what, and the weights afterwards. See compensate(); holds until the next
+  /// call.
+  const CompensationResult& compensate(ConstArray weights, const RandomStream& stream);
+
   const PopulationControlOptions& options() const { return options_; }
   /// How many renewals so far.
   std::int64_t calls() const { return calls_; }
@@ -65,6 +72,7 @@ class PopulationControl {
   PopulationControlOptions options_;
   Resampler resampler_;
   Resampler resizer_;
+  CompensationResult compensation_;
   std::int64_t calls_ = 0;
   std::int64_t observations_since_renewal_ = 0;
 };

@@ -251,11 +251,12 @@ void BeaconMcl::renew() {
   status_.renewed =
       control_.is_due(status_.effective_sample_size, static_cast<int>(before), requested_size_);
   if (!status_.renewed) return;
-  const ResamplingResult result =
-      control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling));
+  if (control_.options().renewal == Renewal::compensation && requested_size_ == before) {
+    blend(control_.compensate(particles_.weight, stream(RandomPurpose::compensation)));
+  } else {
+    select(control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling)));
+  }
   status_.renewals = control_.calls();
-  status_.distinct_ancestors = static_cast<int>((result.counts > 0).count());
-  select(result);
   excite(options_.excitation, particles_.weight, particles_.ancestor,
          stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
          &excitation_workspace_);
@@ -302,6 +303,7 @@ void BeaconMcl::vary_noise_factors() {
 
 // Survivors keep their slots, so copies can be made in place.
 void BeaconMcl::select(const ResamplingResult& result) {
+  status_.distinct_ancestors = static_cast<int>((result.counts > 0).count());
   const Eigen::Index before = particles_.size();
   const Eigen::Index after = result.ancestors.size();
   if (after > before) resize_population(after);
@@ -330,6 +332,16 @@ void BeaconMcl::select(const ResamplingResult& result) {
   particles_.log_weight = result.log_weights;
   particles_.weight = result.log_weights.exp();
   particles_.ancestor = result.ancestors;
+}
+
+// Nobody is rejected: the weak move towards the strong, with their own calibration.
+void BeaconMcl::blend(const CompensationResult& result) {
+  blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
+  const Eigen::Index count = particles_.size();
+  particles_.log_weight = result.log_weights;
+  particles_.weight = result.log_weights.exp();
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+  status_.distinct_ancestors = static_cast<int>(count);
 }
 
 // Slots that are added hold copies, so that nothing in them is ever undefined.

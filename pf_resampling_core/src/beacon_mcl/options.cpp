@@ -66,6 +66,19 @@ void add_parameters(PopulationControlOptions* options, ExcitationOptions* excita
                      "rank_based: eta_max, times 1/M the probability of the best particle."));
   list.push_back(choice_parameter("population/resampling/weights_after", &resampling.weights_after,
                                   all_weights_after(), "Weights after partial and rank_based."));
+  CompensationOptions& compensation = options->compensation;
+  list.push_back(choice_parameter("population/compensation/pairing", &compensation.pairing,
+                                  all_pairings(),
+                                  "How a weak particle finds the strong one it is blended with."));
+  list.push_back(real_above_parameter("population/compensation/ratio", &compensation.ratio, 0.0,
+                                      1.0, "",
+                                      "Share of the weak half that is compensated, worst first."));
+  list.push_back(choice_parameter("population/compensation/covariance", &compensation.covariance,
+                                  all_covariance_treatments(),
+                                  "What becomes of a blended landmark's covariance."));
+  list.push_back(choice_parameter("population/compensation/weights_after",
+                                  &compensation.weights_after, all_compensated_weights(),
+                                  "Weights after a compensation."));
   list.push_back(choice_parameter("excitation/method", &excitation->excitation, all_excitations(),
                                   "Perturbation of the particles after a renewal."));
   list.push_back(real_parameter("excitation/sigma_position", &excitation->sigma_position, 0.0,
@@ -83,15 +96,9 @@ void add_parameters(PopulationControlOptions* options, ExcitationOptions* excita
                                    "Leave the first copy of each ancestor where it is."));
 }
 
-ParameterList parameters_of(BeaconMclOptions* options) {
-  ParameterList list;
-  list.push_back(
-      integer_parameter("particles", &options->particles, 1, 10000000, "Number of particles."));
-  list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
-                                   "Threads of computation; results do not depend on it."));
-  add_parameters(&options->population, &options->excitation, &list);
-
-  OdometryNoise& odometry = options->odometry;
+void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
+  OdometryNoise& odometry = *noise;
+  ParameterList& list = *parameters;
   list.push_back(real_parameter("odometry/translation_per_distance",
                                 &odometry.translation_per_distance, 0.0, 10.0, "m/sqrt(m)",
                                 "Standard deviation of the distance after one metre."));
@@ -107,9 +114,23 @@ ParameterList parameters_of(BeaconMclOptions* options) {
   list.push_back(real_parameter("odometry/heading_per_time", &odometry.heading_per_time, 0.0, 10.0,
                                 "rad/sqrt(s)",
                                 "Standard deviation of the heading after one second."));
+  list.push_back(real_parameter("odometry/along_per_time", &odometry.along_per_time, 0.0, 10.0,
+                                "m/sqrt(s)",
+                                "Standard deviation along the motion after one second."));
   list.push_back(real_parameter("odometry/translation_per_time", &odometry.translation_per_time,
                                 0.0, 10.0, "m/sqrt(s)",
                                 "Standard deviation along both axes after one second."));
+}
+
+ParameterList parameters_of(BeaconMclOptions* options) {
+  ParameterList list;
+  list.push_back(
+      integer_parameter("particles", &options->particles, 1, 10000000, "Number of particles."));
+  list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
+                                   "Threads of computation; results do not depend on it."));
+  add_parameters(&options->population, &options->excitation, &list);
+
+  add_parameters(&options->odometry, &list);
 
   RangeModelOptions& ranges = options->ranges;
   list.push_back(real_above_parameter(

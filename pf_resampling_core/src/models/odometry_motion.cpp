@@ -18,7 +18,8 @@ Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion,
                          variance(noise.heading_per_angle, std::abs(motion.heading)) +
                          variance(noise.heading_per_time, duration);
   const double idle = variance(noise.translation_per_time, duration);
-  const double along = variance(noise.translation_per_distance, distance) + idle;
+  const double along = variance(noise.translation_per_distance, distance) +
+                       variance(noise.along_per_time, duration) + idle;
   const double across = variance(noise.slip_per_distance, distance) + idle;
   // Unit vectors along the step and to its left.
   const bool moves = distance > 0.0;

@@ -13,15 +13,10 @@
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/population_control.hpp"
 
 namespace pf_resampling {
-
-/// What the filter believes, in the map frame.
-struct PoseEstimate {
-  Pose2 mean;  ///< weighted mean; the heading on the circle
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading), about that mean
-};
 
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
@@ -170,6 +165,7 @@ class BeaconMcl {
   void resize_population(Eigen::Index size);
   void reset_weights();
   void select(const ResamplingResult& result);
+  void blend(const CompensationResult& result);
   void begin_population(bool first);
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();

@@ -124,6 +124,9 @@ struct BeaconMclOptions {
 void add_parameters(PopulationControlOptions* options, ExcitationOptions* excitation,
                     ParameterList* parameters);
 
+/// The parameters of the dead reckoning's noise, likewise.
+void add_parameters(OdometryNoise* noise, ParameterList* parameters);
+
 /// Every parameter of the filter, bound to `options`, which must outlive the list.
 ParameterList parameters_of(BeaconMclOptions* options);
 

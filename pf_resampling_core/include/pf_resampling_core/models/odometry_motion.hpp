@@ -15,6 +15,7 @@ struct OdometryNoise {
   double heading_per_distance = 0.01;   ///< rad/sqrt(m)
   double heading_per_angle = 0.05;      ///< rad/sqrt(rad)
   double heading_per_time = 0.003;      ///< rad/sqrt(s)
+  double along_per_time = 0.0;          ///< along the motion, m/sqrt(s): white noise of the speed
   double translation_per_time = 0.005;  ///< along both axes, m/sqrt(s)
 };
 

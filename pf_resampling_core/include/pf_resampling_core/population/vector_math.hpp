@@ -153,4 +153,39 @@ PF_RESAMPLING_INLINE double wrap_angle_vector(double x) {
   return (x - n * kTwoPiHigh) - n * kTwoPiLow;
 }
 
+/// Angle of the vector (x, y) in [-pi, pi], absolute error below 5e-16; 0 for the zero vector.
+PF_RESAMPLING_INLINE double atan2_vector(double y, double x) {
+  constexpr double kHalfPi = 1.57079632679489661923;
+  constexpr double kWholePi = 3.14159265358979323846;
+  const double absolute_x = from_bits(to_bits(x) & 0x7fffffffffffffffu);
+  const double absolute_y = from_bits(to_bits(y) & 0x7fffffffffffffffu);
+  const bool steep = absolute_y > absolute_x;
+  const double larger = steep ? absolute_y : absolute_x;
+  const double smaller = steep ? absolute_x : absolute_y;
+  const double t = larger > 0.0 ? smaller / larger : 0.0;
+  // atan(t) = pi/4 + atan((t - 1) / (t + 1)) brings t below 0.66, where the rational approximation
+  // of Moshier's Cephes holds.
+  const bool reduced = t > 0.66;
+  const double u = reduced ? (t - 1.0) / (t + 1.0) : t;
+  const double z = u * u;
+  const double numerator = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+                             7.500855792314704667340e1) *
+                                z -
+                            1.228866684490136173410e2) *
+                               z -
+                           6.485021904942025371773e1;
+  const double denominator =
+      ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+        4.328810604912902668951e2) *
+           z +
+       4.853903996359136964868e2) *
+          z +
+      1.945506571482613964425e2;
+  const double small = u + u * z * (numerator / denominator);
+  const double octant = reduced ? 0.5 * kHalfPi + small : small;
+  const double quadrant = steep ? kHalfPi - octant : octant;
+  const double half = x < 0.0 ? kWholePi - quadrant : quadrant;
+  return from_bits(to_bits(half) | (to_bits(y) & 0x8000000000000000u));
+}
+
 }  // namespace pf_resampling

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/beacon_mcl/options.hpp"
+#include "pf_resampling_core/excitation/excitation.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/parameters.hpp"
+#include "pf_resampling_core/population_control.hpp"
+
+namespace pf_resampling {
+
+/// What the poses are drawn from (K section 2).
+enum class FastSlamVersion {
+  fastslam_1,  ///< the odometry
+  fastslam_2,  ///< the odometry and the observations
+};
+const std::vector<FastSlamVersion>& all_fastslam_versions();
+std::string to_string(FastSlamVersion version);
+
+/// Which landmark an observation is of.
+enum class DataAssociation {
+  known,               ///< the observations carry ids
+  maximum_likelihood,  ///< the likeliest one, in each particle by itself
+  mutual_exclusion,    ///< likewise, but no landmark takes two observations of a scan
+};
+const std::vector<DataAssociation>& all_data_associations();
+std::string to_string(DataAssociation association);
+
+/// Noise of a landmark sensor, and what it can see.
+struct LandmarkSensorOptions {
+  double range_sigma = 0.1;        ///< m (K section 4), where the message has no variance
+  double range_sigma_share = 0.0;  ///< of the range, added to it
+  double bearing_sigma = 0.01745;  ///< rad (K section 4)
+  double maximum_range = 0.0;      ///< m; 0: as far as anything was seen yet
+  double field_of_view =
+      0.0;  ///< rad, about the sensor's x axis; 0: as wide as anything was seen yet
+};
+
+struct DataAssociationOptions {
+  DataAssociation method = DataAssociation::known;
+  double gate = 13.8;  ///< squared Mahalanobis distance, two degrees of freedom: 99.9 % lie within
+  double new_landmark_gate =
+      25.0;  ///< beyond this from every landmark, an unknown observation is a new one
+  double seen_log_odds = 0.9;      ///< added to a landmark's existence when it is seen
+  double missed_log_odds = 0.4;    ///< taken off when it should have been seen
+  double removal_log_odds = -1.5;  ///< a landmark below this is removed
+  double largest_log_odds = 6.0;   ///< what a landmark that was often seen is trusted with
+};
+
+/// Everything FastSlam can be told, with the only defaults there are. Names, units and ranges:
+/// parameters_of().
+struct FastSlamOptions {
+  int particles = 100;
+  int threads = 1;
+  FastSlamVersion version = FastSlamVersion::fastslam_2;
+  PopulationControlOptions population;
+  ExcitationOptions excitation;
+  OdometryNoise odometry;
+  LandmarkSensorOptions sensor;
+  DataAssociationOptions association;
+
+  FastSlamOptions();
+};
+
+ParameterList parameters_of(FastSlamOptions* options);
+
+/// Throws Error naming the first parameter, or combination, that makes no sense.
+void validate(const FastSlamOptions& options);
+
+}  // namespace pf_resampling

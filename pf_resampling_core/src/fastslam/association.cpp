@@ -1,0 +1,232 @@
+// Which landmark an observation is of, in each particle; and which landmarks there are at all.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels.hpp"
+#include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/population/pose_statistics.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Share of the sensor's view in which a landmark that is not seen counts as missed: at the rim it
+// may be out of it.
+constexpr double kSureShare = 0.8;
+// How far, in standard deviations, candidates are looked for; and in metres, for what landmarks are
+// uncertain.
+constexpr double kSearchSigmas = 5.0;
+constexpr double kSearchMargin = 2.0;
+
+}  // namespace
+
+void FastSlam::associate(const std::vector<LandmarkObservation>& observations,
+                         const Pose2& sensor) {
+  associations_.resize(observations.size());
+  for (Association& association : associations_) {
+    association.rows.clear();
+    association.started_row = -1;
+    association.starts.setZero(particles_.size());
+  }
+  for (const LandmarkObservation& observation : observations) {
+    view_range_ = std::max(view_range_, observation.range);
+    view_bearing_ = std::max(view_bearing_, std::abs(wrap_angle(observation.bearing)));
+  }
+  if (options_.association.method == DataAssociation::known) {
+    for (std::size_t k = 0; k < observations.size(); ++k) associate_known(observations, k);
+  } else {
+    associate_by_likelihood(observations, sensor);
+  }
+  for (Association& association : associations_) {
+    association.accepted.setZero(particles_.size(),
+                                 static_cast<Eigen::Index>(association.rows.size()));
+  }
+}
+
+void FastSlam::associate_known(const std::vector<LandmarkObservation>& observations,
+                               std::size_t k) {
+  Association& association = associations_[k];
+  const auto found = row_of_id_.find(observations[k].id);
+  if (found != row_of_id_.end()) {
+    association.rows.push_back(found->second);
+    association.takes.setOnes(particles_.size(), 1);
+    return;
+  }
+  // The first of two observations of a new landmark in one scan starts it; the other would know it
+  // too late.
+  for (std::size_t earlier = 0; earlier < k; ++earlier) {
+    if (observations[earlier].id == observations[k].id) return;
+  }
+  association.starts.setOnes();
+}
+
+void FastSlam::associate_by_likelihood(const std::vector<LandmarkObservation>& observations,
+                                       const Pose2& sensor) {
+  const Eigen::Index count = particles_.size();
+  const PoseStatistics statistics =
+      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  const double place_sigma = std::sqrt(statistics.covariance(0, 0) + statistics.covariance(1, 1) +
+                                       proposal_.col(0).maxCoeff() + proposal_.col(3).maxCoeff());
+  const double heading_sigma = std::sqrt(statistics.covariance(2, 2) + proposal_.col(5).maxCoeff());
+  const Pose2 eye = compose(statistics.mean, sensor);
+
+  std::vector<Eigen::ArrayXXd> distances(observations.size());
+  std::vector<Eigen::ArrayXXd> likelihoods(observations.size());
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    const Eigen::Vector2d place(eye.x + z.range * std::cos(eye.heading + z.bearing),
+                                eye.y + z.range * std::sin(eye.heading + z.bearing));
+    const double sigma = std::sqrt(z.range_variance + z.range * z.range * z.bearing_variance) +
+                         place_sigma + z.range * heading_sigma;
+    Association& association = associations_[k];
+    index_.near(place, kSearchMargin + kSearchSigmas * sigma, &association.rows);
+    const Eigen::Index candidates = static_cast<Eigen::Index>(association.rows.size());
+    association.takes.setZero(count, candidates);
+    distances[k].resize(count, candidates);
+    likelihoods[k].resize(count, candidates);
+    for (Eigen::Index c = 0; c < candidates; ++c) {
+      const LandmarkRow row = store_.row(association.rows[static_cast<std::size_t>(c)]);
+      kernels::match(z, count, proposal(), row, distances[k].col(c).data(),
+                     likelihoods[k].col(c).data());
+      for (Eigen::Index i = 0; i < count; ++i) {
+        if (row.held[i] == 0) distances[k](i, c) = kInfinity;
+      }
+    }
+  }
+  for (Eigen::Index i = 0; i < count; ++i) choose(i, distances, likelihoods);
+}
+
+// One particle's decision: the likeliest pairs first; what is beyond the outer gate of all is new.
+void FastSlam::choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>& distances,
+                      const std::vector<Eigen::ArrayXXd>& likelihoods) {
+  const DataAssociationOptions& options = options_.association;
+  const bool exclusive = options.method == DataAssociation::mutual_exclusion;
+  pairs_.clear();
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    for (Eigen::Index c = 0; c < distances[k].cols(); ++c) {
+      if (distances[k](particle, c) < options.new_landmark_gate) {
+        pairs_.push_back({likelihoods[k](particle, c), static_cast<int>(k), static_cast<int>(c)});
+      }
+    }
+  }
+  std::sort(pairs_.begin(), pairs_.end(), [](const CandidatePair& a, const CandidatePair& b) {
+    if (a.log_likelihood != b.log_likelihood) return a.log_likelihood > b.log_likelihood;
+    return a.observation != b.observation ? a.observation < b.observation
+                                          : a.candidate < b.candidate;
+  });
+  decided_.assign(distances.size(), 0);
+  taken_.clear();
+  for (const CandidatePair& pair : pairs_) {
+    const std::size_t k = static_cast<std::size_t>(pair.observation);
+    const int row = associations_[k].rows[static_cast<std::size_t>(pair.candidate)];
+    if (decided_[k] != 0) continue;
+    if (exclusive && std::find(taken_.begin(), taken_.end(), row) != taken_.end()) continue;
+    associations_[k].takes(particle, pair.candidate) = 1.0;
+    decided_[k] = 1;
+    taken_.push_back(row);
+  }
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    if (decided_[k] == 0) associations_[k].starts[particle] = 1.0;
+  }
+}
+
+void FastSlam::note_outcomes(const std::vector<LandmarkObservation>& observations) {
+  outcomes_.assign(observations.size(), {});
+  Eigen::Index heaviest = 0;
+  particles_.weight.maxCoeff(&heaviest);
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const Association& association = associations_[k];
+    ObservationOutcome& outcome = outcomes_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const auto accepted = association.accepted.col(static_cast<Eigen::Index>(c));
+      outcome.accepted += (particles_.weight * accepted).sum();
+      if (accepted[heaviest] > 0.0) outcome.landmark = store_.birth(association.rows[c]);
+    }
+    outcome.accepted += (particles_.weight * association.starts).sum();
+    if (association.starts[heaviest] > 0.0 && association.started_row >= 0) {
+      outcome.landmark = store_.birth(association.started_row);
+      outcome.is_new = true;
+    }
+    if (!association.rows.empty() && outcome.accepted < 0.5) ++status_.gated;
+  }
+}
+
+// Log-odds of existence: up for what was seen, down for what should have been; and where the
+// landmarks are now.
+void FastSlam::update_existence(const std::vector<LandmarkObservation>& observations,
+                                const Pose2& sensor) {
+  const DataAssociationOptions& options = options_.association;
+  Eigen::Index heaviest = 0;
+  particles_.weight.maxCoeff(&heaviest);
+  std::vector<int> seen;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const int row = association.rows[c];
+      const LandmarkRow landmark = store_.row(row);
+      const auto accepted = association.accepted.col(static_cast<Eigen::Index>(c));
+      if (!(accepted > 0.0).any()) continue;
+      for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+        landmark.log_odds[i] = std::min(options.largest_log_odds,
+                                        landmark.log_odds[i] + options.seen_log_odds * accepted[i]);
+      }
+      seen.push_back(row);
+    }
+    if (association.started_row >= 0) seen.push_back(association.started_row);
+  }
+  for (const int row : seen) index_.place(row, representative(row, heaviest));
+  const bool keeps_all = options.method == DataAssociation::known || options.missed_log_odds == 0.0;
+  if (keeps_all) return;
+
+  const double range =
+      kSureShare *
+      (options_.sensor.maximum_range > 0.0 ? options_.sensor.maximum_range : view_range_);
+  const double bearing =
+      kSureShare *
+      (options_.sensor.field_of_view > 0.0 ? 0.5 * options_.sensor.field_of_view : view_bearing_);
+  const Pose2 eye = compose(
+      {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
+  std::vector<int> near;
+  index_.near({eye.x, eye.y}, range, &near);
+  for (const int row : near) {
+    if (std::find(seen.begin(), seen.end(), row) != seen.end()) continue;
+    const LandmarkRow landmark = store_.row(row);
+    double held = 0.0;
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      if (landmark.held[i] == 0) continue;
+      const Pose2 at = compose({particles_.x[i], particles_.y[i], particles_.heading[i]}, sensor);
+      const double dx = landmark.x[i] - at.x;
+      const double dy = landmark.y[i] - at.y;
+      const bool in_view = std::hypot(dx, dy) < range &&
+                           std::abs(wrap_angle(std::atan2(dy, dx) - at.heading)) < bearing;
+      if (in_view) landmark.log_odds[i] -= options.missed_log_odds;
+      if (landmark.log_odds[i] < options.removal_log_odds) landmark.held[i] = 0;
+      held += landmark.held[i] != 0 ? particles_.weight[i] : 0.0;
+    }
+    if (!(held > 0.0)) {
+      index_.remove(row);
+      store_.remove(row);
+    }
+  }
+}
+
+// Where the heaviest particle that holds a landmark has it.
+Eigen::Vector2d FastSlam::representative(int row, Eigen::Index heaviest) {
+  const LandmarkRow landmark = store_.row(row);
+  Eigen::Index holder = heaviest;
+  if (landmark.held[heaviest] == 0) {
+    double most = -1.0;
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      if (landmark.held[i] != 0 && particles_.weight[i] > most) {
+        most = particles_.weight[i];
+        holder = i;
+      }
+    }
+  }
+  return {landmark.x[holder], landmark.y[holder]};
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,270 @@
+#include "pf_resampling_core/fastslam/fastslam.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/population/pose_statistics.hpp"
+#include "pf_resampling_core/population/weights.hpp"
+
+namespace pf_resampling {
+namespace {
+
+void check(const LandmarkObservation& observation, DataAssociation method) {
+  const bool usable =
+      std::isfinite(observation.range) && observation.range > 0.0 &&
+      std::isfinite(observation.bearing) && std::isfinite(observation.range_variance) &&
+      observation.range_variance >= 0.0 && std::isfinite(observation.bearing_variance) &&
+      observation.bearing_variance >= 0.0;
+  if (!usable) {
+    throw Error(
+        "observation of landmark " + std::to_string(observation.id) + " with range " +
+        std::to_string(observation.range) + " m and bearing " +
+        std::to_string(observation.bearing) +
+        " rad cannot be used: all has to be finite, the range positive, no variance negative");
+  }
+  if (method == DataAssociation::known && observation.id < 0) {
+    throw Error("observation with id " + std::to_string(observation.id) +
+                ": association/method is known, which needs ids from 0; use maximum_likelihood or "
+                "mutual_exclusion");
+  }
+}
+
+}  // namespace
+
+kernels::Observation kernels::make_observation(const LandmarkSensorOptions& model,
+                                               const LandmarkObservation& z, const Pose2& sensor) {
+  const double range_sigma = model.range_sigma + model.range_sigma_share * z.range;
+  kernels::Observation observation{};
+  observation.range = z.range;
+  observation.bearing = z.bearing;
+  observation.range_variance =
+      z.range_variance > 0.0 ? z.range_variance : range_sigma * range_sigma;
+  observation.bearing_variance =
+      z.bearing_variance > 0.0 ? z.bearing_variance : model.bearing_sigma * model.bearing_sigma;
+  observation.sensor_x = sensor.x;
+  observation.sensor_y = sensor.y;
+  observation.sensor_yaw = sensor.heading;
+  return observation;
+}
+
+FastSlam::FastSlam(const FastSlamOptions& options, std::uint64_t seed)
+    : options_(options), seed_(seed), store_(options.particles) {
+  validate(options_);
+  reset();
+}
+
+void FastSlam::reset() {
+  const Eigen::Index count = options_.particles;
+  particles_.x.setZero(count);
+  particles_.y.setZero(count);
+  particles_.heading.setZero(count);
+  particles_.log_weight.setConstant(count, -std::log(static_cast<double>(count)));
+  particles_.weight.setConstant(count, 1.0 / static_cast<double>(count));
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, options_.particles - 1);
+  store_ = LandmarkStore(options_.particles);
+  index_.clear();
+  row_of_id_.clear();
+  next_id_ = 0;
+  ancestry_.start(options_.particles);
+  has_landmarks_ = false;
+  control_ = PopulationControl(options_.population);
+  requested_size_ = options_.particles;
+  status_ = FastSlamStatus{};
+  status_.particles = status_.distinct_ancestors = options_.particles;
+  outcomes_.clear();
+  view_range_ = view_bearing_ = 0.0;
+}
+
+void FastSlam::set_options(const FastSlamOptions& options) {
+  validate(options);
+  control_.set_options(options.population);
+  options_ = options;
+  requested_size_ = options.particles;
+}
+
+// The filter's steps, K section 2: draw the poses, update the landmarks, weigh, renew.
+void FastSlam::update(const OdometryIncrement& odometry,
+                      const std::vector<LandmarkObservation>& observations, const Pose2& sensor) {
+  for (const LandmarkObservation& observation : observations)
+    check(observation, options_.association.method);
+  ++step_;
+  const Eigen::Index count = particles_.size();
+  const kernels::PoseGaussians pose = proposal();
+  kernels::predict(odometry, count, pose);
+  // FastSLAM 1.0 is 2.0 with a proposal that the observations find already drawn.
+  if (options_.version == FastSlamVersion::fastslam_1) draw();
+
+  associate(observations, sensor);
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const Eigen::Index column = static_cast<Eigen::Index>(c);
+      kernels::propose(z, options_.association.gate, count, pose, store_.row(association.rows[c]),
+                       association.takes.col(column).data(), particles_.log_weight.data(),
+                       association.accepted.col(column).data());
+    }
+  }
+  if (options_.version == FastSlamVersion::fastslam_2) draw();
+
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    const Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      kernels::update(z, count, pose, association.accepted.col(static_cast<Eigen::Index>(c)).data(),
+                      store_.row(association.rows[c]));
+    }
+  }
+  for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
+  if (observations.empty()) return;
+
+  status_.log_likelihood = 0.0;
+  normalize_weights();
+  note_outcomes(observations);
+  update_existence(observations, sensor);
+  ++status_.updates;
+  renew();
+  status_.particles = static_cast<int>(particles_.size());
+  status_.landmarks = static_cast<int>(rows().size());
+}
+
+kernels::PoseGaussians FastSlam::proposal() {
+  proposal_.resize(particles_.size(), 6);
+  return {particles_.x.data(),     particles_.y.data(),     particles_.heading.data(),
+          proposal_.col(0).data(), proposal_.col(1).data(), proposal_.col(2).data(),
+          proposal_.col(3).data(), proposal_.col(4).data(), proposal_.col(5).data()};
+}
+
+void FastSlam::draw() {
+  const Eigen::Index count = particles_.size();
+  work_.resize(4 * count);
+  double* z = work_.data();
+  stream(RandomPurpose::motion).fill_normal4(0, count, z, z + count, z + 2 * count, z + 3 * count);
+  kernels::draw(count, z, z + count, z + 2 * count, proposal());
+  proposal_.setZero();
+}
+
+void FastSlam::start_landmark(std::size_t observation, const LandmarkObservation& z,
+                              const Pose2& sensor) {
+  const Association& association = associations_[observation];
+  if (!(association.starts > 0.0).any()) return;
+  const bool known = options_.association.method == DataAssociation::known;
+  const std::int64_t id = known ? z.id : next_id_++;
+  const int row = store_.add(id);
+  const LandmarkRow landmark = store_.row(row);
+  kernels::start(kernels::make_observation(options_.sensor, z, sensor), particles_.size(),
+                 proposal(), association.starts.data(), options_.association.seen_log_odds,
+                 landmark);
+  if (known) row_of_id_[id] = row;
+  associations_[observation].started_row = row;
+  if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
+  has_landmarks_ = true;
+}
+
+void FastSlam::normalize_weights() {
+  if (!is_normalizable(particles_.log_weight)) {
+    ++status_.weight_resets;
+    const double count = static_cast<double>(particles_.size());
+    particles_.log_weight.setConstant(-std::log(count));
+    particles_.weight.setConstant(1.0 / count);
+    status_.effective_sample_size = status_.entropy_sample_size = count;
+    return;
+  }
+  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
+  status_.log_likelihood += summary.log_sum;
+  status_.effective_sample_size = summary.effective_sample_size;
+  status_.entropy_sample_size = summary.entropy_sample_size;
+}
+
+void FastSlam::renew() {
+  const int size = static_cast<int>(particles_.size());
+  status_.renewed = control_.is_due(status_.effective_sample_size, size, requested_size_);
+  if (!status_.renewed) return;
+  if (control_.options().renewal == Renewal::compensation && requested_size_ == size) {
+    const CompensationResult& result =
+        control_.compensate(particles_.weight, stream(RandomPurpose::compensation));
+    blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
+    store_.blend(result.pairs, control_.options().compensation.covariance);
+    particles_.log_weight = result.log_weights;
+    particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+  } else {
+    const ResamplingResult result =
+        control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling));
+    select(result);
+  }
+  particles_.weight = particles_.log_weight.exp();
+  status_.renewals = control_.calls();
+  status_.distinct_ancestors = ancestry_.distinct();
+  excite(options_.excitation, particles_.weight, particles_.ancestor,
+         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
+         &excitation_workspace_);
+}
+
+// The poses are copied, the maps are not: their store takes note.
+void FastSlam::select(const ResamplingResult& result) {
+  const Eigen::ArrayXi ancestors = result.ancestors;
+  for (Eigen::ArrayXd* array : {&particles_.x, &particles_.y, &particles_.heading}) {
+    work_.resize(std::max<Eigen::Index>(work_.size(), ancestors.size()));
+    for (Eigen::Index i = 0; i < ancestors.size(); ++i) work_[i] = (*array)[ancestors[i]];
+    *array = work_.head(ancestors.size());
+  }
+  store_.select(ancestors);
+  ancestry_.select(ancestors);
+  particles_.ancestor = ancestors;
+  particles_.log_weight = result.log_weights;
+}
+
+PoseEstimate FastSlam::estimate() const {
+  const PoseStatistics statistics =
+      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  return {statistics.mean, statistics.covariance};
+}
+
+std::vector<int> FastSlam::rows() const {
+  std::vector<int> used;
+  for (int row = 0; row < store_.rows(); ++row) {
+    if (store_.is_used(row)) used.push_back(row);
+  }
+  return used;
+}
+
+std::vector<MapLandmark> FastSlam::map() {
+  std::vector<MapLandmark> landmarks;
+  for (const int row : rows()) {
+    const LandmarkRow data = store_.row(row);
+    MapLandmark landmark;
+    landmark.id = store_.birth(row);
+    double sums[3] = {};  // of x, y and the weight
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      if (data.held[i] == 0) continue;
+      sums[0] += particles_.weight[i] * data.x[i];
+      sums[1] += particles_.weight[i] * data.y[i];
+      sums[2] += particles_.weight[i];
+    }
+    if (!(sums[2] > 0.0)) continue;
+    landmark.held = sums[2];
+    landmark.mean << sums[0] / sums[2], sums[1] / sums[2];
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      if (data.held[i] == 0) continue;
+      const Eigen::Vector2d offset(data.x[i] - landmark.mean.x(), data.y[i] - landmark.mean.y());
+      Eigen::Matrix2d covariance;
+      covariance << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
+      landmark.covariance +=
+          particles_.weight[i] / sums[2] * (covariance + offset * offset.transpose());
+    }
+    landmarks.push_back(landmark);
+  }
+  std::sort(landmarks.begin(), landmarks.end(),
+            [](const MapLandmark& a, const MapLandmark& b) { return a.id < b.id; });
+  return landmarks;
+}
+
+RandomStream FastSlam::stream(RandomPurpose purpose) const {
+  return {seed_, purpose, step_};
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,78 @@
+#include "pf_resampling_core/fastslam/landmark_index.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pf_resampling {
+namespace {
+
+std::int64_t key(std::int64_t column, std::int64_t row) {
+  return static_cast<std::int64_t>((static_cast<std::uint64_t>(column) << 32) ^
+                                   (static_cast<std::uint64_t>(row) & 0xffffffffu));
+}
+
+}  // namespace
+
+void LandmarkIndex::clear() {
+  cells_.clear();
+  positions_.clear();
+  placed_.clear();
+}
+
+std::int64_t LandmarkIndex::cell_of(const Eigen::Vector2d& position) const {
+  return key(static_cast<std::int64_t>(std::floor(position.x() / cell_)),
+             static_cast<std::int64_t>(std::floor(position.y() / cell_)));
+}
+
+void LandmarkIndex::place(int row, const Eigen::Vector2d& position) {
+  const std::size_t index = static_cast<std::size_t>(row);
+  if (index >= positions_.size()) {
+    positions_.resize(index + 1, Eigen::Vector2d::Zero());
+    placed_.resize(index + 1, 0);
+  }
+  const std::int64_t cell = cell_of(position);
+  if (placed_[index] != 0 && cell_of(positions_[index]) == cell) {
+    positions_[index] = position;
+    return;
+  }
+  remove(row);
+  positions_[index] = position;
+  placed_[index] = 1;
+  cells_[cell].push_back(row);
+}
+
+void LandmarkIndex::remove(int row) {
+  const std::size_t index = static_cast<std::size_t>(row);
+  if (index >= placed_.size() || placed_[index] == 0) return;
+  const auto found = cells_.find(cell_of(positions_[index]));
+  std::vector<int>& rows = found->second;
+  rows.erase(std::find(rows.begin(), rows.end(), row));
+  if (rows.empty()) cells_.erase(found);
+  placed_[index] = 0;
+}
+
+void LandmarkIndex::near(const Eigen::Vector2d& position, double radius,
+                         std::vector<int>* rows) const {
+  const std::size_t before = rows->size();
+  const auto column_of = [&](double value) {
+    return static_cast<std::int64_t>(std::floor(value / cell_));
+  };
+  for (std::int64_t column = column_of(position.x() - radius);
+       column <= column_of(position.x() + radius); ++column) {
+    for (std::int64_t line = column_of(position.y() - radius);
+         line <= column_of(position.y() + radius); ++line) {
+      const auto found = cells_.find(key(column, line));
+      if (found == cells_.end()) continue;
+      for (const int row : found->second) {
+        if ((positions_[static_cast<std::size_t>(row)] - position).squaredNorm() <=
+            radius * radius) {
+          rows->push_back(row);
+        }
+      }
+    }
+  }
+  // The order must not depend on that of the hash map or of past moves.
+  std::sort(rows->begin() + static_cast<std::ptrdiff_t>(before), rows->end());
+}
+
+}  // namespace pf_resampling

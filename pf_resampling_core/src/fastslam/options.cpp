@@ -1,0 +1,100 @@
+#include "pf_resampling_core/fastslam/options.hpp"
+
+#include "pf_resampling_core/enum_names.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+const EnumNames<FastSlamVersion> kVersions{
+    "FastSLAM version",
+    {{FastSlamVersion::fastslam_1, "fastslam_1"}, {FastSlamVersion::fastslam_2, "fastslam_2"}}};
+const EnumNames<DataAssociation> kAssociations{
+    "data association",
+    {{DataAssociation::known, "known"},
+     {DataAssociation::maximum_likelihood, "maximum_likelihood"},
+     {DataAssociation::mutual_exclusion, "mutual_exclusion"}}};
+
+}  // namespace
+
+const std::vector<FastSlamVersion>& all_fastslam_versions() {
+  return kVersions.values();
+}
+std::string to_string(FastSlamVersion version) {
+  return kVersions.name(version);
+}
+const std::vector<DataAssociation>& all_data_associations() {
+  return kAssociations.values();
+}
+std::string to_string(DataAssociation association) {
+  return kAssociations.name(association);
+}
+
+FastSlamOptions::FastSlamOptions() {
+  population.threshold = 0.75;  // K section 4.2
+  // The proposal spreads the poses already; K perturbs nothing.
+  excitation.excitation = Excitation::none;
+}
+
+ParameterList parameters_of(FastSlamOptions* options) {
+  ParameterList list;
+  list.push_back(
+      integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles."));
+  list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
+                                   "Threads of computation; results do not depend on it."));
+  list.push_back(choice_parameter(
+      "version", &options->version, all_fastslam_versions(),
+      "What poses are drawn from: the odometry (1.0), or it and the observations (2.0)."));
+  add_parameters(&options->population, &options->excitation, &list);
+  add_parameters(&options->odometry, &list);
+
+  LandmarkSensorOptions& sensor = options->sensor;
+  list.push_back(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",
+                                      "Standard deviation of a range where the message has none."));
+  list.push_back(real_parameter("sensor/range_sigma_share", &sensor.range_sigma_share, 0.0, 1.0, "",
+                                "Share of the range that is added to it."));
+  list.push_back(
+      real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
+                           "Standard deviation of a bearing where the message has none."));
+  list.push_back(real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
+                                "How far landmarks are seen; 0: as far as one has been seen yet."));
+  list.push_back(
+      real_parameter("sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
+                     "How wide, about the sensor's x axis; 0: as wide as one has been seen yet."));
+
+  DataAssociationOptions& association = options->association;
+  list.push_back(choice_parameter("association/method", &association.method,
+                                  all_data_associations(), "Which landmark an observation is of."));
+  list.push_back(real_above_parameter(
+      "association/gate", &association.gate, 0.0, 1e6, "",
+      "Squared Mahalanobis distance beyond which an observation is not believed."));
+  list.push_back(real_above_parameter(
+      "association/new_landmark_gate", &association.new_landmark_gate, 0.0, 1e6, "",
+      "Beyond this from every landmark an unknown observation is a new one."));
+  list.push_back(
+      real_parameter("association/seen_log_odds", &association.seen_log_odds, 0.0, 100.0, "",
+                     "Added to the log-odds of a landmark's existence when it is seen."));
+  list.push_back(
+      real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0, 100.0, "",
+                     "Taken off them when it should have been seen; 0 keeps all landmarks."));
+  list.push_back(real_parameter("association/removal_log_odds", &association.removal_log_odds,
+                                -100.0, 0.0, "", "A landmark below this is removed."));
+  list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,
+                                1000.0, "",
+                                "What the log-odds of an often seen landmark are limited to."));
+  return list;
+}
+
+void validate(const FastSlamOptions& options) {
+  FastSlamOptions copy = options;
+  for (const Parameter& parameter : parameters_of(&copy)) parameter.set_checked(parameter.get());
+  if (options.association.new_landmark_gate < options.association.gate) {
+    throw Error("parameter association/new_landmark_gate is " +
+                std::to_string(options.association.new_landmark_gate) +
+                ", has to be at least association/gate, which is " +
+                std::to_string(options.association.gate));
+  }
+  const PopulationControl control(options.population);
+}
+
+}  // namespace pf_resampling
