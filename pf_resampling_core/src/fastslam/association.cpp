@@ -209,6 +209,7 @@ void FastSlam::update_existence(const std::vector<LandmarkObservation>& observat
     if (!(held > 0.0)) {
       index_.remove(row);
       store_.remove(row);
+      --status_.landmarks;
     }
   }
 }

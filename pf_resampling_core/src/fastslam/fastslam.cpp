@@ -129,7 +129,6 @@ void FastSlam::update(const OdometryIncrement& odometry,
   ++status_.updates;
   renew();
   status_.particles = static_cast<int>(particles_.size());
-  status_.landmarks = static_cast<int>(rows().size());
 }
 
 kernels::PoseGaussians FastSlam::proposal() {
@@ -161,6 +160,7 @@ void FastSlam::start_landmark(std::size_t observation, const LandmarkObservation
                  landmark);
   if (known) row_of_id_[id] = row;
   associations_[observation].started_row = row;
+  ++status_.landmarks;
   if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
   has_landmarks_ = true;
 }
