@@ -117,5 +117,14 @@ TEST(Configuration, TheShippedFileIsWhatTheParametersSay) {
   apply(read_configuration(path), &options);
 }
 
+TEST(Configuration, TheDocumentedTableIsWhatTheParametersSay) {
+  const std::string document = read_file(std::string(PF_RESAMPLING_SOURCE) + "/doc/parameters.md");
+  BeaconMclPipelineOptions options;
+  const std::string expected = to_markdown(parameters_of(&options));
+  ASSERT_GT(document.size(), expected.size());
+  EXPECT_EQ(document.substr(document.size() - expected.size()), expected)
+      << "the parameters changed: scripts/write_config writes the table anew";
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -183,8 +183,9 @@ int run(const std::vector<std::string>& arguments) {
       "of computation (1); the result does not depend on it")(
       "no-clouds", "leave out what is for looking at: clouds, path, markers")(
       "pose-only", "write pose and tf only")(
-      "parameters",
-      "print all parameters as a YAML file with the values that the other options give, and end");
+      "parameters", po::value<std::string>()->implicit_value("yaml")->value_name("FORMAT"),
+      "print all parameters with the values that the other options give, and end: as a YAML file, "
+      "or with =markdown as a table");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml --pose-only");
   line.example("run_bag beacon_mcl --parameters > my.yaml");
@@ -195,7 +196,12 @@ int run(const std::vector<std::string>& arguments) {
   }
   if (line.has("parameters")) {
     BeaconMclPipelineOptions options = read_options(line);
-    std::cout << to_yaml(parameters_of(&options));
+    const auto format = line.get<std::string>("parameters");
+    if (format != "yaml" && format != "markdown") {
+      throw UsageError("--parameters is '" + format + "', has to be yaml or markdown");
+    }
+    const ParameterList parameters = parameters_of(&options);
+    std::cout << (format == "yaml" ? to_yaml(parameters) : to_markdown(parameters));
     return 0;
   }
   for (const char* bag : {"in.bag", "out.bag"}) {
