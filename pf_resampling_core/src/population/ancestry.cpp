@@ -76,19 +76,19 @@ inline int list_copies(const int* counts, std::uint64_t mask, int base, int* out
   return total;
 }
 
-// Over a whole chunk: every slot its own ancestor, the free ones listed.
-int list_free_slots(const int* counts, int begin, int* ancestors, int* out) {
+// Over a multiple of 64: every slot its own ancestor, the free ones listed.
+int list_free_slots(const int* counts, int begin, int end, int* ancestors, int* out) {
   int total = 0;
-  for (int base = begin; base < begin + kChunk; base += 64) {
+  for (int base = begin; base < end; base += 64) {
     for (int i = 0; i < 64; ++i) ancestors[base + i] = base + i;
     total += list_bits(mask_of_64<Is::zero>(counts + base), base, out + total);
   }
   return total;
 }
 
-int list_surplus(const int* counts, int begin, int* out, int* stopped_at) {
+int list_surplus(const int* counts, int begin, int end, int* out, int* stopped_at) {
   int total = 0;
-  for (int base = begin; base < begin + kChunk && *stopped_at < 0; base += 64) {
+  for (int base = begin; base < end && *stopped_at < 0; base += 64) {
     total += list_copies(counts, mask_of_64<Is::more_than_one>(counts + base), base, out + total,
                          stopped_at);
   }
@@ -100,13 +100,13 @@ int list_surplus(const int* counts, int begin, int* out, int* stopped_at) {
 #define PF_RESAMPLING_COMPRESS
 
 // The same with the one instruction that is made for it.
-__attribute__((target("avx512f"))) int list_free_slots_avx512(const int* counts, int begin,
+__attribute__((target("avx512f"))) int list_free_slots_avx512(const int* counts, int begin, int end,
                                                               int* ancestors, int* out) {
   int total = 0;
   __m512i slots =
       _mm512_add_epi32(_mm512_set1_epi32(begin),
                        _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
-  for (int base = begin; base < begin + kChunk; base += 16) {
+  for (int base = begin; base < end; base += 16) {
     const __m512i sixteen = _mm512_loadu_si512(counts + base);
     _mm512_storeu_si512(ancestors + base, slots);
     const __mmask16 free = _mm512_cmpeq_epi32_mask(sixteen, _mm512_setzero_si512());
@@ -117,13 +117,13 @@ __attribute__((target("avx512f"))) int list_free_slots_avx512(const int* counts,
   return total;
 }
 
-__attribute__((target("avx512f"))) int list_surplus_avx512(const int* counts, int begin, int* out,
-                                                           int* stopped_at) {
+__attribute__((target("avx512f"))) int list_surplus_avx512(const int* counts, int begin, int end,
+                                                           int* out, int* stopped_at) {
   int total = 0;
   __m512i particles =
       _mm512_add_epi32(_mm512_set1_epi32(begin),
                        _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
-  for (int base = begin; base < begin + kChunk && *stopped_at < 0; base += 16) {
+  for (int base = begin; base < end && *stopped_at < 0; base += 16) {
     const __m512i sixteen = _mm512_loadu_si512(counts + base);
     const __mmask16 surplus = _mm512_cmpgt_epi32_mask(sixteen, _mm512_set1_epi32(1));
     if (_mm512_cmpgt_epi32_mask(sixteen, _mm512_set1_epi32(2)) == 0) {
@@ -161,14 +161,16 @@ class FreeSlots {
   void gather() {
     while (list_.size < kChunk && next_ < slots_) {
       int* out = list_.items + list_.size;
-      if (next_ + kChunk <= own_) {
+      const int whole = std::min(kChunk, (own_ - next_) / 64 * 64);
+      if (whole > 0) {
+        const int end = next_ + whole;
 #if defined(PF_RESAMPLING_COMPRESS)
-        list_.size += kHasCompress ? list_free_slots_avx512(counts_, next_, ancestors_, out)
-                                   : list_free_slots(counts_, next_, ancestors_, out);
+        list_.size += kHasCompress ? list_free_slots_avx512(counts_, next_, end, ancestors_, out)
+                                   : list_free_slots(counts_, next_, end, ancestors_, out);
 #else
-        list_.size += list_free_slots(counts_, next_, ancestors_, out);
+        list_.size += list_free_slots(counts_, next_, end, ancestors_, out);
 #endif
-        next_ += kChunk;
+        next_ = end;
       } else {
         const int end = std::min(next_ + kChunk, slots_);
         for (; next_ < end; ++next_) {
@@ -203,16 +205,18 @@ class Surplus {
 
   void gather() {
     while (list_.size < kChunk && many_ == 0 && next_ < particles_) {
-      if (next_ + kChunk <= own_) {
+      const int whole = std::min(kChunk, (own_ - next_) / 64 * 64);
+      if (whole > 0) {
+        const int end = next_ + whole;
         int* out = list_.items + list_.size;
         int stopped_at = -1;
 #if defined(PF_RESAMPLING_COMPRESS)
-        list_.size += kHasCompress ? list_surplus_avx512(counts_, next_, out, &stopped_at)
-                                   : list_surplus(counts_, next_, out, &stopped_at);
+        list_.size += kHasCompress ? list_surplus_avx512(counts_, next_, end, out, &stopped_at)
+                                   : list_surplus(counts_, next_, end, out, &stopped_at);
 #else
-        list_.size += list_surplus(counts_, next_, out, &stopped_at);
+        list_.size += list_surplus(counts_, next_, end, out, &stopped_at);
 #endif
-        next_ += kChunk;
+        next_ = end;
         if (stopped_at >= 0) set_aside(stopped_at, counts_[stopped_at] - 1);
       } else {
         const int copies = counts_[next_] - (next_ < own_ && counts_[next_] > 0 ? 1 : 0);

@@ -158,9 +158,10 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   int* ancestors = grow(&ancestors_, size);
   double* log_weights = grow(&log_weights_, size);
 
+  SharedMass shared;
   switch (options_.scheme) {
     case ResamplingScheme::partial:
-      partial(scaled, options_, stream, &work_, counts);
+      shared = partial(scaled, options_, stream, &work_, counts);
       break;
     case ResamplingScheme::rank_based:
       rank_based(scaled, options_, stream, &work_, counts);
@@ -174,7 +175,7 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   if (chooses_who_takes_part(options_.scheme) && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
     if (options_.scheme == ResamplingScheme::partial) {
-      log_weights_after_partial(scaled, &work_, ancestors, size, log_weights);
+      log_weights_after_partial(scaled, shared, &work_, ancestors, size, log_weights);
     } else {
       log_weights_after_rank_based(scaled, &work_, ancestors, size, log_weights);
     }

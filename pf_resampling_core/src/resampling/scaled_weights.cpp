@@ -104,9 +104,9 @@ ScaledWeights scale_weights(const double* weights, std::int64_t size, int copies
   }
   if (totals.maximum < 0x1p-900 || totals.sum > 0x1p900) {
     // Too near to the ends of the double's range for the scale to be a double.
-    const int exponent = -std::ilogb(totals.maximum);
+    scaled.exponent = -std::ilogb(totals.maximum);
     double* copy = grow(rescaled, size);
-    for (std::int64_t i = 0; i < size; ++i) copy[i] = std::ldexp(weights[i], exponent);
+    for (std::int64_t i = 0; i < size; ++i) copy[i] = std::ldexp(weights[i], scaled.exponent);
     weights = copy;
     scaled.weights = copy;
     add_up(weights, size, scaled.scale, &totals);

@@ -59,6 +59,7 @@ struct ScaledWeights {
   int copies = 0;               ///< M
   int fraction_bits = 0;        ///< at most 52
   double sum = 0.0;             ///< of the weights
+  int exponent = 0;             ///< these weights are the caller's times 2^exponent
   double scale = 0.0;           ///< units per weight
   std::int64_t largest = 0;     ///< the particle of largest weight...
   std::int64_t correction = 0;  ///< ...takes the units that rounding left over

@@ -33,15 +33,20 @@ void draw_counts(ResamplingScheme scheme, const ScaledWeights& weights, const Ra
 
 // The two that choose who takes part, or with which probability, and leave the draw to
 // options.inner_scheme.
-void partial(const ScaledWeights& weights, const ResamplingOptions& options,
-             const RandomStream& stream, ResamplingWorkspace* work, int* counts);
+struct SharedMass {
+  double mass = 0.0;  ///< S_hl, of those that took part in `partial`
+  int particles = 0;
+};
+SharedMass partial(const ScaledWeights& weights, const ResamplingOptions& options,
+                   const RandomStream& stream, ResamplingWorkspace* work, int* counts);
 void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
                 const RandomStream& stream, ResamplingWorkspace* work, int* counts);
 
 /// Log-weights that make the selection by the two above unbiased, for WeightsAfter::unbiased: to be
 /// called right after them, with the same working space. log_weights[0 .. size) per slot.
-void log_weights_after_partial(const ScaledWeights& weights, ResamplingWorkspace* work,
-                               const int* ancestors, int size, double* log_weights);
+void log_weights_after_partial(const ScaledWeights& weights, const SharedMass& shared,
+                               ResamplingWorkspace* work, const int* ancestors, int size,
+                               double* log_weights);
 void log_weights_after_rank_based(const ScaledWeights& weights, ResamplingWorkspace* work,
                                   const int* ancestors, int size, double* log_weights);
 

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace pf_resampling {
 namespace {
 
 constexpr int kProbes = 4;
+using Pair = double __attribute__((vector_size(16)));
 
 // Exponential spacings in fixed point, and their running sum, of which the last is left out of
 // `sums` and returned.
@@ -82,31 +84,42 @@ void sorted_draws(const RandomStream& stream, std::uint64_t first, int draws, in
 
 // The draws below the running sum are those before its copy, and the few within the copy. No draw
 // depends on the one before, and no branch on how a comparison went.
+PF_RESAMPLING_VECTOR_CLONES
 void add_draws(const ScaledWeights& weights, std::int64_t mask, const ResamplingWorkspace& work,
                int* counts) {
   const double* thresholds = work.thresholds.data();
   const int* draws_below = work.draws_below.data();
   std::int64_t running[kBlock];
+  double positions[kBlock];
+  int copies[kBlock];
+  int passed[kBlock + 1];
   std::int64_t sum = 0;
-  int before = 0;
+  passed[0] = 0;
   for (std::int64_t begin = 0; begin < weights.size; begin += kBlock) {
     const std::int64_t size = std::min(kBlock, weights.size - begin);
     weights.block(begin, size, running);
+    for (std::int64_t i = 0; i < size; ++i) running[i] = sum += running[i] & mask;
     for (std::int64_t i = 0; i < size; ++i) {
-      sum += running[i] & mask;
-      const double position = to_double(sum);
-      int below = draws_below[sum >> weights.fraction_bits];
-      int passed;
-      do {
-        passed = 0;
-        for (int probe = 0; probe < kProbes; ++probe) {
-          passed += thresholds[below + probe] < position ? 1 : 0;
-        }
-        below += passed;
-      } while (__builtin_expect(passed == kProbes, 0));
-      counts[begin + i] += below - before;
-      before = below;
+      positions[i] = to_double(running[i]);
+      copies[i] = static_cast<int>(static_cast<std::uint64_t>(running[i]) >> weights.fraction_bits);
     }
+    for (std::int64_t i = 0; i < size; ++i) {
+      int below = draws_below[copies[i]];
+      int inside;
+      do {
+        Pair first;
+        Pair second;
+        std::memcpy(&first, thresholds + below, sizeof first);
+        std::memcpy(&second, thresholds + below + 2, sizeof second);
+        const auto below_position =
+            (first < positions[i]) + (second < positions[i]);  // -1 for true
+        inside = static_cast<int>(-(below_position[0] + below_position[1]));
+        below += inside;
+      } while (__builtin_expect(inside == kProbes, 0));
+      passed[i + 1] = below;
+    }
+    for (std::int64_t i = 0; i < size; ++i) counts[begin + i] += passed[i + 1] - passed[i];
+    passed[0] = passed[size];
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -449,6 +450,18 @@ TEST(Partial, ThresholdsAreStrictAndSelectable) {
   for (std::uint32_t trial = 0; trial < 50; ++trial) {
     ASSERT_GE(both.resample(weights, 4, test_stream(trial)).counts[0], 2);
   }
+}
+
+// One that takes part alone, with the smallest weight there is: it keeps just that.
+TEST(Partial, SharesMassesOfAnySize) {
+  const double tiny = std::numeric_limits<double>::denorm_min();
+  Eigen::ArrayXd weights(4);
+  weights << 0.25, 0.25, 0.5, tiny;
+  Resampler resampler = make_resampler(Scheme::partial);
+  const ResamplingResult result = resampler.resample(weights, 4, test_stream(1));
+  EXPECT_TRUE((result.counts == 1).all());
+  EXPECT_NEAR(result.log_weights[3], -1074.0 * std::log(2.0), 1e-12);
+  EXPECT_NEAR(result.log_weights[2], std::log(0.5), 1e-15);
 }
 
 // Two particles at the upper threshold and two impossible ones: nobody could fill the slots of the

@@ -65,20 +65,18 @@ struct ResamplingResult {
 
 /// Working space of the schemes: grows to the largest size met, never shrinks.
 struct ResamplingWorkspace {
-  std::vector<double> rescaled;          ///< weights brought into range
-  std::vector<double> rescaled_inner;    ///< the same for the inner scheme
-  std::vector<double> inner_weights;     ///< what the scheme inside partial and rank_based sees
-  std::vector<double> log_after;         ///< log-weight of a copy of each particle
-  std::vector<int> moderate;             ///< partial: 1 for those that do not take part
-  std::vector<double> uniforms;          ///< draws
-  std::vector<std::int64_t> sums;        ///< sorted draws: running sum of the spacings
-  std::vector<double> thresholds;        ///< sorted draws
-  std::vector<int> cells;                ///< copy into which each falls
-  std::vector<int> draws_below;          ///< number of draws before each copy
-  std::vector<std::uint64_t> sort_keys;  ///< ranking
-  std::vector<std::uint64_t> sort_keys_swap;
-  std::vector<int> sort_order;
-  std::vector<int> sort_order_swap;
+  std::vector<double> rescaled;           ///< weights brought into range
+  std::vector<double> rescaled_inner;     ///< the same for the inner scheme
+  std::vector<double> inner_weights;      ///< what the scheme inside partial and rank_based sees
+  std::vector<double> log_after;          ///< log-weight of a copy of each particle
+  std::vector<int> moderate;              ///< partial: 1 for those that do not take part
+  std::vector<double> uniforms;           ///< draws
+  std::vector<std::int64_t> sums;         ///< sorted draws: running sum of the spacings
+  std::vector<double> thresholds;         ///< sorted draws
+  std::vector<int> cells;                 ///< copy into which each falls
+  std::vector<int> draws_below;           ///< number of draws before each copy
+  std::vector<std::uint64_t> sort_words;  ///< ranking
+  std::vector<std::uint64_t> sort_words_swap;
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the
