@@ -202,6 +202,36 @@ TEST(BeaconMcl, SchedulesCountTheirRenewals) {
   EXPECT_EQ(lived_in(options, 40).status().renewals, 40);
 }
 
+// Partial and rank-based resampling leave weights that differ; the filter has to go on with those
+// (K section 3.2). Belief before and after agree: the mean to within four deviations of a mean over
+// half of the particles.
+TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
+  for (const ResamplingScheme scheme : {ResamplingScheme::partial, ResamplingScheme::rank_based}) {
+    BeaconMclOptions options = plain_options();
+    options.particles = 2000;
+    options.ranges.sigma = 0.5;
+    BeaconMclOptions renewing = options;
+    renewing.population.schedule = Schedule::always;
+    renewing.population.resampling.scheme = scheme;
+    BeaconMcl carried(options, square_of_beacons(), 7);
+    BeaconMcl renewed(renewing, square_of_beacons(), 7);
+    carried.update({}, {range_of(1, 12.5)});
+    renewed.update({}, {range_of(1, 12.5)});
+    ASSERT_TRUE(renewed.status().renewed);
+    const BeaconMclParticles& p = renewed.particles();
+    EXPECT_GT(p.weight.maxCoeff(), 1.5 * p.weight.minCoeff()) << to_string(scheme);
+    EXPECT_LT((p.weight - p.log_weight.exp()).abs().maxCoeff(), 1e-15);
+    EXPECT_NEAR(p.weight.sum(), 1.0, 1e-12);
+    const PoseEstimate before = carried.estimate();
+    const PoseEstimate after = renewed.estimate();
+    const double size = 0.5 * carried.status().effective_sample_size;
+    EXPECT_NEAR(after.mean.x, before.mean.x, 4.0 * std::sqrt(before.covariance(0, 0) / size));
+    EXPECT_NEAR(after.mean.y, before.mean.y, 4.0 * std::sqrt(before.covariance(1, 1) / size));
+    const double relative = 4.0 * std::sqrt(2.0 / size);
+    EXPECT_NEAR(after.covariance(0, 0) / before.covariance(0, 0), 1.0, relative);
+  }
+}
+
 // --- Other options -------------------------------------------------------------------------------
 
 TEST(BeaconMcl, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {

@@ -291,6 +291,25 @@ TEST(Initialization, RangesAreCorrectedByTheGivenCalibration) {
   EXPECT_NEAR(filter.corrected_range(1, 12.5), 10.0, 1e-12);
 }
 
+// Where the calibration is not known the ring is as wide as that allows: scale 1 +- 0.05 at 20 m,
+// bias +- 0.5 m and noise 0.3 m are 1.158 m in all. Mean and variance of 2000 radii beyond 4.89
+// deviations: false alarm 2e-6.
+TEST(Initialization, UnknownCalibrationWidensTheRing) {
+  BeaconMclOptions options = exact_ranges();
+  options.initialization.beacons = 1;
+  options.ranges.sigma = 0.3;
+  options.calibration.estimation = CalibrationEstimation::shared;
+  options.calibration.scale_sigma = 0.05;
+  options.calibration.bias_sigma = 0.5;
+  BeaconMcl filter(options, {{1, {5.0, 5.0, 0.0}, true}}, 2);
+  filter.update({}, {range_of(1, 20.0)});
+  const BeaconMclParticles& p = filter.particles();
+  const Eigen::ArrayXd radius = ((p.x - 5.0).square() + (p.y - 5.0).square()).sqrt();
+  const double sigma = std::sqrt(1.0 + 0.25 + 0.09);
+  EXPECT_LT(std::abs(radius.mean() - 20.0), kOneInAMillion * sigma / std::sqrt(2000.0));
+  EXPECT_TRUE(is_chi_square((radius - 20.0).square().sum() / (sigma * sigma), 2000.0));
+}
+
 // --- Starting again ------------------------------------------------------------------------------
 
 BeaconMcl experienced(Initialization method) {

@@ -230,6 +230,23 @@ TEST(YawRateBias, IsALinearGaussianEstimate) {
   }
 }
 
+// Without ranges nothing is learnt, though every particle's filter thinks it sees its bias in its
+// own turns: over the population the variance is the prior's plus the walk's. Pooled over 20,000
+// particles: beyond 4.89 deviations of sqrt(2 / 20,000), false alarm 2e-6.
+TEST(YawRateBias, WithoutRangesOnlyTheWalkShows) {
+  BeaconMclOptions options = plain_options();
+  options.particles = 20000;
+  options.yaw_rate_bias.estimate = true;
+  options.yaw_rate_bias.sigma = 0.01;
+  options.yaw_rate_bias.walk = 0.002;
+  options.odometry.heading_per_time = 0.02;
+  BeaconMcl filter(options, square_of_beacons(), 1);
+  for (int i = 0; i < 50; ++i) filter.update(step_of(options.odometry, {1, 0, 0}, 1.0), {});
+  const double sigma = std::sqrt(1e-4 + 4e-6 * 50.0);
+  EXPECT_NEAR(filter.yaw_rate_bias().sigma / sigma, 1.0, 0.5 * kOneInAMillion * 0.01);
+  EXPECT_LT(std::abs(filter.yaw_rate_bias().mean), kOneInAMillion * sigma / std::sqrt(20000.0));
+}
+
 // --- Noise of the ranges -------------------------------------------------------------------------
 
 // At a known place the residual is the noise: its square is averaged with forgetting, the prior
