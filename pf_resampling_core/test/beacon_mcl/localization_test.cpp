@@ -51,8 +51,8 @@ TEST(Localization, FindsItselfWithRangesThatAreTooLong) {
       BeaconMclOptions options;
       options.initialization.method = start;
       const Errors errors = errors_of(world, options, seed);
-      EXPECT_LT(errors.mean, 0.4);
-      EXPECT_LT(errors.largest, 1.2);
+      EXPECT_LT(errors.mean, 0.25);
+      EXPECT_LT(errors.largest, 0.8);
       EXPECT_GT(errors.inside, 0.8);
     }
   }
