@@ -16,10 +16,12 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import numpy as np
+    from matplotlib.collections import EllipseCollection
 except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
 
 TRUTH, ESTIMATE, DEAD_RECKONING, BEACON = "#222222", "#1667b7", "#c9662b", "#8a2be2"
+LANDMARK = "#0a8f5b"
 
 
 def numbers(values):
@@ -34,19 +36,39 @@ def window(values, margin=0.06):
     return low - margin, high + margin
 
 
+def draw_landmarks(axes, data):
+    """True landmarks, estimated ones and their 95 % ellipses. Many are drawn small."""
+    true_ones, estimated = data["true_landmarks"], data["landmarks"]
+    size = 1.0 if max(len(true_ones), len(estimated)) < 80 else 0.5
+    if true_ones:
+        axes.plot([mark["x"] for mark in true_ones], [mark["y"] for mark in true_ones], "+", color=TRUTH,
+                  ms=11 * size, mew=1.6 * size, label="true landmarks", zorder=7)
+    if not estimated:
+        return
+    ellipses = EllipseCollection(
+        [2.0 * mark["long"] for mark in estimated], [2.0 * mark["short"] for mark in estimated],
+        [np.degrees(mark["angle"]) for mark in estimated], units="xy", transOffset=axes.transData,
+        offsets=[(mark["x"], mark["y"]) for mark in estimated], facecolors=LANDMARK + "33",
+        edgecolors=LANDMARK, linewidths=1.0, zorder=4)
+    axes.add_collection(ellipses)
+    axes.plot([mark["x"] for mark in estimated], [mark["y"] for mark in estimated], "o", color=LANDMARK,
+              ms=4 * size, mec="white", mew=0.4, label="map, 95 % ellipses", zorder=6)
+
+
 def draw_paths(axes, data):
     """Paths and beacons. Dead reckoning may leave the picture: it does not set the scale."""
     truth, estimate, dead_reckoning = data["truth"], data["estimate"], data["dead_reckoning"]
+    truth = {"x": numbers(truth["x"]), "y": numbers(truth["y"])}
     if dead_reckoning["x"]:
         axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=1.0, alpha=0.65,
                   label="dead reckoning", zorder=1)
-    if truth["x"]:
+    if len(truth["x"]):
         axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4, alpha=0.35, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
     begin = max(data["clipped_points"] - 1, 0)
     axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=ESTIMATE, lw=0.9, ls=":", zorder=3)
     axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=ESTIMATE, lw=1.1, label="estimate", zorder=3)
-    start = truth if truth["x"] else estimate
+    start = truth if len(truth["x"]) else estimate
     axes.plot(start["x"][0], start["y"][0], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=5)
     if data["beacons"]:
         x = [beacon["x"] for beacon in data["beacons"]]
@@ -55,9 +77,12 @@ def draw_paths(axes, data):
         for beacon in data["beacons"]:
             axes.annotate(str(beacon["id"]), (beacon["x"], beacon["y"]), xytext=(7, 4),
                           textcoords="offset points", color=BEACON, fontsize=9, zorder=6)
-    inside = [start] if truth["x"] else [estimate]
-    x = np.concatenate([path["x"] for path in inside] + [[beacon["x"] for beacon in data["beacons"]]])
-    y = np.concatenate([path["y"] for path in inside] + [[beacon["y"] for beacon in data["beacons"]]])
+    draw_landmarks(axes, data)
+    inside = [start] if len(truth["x"]) else [estimate]
+    marks = data["beacons"] + data["true_landmarks"]
+    x = np.concatenate([path["x"] for path in inside] + [[mark["x"] for mark in marks]])
+    y = np.concatenate([path["y"] for path in inside] + [[mark["y"] for mark in marks]])
+    x, y = x[np.isfinite(x)], y[np.isfinite(y)]
     if dead_reckoning["x"]:
         # At most half as much again to each side for dead reckoning.
         half = 0.5 * max(np.ptp(x), np.ptp(y))
@@ -65,10 +90,13 @@ def draw_paths(axes, data):
         y = np.append(y, np.clip(dead_reckoning["y"], y.min() - half, y.max() + half))
     axes.set_xlim(window(x))
     axes.set_ylim(window(y))
-    axes.set_aspect("equal", adjustable="datalim" if not truth["x"] else "box")
+    axes.set_aspect("equal", adjustable="datalim" if not len(truth["x"]) else "box")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.legend(loc="best", fontsize=9, framealpha=0.9)
+    if data["landmarks"] or data["true_landmarks"]:  # all over the picture: the legend goes above it
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, fontsize=9, ncol=3)
+    else:
+        axes.legend(loc="best", fontsize=9, framealpha=0.9)
 
 
 def shade_clipped(axes, errors):

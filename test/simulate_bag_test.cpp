@@ -13,6 +13,7 @@
 #include <map>
 
 #include "common/bag.hpp"
+#include "common/bag_contents.hpp"
 #include "common/files.hpp"
 #include "mat_file_writer.hpp"
 #include "run_program.hpp"
@@ -181,6 +182,18 @@ TEST_F(SimulateBag, HidesIdsAndTakesSettingsOfTheRobot) {
   EXPECT_GT(scans[0].observations.size(), 15u);  // half of the 30 are ahead
   EXPECT_NEAR(scans[0].observations[0].range_variance, 0.25, 1e-12);
   EXPECT_NEAR(scans[0].observations[0].bearing_variance, 0.04, 1e-12);
+}
+
+TEST_F(SimulateBag, OdometryStatesItsNoise) {
+  const std::string path = simulate("indoor_two_loops --duration 5", "noise.bag");
+  const auto odometry = messages<nav_msgs::Odometry>(path, "/odom");
+  // A message per control: 0.3 m/s and 3 deg/s of K section 4.
+  EXPECT_NEAR(odometry.back().twist.covariance[0], 0.09, 1e-9);
+  EXPECT_NEAR(odometry.back().twist.covariance[35], std::pow(3.0 * M_PI / 180.0, 2), 1e-6);
+  const auto noise = read_odometry_noise(open_bag(path), "/odom");
+  ASSERT_TRUE(noise.has_value());
+  EXPECT_NEAR(noise->along, 0.3 * std::sqrt(0.025), 1e-6);  // as a random walk
+  EXPECT_EQ(noise->across, 0.0);
 }
 
 TEST_F(SimulateBag, TakesMapsOfThePublicSimulator) {

@@ -1,28 +1,29 @@
 // Judges a run of a filter by the ground truth in the same bag: errors as in paper M, section IV,
-// beside those of dead reckoning, whether the filter's own confidence is right, and a picture.
+// beside those of dead reckoning, those of its map, whether the filter's own confidence is right,
+// and a picture.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "batch/batch_slam.hpp"
 #include "common/bag.hpp"
 #include "common/bag_contents.hpp"
 #include "common/command_line.hpp"
+#include "common/evaluation_report.hpp"
 #include "common/files.hpp"
 #include "common/plot_paths.hpp"
-#include "common/table.hpp"
+#include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 
 namespace pf_resampling {
 namespace {
 
-using nlohmann::json;
 namespace po = boost::program_options;
 
 CommandLine command_line() {
   CommandLine line("evaluate_bag",
-                   "Errors of an estimated path against the ground truth in the same bag.");
+                   "Errors of an estimated path and map against the ground truth in the same bag.");
   line.positional("bag", "what run_bag or beacon_mcl.launch recorded");
   line.options()("clip", po::value<double>()->default_value(0.0)->value_name("SHARE"),
                  "share of the time, from the start, left out of the errors; in [0, 1)")(
@@ -41,101 +42,29 @@ CommandLine command_line() {
       "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path")(
       "max-gap", po::value<double>()->default_value(0.0)->value_name("SECONDS"),
       "longest gap of the estimate to interpolate across; 0: three median intervals, at least 1 s")(
+      "landmark-map", po::value<std::string>()->default_value("/landmark_map")->value_name("TOPIC"),
+      "estimated map; its last message is judged")(
+      "true-landmarks",
+      po::value<std::string>()->default_value("/ground_truth_landmarks")->value_name("TOPIC"),
+      "true map")("landmarks",
+                  po::value<std::string>()->default_value("/landmarks")->value_name("TOPIC"),
+                  "observations, for --batch")(
+      "status", po::value<std::string>()->default_value("/status")->value_name("TOPIC"),
+      "the filter's status, for its particles")(
+      "match", po::value<std::string>()->default_value("auto")->value_name("HOW"),
+      "which true landmark an estimated one is: id, nearest, or auto: by id if the ids fit")(
+      "gate", po::value<double>()->default_value(0.0)->value_name("METRES"),
+      "how far the nearest may be; 0: half the usual distance of neighbours, at least 0.5 m")(
+      "frame", po::value<std::string>()->default_value("auto")->value_name("WHICH"),
+      "the estimate's frame: given (as it is), start (moved to agree at the first true pose), fit "
+      "(moved to fit best); auto: given, but start, or fit without true headings, if the bag has a "
+      "map and no /initialpose")(
+      "batch", po::bool_switch(),
+      "compare with the least-squares solution of odometry and observations with ids (Ceres)")(
       "quiet", po::bool_switch(), "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
+  line.example("evaluate_bag slam.bag --batch");
   return line;
-}
-
-json to_json(const AbsoluteErrors& errors) {
-  if (errors.count == 0) {
-    return {{"mean", nullptr}, {"max", nullptr}, {"std", nullptr}, {"rms", nullptr}, {"count", 0}};
-  }
-  return {{"mean", errors.mean},
-          {"max", errors.max},
-          {"std", errors.std},
-          {"rms", errors.rms},
-          {"count", errors.count}};
-}
-
-json to_json(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
-}
-
-json to_json(const PathErrors& errors) {
-  return {{"cross_track", to_json(errors.cross_track)},
-          {"along_track", to_json(errors.along_track)},
-          {"cartesian", to_json(errors.cartesian)},
-          {"heading", to_json(errors.heading)},
-          {"uncovered", errors.uncovered}};
-}
-
-// coverage95, converged_after and lost belong to the estimate; they stand at the top level as well.
-json report(const PathErrors& estimate, const std::optional<PathErrors>& dead_reckoning,
-            double clip) {
-  json result = {{"clip", clip},
-                 {"duration", estimate.duration},
-                 {"truth_poses", estimate.truth_poses},
-                 {"lost_error", estimate.lost_error},
-                 {"estimate", to_json(estimate)}};
-  json& part = result["estimate"];
-  for (json* place : {&part, &result}) {
-    (*place)["coverage95"] = to_json(estimate.coverage95);
-    (*place)["converged_after"] = to_json(estimate.converged_after);
-    (*place)["lost"] = estimate.lost;
-  }
-  part["lost_share"] = estimate.lost_share;
-  part["coverage95_pose"] = to_json(estimate.coverage95_pose);
-  part["coverage_3sigma"] = to_json(estimate.coverage_3sigma);
-  part["normalized_error"] = to_json(estimate.normalized_error);
-  result["dead_reckoning"] = dead_reckoning ? to_json(*dead_reckoning) : json(nullptr);
-  return result;
-}
-
-void add_cells(const AbsoluteErrors& errors, std::vector<std::string>* cells) {
-  for (const double value : {errors.mean, errors.max, errors.std}) {
-    cells->push_back(errors.count > 0 ? fixed(value, 3) : "-");
-  }
-}
-
-std::string percent(const std::optional<double>& share) {
-  return share ? fixed(100.0 * *share, 1) + " %" : "-";
-}
-
-void print(const std::string& bag, const PathErrors& estimate,
-           const std::optional<PathErrors>& dead_reckoning, double clip) {
-  std::printf("%s: %d true poses in %.1f s", bag.c_str(), estimate.truth_poses, estimate.duration);
-  if (clip > 0.0) std::printf(", the first %g %% left out", 100.0 * clip);
-  std::printf("; errors are absolute values\n\n");
-
-  std::vector<std::string> headings = {"", "estimate mean", "max", "std"};
-  if (dead_reckoning) headings.insert(headings.end(), {"dead reckoning mean", "max", "std"});
-  Table table(headings);
-  const auto add_row = [&](const char* name, AbsoluteErrors PathErrors::*errors) {
-    std::vector<std::string> cells = {name};
-    add_cells(estimate.*errors, &cells);
-    if (dead_reckoning) add_cells((*dead_reckoning).*errors, &cells);
-    table.add_row(cells);
-  };
-  add_row("cross-track (m)", &PathErrors::cross_track);
-  add_row("along-track (m)", &PathErrors::along_track);
-  add_row("Cartesian (m)", &PathErrors::cartesian);
-  add_row("heading (rad)", &PathErrors::heading);
-  std::printf("%s\n", table.text().c_str());
-
-  std::printf("  truth inside the filter's own 95 %% region: %s of the time (with heading: %s)\n",
-              percent(estimate.coverage95).c_str(), percent(estimate.coverage95_pose).c_str());
-  std::printf("  truth inside its 3-sigma region:           %s of the time\n",
-              percent(estimate.coverage_3sigma).c_str());
-  const std::string after =
-      estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
-  std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
-              after.c_str(), estimate.lost_error);
-  std::printf("  lost:                                      %s (error above that %s of the time)\n",
-              estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
-  if (estimate.uncovered > 0) {
-    std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
-                estimate.truth_poses);
-  }
 }
 
 bool has_topic(const rosbag::Bag& bag, const std::string& name) {
@@ -155,6 +84,79 @@ std::vector<TruePose> reference_of(const std::vector<EstimatedPose>& estimate) {
   return reference;
 }
 
+/// Brings the filter's frame to the truth's. A map that was begun at nothing has a frame of its
+/// own, and only its start, or a fit, can tell where that lies.
+struct FrameChoice {
+  std::string frame = "given";  // "given", "start", "fit"
+  Pose2 alignment;
+};
+
+FrameChoice choose_frame(const std::string& wanted, bool is_own, const std::vector<TruePose>& truth,
+                         const std::vector<EstimatedPose>& estimate,
+                         const PathErrorOptions& options) {
+  const bool has_heading = std::any_of(
+      truth.begin(), truth.end(), [](const TruePose& pose) { return pose.heading.has_value(); });
+  FrameChoice choice;
+  choice.frame = wanted;
+  if (wanted == "auto") choice.frame = !is_own ? "given" : has_heading ? "start" : "fit";
+  if (choice.frame == "start") {
+    const EstimatedPose first = align_at_start(estimate, truth).front();
+    choice.alignment = compose(first.pose, relative(estimate.front().pose, {}));
+  } else if (choice.frame == "fit") {
+    choice.alignment = evaluate_aligned_path(truth, estimate, options).alignment;
+  }
+  return choice;
+}
+
+LandmarkMatching matching_from(const std::string& name) {
+  if (name == "auto") return LandmarkMatching::automatic;
+  if (name == "id") return LandmarkMatching::id;
+  if (name == "nearest") return LandmarkMatching::nearest;
+  throw UsageError("--match " + name + ": known are auto, id and nearest");
+}
+
+/// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
+BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& odom_topic,
+                                   const std::string& landmarks_topic,
+                                   const std::vector<TruePose>& truth,
+                                   const std::optional<std::vector<MapLandmark>>& true_map,
+                                   const PathErrorOptions& options, const Evaluation& evaluation) {
+  BatchProblem problem;
+  problem.odometry = read_poses(bag, odom_topic);
+  problem.odometry_noise = read_odometry_noise(bag, odom_topic);
+  problem.scans = read_landmark_scans(bag, landmarks_topic);
+  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
+    const Eigen::Matrix3d turn = frame.linear();
+    problem.sensors[name] = {frame.translation().x(), frame.translation().y(),
+                             std::atan2(turn(1, 0), turn(0, 0))};
+  }
+  const BatchSolution solution = solve_batch(problem);
+  BatchComparison batch;
+  batch.aligned = evaluate_aligned_path(truth, solution.path, options);
+  const FrameChoice frame = choose_frame(evaluation.frame == "given" ? "start" : evaluation.frame,
+                                         true, truth, solution.path, options);
+  batch.errors = evaluate_path(truth, moved(solution.path, frame.alignment), options);
+  if (true_map) {
+    MapErrorOptions map_options;
+    map_options.matching = LandmarkMatching::id;
+    batch.map = evaluate_map(moved(solution.landmarks, frame.alignment), *true_map, map_options);
+  }
+  batch.distance_scale = solution.distance_scale;
+  batch.yaw_scale = solution.yaw_scale;
+  batch.observations = solution.observations;
+  batch.outliers = solution.outliers;
+  const auto ratio = [](double of, double by) -> std::optional<double> {
+    if (!(by > 0.0)) return std::nullopt;
+    return of / by;
+  };
+  batch.path_ratio =
+      ratio(evaluation.estimate_aligned.cartesian.mean, batch.aligned.cartesian.mean);
+  if (batch.map && batch.map->rms_aligned && evaluation.map && evaluation.map->rms_aligned) {
+    batch.map_ratio = ratio(*evaluation.map->rms_aligned, *batch.map->rms_aligned);
+  }
+  return batch;
+}
+
 int evaluate_bag(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
@@ -168,6 +170,16 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   options.lost_error = line.get<double>("lost-error");
   options.max_gap = line.get<double>("max-gap");
   check_options(options);
+  MapErrorOptions map_options;
+  map_options.matching = matching_from(line.get<std::string>("match"));
+  map_options.gate = line.get<double>("gate");
+  const auto wanted_frame = line.get<std::string>("frame");
+  if (wanted_frame != "auto" && wanted_frame != "given" && wanted_frame != "start" &&
+      wanted_frame != "fit") {
+    throw UsageError("--frame " + wanted_frame + ": known are auto, given, start and fit");
+  }
+  const bool with_batch = line.get<bool>("batch");
+  if (with_batch && !with_odometry) throw UsageError("--batch needs the odometry (--odom)");
   if (line.has("plot")) check_plot_file(line.get<std::string>("plot"));
 
   const rosbag::Bag bag = open_bag(path);
@@ -175,12 +187,20 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   if (with_odometry) needed.push_back({topic("odom"), pose_types(), "--odom"});
   const bool paths_alone = line.has("plot") && !line.has("json") && !has_topic(bag, topic("truth"));
   if (!paths_alone) needed.push_back({topic("truth"), truth_types(), "--truth"});
+  if (with_batch) {
+    needed.push_back(
+        {topic("landmarks"), {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
+  }
   require_topics(bag, path, needed);
 
   PathPlot plot;
   plot.title = path;
   plot.estimate = read_poses(bag, topic("pose"));
   plot.beacons = read_beacons(bag, topic("beacons"));
+  const auto map = read_landmark_map(bag, topic("landmark-map"));
+  const auto true_map = read_landmark_map(bag, topic("true-landmarks"));
+  plot.landmarks = map.value_or(std::vector<MapLandmark>());
+  plot.true_landmarks = true_map.value_or(std::vector<MapLandmark>());
   if (with_odometry) plot.dead_reckoning = read_poses(bag, topic("odom"));
   if (paths_alone) {
     if (with_odometry) {
@@ -195,17 +215,39 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   }
 
   plot.truth = truth_while_recording(read_truth(bag, topic("truth")), plot.dead_reckoning);
-  plot.errors = evaluate_path(plot.truth, plot.estimate, options);
+  const bool frame_is_own = map && !has_topic(bag, "/initialpose");
+  const FrameChoice frame =
+      choose_frame(wanted_frame, frame_is_own, plot.truth, plot.estimate, options);
+  plot.estimate = moved(plot.estimate, frame.alignment);
+  plot.landmarks = moved(plot.landmarks, frame.alignment);
+
+  Evaluation evaluation;
+  evaluation.clip = options.clip;
+  evaluation.frame = frame.frame;
+  evaluation.is_slam = map.has_value();
+  evaluation.estimate = evaluate_path(plot.truth, plot.estimate, options);
+  evaluation.estimate_aligned = evaluate_aligned_path(plot.truth, plot.estimate, options);
   if (with_odometry) {
     plot.dead_reckoning = align_at_start(plot.dead_reckoning, plot.truth);
-    plot.dead_reckoning_errors = evaluate_path(plot.truth, plot.dead_reckoning, options);
+    evaluation.dead_reckoning = evaluate_path(plot.truth, plot.dead_reckoning, options);
+    evaluation.dead_reckoning_aligned =
+        evaluate_aligned_path(plot.truth, plot.dead_reckoning, options);
   }
-  if (!line.get<bool>("quiet")) {
-    print(path, *plot.errors, plot.dead_reckoning_errors, options.clip);
+  if (map && true_map) {
+    map_options.first_alignment = evaluation.estimate_aligned.alignment;
+    evaluation.map = evaluate_map(plot.landmarks, *true_map, map_options);
   }
+  evaluation.filter = read_filter_summary(bag, topic("status"));
+  if (with_batch) {
+    evaluation.batch = compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth,
+                                          true_map, options, evaluation);
+  }
+  plot.errors = evaluation.estimate;
+  plot.dead_reckoning_errors = evaluation.dead_reckoning;
+
+  if (!line.get<bool>("quiet")) print(path, evaluation);
   if (line.has("json")) {
-    const json result = report(*plot.errors, plot.dead_reckoning_errors, options.clip);
-    write_file(line.get<std::string>("json"), result.dump(2) + "\n");
+    write_file(line.get<std::string>("json"), to_json(evaluation).dump(2) + "\n");
   }
   if (line.has("plot")) plot_paths(plot, line.get<std::string>("plot"));
   return 0;

@@ -6,6 +6,9 @@
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/FilterStatus.h>
+#include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/LandmarkObservationArray.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -184,6 +187,96 @@ std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string&
   });
   sort_by_time(&ranges);
   return ranges;
+}
+
+std::optional<std::vector<MapLandmark>> read_landmark_map(const rosbag::Bag& bag,
+                                                          const std::string& topic) {
+  pf_resampling::LandmarkMap::ConstPtr last;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    if (const auto map = instance.instantiate<pf_resampling::LandmarkMap>()) last = map;
+  });
+  if (!last) return std::nullopt;
+  std::vector<MapLandmark> landmarks;
+  for (const auto& message : last->landmarks) {
+    MapLandmark landmark;
+    landmark.id = message.id;
+    landmark.position << message.position.x, message.position.y;
+    landmark.covariance << message.covariance[0], message.covariance[1], message.covariance[2],
+        message.covariance[3];
+    landmarks.push_back(landmark);
+  }
+  check_map(landmarks, topic.c_str());
+  return landmarks;
+}
+
+std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<StampedScan> scans;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto message = instance.instantiate<pf_resampling::LandmarkObservationArray>();
+    if (!message) return;
+    StampedScan scan;
+    scan.time = stamp_of(instance, *message);
+    scan.frame = without_slash(message->header.frame_id);
+    for (const auto& seen : message->observations) {
+      scan.landmarks.push_back(
+          {seen.id, seen.range, seen.bearing, seen.range_variance, seen.bearing_variance});
+    }
+    scans.push_back(std::move(scan));
+  });
+  sort_by_time(&scans);
+  return scans;
+}
+
+std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
+                                                       const std::string& topic) {
+  Eigen::Array3d variance = Eigen::Array3d::Zero();  // of all steps together
+  double duration = 0.0;
+  std::optional<double> last;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto odometry = instance.instantiate<nav_msgs::Odometry>();
+    if (!odometry) return;
+    const double time = stamp_of(instance, *odometry);
+    const double step = time - last.value_or(time);
+    last = time;
+    const auto& covariance = odometry->twist.covariance;
+    variance += step * step * Eigen::Array3d(covariance[0], covariance[7], covariance[35]);
+    duration += step;
+  });
+  if (!(duration > 0.0) || !variance.allFinite() || (variance < 0.0).any() ||
+      !(variance > 0.0).any()) {
+    return std::nullopt;
+  }
+  const Eigen::Array3d sigma = (variance / duration).sqrt();
+  return StatedOdometryNoise{sigma[0], sigma[1], sigma[2]};
+}
+
+std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic) {
+  FilterSummary summary;
+  int messages = 0;
+  int renewals = 0;
+  double ancestors_of_renewals = 0.0;
+  double ancestors = 0.0;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto status = instance.instantiate<pf_resampling::FilterStatus>();
+    if (!status) return;
+    ++messages;
+    summary.mean_effective_sample_size += status->effective_sample_size;
+    ancestors += status->distinct_ancestors;
+    if (status->renewed) {
+      ++renewals;
+      ancestors_of_renewals += status->distinct_ancestors;
+    }
+    summary.particles = static_cast<int>(status->particles);
+    summary.updates = status->updates;
+    summary.renewals = status->renewals;
+    summary.weight_resets = status->weight_resets;
+    summary.last_distinct_ancestors = static_cast<int>(status->distinct_ancestors);
+  });
+  if (messages == 0) return std::nullopt;
+  summary.mean_effective_sample_size /= messages;
+  summary.mean_distinct_ancestors =
+      renewals > 0 ? ancestors_of_renewals / renewals : ancestors / messages;
+  return summary;
 }
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

@@ -3,10 +3,13 @@
 #include <rosbag/bag.h>
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 
@@ -44,6 +47,50 @@ struct StampedRange {
   double range = 0.0;  ///< m
 };
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic);
+
+/// The landmarks of the last message on a topic of LandmarkMap; nothing if there is none.
+std::optional<std::vector<MapLandmark>> read_landmark_map(const rosbag::Bag& bag,
+                                                          const std::string& topic);
+
+/// What a sensor saw of one landmark.
+struct SeenLandmark {
+  std::int32_t id = -1;           ///< -1: unknown
+  double range = 0.0;             ///< m
+  double bearing = 0.0;           ///< rad, in the sensor's frame
+  double range_variance = 0.0;    ///< m^2; 0: unknown
+  double bearing_variance = 0.0;  ///< rad^2; 0: unknown
+};
+/// The landmarks of one scan, with its time and the frame of the sensor.
+struct StampedScan {
+  double time = 0.0;  ///< s
+  std::string frame;
+  std::vector<SeenLandmark> landmarks;
+};
+std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic);
+
+/// White noise of the odometry, as standard deviations that grow with the root of the time.
+struct StatedOdometryNoise {
+  double along = 0.0;    ///< m per sqrt(s), ahead
+  double across = 0.0;   ///< m per sqrt(s), to the side
+  double heading = 0.0;  ///< rad per sqrt(s)
+};
+/// From the covariances of the twists (nav_msgs/Odometry), each that of the mean velocity since the
+/// message before; nothing if none is stated.
+std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
+                                                       const std::string& topic);
+
+/// What a filter said of its population (FilterStatus).
+struct FilterSummary {
+  int particles = 0;                        ///< at the end
+  std::uint64_t updates = 0;                ///< likewise
+  std::uint64_t renewals = 0;               ///< calls of resampling or compensation, likewise
+  std::uint64_t weight_resets = 0;          ///< likewise
+  double mean_effective_sample_size = 0.0;  ///< over the updates
+  double mean_distinct_ancestors = 0.0;     ///< over the renewals; over all updates without any
+  int last_distinct_ancestors = 0;
+};
+/// Nothing if the bag has no such message.
+std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);
 
 /// Where the frames of /tf_static sit on the robot: transforms from `base`, chained, by frame.
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

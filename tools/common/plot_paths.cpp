@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <Eigen/Eigenvalues>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
@@ -64,7 +65,13 @@ std::size_t stride_of(const std::vector<Stamped>& list) {
 
 json path_json(const std::vector<TruePose>& path) {
   json x = json::array(), y = json::array();
+  const double max_gap = usual_max_gap(path);
   for (std::size_t i = 0; i < path.size(); i += stride_of(path)) {
+    // A reference with gaps is a line with gaps.
+    if (i > 0 && path[i].time - path[i - 1].time > max_gap) {
+      x.push_back(nullptr);
+      y.push_back(nullptr);
+    }
     x.push_back(path[i].x);
     y.push_back(path[i].y);
   }
@@ -121,6 +128,23 @@ std::size_t clipped_points(const PathPlot& plot) {
   return points;
 }
 
+/// The 95 % ellipse of a landmark: half axes (m) and the direction of the longer (rad).
+json landmark_json(const MapLandmark& landmark) {
+  constexpr double kChiSquare95TwoDof = 5.991464547107979;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(landmark.covariance);
+  const Eigen::Array2d half = (kChiSquare95TwoDof * axes.eigenvalues().array().max(0.0)).sqrt();
+  const Eigen::Vector2d longer = axes.eigenvectors().col(1);
+  return {{"id", landmark.id},          {"x", landmark.position.x()},
+          {"y", landmark.position.y()}, {"long", half[1]},
+          {"short", half[0]},           {"angle", std::atan2(longer.y(), longer.x())}};
+}
+
+json map_json(const std::vector<MapLandmark>& map) {
+  json result = json::array();
+  for (const MapLandmark& landmark : map) result.push_back(landmark_json(landmark));
+  return result;
+}
+
 json plot_json(const PathPlot& plot) {
   const double start = plot.truth.empty() ? 0.0 : plot.truth.front().time;
   json beacons = json::array();
@@ -132,7 +156,9 @@ json plot_json(const PathPlot& plot) {
                  {"estimate", path_json(plot.estimate)},
                  {"clipped_points", clipped_points(plot)},
                  {"dead_reckoning", path_json(plot.dead_reckoning)},
-                 {"beacons", beacons}};
+                 {"beacons", beacons},
+                 {"landmarks", map_json(plot.landmarks)},
+                 {"true_landmarks", map_json(plot.true_landmarks)}};
   if (plot.errors) result["errors"] = errors_json(*plot.errors, start);
   if (plot.dead_reckoning_errors) {
     result["dead_reckoning_errors"] = errors_json(*plot.dead_reckoning_errors, start);

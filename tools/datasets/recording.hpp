@@ -17,6 +17,9 @@ struct Recording {
   struct Odometry {
     double time = 0.0;
     Pose2 pose;  ///< frame "odom"
+    /// Variances of the mean velocities since the pose before, ahead and to the left (m^2/s^2) and
+    /// about the vertical (rad^2/s^2); zero: unknown.
+    std::array<double, 3> twist_variances = {};
   };
   /// A distance measured between an antenna and a beacon, as the radio gave it, but in metres.
   struct Range {

@@ -207,6 +207,9 @@ class Writer {
         message.twist.twist.linear.x = motion.x / duration;
         message.twist.twist.linear.y = motion.y / duration;
         message.twist.twist.angular.z = motion.heading / duration;
+        message.twist.covariance[0] = now.twist_variances[0];
+        message.twist.covariance[7] = now.twist_variances[1];
+        message.twist.covariance[35] = now.twist_variances[2];
       }
     }
     bag_->write("/odom", message.header.stamp, message);

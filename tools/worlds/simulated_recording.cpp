@@ -1,5 +1,7 @@
 #include "worlds/simulated_recording.hpp"
 
+#include <array>
+
 #include "common/table.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
 
@@ -43,8 +45,15 @@ Recording simulated_recording(const World& world, std::uint64_t seed) {
   const SimulatedDrive drive = simulate(world, seed);
   Recording recording;
   recording.truth_has_heading = true;
+  // White for each control: the mean over a message's controls has the variance of one by their
+  // number.
+  const OdometryErrors& errors = world.odometry;
+  const double share = world.drive.control_period / errors.period;
+  const std::array<double, 3> variances = {share * errors.speed_sigma * errors.speed_sigma,
+                                           share * errors.lateral_sigma * errors.lateral_sigma,
+                                           share * errors.yaw_rate_sigma * errors.yaw_rate_sigma};
   for (const auto& odometry : drive.odometry) {
-    recording.odometry.push_back({odometry.time, odometry.pose});
+    recording.odometry.push_back({odometry.time, odometry.pose, variances});
     recording.truth.push_back({odometry.time, odometry.truth});
   }
   add_beacons(world, drive, &recording);

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/bag_contents.hpp"
+
+namespace pf_resampling {
+
+/// Standard deviations that the batch solution weighs its data by where the data state none:
+/// a wheeled robot, and a camera that measures distances by the size of what it sees (MRCLAM).
+struct BatchNoise {
+  double range = 0.04;          ///< m, at no distance
+  double range_share = 0.03;    ///< of the range, added
+  double bearing = 0.015;       ///< rad
+  double along = 0.03;          ///< m per sqrt(m) driven, ahead
+  double across = 0.015;        ///< m per sqrt(m) driven, to the side
+  double standing = 0.002;      ///< m per sqrt(s), besides
+  double heading = 0.035;       ///< rad per sqrt(s)
+  double distance_scale = 0.1;  ///< prior of true over measured distance, about 1
+  double yaw_scale = 0.1;       ///< prior of true over measured turn, about 1
+};
+
+/// Everything there is to know where robot and landmarks were.
+struct BatchProblem {
+  std::vector<EstimatedPose> odometry;                ///< in a frame of its own
+  std::optional<StatedOdometryNoise> odometry_noise;  ///< if the recording states it
+  std::vector<StampedScan> scans;        ///< landmarks with ids; those of -1 are left out
+  std::map<std::string, Pose2> sensors;  ///< where a scan's frame sits on the robot
+};
+
+struct BatchSolution {
+  std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; the first is the origin
+  std::vector<MapLandmark> landmarks;
+  double distance_scale = 1.0;  ///< measured over true
+  double yaw_scale = 1.0;
+  int observations = 0;  ///< that took part
+  int outliers = 0;      ///< of these, farther off than 4 standard deviations
+  BatchNoise noise;      ///< as given or as fitted
+};
+
+/// Whether this build can solve (it was made with Ceres).
+bool has_batch_solver();
+
+/// The path, map and scales of the odometry that fit all data best at once: one non-linear least
+/// squares problem with a robust loss for misread ids (Ceres). No filter can do better on the same
+/// model, as it knows the past only. Throws Error if there is no solver, no landmark with an id, or
+/// a sensor frame that is nowhere on the robot.
+BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise = {});
+
+}  // namespace pf_resampling

@@ -1,0 +1,17 @@
+// Stands in for batch_slam.cpp where Ceres is not installed.
+#include "batch/batch_slam.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+
+bool has_batch_solver() {
+  return false;
+}
+
+BatchSolution solve_batch(const BatchProblem& /*problem*/, const BatchNoise& /*noise*/) {
+  throw Error(
+      "the batch solution needs Ceres, which was not there when this was built: apt-get install "
+      "libceres-dev and build again");
+}
+
+}  // namespace pf_resampling

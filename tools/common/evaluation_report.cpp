@@ -1,0 +1,216 @@
+#include "common/evaluation_report.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "common/table.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using nlohmann::json;
+
+json to_json(const AbsoluteErrors& errors) {
+  if (errors.count == 0) {
+    return {{"mean", nullptr}, {"max", nullptr},    {"std", nullptr},
+            {"rms", nullptr},  {"median", nullptr}, {"count", 0}};
+  }
+  return {{"mean", errors.mean}, {"max", errors.max},       {"std", errors.std},
+          {"rms", errors.rms},   {"median", errors.median}, {"count", errors.count}};
+}
+
+json to_json(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
+}
+
+json to_json(const PathErrors& errors) {
+  return {{"cross_track", to_json(errors.cross_track)},
+          {"along_track", to_json(errors.along_track)},
+          {"cartesian", to_json(errors.cartesian)},
+          {"heading", to_json(errors.heading)},
+          {"uncovered", errors.uncovered}};
+}
+
+json to_json(const MapErrors& errors) {
+  return {{"rms", to_json(errors.rms)},
+          {"rms_aligned", to_json(errors.rms_aligned)},
+          {"landmarks", errors.landmarks},
+          {"matched", errors.matched},
+          {"false_landmarks", errors.false_landmarks},
+          {"missed", errors.missed},
+          {"matched_by", errors.matching == LandmarkMatching::id ? "id" : "nearest"},
+          {"gate", errors.gate},
+          {"coverage95", to_json(errors.coverage95)},
+          {"normalized_error", to_json(errors.normalized_error)}};
+}
+
+json to_json(const FilterSummary& summary) {
+  return {{"particles", summary.particles},
+          {"updates", summary.updates},
+          {"renewals", summary.renewals},
+          {"weight_resets", summary.weight_resets},
+          {"mean_effective_sample_size", summary.mean_effective_sample_size},
+          {"mean_distinct_ancestors", summary.mean_distinct_ancestors},
+          {"last_distinct_ancestors", summary.last_distinct_ancestors}};
+}
+
+json to_json(const BatchComparison& batch) {
+  return {{"cartesian", to_json(batch.errors.cartesian)},
+          {"cartesian_aligned", to_json(batch.aligned.cartesian)},
+          {"map", batch.map ? to_json(*batch.map) : json(nullptr)},
+          {"path_ratio", to_json(batch.path_ratio)},
+          {"map_ratio", to_json(batch.map_ratio)},
+          {"distance_scale", batch.distance_scale},
+          {"yaw_scale", batch.yaw_scale},
+          {"observations", batch.observations},
+          {"outliers", batch.outliers}};
+}
+
+void add_cells(const AbsoluteErrors& errors, std::vector<std::string>* cells) {
+  for (const double value : {errors.mean, errors.max, errors.std}) {
+    cells->push_back(errors.count > 0 ? fixed(value, 3) : "-");
+  }
+}
+
+std::string percent(const std::optional<double>& share) {
+  return share ? fixed(100.0 * *share, 1) + " %" : "-";
+}
+
+std::string landmarks(int count) {
+  return std::to_string(count) + (count == 1 ? " landmark" : " landmarks");
+}
+
+std::string metres(const std::optional<double>& value) {
+  return value ? fixed(*value, 3) + " m" : "-";
+}
+
+void print(const MapErrors& map) {
+  const std::string true_ones = std::to_string(map.matched + map.missed);
+  std::printf("  map: %s, %d of %s true ones found (by %s), %d false\n",
+              landmarks(map.landmarks).c_str(), map.matched, true_ones.c_str(),
+              map.matching == LandmarkMatching::id ? "id" : "nearest", map.false_landmarks);
+  std::printf("  map's RMS error:                           %s, aligned %s\n",
+              metres(map.rms).c_str(), metres(map.rms_aligned).c_str());
+  if (map.coverage95) {
+    std::printf("  true landmarks inside their 95 %% ellipses: %s (NEES %s, 2 if consistent)\n",
+                percent(map.coverage95).c_str(), fixed(*map.normalized_error, 1).c_str());
+  }
+}
+
+void print(const FilterSummary& filter) {
+  std::printf("  %d particles: effective %.1f on average, distinct ancestors %.1f, %d at the end\n",
+              filter.particles, filter.mean_effective_sample_size, filter.mean_distinct_ancestors,
+              filter.last_distinct_ancestors);
+  std::printf("  updates / renewals of the population:      %llu / %llu\n",
+              static_cast<unsigned long long>(filter.updates),
+              static_cast<unsigned long long>(filter.renewals));
+}
+
+void print(const BatchComparison& batch) {
+  std::printf("  batch solution of the same data:           path aligned %s",
+              metres(batch.aligned.cartesian.mean).c_str());
+  if (batch.map) std::printf(", map aligned %s", metres(batch.map->rms_aligned).c_str());
+  std::printf("\n  filter error over batch error (aligned):   path %s",
+              batch.path_ratio ? fixed(*batch.path_ratio, 2).c_str() : "-");
+  if (batch.map_ratio) std::printf(", map %s", fixed(*batch.map_ratio, 2).c_str());
+  std::printf("\n");
+}
+
+}  // namespace
+
+nlohmann::json to_json(const Evaluation& evaluation) {
+  const PathErrors& estimate = evaluation.estimate;
+  json result = {{"clip", evaluation.clip},
+                 {"duration", estimate.duration},
+                 {"truth_poses", estimate.truth_poses},
+                 {"lost_error", estimate.lost_error},
+                 {"frame", evaluation.frame},
+                 {"estimate", to_json(estimate)}};
+  json& part = result["estimate"];
+  // These belong to the estimate; they stand at the top level as well.
+  for (json* place : {&part, &result}) {
+    (*place)["coverage95"] = to_json(estimate.coverage95);
+    (*place)["converged_after"] = to_json(estimate.converged_after);
+    (*place)["lost"] = estimate.lost;
+  }
+  part["coverage95_pose"] = to_json(estimate.coverage95_pose);
+  part["coverage_3sigma"] = to_json(estimate.coverage_3sigma);
+  part["normalized_error"] = to_json(estimate.normalized_error);
+  part["cartesian_aligned"] = to_json(evaluation.estimate_aligned.cartesian);
+  result["dead_reckoning"] =
+      evaluation.dead_reckoning ? to_json(*evaluation.dead_reckoning) : json(nullptr);
+  if (evaluation.dead_reckoning_aligned) {
+    result["dead_reckoning"]["cartesian_aligned"] =
+        to_json(evaluation.dead_reckoning_aligned->cartesian);
+  }
+  if (evaluation.map) result["map"] = to_json(*evaluation.map);
+  if (evaluation.filter) result["filter"] = to_json(*evaluation.filter);
+  if (evaluation.batch) {
+    result["batch"] = to_json(*evaluation.batch);
+    result["batch_ratio"] = to_json(evaluation.batch->path_ratio);
+  }
+  return result;
+}
+
+void print(const std::string& bag, const Evaluation& evaluation) {
+  const PathErrors& estimate = evaluation.estimate;
+  const std::optional<PathErrors>& dead_reckoning = evaluation.dead_reckoning;
+  const double clip = evaluation.clip;
+  std::printf("%s: %d true poses in %.1f s", bag.c_str(), estimate.truth_poses, estimate.duration);
+  if (clip > 0.0) std::printf(", the first %g %% left out", 100.0 * clip);
+  std::printf("; errors are absolute values\n");
+  if (evaluation.frame == "start") {
+    std::printf("  (the filter's frame is its own: laid on the truth's at the first true pose)\n");
+  } else if (evaluation.frame == "fit") {
+    std::printf("  (the filter's frame is its own: laid on the truth's where it fits best)\n");
+  }
+  std::printf("\n");
+
+  std::vector<std::string> headings = {"", "estimate mean", "max", "std"};
+  if (dead_reckoning) headings.insert(headings.end(), {"dead reckoning mean", "max", "std"});
+  Table table(headings);
+  const auto add_row = [&](const char* name, AbsoluteErrors PathErrors::*errors) {
+    std::vector<std::string> cells = {name};
+    add_cells(estimate.*errors, &cells);
+    if (dead_reckoning) add_cells((*dead_reckoning).*errors, &cells);
+    table.add_row(cells);
+  };
+  add_row("cross-track (m)", &PathErrors::cross_track);
+  add_row("along-track (m)", &PathErrors::along_track);
+  add_row("Cartesian (m)", &PathErrors::cartesian);
+  add_row("heading (rad)", &PathErrors::heading);
+  if (evaluation.is_slam) {
+    std::vector<std::string> cells = {"Cartesian, aligned (m)"};
+    add_cells(evaluation.estimate_aligned.cartesian, &cells);
+    if (evaluation.dead_reckoning_aligned) {
+      add_cells(evaluation.dead_reckoning_aligned->cartesian, &cells);
+    }
+    table.add_row(cells);
+  }
+  std::printf("%s\n", table.text().c_str());
+
+  std::printf("  truth inside the filter's own 95 %% region: %s of the time (with heading: %s)\n",
+              percent(estimate.coverage95).c_str(), percent(estimate.coverage95_pose).c_str());
+  std::printf("  truth inside its 3-sigma region:           %s of the time\n",
+              percent(estimate.coverage_3sigma).c_str());
+  const std::string after =
+      estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
+  std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
+              after.c_str(), estimate.lost_error);
+  std::printf("  lost:                                      %s (error above that %s of the time)\n",
+              estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
+  if (estimate.uncovered > 0) {
+    std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
+                estimate.truth_poses);
+  }
+  if (evaluation.is_slam) {
+    std::printf("  median distance to the truth:              %s, aligned %s\n",
+                metres(estimate.cartesian.median).c_str(),
+                metres(evaluation.estimate_aligned.cartesian.median).c_str());
+  }
+  if (evaluation.map) print(*evaluation.map);
+  if (evaluation.filter) print(*evaluation.filter);
+  if (evaluation.batch) print(*evaluation.batch);
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "common/bag_contents.hpp"
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/evaluation/path_errors.hpp"
+
+namespace pf_resampling {
+
+/// The least-squares solution of the same data, judged in the same way, beside the filter.
+struct BatchComparison {
+  PathErrors errors;
+  AlignedPathErrors aligned;
+  std::optional<MapErrors> map;
+  /// The filter's error over the solution's, both aligned: mean Cartesian, RMS of the map.
+  std::optional<double> path_ratio;
+  std::optional<double> map_ratio;
+  double distance_scale = 1.0;  ///< of the odometry, measured over true
+  double yaw_scale = 1.0;
+  int observations = 0;
+  int outliers = 0;
+};
+
+/// What evaluate_bag found.
+struct Evaluation {
+  double clip = 0.0;
+  std::string frame = "given";  ///< how the estimate's was laid on the truth's: given, start, fit
+  bool is_slam = false;         ///< there is an estimated map
+  PathErrors estimate;
+  AlignedPathErrors estimate_aligned;
+  std::optional<PathErrors> dead_reckoning;
+  std::optional<AlignedPathErrors> dead_reckoning_aligned;
+  std::optional<MapErrors> map;
+  std::optional<FilterSummary> filter;
+  std::optional<BatchComparison> batch;
+};
+
+/// All figures; doc of the keys: the structs they come from.
+nlohmann::json to_json(const Evaluation& evaluation);
+
+/// The same as tables on stdout; `bag` names it.
+void print(const std::string& bag, const Evaluation& evaluation);
+
+}  // namespace pf_resampling
