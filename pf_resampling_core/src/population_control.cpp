@@ -56,6 +56,11 @@ PopulationControl::PopulationControl(const PopulationControlOptions& options)
     throw Error("population control: every_n is " + std::to_string(options.every_n) +
                 ", has to be at least 1");
   }
+  const double ratio = options.compensation.ratio;
+  if (!(ratio > 0.0 && ratio <= 1.0)) {
+    throw Error("population control: the compensation's ratio is " + std::to_string(ratio) +
+                ", has to be in (0, 1]");
+  }
 }
 
 void PopulationControl::set_options(const PopulationControlOptions& options) {

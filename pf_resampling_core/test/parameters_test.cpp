@@ -239,10 +239,11 @@ std::string other_value(const Parameter& parameter) {
     case Parameter::Type::real:
       break;
   }
-  std::ostringstream maximum, minimum;
-  maximum << std::fixed << parameter.maximum;
-  minimum << std::fixed << parameter.minimum;
-  return std::stod(now) == parameter.maximum ? minimum.str() : maximum.str();
+  // The largest, or half of it (ranges may be open below).
+  const bool is_largest = std::stod(now) == parameter.maximum;
+  std::ostringstream other;
+  other << std::fixed << (is_largest ? std::floor(parameter.maximum) / 2.0 : parameter.maximum);
+  return other.str();
 }
 
 // Each is bound to a field of its own: setting it shows in itself and in no other, and each type

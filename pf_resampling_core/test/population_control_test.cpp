@@ -94,6 +94,28 @@ TEST(PopulationControl, RenewalNoneIsNeverDue) {
   }
 }
 
+// K section 5: compensation runs instead of resampling, by the same schedules, and counts as a
+// call.
+TEST(PopulationControl, CompensationIsARenewalLikeTheOther) {
+  PopulationControlOptions options = with(Schedule::every_n, 0.5, 3);
+  options.renewal = Renewal::compensation;
+  options.compensation.ratio = 0.2;
+  PopulationControl control(options);
+  const Eigen::ArrayXd weights = rising_weights(kSize);
+  for (int round = 0; round < 3; ++round) {
+    EXPECT_FALSE(control.is_due(1.0, kSize, kSize));
+    EXPECT_FALSE(control.is_due(1.0, kSize, kSize));
+    EXPECT_TRUE(control.is_due(1.0, kSize, kSize));
+    const CompensationResult& result = control.compensate(weights, stream(0));
+    // A fifth of the weak half of a hundred, the worst with the best.
+    ASSERT_EQ(result.pairs.size(), 10u);
+    EXPECT_EQ(result.pairs.front().low, 0);
+    EXPECT_EQ(result.pairs.front().high, kSize - 1);
+    EXPECT_DOUBLE_EQ(result.pairs.front().share, 1.0 / 101.0);
+  }
+  EXPECT_EQ(control.calls(), 3);
+}
+
 TEST(PopulationControl, CountsGoOnUnderOtherOptions) {
   PopulationControl control(with(Schedule::always));
   for (int i = 0; i < 5; ++i) control.select(rising_weights(kSize), kSize, stream(0));
@@ -128,6 +150,11 @@ TEST(PopulationControl, RefusesImpossibleOptionsAndKeepsTheOldOnes) {
   PopulationControlOptions nested;
   nested.resampling.inner_scheme = ResamplingScheme::partial;
   expect_refused(nested, "inner_scheme");
+  for (const double ratio : {0.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    PopulationControlOptions compensating;
+    compensating.compensation.ratio = ratio;
+    expect_refused(compensating, "ratio");
+  }
 }
 
 TEST(PopulationControl, SelectsAsManyAsAskedForUnderEveryScheme) {
@@ -199,7 +226,7 @@ TEST(PopulationControl, NamesAreReadAsTheyAreWritten) {
     EXPECT_EQ(renewal_from_string(to_string(renewal)), renewal);
   }
   EXPECT_EQ(all_schedules().size(), 4u);
-  EXPECT_EQ(all_renewals().size(), 2u);
+  EXPECT_EQ(all_renewals().size(), 3u);
   try {
     schedule_from_string("allways");
     ADD_FAILURE();

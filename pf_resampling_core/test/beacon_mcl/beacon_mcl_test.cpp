@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <set>
@@ -230,6 +231,55 @@ TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
     const double relative = 4.0 * std::sqrt(2.0 / size);
     EXPECT_NEAR(after.covariance(0, 0) / before.covariance(0, 0), 1.0, relative);
   }
+}
+
+// K section 5.1 with normalised pair weights: the worst particle goes towards the best, the second
+// worst towards the second best, positions linearly and headings along the shorter arc. Weights are
+// reset, nobody is copied, what each has learnt stays its own.
+TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
+  BeaconMclOptions options = plain_options();
+  options.particles = 100;
+  options.initialization.heading = 3.1;
+  options.calibration.estimation = CalibrationEstimation::shared;
+  BeaconMclOptions compensating = options;
+  compensating.population.schedule = Schedule::always;
+  compensating.population.renewal = Renewal::compensation;
+  BeaconMcl carried(options, square_of_beacons(), 7);
+  BeaconMcl blended(compensating, square_of_beacons(), 7);
+  carried.update({}, {range_of(1, 12.5)});
+  blended.update({}, {range_of(1, 12.5)});
+  EXPECT_TRUE(blended.status().renewed);
+  EXPECT_EQ(blended.status().renewals, 1);
+  EXPECT_EQ(blended.status().distinct_ancestors, 100);
+  const BeaconMclParticles& before = carried.particles();
+  const BeaconMclParticles& after = blended.particles();
+  std::vector<int> order(100);
+  for (int i = 0; i < 100; ++i) order[static_cast<std::size_t>(i)] = i;
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return before.weight[a] < before.weight[b]; });
+  for (std::size_t rank = 0; rank < 100; ++rank) {
+    const int i = order[rank];
+    Pose2 expected{before.x[i], before.y[i], before.heading[i]};
+    if (rank < 50) {
+      const int best = order[99 - rank];
+      const double b = before.weight[best] / (before.weight[i] + before.weight[best]);
+      expected.x += b * (before.x[best] - before.x[i]);
+      expected.y += b * (before.y[best] - before.y[i]);
+      expected.heading += b * std::remainder(before.heading[best] - before.heading[i], 2 * M_PI);
+    }
+    EXPECT_NEAR(after.x[i], expected.x, 1e-12);
+    EXPECT_NEAR(after.y[i], expected.y, 1e-12);
+    EXPECT_NEAR(std::remainder(after.heading[i] - expected.heading, 2 * M_PI), 0.0, 1e-12);
+    EXPECT_EQ(after.ancestor[i], i);
+  }
+  EXPECT_LT((after.weight - 0.01).abs().maxCoeff(), 1e-15);
+  EXPECT_TRUE((after.scale == before.scale).all());
+  // Another count cannot be had by blending: that one time it is redrawn.
+  compensating.particles = 150;
+  blended.set_options(compensating);
+  blended.update({}, {range_of(2, 15.0)});
+  EXPECT_EQ(blended.particles().size(), 150);
+  EXPECT_TRUE(all_finite(blended));
 }
 
 // --- Other options -------------------------------------------------------------------------------

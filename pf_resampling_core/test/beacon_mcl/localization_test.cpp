@@ -241,5 +241,37 @@ TEST(Localization, EverySchemeWithEveryExcitation) {
   }
 }
 
+// Compensation in place of resampling likewise.
+TEST(Localization, EveryCompensationWithEveryExcitation) {
+  const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
+  const SimulatedDrive drive = simulate(world, 3);
+  for (const Pairing pairing : all_pairings()) {
+    for (const CompensatedWeights weights_after : all_compensated_weights()) {
+      for (const Excitation excitation : all_excitations()) {
+        SCOPED_TRACE(to_string(pairing) + ", " + to_string(weights_after) + ", " +
+                     to_string(excitation));
+        BeaconMclOptions options;
+        options.particles = 300;
+        options.population.renewal = Renewal::compensation;
+        options.population.compensation.pairing = pairing;
+        options.population.compensation.weights_after = weights_after;
+        options.excitation.excitation = excitation;
+        options.initialization.method = Initialization::gaussian;
+        options.initialization.x = 25.5;
+        options.initialization.y = 14.5;
+        options.initialization.heading = 1.6;
+        BeaconMcl filter(options, beacons_of(world), 3);
+        run_drive(drive, &filter, [&](double, const Pose2&) {
+          ASSERT_TRUE(std::isfinite(filter.estimate().mean.x));
+        });
+        EXPECT_TRUE(all_finite(filter));
+        EXPECT_NEAR(filter.particles().weight.sum(), 1.0, 1e-9);
+        EXPECT_GT(filter.status().renewals, 0);
+        EXPECT_LT(position_error(filter, drive.odometry.back().truth), 2.0);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pf_resampling
