@@ -54,12 +54,14 @@ void add_value(const std::string& key, const std::string& value,
   status->values.push_back(entry);
 }
 
+// Levels of diagnostic_msgs::DiagnosticStatus; they are constants of one type, the field is of
+// another.
 void worsen(std::uint8_t level, const std::string& message,
             diagnostic_msgs::DiagnosticStatus* status) {
-  if (level < status->level) return;
-  status->message = level == status->level && !status->message.empty()
-                        ? status->message + "; " + message
-                        : message;
+  const auto before = static_cast<std::uint8_t>(status->level);
+  if (level < before) return;
+  status->message =
+      level == before && !status->message.empty() ? status->message + "; " + message : message;
   status->level = static_cast<std::int8_t>(level);
 }
 

@@ -42,6 +42,19 @@ int id_of(const Entry& entry, const std::string& key) {
   return static_cast<int>(value);
 }
 
+[[noreturn]] void refuse_key(const Entry& entry, const std::string& key,
+                             const std::set<std::string>& needed,
+                             const std::set<std::string>& optional) {
+  std::string known;
+  for (const auto* keys : {&needed, &optional}) {
+    for (const std::string& name : *keys) {
+      known += known.empty() ? "" : ", ";
+      known += name;
+    }
+  }
+  throw Error(entry.where + ": unknown key '" + key + "'; known are " + known);
+}
+
 void check_keys(const Entry& entry, const std::set<std::string>& needed,
                 const std::set<std::string>& optional) {
   for (const std::string& key : needed) {
@@ -49,11 +62,7 @@ void check_keys(const Entry& entry, const std::set<std::string>& needed,
   }
   for (const auto& [key, value] : entry.fields) {
     if (needed.count(key) == 0 && optional.count(key) == 0) {
-      std::string known;
-      for (const auto* keys : {&needed, &optional}) {
-        for (const std::string& name : *keys) known += (known.empty() ? "" : ", ") + name;
-      }
-      throw Error(entry.where + ": unknown key '" + key + "'; known are " + known);
+      refuse_key(entry, key, needed, optional);
     }
   }
 }

@@ -10,7 +10,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr std::array<int, 3> kPlanarAxes = {0, 1, 5};  // x, y, yaw among x, y, z, roll, pitch, yaw
+constexpr std::array<std::size_t, 3> kPlanarAxes = {
+    0, 1, 5};  // x, y, yaw among x, y, z, roll, pitch, yaw
 
 /// One point of the cloud; the layout that the fields below describe.
 struct CloudPoint {
@@ -52,11 +53,10 @@ bool is_unit(const geometry_msgs::Quaternion& q) {
 boost::array<double, 36> to_covariance_message(const Eigen::Matrix3d& covariance) {
   boost::array<double, 36> message;
   message.assign(0.0);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      message[static_cast<std::size_t>(6 * kPlanarAxes[static_cast<std::size_t>(row)] +
-                                       kPlanarAxes[static_cast<std::size_t>(column)])] =
-          covariance(row, column);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      message[6 * kPlanarAxes[row] + kPlanarAxes[column]] =
+          covariance(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
     }
   }
   return message;
@@ -64,11 +64,10 @@ boost::array<double, 36> to_covariance_message(const Eigen::Matrix3d& covariance
 
 Eigen::Matrix3d to_covariance3(const boost::array<double, 36>& message) {
   Eigen::Matrix3d covariance;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      covariance(row, column) =
-          message[static_cast<std::size_t>(6 * kPlanarAxes[static_cast<std::size_t>(row)] +
-                                           kPlanarAxes[static_cast<std::size_t>(column)])];
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      covariance(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =
+          message[6 * kPlanarAxes[row] + kPlanarAxes[column]];
     }
   }
   return covariance;

@@ -97,7 +97,7 @@ visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
       estimate.covariance.topLeftCorner<2, 2>());
   const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::Matrix2d axes = solver.eigenvectors();
+  const Eigen::Matrix2d& axes = solver.eigenvectors();
 
   visualization_msgs::Marker ellipse =
       marker_of(frame, "pose_2_sigma", 0, visualization_msgs::Marker::LINE_STRIP);

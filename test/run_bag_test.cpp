@@ -236,11 +236,11 @@ TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {
   const TemporaryDirectory directory;
   const std::string in = directory.file("plaza2.bag");
   ASSERT_EQ(run_program("dataset_to_bag plaza " + recording + " " + in).exit_code, 0);
+  const std::string out = directory.file("out.bag");
+  const std::string command = "run_bag beacon_mcl " + in + " " + out + " --seed 1 --threads ";
   std::string first;
   for (const char* threads : {"1", "2", "1"}) {
-    const std::string out = directory.file("out.bag");
-    const ProgramResult result =
-        run_program("run_bag beacon_mcl " + in + " " + out + " --seed 1 --threads " + threads);
+    const ProgramResult result = run_program(command + threads);
     ASSERT_EQ(result.exit_code, 0) << result.error;
     if (first.empty()) first = read_file(out);
     EXPECT_TRUE(first == read_file(out)) << "with " << threads << " threads";

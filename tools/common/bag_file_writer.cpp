@@ -106,7 +106,7 @@ std::uint8_t* BagFileWriter::write(std::uint32_t connection, const ros::Time& ti
   const std::size_t begin = chunk_.size();
   chunk_.resize(begin + kTemplate.size() + size);
   std::uint8_t* record = chunk_.data() + begin;
-  std::memcpy(record, kTemplate.data(), kTemplate.size());
+  std::copy(kTemplate.begin(), kTemplate.end(), record);
   std::memcpy(record + kConnectionAt, &connection, 4);
   std::memcpy(record + kTimeAt, &time.sec, 4);
   std::memcpy(record + kTimeAt + 4, &time.nsec, 4);
