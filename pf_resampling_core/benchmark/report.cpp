@@ -62,7 +62,8 @@ std::string in_short(int particles) {
 // Collects; the table is printed at the end.
 class TableReporter : public benchmark::BenchmarkReporter {
  public:
-  explicit TableReporter(std::string title) : title_(std::move(title)) {}
+  TableReporter(std::string title, TableUnit unit)
+      : title_(std::move(title)), unit_(std::move(unit)) {}
 
   bool ReportContext(const Context&) override { return true; }
 
@@ -80,8 +81,7 @@ class TableReporter : public benchmark::BenchmarkReporter {
   void Finalize() override {
     std::fprintf(stderr, "\n");
     std::printf("%s\n", title_.c_str());
-    std::printf(
-        "ns of processor time per particle, median of the repetitions; (how many times ours)\n");
+    std::printf("%s, median of the repetitions; (how many times ours)\n", unit_.text.c_str());
     std::printf("on %s, compiled by g++ %s\n",
                 first_line_with("/proc/cpuinfo", "model name").c_str(), __VERSION__);
     std::ifstream load("/proc/loadavg");
@@ -123,26 +123,30 @@ class TableReporter : public benchmark::BenchmarkReporter {
   }
 
  private:
-  // Per particle; 0 where there is none.
+  // In the table's unit; 0 where there is none.
   double median(const Measurement& item) const {
     const auto found = times_.find(name_of(item));
     if (found == times_.end()) return 0.0;
     std::vector<double> times = found->second;
     std::sort(times.begin(), times.end());
-    return times[times.size() / 2] / item.particles;
+    const double time = times[times.size() / 2] / unit_.nanoseconds;
+    return unit_.per_particle ? time / item.particles : time;
   }
 
   std::string title_;
+  TableUnit unit_;
   std::map<std::string, std::vector<double>> times_;
 };
 
 }  // namespace
 
 void measure(const std::string& section, const std::string& row, const std::string& contender,
-             int particles, const std::function<void()>& run, bool with_threads) {
+             int particles, const std::function<void()>& run, bool with_threads,
+             const std::function<void()>& prepare) {
   measurements().push_back({section, row, contender, particles, with_threads});
   benchmark::RegisterBenchmark(name_of(measurements().back()).c_str(),
-                               [run](benchmark::State& state) {
+                               [run, prepare](benchmark::State& state) {
+                                 if (prepare) prepare();
                                  for (auto _ : state) {
                                    static_cast<void>(_);
                                    run();
@@ -151,7 +155,7 @@ void measure(const std::string& section, const std::string& row, const std::stri
                                });
 }
 
-int run_and_report(int argc, char** argv, const std::string& title) {
+int run_and_report(int argc, char** argv, const std::string& title, const TableUnit& unit) {
   // Defaults first, so that the user's options win.
   std::string repetitions = "--benchmark_repetitions=7";
   std::string least_time = "--benchmark_min_time=0.02";
@@ -160,7 +164,7 @@ int run_and_report(int argc, char** argv, const std::string& title) {
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
-  TableReporter reporter(title);
+  TableReporter reporter(title, unit);
   benchmark::RunSpecifiedBenchmarks(&reporter);
   return 0;
 }

@@ -109,6 +109,11 @@ bool RowMemory::all_hold() const {
   return std::memchr(held(), 0, static_cast<std::size_t>(particles_)) == nullptr;
 }
 
+void RowMemory::prefetch() const {
+  constexpr std::size_t kLine = 64 / sizeof(double);
+  for (std::size_t i = 0; i < doubles_; i += kLine) __builtin_prefetch(memory_.get() + i);
+}
+
 void gather(const RowMemory& row, const int* ancestors, int particles, RowMemory* out) {
   out->fit(particles);
   for (std::size_t f = 0; f < RowMemory::kFields; ++f) {

@@ -36,6 +36,8 @@ class RowMemory {
   std::uint8_t* held() { return reinterpret_cast<std::uint8_t*>(field(kFields)); }
   const std::uint8_t* held() const { return reinterpret_cast<const std::uint8_t*>(field(kFields)); }
   bool all_hold() const;
+  /// Sets about fetching it into the cache.
+  void prefetch() const;
   std::size_t bytes() const { return doubles_ * sizeof(double); }
 
  private:

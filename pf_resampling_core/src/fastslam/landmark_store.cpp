@@ -11,8 +11,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr std::int64_t kBlends = 64;           // by so many a row lags at most
-constexpr std::int64_t kSteps = 1024;          // likewise, or by twice the rows if that is more
+constexpr std::int64_t kBlends = 64;   // by so many a row lags at most
+constexpr std::int64_t kSteps = 4096;  // likewise, or by four times the rows if that is more
 constexpr std::int64_t kBlendsForCompany = 8;  // lag from which a row takes others along
 constexpr std::int64_t kBlendsForTile = 4;     // blends one after the other, and
 constexpr int kRowsForTile = 3;                // rows, from which a tile pays
@@ -81,7 +81,7 @@ struct LandmarkStore::Implementation {
   std::int64_t blends_behind(int row) {
     return log.blends_before(log.now()) - log.blends_before(at(row).version);
   }
-  std::int64_t steps_allowed() const { return std::max(kSteps, std::int64_t{2} * used); }
+  std::int64_t steps_allowed() const { return std::max(kSteps, std::int64_t{4} * used); }
 
   void catch_up(int row);
   void catch_up(const Group& group);
@@ -158,6 +158,8 @@ void LandmarkStore::Implementation::catch_up(const Group& group) {
 
 // A row that lags by many blends takes those along that come next in the order of versions.
 void LandmarkStore::Implementation::catch_up(int row) {
+  // One that has long not been asked for comes from far while its selections are composed.
+  if (steps_behind(row) > 1) at(row).memory.prefetch();
   Group group;
   do {
     group.rows[group.size++] = row;
@@ -167,20 +169,29 @@ void LandmarkStore::Implementation::catch_up(int row) {
   catch_up(group);
 }
 
-// Rows that lag by more than half of what is allowed are caught up, oldest first, as many per step
-// as it takes to have had all of them before the first would lag by all that is allowed.
+// Late rows are caught up, oldest first, as many per step as it takes to have had all of them
+// before the first of them is too late. Blends cost the same whenever they are gone through, so
+// that begins early and goes on evenly; a selection that a row is spared for long is a selection
+// saved.
 void LandmarkStore::Implementation::bound_log() {
-  const auto lags = [this](int row, std::int64_t share) {
-    return share * blends_behind(row) > kBlends || share * steps_behind(row) > steps_allowed();
+  const std::int64_t steps = steps_allowed();
+  const std::int64_t late_steps = steps / 4 * 3;
+  constexpr std::int64_t kLateBlends = kBlends / 4;
+  const auto is_late = [&](int row) {
+    return blends_behind(row) > kLateBlends || steps_behind(row) > late_steps;
+  };
+  const auto is_too_late = [&](int row) {
+    return blends_behind(row) > kBlends || steps_behind(row) > steps;
   };
   std::int64_t quota = 0;
-  if (oldest != kNone && lags(oldest, 2)) {
-    const std::int64_t allowed = 2 * blends_behind(oldest) > kBlends ? kBlends : steps_allowed();
-    quota = (2 * used + allowed - 1) / allowed;
+  if (oldest != kNone && is_late(oldest)) {
+    const bool by_blends = blends_behind(oldest) > kLateBlends;
+    const std::int64_t steps_left = by_blends ? kBlends - kLateBlends : steps - late_steps;
+    quota = (used + steps_left - 1) / steps_left;
   }
-  while (oldest != kNone && (lags(oldest, 1) || (quota > 0 && lags(oldest, 2)))) {
+  while (oldest != kNone && (is_too_late(oldest) || (quota > 0 && is_late(oldest)))) {
     Group group;
-    for (int row = oldest; row != kNone && group.size < BlendTile::kRows && lags(row, 2);
+    for (int row = oldest; row != kNone && group.size < BlendTile::kRows && is_late(row);
          row = at(row).after) {
       group.rows[group.size++] = row;
     }

@@ -83,7 +83,7 @@ void RenewalLog::drop_before(std::int64_t version) {
   }
   for (std::size_t level = 0; level < levels_.size(); ++level) {
     Level& maps = levels_[level];
-    while (!maps.maps.empty() && (maps.first << level) < oldest_) {
+    while (maps.maps.size() > 0 && (maps.first << level) < oldest_) {
       if (!maps.maps.front().empty() && spare_maps_.size() < kSpareMaps) {
         spare_maps_.push_back(std::move(maps.maps.front()));
       }
@@ -105,46 +105,56 @@ const LoggedBlend* RenewalLog::blend_at(std::int64_t version) const {
   return &kept_blends_[static_cast<std::size_t>(step.blends_before - dropped)];
 }
 
-ComposedSelection RenewalLog::selections_from(std::int64_t version) {
-  if (answer_from_ == version && answer_now_ == now()) return answer_;
-  ComposedSelection answer{nullptr, 0, version};
-  while (answer.end < now()) {
-    // The longest stretch that begins here and is over by now.
-    std::size_t level = 0;
-    while (level + 1 < levels_.size() && answer.end % (std::int64_t{2} << level) == 0 &&
-           answer.end + (std::int64_t{2} << level) <= now()) {
-      ++level;
-    }
-    const std::vector<int>* next = map_at(level, answer.end >> level);
-    while (next == nullptr && level > 0) {
-      --level;
-      next = map_at(level, answer.end >> level);
-    }
-    if (next == nullptr) break;
-    answer.end += std::int64_t{1} << level;
-    answer.particles = static_cast<int>(next->size());
-    if (answer.ancestors == nullptr) {
-      answer.ancestors = next->data();
-    } else {
-      composed_swap_.resize(next->size());
-      compose(answer.ancestors, next->data(), answer.particles, composed_swap_.data());
-      composed_.swap(composed_swap_);
-      answer.ancestors = composed_.data();
+const std::vector<int>* RenewalLog::longest_map_from(std::int64_t version,
+                                                     std::int64_t* end) const {
+  const auto left = static_cast<std::uint64_t>(now() - version);
+  int level = 63 - __builtin_clzll(left);
+  if (version != 0) {
+    level = std::min(level, __builtin_ctzll(static_cast<std::uint64_t>(version)));
+  }
+  for (; level >= 0; --level) {
+    const std::vector<int>* map = map_at(static_cast<std::size_t>(level), version >> level);
+    if (map != nullptr) {
+      *end = version + (std::int64_t{1} << level);
+      return map;
     }
   }
-  answer_ = answer;
+  return nullptr;
+}
+
+ComposedSelection RenewalLog::selections_from(std::int64_t version) {
+  if (answer_from_ == version && answer_now_ == now()) return answer_;
+  // All of them first, so that those from far are on their way while the first are composed.
+  path_.clear();
+  std::int64_t end = version;
+  while (end < now()) {
+    const std::vector<int>* next = longest_map_from(end, &end);
+    if (next == nullptr) break;
+    constexpr std::size_t kLine = 64 / sizeof(int);
+    for (std::size_t i = 0; i < next->size(); i += kLine) __builtin_prefetch(next->data() + i);
+    path_.push_back(next);
+  }
+  answer_ = {path_.front()->data(), static_cast<int>(path_.front()->size()), end};
+  for (std::size_t i = 1; i < path_.size(); ++i) {
+    const std::vector<int>& next = *path_[i];
+    composed_swap_.resize(next.size());
+    answer_.particles = static_cast<int>(next.size());
+    compose(answer_.ancestors, next.data(), answer_.particles, composed_swap_.data());
+    composed_.swap(composed_swap_);
+    answer_.ancestors = composed_.data();
+  }
   answer_from_ = version;
   answer_now_ = now();
-  return answer;
+  return answer_;
 }
 
 std::size_t RenewalLog::memory() const {
   std::size_t bytes = steps_.size() * sizeof(Step);
-  for (const LoggedBlend& blend : kept_blends_) {
-    bytes += blend.low.size() * (2 * sizeof(int) + sizeof(double));
+  for (std::size_t i = 0; i < kept_blends_.size(); ++i) {
+    bytes += kept_blends_[i].low.size() * (2 * sizeof(int) + sizeof(double));
   }
   for (const Level& level : levels_) {
-    for (const std::vector<int>& map : level.maps) bytes += map.size() * sizeof(int);
+    for (std::size_t i = 0; i < level.maps.size(); ++i) bytes += level.maps[i].size() * sizeof(int);
   }
   return bytes;
 }

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "pf_resampling_core/compensation/compensation.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
+#include "ring.hpp"
 
 namespace pf_resampling {
 
@@ -63,23 +63,26 @@ class RenewalLog {
   // Compositions of 2^k steps each, empty where not all are selections; the first is number
   // `first`.
   struct Level {
-    std::deque<std::vector<int>> maps;
+    Ring<std::vector<int>> maps;
     std::int64_t first = 0;
   };
 
   void append(bool is_blend, std::vector<int> map);
   void push(std::size_t level, std::vector<int> map);
   const std::vector<int>* map_at(std::size_t level, std::int64_t number) const;
+  // The map of the longest stretch kept that begins at `version` and is over by now; null if none.
+  const std::vector<int>* longest_map_from(std::int64_t version, std::int64_t* end) const;
   std::vector<int> spare_map(std::size_t size);
 
   std::int64_t oldest_ = 0;
   std::int64_t blends_ = 0;
-  std::deque<Step> steps_;
-  std::deque<LoggedBlend> kept_blends_;
+  Ring<Step> steps_;
+  Ring<LoggedBlend> kept_blends_;
   std::vector<Level> levels_;
   std::vector<std::vector<int>> spare_maps_;
 
   // The last answer of selections_from(), since rows that were seen together lag together.
+  std::vector<const std::vector<int>*> path_;
   std::vector<int> composed_;
   std::vector<int> composed_swap_;
   ComposedSelection answer_;

@@ -153,17 +153,20 @@ TEST(Compensation, RouletteTakesStrongOnesByWeight) {
 }
 
 TEST(Compensation, DrawsOfDifferentWeakOnesAreIndependent) {
-  // Both weak ones choose among two strong ones: four outcomes of equal probability.
+  // Both weak ones choose among two strong ones of equal weight: four outcomes of equal
+  // probability.
   constexpr int kSteps = 20000;
-  Eigen::ArrayXd outcomes = Eigen::ArrayXd::Zero(5);
-  for (std::uint32_t step = 0; step < kSteps; ++step) {
-    const auto pairs =
-        compensate_with(Pairing::random, array({0.1, 0.2, 0.3, 0.4}), 1.0, step).pairs;
-    outcomes[2 * (pairs[0].high - 2) + (pairs[1].high - 2)] += 1.0;
+  const Eigen::ArrayXd weights = array({0.1, 0.2, 0.35, 0.35});
+  for (const Pairing pairing : {Pairing::random, Pairing::roulette}) {
+    Eigen::ArrayXd outcomes = Eigen::ArrayXd::Zero(4);
+    for (std::uint32_t step = 0; step < kSteps; ++step) {
+      const auto pairs = compensate_with(pairing, weights, 1.0, step).pairs;
+      outcomes[2 * (pairs[0].high - 2) + (pairs[1].high - 2)] += 1.0;
+    }
+    const double expected = kSteps / 4.0;
+    // Three degrees of freedom, held against the quantile of four: false alarm below 1e-6.
+    EXPECT_LT((outcomes - expected).square().sum() / expected, kChiSquare4);
   }
-  const double expected = kSteps / 4.0;
-  // Three degrees of freedom, held against the quantile of four: false alarm below 1e-6.
-  EXPECT_LT((outcomes.head(4) - expected).square().sum() / expected, kChiSquare4);
 }
 
 TEST(Compensation, RouletteNeverTakesAnImpossibleParticle) {

@@ -34,7 +34,7 @@ struct LandmarkRow {
 /// * Compensations do not; a row goes through each, once, as it would have done at once. Eight rows
 ///   that lag alike go together, which costs hardly more than one of them.
 /// * The log is bounded: the rows that lag most are caught up, few at a time, so that none lags by
-///   more than max(1024, 2·(rows in use)) steps or by more than 64 compensations. A row takes each
+///   more than max(4096, 4·(rows in use)) steps or by more than 64 compensations. A row takes each
 ///   step at most once, so all that is never more work than applying every step at once.
 ///
 /// The numbers are the same, to the bit, as if every step were applied at once.
