@@ -33,6 +33,8 @@ function(pf_resampling_compiler_options TARGET)
     target_compile_options(${TARGET} PRIVATE
       -fsanitize=${PF_RESAMPLING_SANITIZE} -fno-omit-frame-pointer)
     target_compile_definitions(${TARGET} PRIVATE PF_RESAMPLING_NO_CLONES)
-    target_link_libraries(${TARGET} PRIVATE -fsanitize=${PF_RESAMPLING_SANITIZE})
+    # Not target_link_libraries, of which gtest targets have the other signature.
+    set_property(TARGET ${TARGET} APPEND_STRING PROPERTY
+      LINK_FLAGS " -fsanitize=${PF_RESAMPLING_SANITIZE}")
   endif()
 endfunction()
