@@ -207,7 +207,7 @@ class EvaluateSlamBag : public EvaluateBag {
   static constexpr double kShrink = 0.98;  // about the middle, (10, 10)
 
   std::string slam_bag(const Pose2& frame, bool with_initial_pose, int first_id) const {
-    const std::string path = directory_.file("slam.bag");
+    std::string path = directory_.file("slam.bag");
     BagWriter bag(path);
     const ros::Time start(kStart);
     const double corners[4][2] = {{0, 0}, {20, 0}, {20, 20}, {0, 20}};
@@ -264,7 +264,7 @@ class EvaluateSlamBag : public EvaluateBag {
       status.particles = 100;
       status.effective_sample_size = i % 2 == 0 ? 40.0 : 80.0;
       status.distinct_ancestors = 30;
-      status.updates = static_cast<std::uint64_t>(i + 1);
+      status.updates = static_cast<std::uint64_t>(i) + 1;
       status.renewals = static_cast<std::uint64_t>(i / 2);
       status.renewed = i % 2 == 1;
       bag.write("/status", time, status);

@@ -27,7 +27,7 @@ class SimulateBag : public testing::Test {
   TemporaryDirectory directory_;
 
   std::string simulate(const std::string& arguments, const std::string& name) const {
-    const std::string path = directory_.file(name);
+    std::string path = directory_.file(name);
     const std::size_t space = arguments.find(' ');
     const std::string world = arguments.substr(0, space);
     const std::string options = space == std::string::npos ? "" : arguments.substr(space);
@@ -218,8 +218,10 @@ TEST_F(SimulateBag, TakesMapsOfThePublicSimulator) {
   const std::vector<std::pair<std::string, std::size_t>> sizes = {
       {"webmap", 35}, {"loop1", 22}, {"loop902", 117}};  // the lines "lm 2 N" of the files
   for (const auto& [name, landmarks] : sizes) {
-    const auto found = messages<LandmarkMap>(
-        simulate(maps + "/example_" + name + ".mat", name + ".bag"), "/ground_truth_landmarks");
+    std::string map_file = maps;
+    map_file.append("/example_").append(name).append(".mat");
+    const auto found =
+        messages<LandmarkMap>(simulate(map_file, name + ".bag"), "/ground_truth_landmarks");
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].landmarks.size(), landmarks) << name;
   }

@@ -29,6 +29,10 @@ Points points_from_mat(const MatFile& file, const std::string& path, const std::
   return points;
 }
 
+[[noreturn]] void fail_at(const std::string& path, std::size_t line, const std::string& what) {
+  throw Error(path + ":" + std::to_string(line) + ": " + what);
+}
+
 /// The text form: "lm 2 N" and N lines of "x y"; # begins a comment.
 void read_text(const std::string& text, const std::string& path, Points* landmarks,
                Points* waypoints) {
@@ -37,9 +41,7 @@ void read_text(const std::string& text, const std::string& path, Points* landmar
   Points* points = nullptr;
   std::size_t missing = 0;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
-    const auto fail = [&](const std::string& what) {
-      throw Error(path + ":" + std::to_string(number) + ": " + what);
-    };
+    const auto fail = [&](const std::string& what) { fail_at(path, number, what); };
     std::istringstream words(line.substr(0, line.find('#')));
     std::string first;
     if (!(words >> first)) continue;

@@ -22,8 +22,8 @@ double FeatureError::rms() const {
   return count_ > 0 ? std::sqrt(squares_ / static_cast<double>(count_)) : 0.0;
 }
 
-double position_error(const Eigen::Vector2d& truth, Eigen::Ref<const Eigen::ArrayXd> x,
-                      Eigen::Ref<const Eigen::ArrayXd> y) {
+double position_error(const Eigen::Vector2d& truth, const Eigen::Ref<const Eigen::ArrayXd>& x,
+                      const Eigen::Ref<const Eigen::ArrayXd>& y) {
   if (x.size() == 0 || x.size() != y.size()) {
     throw Error("position error of " + std::to_string(x.size()) + " x and " +
                 std::to_string(y.size()) + " y: it needs as many of both, and at least one");

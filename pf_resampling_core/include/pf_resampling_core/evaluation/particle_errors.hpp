@@ -33,7 +33,7 @@ class FeatureError {
 /// Root mean square error of the particles' positions (K eq. 6; x and y only, unweighted), m.
 /// `truth`: where the robot is; x, y: of each particle, m. Throws Error on no particles or
 /// different sizes.
-double position_error(const Eigen::Vector2d& truth, Eigen::Ref<const Eigen::ArrayXd> x,
-                      Eigen::Ref<const Eigen::ArrayXd> y);
+double position_error(const Eigen::Vector2d& truth, const Eigen::Ref<const Eigen::ArrayXd>& x,
+                      const Eigen::Ref<const Eigen::ArrayXd>& y);
 
 }  // namespace pf_resampling
