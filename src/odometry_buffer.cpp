@@ -200,7 +200,7 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
       const double sine = std::sin(increment->mean.heading);
       Eigen::Matrix3d to_start = Eigen::Matrix3d::Identity();
       to_start.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
-      append(OdometryNoise{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, motion, step * (end - begin), increment);
+      append(OdometryNoise::none(), motion, step * (end - begin), increment);
       increment->covariance += (end - begin) * to_start * *b.step_covariance * to_start.transpose();
     } else {
       append(noise, motion, step * (end - begin), increment);

@@ -172,8 +172,8 @@ TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
           Eigen::Vector3d(0.1 + 0.3 * i, 0.1 + 0.2 * i, 0.1 + 0.1 * i).asDiagonal());
       buffer.add(odometry);
     }
-    const OdometryNoise none = {0, 0, 0, 0, 0, 0};
-    const OdometryIncrement increment = buffer.integrate(ros::Time(100.5), ros::Time(103.0), none);
+    const OdometryIncrement increment =
+        buffer.integrate(ros::Time(100.5), ros::Time(103.0), OdometryNoise::none());
     const Eigen::Vector3d expected =
         use ? Eigen::Vector3d(0.75, 0.5, 0.25) : Eigen::Vector3d::Zero();
     EXPECT_LT((increment.covariance.diagonal() - expected).norm(), 1e-9);

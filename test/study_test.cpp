@@ -137,8 +137,9 @@ TEST_F(Study, SaysWhichSettingsOfThePapersFilterDiffer) {
                   " --seeds 1 --schemes systematic --excitations none --config " + config);
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_TRUE(contains(result.out,
-                       "Settings: `calibration/estimation` = off, "
-                       "`yaw_rate_bias/estimate` = false, `initialization/method` = "
+                       "Settings: `calibration/estimation` = off, `noise_estimation/ranges` = "
+                       "false, `noise_estimation/odometry` = false, `yaw_rate_bias/estimate` = "
+                       "false, `initialization/method` = "
                        "uniform, `recovery/enabled` = false."))
       << result.out;
 }

@@ -17,6 +17,9 @@ struct OdometryNoise {
   double heading_per_time = 0.003;      ///< rad/sqrt(s)
   double along_per_time = 0.0;          ///< along the motion, m/sqrt(s): white noise of the speed
   double translation_per_time = 0.005;  ///< along both axes, m/sqrt(s)
+
+  /// Perfect odometry.
+  static OdometryNoise none() { return {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}; }
 };
 
 /// Odometry between two observations, integrated once for all particles: a Gaussian over the motion
