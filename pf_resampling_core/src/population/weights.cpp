@@ -1,6 +1,7 @@
 #include "pf_resampling_core/population/weights.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "lanes.hpp"
@@ -13,87 +14,127 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t kBlock = 256;  // a multiple of kLanes
 
-// Eight values from `values`, or what is left of `size`, filled up.
-PF_RESAMPLING_INLINE void load_up_to(const double* values, std::int64_t size, double filling,
-                                     Doubles* lanes) {
-  for (int lane = 0; lane < kLanes; ++lane) (*lanes)[lane] = lane < size ? values[lane] : filling;
+// The last values, fewer than eight, filled up.
+PF_RESAMPLING_INLINE void fill_up(const double* values, std::int64_t size, double filling,
+                                  double* lanes) {
+  for (int lane = 0; lane < kLanes; ++lane) lanes[lane] = lane < size ? values[lane] : filling;
 }
 
-PF_RESAMPLING_INLINE void examine_lanes(const Doubles& lanes, Doubles* maximum,
-                                        Integers* unusable) {
-  *maximum = lanes > *maximum ? lanes : *maximum;
-  // NaN and +infinity are what is not below infinity.
-  *unusable |= ~(lanes < kInfinity);
+template <typename R>
+struct Examined {
+  typename R::Doubles maximum[R::kParts];
+  typename R::Integers unusable[R::kParts];
+};
+
+template <typename R>
+PF_RESAMPLING_INLINE void examine(const double* values, Examined<R>* all) {
+#pragma GCC unroll 4
+  for (int part = 0; part < R::kParts; ++part) {
+    typename R::Doubles lanes;
+    std::memcpy(&lanes, values + part * R::kWidth, sizeof lanes);
+    all->maximum[part] = lanes > all->maximum[part] ? lanes : all->maximum[part];
+    // NaN and +infinity are what is not below infinity.
+    all->unusable[part] |= ~(lanes < kInfinity);
+  }
+}
+
+template <int kBytes>
+PF_RESAMPLING_INLINE void maximum_in(const double* values, std::int64_t size, double* maximum) {
+  using R = Registers<kBytes>;
+  Examined<R> all;
+  for (int part = 0; part < R::kParts; ++part) {
+    all.maximum[part] = typename R::Doubles{} - kInfinity;
+    all.unusable[part] = typename R::Integers{};
+  }
+  std::int64_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) examine<R>(values + i, &all);
+  if (i < size) {
+    double lanes[kLanes];
+    fill_up(values + i, size - i, -kInfinity, lanes);
+    examine<R>(lanes, &all);
+  }
+  double maxima[kLanes];
+  std::int64_t unusable[kLanes];
+  std::memcpy(maxima, all.maximum, sizeof maxima);
+  std::memcpy(unusable, all.unusable, sizeof unusable);
+  *maximum = *std::max_element(maxima, maxima + kLanes);
+  for (const std::int64_t lane : unusable) *maximum = lane != 0 ? kInfinity : *maximum;
 }
 
 // The largest value; +infinity when some are NaN or +infinity.
-PF_RESAMPLING_VECTOR_CLONES
-double maximum_if_usable(const double* values, std::int64_t size) {
-  Doubles maximum = Doubles{} - kInfinity;
-  Integers unusable = {};
-  std::int64_t i = 0;
-  Doubles lanes = {};
-  for (; i + kLanes <= size; i += kLanes) {
-    load(values + i, &lanes);
-    examine_lanes(lanes, &maximum, &unusable);
-  }
-  if (i < size) {
-    load_up_to(values + i, size - i, -kInfinity, &lanes);
-    examine_lanes(lanes, &maximum, &unusable);
-  }
-  bool usable = true;
-  for (int lane = 0; lane < kLanes; ++lane) usable = usable && unusable[lane] == 0;
-  return usable ? maximum_of(maximum) : kInfinity;
-}
+PF_RESAMPLING_BY_WIDTH(maximum_if_usable, maximum_in,
+                       (const double* values, std::int64_t size, double* maximum),
+                       (values, size, maximum))
 
 struct Sums {
-  double weights = 0.0;
-  double squares = 0.0;
-  double weighted_logs = 0.0;
+  double weights[kLanes] = {};
+  double squares[kLanes] = {};
+  double weighted_logs[kLanes] = {};
 };
 
-PF_RESAMPLING_INLINE void add_lanes(const Doubles& weights, const Doubles& logs, Doubles* sum,
-                                    Doubles* squares, Doubles* weighted_logs) {
-  *sum += weights;
-  *squares += weights * weights;
-  // A weight of zero may have a logarithm of -infinity.
-  const Doubles product = weights * logs;
-  *weighted_logs += weights > 0.0 ? product : Doubles{};
+// Adds the sums over a block, whose arrays are filled up with zeros to a multiple of kLanes.
+template <int kBytes>
+PF_RESAMPLING_INLINE void add_block_in(const double* weights, const double* logs, std::int64_t size,
+                                       Sums* sums) {
+  using R = Registers<kBytes>;
+  typename R::Doubles sum[R::kParts] = {};
+  typename R::Doubles squares[R::kParts] = {};
+  typename R::Doubles weighted_logs[R::kParts] = {};
+  for (std::int64_t i = 0; i < size; i += kLanes) {
+#pragma GCC unroll 4
+    for (int part = 0; part < R::kParts; ++part) {
+      typename R::Doubles weight;
+      typename R::Doubles log;
+      std::memcpy(&weight, weights + i + part * R::kWidth, sizeof weight);
+      std::memcpy(&log, logs + i + part * R::kWidth, sizeof log);
+      sum[part] += weight;
+      squares[part] += weight * weight;
+      // A weight of zero may have a logarithm of -infinity.
+      const typename R::Doubles product = weight * log;
+      weighted_logs[part] += weight > 0.0 ? product : typename R::Doubles{};
+    }
+  }
+  double lanes[kLanes];
+  std::memcpy(lanes, sum, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->weights[lane] += lanes[lane];
+  std::memcpy(lanes, squares, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->squares[lane] += lanes[lane];
+  std::memcpy(lanes, weighted_logs, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->weighted_logs[lane] += lanes[lane];
+}
+
+PF_RESAMPLING_BY_WIDTH(add_block, add_block_in,
+                       (const double* weights, const double* logs, std::int64_t size, Sums* sums),
+                       (weights, logs, size, sums))
+
+PF_RESAMPLING_VECTOR_CLONES
+void exponentials_of_block(const double* log_weights, double shift, std::int64_t size,
+                           double* shifted, double* linear) {
+  for (std::int64_t i = 0; i < size; ++i) {
+    const double value = log_weights[i] - shift;
+    shifted[i] = value;
+    linear[i] = exp_vector(value);
+  }
 }
 
 // linear = e^(log_weights - shift), and its sums.
-PF_RESAMPLING_VECTOR_CLONES
 void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
                   Sums* sums) {
-  Doubles sum = {};
-  Doubles squares = {};
-  Doubles weighted_logs = {};
   double shifted[kBlock];
-  Doubles weights = {};
-  Doubles logs = {};
+  double last[kLanes];
+  double last_shifted[kLanes];
   for (std::int64_t begin = 0; begin < size; begin += kBlock) {
     const std::int64_t count = std::min(kBlock, size - begin);
+    const std::int64_t whole = count / kLanes * kLanes;
     double* out = linear + begin;
-    for (std::int64_t i = 0; i < count; ++i) {
-      const double value = log_weights[begin + i] - shift;
-      shifted[i] = value;
-      out[i] = exp_vector(value);
-    }
-    std::int64_t i = 0;
-    for (; i + kLanes <= count; i += kLanes) {
-      load(out + i, &weights);
-      load(shifted + i, &logs);
-      add_lanes(weights, logs, &sum, &squares, &weighted_logs);
-    }
-    if (i < count) {
-      load_up_to(out + i, count - i, 0.0, &weights);
-      load_up_to(shifted + i, count - i, 0.0, &logs);
-      add_lanes(weights, logs, &sum, &squares, &weighted_logs);
+    exponentials_of_block(log_weights + begin, shift, count, shifted, out);
+    add_block(out, shifted, whole, sums);
+    if (whole < count) {
+      fill_up(out + whole, count - whole, 0.0, last);
+      fill_up(shifted + whole, count - whole, 0.0, last_shifted);
+      add_block(last, last_shifted, kLanes, sums);
     }
   }
-  sums->weights = sum_of(sum);
-  sums->squares = sum_of(squares);
-  sums->weighted_logs = sum_of(weighted_logs);
 }
 
 PF_RESAMPLING_VECTOR_CLONES
@@ -105,21 +146,31 @@ void rescale(double inverse_sum, double log_sum, std::int64_t size, double* line
   }
 }
 
-PF_RESAMPLING_VECTOR_CLONES
-double sum_of_squares(const double* values, std::int64_t size) {
-  Doubles squares = {};
-  Doubles lanes = {};
-  std::int64_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
-    load(values + i, &lanes);
-    squares += lanes * lanes;
+template <int kBytes>
+PF_RESAMPLING_INLINE void squares_in(const double* values, std::int64_t size, double* result) {
+  using R = Registers<kBytes>;
+  typename R::Doubles squares[R::kParts] = {};
+  double lanes[kLanes];
+  for (std::int64_t i = 0; i < size; i += kLanes) {
+    const double* from = values + i;
+    if (i + kLanes > size) {
+      fill_up(from, size - i, 0.0, lanes);
+      from = lanes;
+    }
+#pragma GCC unroll 4
+    for (int part = 0; part < R::kParts; ++part) {
+      typename R::Doubles value;
+      std::memcpy(&value, from + part * R::kWidth, sizeof value);
+      squares[part] += value * value;
+    }
   }
-  if (i < size) {
-    load_up_to(values + i, size - i, 0.0, &lanes);
-    squares += lanes * lanes;
-  }
-  return sum_of(squares);
+  std::memcpy(lanes, squares, sizeof lanes);
+  *result = sum_of_lanes(lanes);
 }
+
+PF_RESAMPLING_BY_WIDTH(sum_of_squares, squares_in,
+                       (const double* values, std::int64_t size, double* result),
+                       (values, size, result))
 
 bool is_finite(double value) {
   return value > -kInfinity && value < kInfinity;
@@ -128,8 +179,9 @@ bool is_finite(double value) {
 }  // namespace
 
 bool is_normalizable(ConstArray log_weights) {
-  return log_weights.size() > 0 &&
-         is_finite(maximum_if_usable(log_weights.data(), log_weights.size()));
+  double maximum = kInfinity;
+  maximum_if_usable(log_weights.data(), log_weights.size(), &maximum);
+  return is_finite(maximum);
 }
 
 WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
@@ -138,7 +190,8 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
                 std::to_string(linear.size()) + " weights; give arrays of one size");
   }
   const std::int64_t size = log_weights.size();
-  const double shift = size > 0 ? maximum_if_usable(log_weights.data(), size) : kInfinity;
+  double shift = kInfinity;
+  maximum_if_usable(log_weights.data(), size, &shift);
   if (!is_finite(shift)) {
     throw Error(
         "normalize: the log-weights are none, hold NaN or +infinity, or all are -infinity; reset "
@@ -146,21 +199,24 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
   }
   Sums sums;
   exponentials(log_weights.data(), shift, size, linear.data(), &sums);
-  const double log_of_sum = log_vector(sums.weights);
+  const double sum = sum_of_lanes(sums.weights);
+  const double log_of_sum = log_vector(sum);
   WeightSummary summary;
   summary.log_sum = shift + log_of_sum;
-  rescale(1.0 / sums.weights, summary.log_sum, size, linear.data(), log_weights.data());
+  rescale(1.0 / sum, summary.log_sum, size, linear.data(), log_weights.data());
   const double largest = static_cast<double>(size);
-  const double effective = sums.weights * sums.weights / sums.squares;
+  const double effective = sum * sum / sum_of_lanes(sums.squares);
   summary.effective_sample_size = std::min(std::max(effective, 1.0), largest);
   // Entropy: -sum w/S log(w/S) = log S - (sum w log w) / S.
-  const double entropy = log_of_sum - sums.weighted_logs / sums.weights;
+  const double entropy = log_of_sum - sum_of_lanes(sums.weighted_logs) / sum;
   summary.entropy_sample_size = std::min(std::max(exp_vector(entropy), 1.0), largest);
   return summary;
 }
 
 double effective_sample_size(ConstArray linear) {
-  return 1.0 / sum_of_squares(linear.data(), linear.size());
+  double squares = 0.0;
+  sum_of_squares(linear.data(), linear.size(), &squares);
+  return 1.0 / squares;
 }
 
 }  // namespace pf_resampling

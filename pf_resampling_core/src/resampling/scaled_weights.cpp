@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
@@ -17,55 +18,80 @@ struct Totals {
   bool suspicious = false;  // something negative (or -0.0), infinite or NaN
 };
 
-PF_RESAMPLING_INLINE void add_lanes(const Doubles& weights, double scale, Doubles* sum,
-                                    Doubles* maximum, Unsigneds* units, Unsigneds* signs) {
-  Unsigneds bits;
-  bits_of(weights, &bits);
-  // The sign is set in the one or the other by everything that is negative, infinite or NaN.
-  *signs |= bits | (bits + 0x0010000000000000u);
-  *sum += weights;
-  *maximum = weights > *maximum ? weights : *maximum;
-  Unsigneds fixed;
-  to_fixed(weights * scale, &fixed);
-  *units += fixed;
+// What add_up() gathers, in eight lanes.
+template <typename R>
+struct Gathered {
+  typename R::Doubles block_sum[R::kParts] = {};
+  typename R::Doubles maximum[R::kParts] = {};
+  typename R::Unsigneds units[R::kParts] = {};
+  typename R::Unsigneds signs[R::kParts] = {};
+};
+
+template <typename R>
+PF_RESAMPLING_INLINE void gather(const double* weights, double scale, Gathered<R>* all) {
+#pragma GCC unroll 4
+  for (int part = 0; part < R::kParts; ++part) {
+    typename R::Doubles lanes;
+    std::memcpy(&lanes, weights + part * R::kWidth, sizeof lanes);
+    typename R::Unsigneds bits;
+    std::memcpy(&bits, &lanes, sizeof bits);
+    // The sign is set in the one or the other by everything that is negative, infinite or NaN.
+    all->signs[part] |= bits | (bits + 0x0010000000000000u);
+    all->block_sum[part] += lanes;
+    all->maximum[part] = lanes > all->maximum[part] ? lanes : all->maximum[part];
+    typename R::Unsigneds fixed;
+    to_fixed(lanes * scale, &fixed);
+    all->units[part] += fixed;
+  }
 }
 
-PF_RESAMPLING_VECTOR_CLONES
-void add_up(const double* weights, std::int64_t size, double scale, Totals* totals) {
-  Doubles sum = {};
-  Doubles maximum = {};
-  Unsigneds units = {};
-  Unsigneds signs = {};
+template <int kBytes>
+PF_RESAMPLING_INLINE void add_up_in(const double* weights, std::int64_t size, double scale,
+                                    Totals* totals) {
+  using R = Registers<kBytes>;
+  Gathered<R> all;
+  double sum[kLanes] = {};
+  double lanes[kLanes];
   double so_far = -1.0;
   for (std::int64_t begin = 0; begin < size; begin += kBlock) {
     const std::int64_t end = std::min(begin + kBlock, size);
-    // A sum of sums: its rounding errors stay far below the 1e-13 that scale_weights() overlooks.
-    Doubles block_sum = {};
     std::int64_t i = begin;
-    for (; i + kLanes <= end; i += kLanes) {
-      Doubles lanes = {};
-      load(weights + i, &lanes);
-      add_lanes(lanes, scale, &block_sum, &maximum, &units, &signs);
-    }
+    for (; i + kLanes <= end; i += kLanes) gather<R>(weights + i, scale, &all);
     if (i < end) {
-      Doubles lanes = {};
-      for (int lane = 0; i + lane < end; ++lane) lanes[lane] = weights[i + lane];
-      add_lanes(lanes, scale, &block_sum, &maximum, &units, &signs);
+      for (int lane = 0; lane < kLanes; ++lane)
+        lanes[lane] = i + lane < end ? weights[i + lane] : 0.0;
+      gather<R>(lanes, scale, &all);
     }
-    sum += block_sum;
-    const double maximum_so_far = maximum_of(maximum);
-    if (maximum_so_far > so_far) {
-      so_far = maximum_so_far;
+    // A sum of sums: its rounding errors stay far below the 1e-13 that scale_weights() overlooks.
+    std::memcpy(lanes, all.block_sum, sizeof lanes);
+    for (int lane = 0; lane < kLanes; ++lane) sum[lane] += lanes[lane];
+    for (typename R::Doubles& part : all.block_sum) part = typename R::Doubles{};
+    std::memcpy(lanes, all.maximum, sizeof lanes);
+    const double maximum = *std::max_element(lanes, lanes + kLanes);
+    if (maximum > so_far) {
+      so_far = maximum;
       totals->block_of_maximum = begin;
     }
   }
-  totals->sum = sum_of(sum);
+  totals->sum = sum_of_lanes(sum);
   totals->maximum = so_far;
+  std::uint64_t units[kLanes];
+  std::uint64_t signs[kLanes];
+  std::memcpy(units, all.units, sizeof units);
+  std::memcpy(signs, all.signs, sizeof signs);
   std::uint64_t all_units = 0;
-  for (int lane = 0; lane < kLanes; ++lane) all_units += units[lane];
+  std::uint64_t all_signs = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    all_units += units[lane];
+    all_signs |= signs[lane];
+  }
   totals->units = static_cast<std::int64_t>(all_units);
-  totals->suspicious = (any_of(signs) >> 63) != 0;
+  totals->suspicious = (all_signs >> 63) != 0;
 }
+
+PF_RESAMPLING_BY_WIDTH(add_up, add_up_in,
+                       (const double* weights, std::int64_t size, double scale, Totals* totals),
+                       (weights, size, scale, totals))
 
 void check_each(const double* weights, std::int64_t size) {
   for (std::int64_t i = 0; i < size; ++i) {

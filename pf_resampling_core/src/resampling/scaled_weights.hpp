@@ -24,16 +24,17 @@ PF_RESAMPLING_INLINE std::int64_t to_fixed(double x) {
                                    ((kRoundBits << 31) + kRoundBits));
 }
 
-/// The same, eight at a time.
-PF_RESAMPLING_INLINE void to_fixed(const Doubles& x, Unsigneds* fixed) {
+/// The same for registers full of numbers.
+template <typename DoubleRegister, typename UnsignedRegister>
+PF_RESAMPLING_INLINE void to_fixed(const DoubleRegister& x, UnsignedRegister* fixed) {
   constexpr double kRound = 6755399441055744.0;
   constexpr std::uint64_t kRoundBits = 0x4338000000000000u;
-  const Doubles upper = x * 0x1p-31 + kRound;
-  const Doubles lower = (x - (upper - kRound) * 0x1p31) + kRound;
-  Unsigneds upper_bits;
-  Unsigneds lower_bits;
-  bits_of(upper, &upper_bits);
-  bits_of(lower, &lower_bits);
+  const DoubleRegister upper = x * 0x1p-31 + kRound;
+  const DoubleRegister lower = (x - (upper - kRound) * 0x1p31) + kRound;
+  UnsignedRegister upper_bits;
+  UnsignedRegister lower_bits;
+  std::memcpy(&upper_bits, &upper, sizeof upper);
+  std::memcpy(&lower_bits, &lower, sizeof lower);
   *fixed = (upper_bits << 31) + lower_bits - ((kRoundBits << 31) + kRoundBits);
 }
 
