@@ -44,8 +44,8 @@ std::vector<TruePose> truth_of(const Recording& recording) {
   return truth;
 }
 
-std::vector<MapLandmark> map_of(const Recording& recording) {
-  std::vector<MapLandmark> map;
+std::vector<PointLandmark> map_of(const Recording& recording) {
+  std::vector<PointLandmark> map;
   for (const auto& landmark : recording.landmarks) {
     map.push_back({landmark.id, {landmark.x, landmark.y}, Eigen::Matrix2d::Zero()});
   }

@@ -119,7 +119,7 @@ LandmarkMatching matching_from(const std::string& name) {
 BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& odom_topic,
                                    const std::string& landmarks_topic,
                                    const std::vector<TruePose>& truth,
-                                   const std::optional<std::vector<MapLandmark>>& true_map,
+                                   const std::optional<std::vector<PointLandmark>>& true_map,
                                    const PathErrorOptions& options, const Evaluation& evaluation) {
   BatchProblem problem;
   problem.odometry = read_poses(bag, odom_topic);
@@ -199,8 +199,8 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   plot.beacons = read_beacons(bag, topic("beacons"));
   const auto map = read_landmark_map(bag, topic("landmark-map"));
   const auto true_map = read_landmark_map(bag, topic("true-landmarks"));
-  plot.landmarks = map.value_or(std::vector<MapLandmark>());
-  plot.true_landmarks = true_map.value_or(std::vector<MapLandmark>());
+  plot.landmarks = map.value_or(std::vector<PointLandmark>());
+  plot.true_landmarks = true_map.value_or(std::vector<PointLandmark>());
   if (with_odometry) plot.dead_reckoning = read_poses(bag, topic("odom"));
   if (paths_alone) {
     if (with_odometry) {

@@ -286,7 +286,7 @@ class Batch {
     solution.distance_scale = 1.0 / state_.scales[0];
     solution.yaw_scale = 1.0 / state_.scales[1];
     for (std::size_t i = 0; i < ids_.size(); ++i) {
-      MapLandmark landmark;
+      PointLandmark landmark;
       landmark.id = ids_[i];
       landmark.position << state_.landmarks[i][0], state_.landmarks[i][1];
       solution.landmarks.push_back(landmark);

@@ -33,7 +33,7 @@ struct BatchProblem {
 
 struct BatchSolution {
   std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; the first is the origin
-  std::vector<MapLandmark> landmarks;
+  std::vector<PointLandmark> landmarks;
   double distance_scale = 1.0;  ///< measured over true
   double yaw_scale = 1.0;
   int observations = 0;  ///< that took part

@@ -189,16 +189,16 @@ std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string&
   return ranges;
 }
 
-std::optional<std::vector<MapLandmark>> read_landmark_map(const rosbag::Bag& bag,
-                                                          const std::string& topic) {
+std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
+                                                            const std::string& topic) {
   pf_resampling::LandmarkMap::ConstPtr last;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
     if (const auto map = instance.instantiate<pf_resampling::LandmarkMap>()) last = map;
   });
   if (!last) return std::nullopt;
-  std::vector<MapLandmark> landmarks;
+  std::vector<PointLandmark> landmarks;
   for (const auto& message : last->landmarks) {
-    MapLandmark landmark;
+    PointLandmark landmark;
     landmark.id = message.id;
     landmark.position << message.position.x, message.position.y;
     landmark.covariance << message.covariance[0], message.covariance[1], message.covariance[2],

@@ -49,8 +49,8 @@ struct StampedRange {
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic);
 
 /// The landmarks of the last message on a topic of LandmarkMap; nothing if there is none.
-std::optional<std::vector<MapLandmark>> read_landmark_map(const rosbag::Bag& bag,
-                                                          const std::string& topic);
+std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
+                                                            const std::string& topic);
 
 /// What a sensor saw of one landmark.
 struct SeenLandmark {

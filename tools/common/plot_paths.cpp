@@ -129,7 +129,7 @@ std::size_t clipped_points(const PathPlot& plot) {
 }
 
 /// The 95 % ellipse of a landmark: half axes (m) and the direction of the longer (rad).
-json landmark_json(const MapLandmark& landmark) {
+json landmark_json(const PointLandmark& landmark) {
   constexpr double kChiSquare95TwoDof = 5.991464547107979;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(landmark.covariance);
   const Eigen::Array2d half = (kChiSquare95TwoDof * axes.eigenvalues().array().max(0.0)).sqrt();
@@ -139,9 +139,9 @@ json landmark_json(const MapLandmark& landmark) {
           {"short", half[0]},           {"angle", std::atan2(longer.y(), longer.x())}};
 }
 
-json map_json(const std::vector<MapLandmark>& map) {
+json map_json(const std::vector<PointLandmark>& map) {
   json result = json::array();
-  for (const MapLandmark& landmark : map) result.push_back(landmark_json(landmark));
+  for (const PointLandmark& landmark : map) result.push_back(landmark_json(landmark));
   return result;
 }
 

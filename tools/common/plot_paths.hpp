@@ -17,8 +17,8 @@ struct PathPlot {
   std::vector<EstimatedPose> estimate;
   std::vector<EstimatedPose> dead_reckoning;
   std::vector<Beacon> beacons;
-  std::vector<MapLandmark> landmarks;  ///< estimated, with the ellipses of their covariances
-  std::vector<MapLandmark> true_landmarks;
+  std::vector<PointLandmark> landmarks;  ///< estimated, with the ellipses of their covariances
+  std::vector<PointLandmark> true_landmarks;
   std::optional<PathErrors> errors;  ///< of the estimate, over time, with 3-sigma bands
   std::optional<PathErrors> dead_reckoning_errors;  ///< its Cartesian error, beside the estimate's
 };

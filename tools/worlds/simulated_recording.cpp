@@ -13,7 +13,7 @@ void add_landmarks(const World& world, const SimulatedDrive& drive, Recording* r
     const Eigen::Vector2d& position = world.landmarks[id];
     recording->landmarks.push_back({static_cast<std::int32_t>(id), position.x(), position.y()});
   }
-  const LandmarkSensorOptions& sensor = world.landmark_sensor;
+  const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
   for (const auto& scan : drive.scans) {
     for (const auto& seen : scan.observations) {
       recording->landmark_observations.push_back({scan.time, seen.id, seen.range, seen.bearing,

@@ -25,7 +25,8 @@ Eigen::Vector2d mean_of(const Points& points) {
   return sum / static_cast<double>(points.size());
 }
 
-Pose2 alignment_of(const std::vector<MapLandmark>& estimated, const std::vector<MapLandmark>& truth,
+Pose2 alignment_of(const std::vector<PointLandmark>& estimated,
+                   const std::vector<PointLandmark>& truth,
                    const std::vector<LandmarkMatch>& matches) {
   Points from, to;
   for (const LandmarkMatch& match : matches) {
@@ -35,7 +36,7 @@ Pose2 alignment_of(const std::vector<MapLandmark>& estimated, const std::vector<
   return align_points(from, to);
 }
 
-double rms_of(const std::vector<MapLandmark>& estimated, const std::vector<MapLandmark>& truth,
+double rms_of(const std::vector<PointLandmark>& estimated, const std::vector<PointLandmark>& truth,
               const std::vector<LandmarkMatch>& matches, const Pose2& alignment) {
   double squares = 0.0;
   for (const LandmarkMatch& match : matches) {
@@ -45,8 +46,8 @@ double rms_of(const std::vector<MapLandmark>& estimated, const std::vector<MapLa
   return std::sqrt(squares / static_cast<double>(matches.size()));
 }
 
-bool ids_make_sense(const std::vector<MapLandmark>& estimated,
-                    const std::vector<MapLandmark>& truth, double gate) {
+bool ids_make_sense(const std::vector<PointLandmark>& estimated,
+                    const std::vector<PointLandmark>& truth, double gate) {
   const std::vector<LandmarkMatch> matches = match_by_id(estimated, truth);
   if (matches.empty() || 2 * matches.size() < estimated.size()) return false;
   const Pose2 alignment = alignment_of(estimated, truth, matches);
@@ -59,8 +60,8 @@ bool ids_make_sense(const std::vector<MapLandmark>& estimated,
 }
 
 /// Matches by nearest in the first frame, aligns the matched, and again until nothing changes.
-std::vector<LandmarkMatch> match_and_align(const std::vector<MapLandmark>& estimated,
-                                           const std::vector<MapLandmark>& truth, double gate,
+std::vector<LandmarkMatch> match_and_align(const std::vector<PointLandmark>& estimated,
+                                           const std::vector<PointLandmark>& truth, double gate,
                                            Pose2 alignment) {
   std::vector<LandmarkMatch> matches = match_by_nearest(moved(estimated, alignment), truth, gate);
   for (int round = 0; round < kMostRounds && matches.size() >= 2; ++round) {
@@ -78,14 +79,14 @@ std::vector<LandmarkMatch> match_and_align(const std::vector<MapLandmark>& estim
 }
 
 /// Consistency of the matched landmarks with the covariances they state.
-void add_consistency(const std::vector<MapLandmark>& estimated,
-                     const std::vector<MapLandmark>& truth, MapErrors* errors) {
+void add_consistency(const std::vector<PointLandmark>& estimated,
+                     const std::vector<PointLandmark>& truth, MapErrors* errors) {
   int inside = 0;
   double sum = 0.0;
   bool states_covariance = false;
   for (const LandmarkMatch& match : errors->matches) {
-    const MapLandmark& estimate = estimated[match.estimated];
-    const MapLandmark& real = truth[match.truth];
+    const PointLandmark& estimate = estimated[match.estimated];
+    const PointLandmark& real = truth[match.truth];
     states_covariance = states_covariance || estimate.covariance.trace() > 0.0;
     const Eigen::Matrix2d covariance = estimate.covariance + real.covariance;
     const Eigen::LLT<Eigen::Matrix2d> factor(covariance);
@@ -104,8 +105,8 @@ void add_consistency(const std::vector<MapLandmark>& estimated,
 
 }  // namespace
 
-void check_map(const std::vector<MapLandmark>& map, const char* name) {
-  for (const MapLandmark& landmark : map) {
+void check_map(const std::vector<PointLandmark>& map, const char* name) {
+  for (const PointLandmark& landmark : map) {
     if (landmark.position.allFinite() && landmark.covariance.allFinite()) continue;
     throw Error(std::string(name) + ": landmark " + std::to_string(landmark.id) + " is not finite");
   }
@@ -147,9 +148,9 @@ std::vector<EstimatedPose> moved(std::vector<EstimatedPose> path, const Pose2& b
   return path;
 }
 
-std::vector<MapLandmark> moved(std::vector<MapLandmark> map, const Pose2& by) {
+std::vector<PointLandmark> moved(std::vector<PointLandmark> map, const Pose2& by) {
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(by.heading).toRotationMatrix();
-  for (MapLandmark& landmark : map) {
+  for (PointLandmark& landmark : map) {
     landmark.position = moved(landmark.position, by);
     landmark.covariance = (turn * landmark.covariance * turn.transpose()).eval();
   }
@@ -183,8 +184,8 @@ AlignedPathErrors evaluate_aligned_path(const std::vector<TruePose>& truth,
   return result;
 }
 
-std::vector<LandmarkMatch> match_by_id(const std::vector<MapLandmark>& estimated,
-                                       const std::vector<MapLandmark>& truth) {
+std::vector<LandmarkMatch> match_by_id(const std::vector<PointLandmark>& estimated,
+                                       const std::vector<PointLandmark>& truth) {
   std::map<std::int32_t, std::size_t> by_id;
   for (std::size_t i = 0; i < truth.size(); ++i) by_id.emplace(truth[i].id, i);
   std::vector<LandmarkMatch> matches;
@@ -197,8 +198,8 @@ std::vector<LandmarkMatch> match_by_id(const std::vector<MapLandmark>& estimated
   return matches;
 }
 
-std::vector<LandmarkMatch> match_by_nearest(const std::vector<MapLandmark>& estimated,
-                                            const std::vector<MapLandmark>& truth, double gate) {
+std::vector<LandmarkMatch> match_by_nearest(const std::vector<PointLandmark>& estimated,
+                                            const std::vector<PointLandmark>& truth, double gate) {
   struct Pair {
     double distance;
     LandmarkMatch match;
@@ -227,7 +228,7 @@ std::vector<LandmarkMatch> match_by_nearest(const std::vector<MapLandmark>& esti
   return matches;
 }
 
-double usual_gate(const std::vector<MapLandmark>& truth) {
+double usual_gate(const std::vector<PointLandmark>& truth) {
   constexpr double kLeast = 0.5;  // m
   if (truth.size() < 2) return kLeast;
   std::vector<double> distances;
@@ -242,8 +243,8 @@ double usual_gate(const std::vector<MapLandmark>& truth) {
   return std::max(kLeast, 0.5 * median(std::move(distances)));
 }
 
-MapErrors evaluate_map(const std::vector<MapLandmark>& estimated,
-                       const std::vector<MapLandmark>& truth, const MapErrorOptions& options) {
+MapErrors evaluate_map(const std::vector<PointLandmark>& estimated,
+                       const std::vector<PointLandmark>& truth, const MapErrorOptions& options) {
   check_map(estimated, "estimated map");
   check_map(truth, "true map");
   if (truth.empty()) throw Error("the true map has no landmarks: there is nothing to compare with");

@@ -58,7 +58,7 @@ std::optional<double> measure_range(const RangeSensorOptions& options,
 }
 
 std::vector<SimulatedLandmarkObservation> observe_landmarks(
-    const LandmarkSensorOptions& options, const std::vector<Eigen::Vector2d>& landmarks,
+    const SimulatedLandmarkSensor& options, const std::vector<Eigen::Vector2d>& landmarks,
     const Pose2& pose, std::uint64_t seed, std::uint32_t scan) {
   const RandomStream stream(seed, RandomPurpose::simulation_observation, scan);
   std::vector<SimulatedLandmarkObservation> observations;

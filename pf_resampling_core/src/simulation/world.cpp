@@ -97,7 +97,7 @@ void check_ranges(const World& world) {
   }
 }
 
-void check_landmark_sensor(const LandmarkSensorOptions& sensor) {
+void check_landmark_sensor(const SimulatedLandmarkSensor& sensor) {
   check_not_negative("robot/observation_period", sensor.period);
   check_not_negative("robot/sensor/range_max", sensor.range_max);
   check_not_negative("robot/sensor/field_of_view", sensor.field_of_view);

@@ -12,12 +12,12 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 
-MapLandmark landmark(int id, double x, double y, double variance = 0.0) {
+PointLandmark landmark(int id, double x, double y, double variance = 0.0) {
   return {id, {x, y}, variance * Eigen::Matrix2d::Identity()};
 }
 
 /// Corners of a rectangle and its middle, ids 10 to 14.
-std::vector<MapLandmark> true_map() {
+std::vector<PointLandmark> true_map() {
   return {landmark(10, 0, 0), landmark(11, 8, 0), landmark(12, 8, 6), landmark(13, 0, 6),
           landmark(14, 4, 3)};
 }
@@ -57,7 +57,7 @@ TEST(AlignPoints, ShiftsOneAndCoincidingPointsOnly) {
 }
 
 TEST(Moved, TurnsCovariances) {
-  MapLandmark narrow = landmark(1, 1.0, 0.0);
+  PointLandmark narrow = landmark(1, 1.0, 0.0);
   narrow.covariance << 4.0, 0.0, 0.0, 1.0;
   const auto map = moved({narrow}, Pose2{0.0, 0.0, 0.5 * kPi});
   EXPECT_NEAR(map[0].position.y(), 1.0, 1e-12);
@@ -123,7 +123,7 @@ TEST(MatchById, TakesEachLandmarkOnce) {
 
 TEST(MatchByNearest, TakesTheNearestFirstAndEachOnce) {
   // Both estimates are nearest to the corner (0, 0); the farther has to be content with the middle.
-  const std::vector<MapLandmark> estimated = {landmark(1, 1.8, 1.2), landmark(2, 0.1, 0.0)};
+  const std::vector<PointLandmark> estimated = {landmark(1, 1.8, 1.2), landmark(2, 0.1, 0.0)};
   auto matches = match_by_nearest(estimated, true_map(), 3.0);
   ASSERT_EQ(matches.size(), 2u);
   EXPECT_EQ(matches[0].truth, 4u);
@@ -141,8 +141,8 @@ TEST(UsualGate, IsHalfTheDistanceOfNeighbours) {
 
 TEST(EvaluateMap, GivesRawAndAlignedErrorsById) {
   // The whole map 0.3 and 0.4 m off: 0.5 m raw, nothing aligned. In another order, and one more.
-  std::vector<MapLandmark> estimated;
-  for (const MapLandmark& real : true_map()) {
+  std::vector<PointLandmark> estimated;
+  for (const PointLandmark& real : true_map()) {
     estimated.insert(estimated.begin(),
                      landmark(real.id, real.position.x() + 0.3, real.position.y() + 0.4));
   }
@@ -163,7 +163,7 @@ TEST(EvaluateMap, MatchesByNearestInTheFrameThatIsFound) {
   // Ids that mean nothing, and a frame turned by 0.3 rad, which moves the far corner by 3 m: more
   // than the gate of 2.5 m.
   const Pose2 frame = {1.0, 0.5, 0.3};
-  std::vector<MapLandmark> estimated = moved(true_map(), frame);
+  std::vector<PointLandmark> estimated = moved(true_map(), frame);
   for (std::size_t i = 0; i < estimated.size(); ++i) estimated[i].id = static_cast<int>(i);
   estimated.push_back(landmark(5, 50.0, 50.0));
   MapErrorOptions options;
@@ -176,7 +176,7 @@ TEST(EvaluateMap, MatchesByNearestInTheFrameThatIsFound) {
   EXPECT_NEAR(*errors.rms_aligned, 0.0, 1e-12);
   // Raw: of each landmark, the distance that the frame moves it.
   double squares = 0.0;
-  for (const MapLandmark& real : true_map()) {
+  for (const PointLandmark& real : true_map()) {
     const double x = real.position.x(), y = real.position.y();
     const double dx = 1.0 + (std::cos(0.3) - 1.0) * x - std::sin(0.3) * y;
     const double dy = 0.5 + std::sin(0.3) * x + (std::cos(0.3) - 1.0) * y;
@@ -187,7 +187,7 @@ TEST(EvaluateMap, MatchesByNearestInTheFrameThatIsFound) {
 
 TEST(EvaluateMap, DoesNotTrustIdsThatDoNotFit) {
   // Ids of true landmarks, each of the next one.
-  std::vector<MapLandmark> estimated = true_map();
+  std::vector<PointLandmark> estimated = true_map();
   for (std::size_t i = 0; i < 5; ++i) estimated[i].id = 10 + static_cast<int>((i + 2) % 5);
   const MapErrors errors = evaluate_map(estimated, true_map());
   EXPECT_EQ(errors.matching, LandmarkMatching::nearest);
@@ -198,7 +198,7 @@ TEST(EvaluateMap, DoesNotTrustIdsThatDoNotFit) {
 }
 
 TEST(EvaluateMap, ASecondLandmarkAtOnePlaceIsFalse) {
-  std::vector<MapLandmark> estimated = true_map();
+  std::vector<PointLandmark> estimated = true_map();
   for (std::size_t i = 0; i < 5; ++i) estimated[i].id = static_cast<int>(i);
   estimated.push_back(landmark(5, 4.2, 3.0));
   const MapErrors errors = evaluate_map(estimated, true_map());
@@ -208,15 +208,15 @@ TEST(EvaluateMap, ASecondLandmarkAtOnePlaceIsFalse) {
 
 TEST(EvaluateMap, ComparesErrorsWithCovariances) {
   // Off by 2, 2.4 and 2.5 sigma: 4 and 5.76 are below 5.991, 6.25 is above.
-  std::vector<MapLandmark> estimated = {landmark(10, 0.2, 0.0, 0.01), landmark(11, 8.0, 0.24, 0.01),
-                                        landmark(12, 8.25, 6.0, 0.01)};
+  std::vector<PointLandmark> estimated = {
+      landmark(10, 0.2, 0.0, 0.01), landmark(11, 8.0, 0.24, 0.01), landmark(12, 8.25, 6.0, 0.01)};
   MapErrors errors = evaluate_map(estimated, true_map());
   EXPECT_NEAR(*errors.coverage95, 2.0 / 3.0, 1e-12);
   EXPECT_NEAR(*errors.normalized_error, (4.0 + 5.76 + 6.25) / 3.0, 1e-9);
   EXPECT_EQ(errors.missed, 2);
   // The truth's own uncertainty counts as well: half of each squared distance.
-  std::vector<MapLandmark> surveyed = true_map();
-  for (MapLandmark& real : surveyed) real.covariance = 0.01 * Eigen::Matrix2d::Identity();
+  std::vector<PointLandmark> surveyed = true_map();
+  for (PointLandmark& real : surveyed) real.covariance = 0.01 * Eigen::Matrix2d::Identity();
   errors = evaluate_map(estimated, surveyed);
   EXPECT_EQ(*errors.coverage95, 1.0);
   EXPECT_NEAR(*errors.normalized_error, 0.5 * (4.0 + 5.76 + 6.25) / 3.0, 1e-9);

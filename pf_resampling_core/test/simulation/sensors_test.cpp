@@ -180,7 +180,7 @@ TEST(MeasureRange, ReflectedRangesAreTooLongByAnExponential) {
 }
 
 TEST(ObserveLandmarks, SeesWhatIsWithinReachAndView) {
-  LandmarkSensorOptions options;
+  SimulatedLandmarkSensor options;
   options.range_max = 5.0;
   const std::vector<Eigen::Vector2d> landmarks = {
       {1.0, 5.0}, {1.0, 7.1}, {4.0, 1.1}, {4.0, 0.9}, {-1.5, 1.1}};
@@ -198,7 +198,7 @@ TEST(ObserveLandmarks, SeesWhatIsWithinReachAndView) {
 
 // Two statistics, each with a false alarm of 1e-6.
 TEST(ObserveLandmarks, NoiseIsTheStatedOne) {
-  LandmarkSensorOptions options;
+  SimulatedLandmarkSensor options;
   options.range_max = 10.0;
   options.range_sigma = 0.1;
   options.bearing_sigma = 0.02;

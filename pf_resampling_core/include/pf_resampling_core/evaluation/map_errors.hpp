@@ -11,14 +11,14 @@
 namespace pf_resampling {
 
 /// A point landmark, as estimated or as it is.
-struct MapLandmark {
+struct PointLandmark {
   std::int32_t id = -1;
   Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m, map frame
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2; zero: none is stated
 };
 
 /// Throws Error unless every landmark of the map, called `name` in the message, is finite.
-void check_map(const std::vector<MapLandmark>& map, const char* name);
+void check_map(const std::vector<PointLandmark>& map, const char* name);
 
 /// The turn and shift T that bring points nearest to their partners: T from[i] ~ to[i], least
 /// squares, in closed form (Umeyama 1991, in the plane, without scale). A single pair, or points
@@ -29,7 +29,7 @@ Pose2 align_points(const std::vector<Eigen::Vector2d>& from,
 /// A point, a path or a map turned and shifted, with its covariances.
 Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by);
 std::vector<EstimatedPose> moved(std::vector<EstimatedPose> path, const Pose2& by);
-std::vector<MapLandmark> moved(std::vector<MapLandmark> map, const Pose2& by);
+std::vector<PointLandmark> moved(std::vector<PointLandmark> map, const Pose2& by);
 
 /// A path's Cartesian errors after the best alignment of the whole path to the truth: its shape
 /// alone, whatever its frame. The clipped part takes no part in either.
@@ -49,16 +49,16 @@ struct LandmarkMatch {
 };
 
 /// By equal ids, each true landmark once (the first estimate with its id).
-std::vector<LandmarkMatch> match_by_id(const std::vector<MapLandmark>& estimated,
-                                       const std::vector<MapLandmark>& truth);
+std::vector<LandmarkMatch> match_by_id(const std::vector<PointLandmark>& estimated,
+                                       const std::vector<PointLandmark>& truth);
 
 /// The nearest first, each landmark at most once, none farther apart than `gate` (m).
-std::vector<LandmarkMatch> match_by_nearest(const std::vector<MapLandmark>& estimated,
-                                            const std::vector<MapLandmark>& truth, double gate);
+std::vector<LandmarkMatch> match_by_nearest(const std::vector<PointLandmark>& estimated,
+                                            const std::vector<PointLandmark>& truth, double gate);
 
 /// Half of the median distance from a true landmark to its nearest neighbour, at least 0.5 m: what
 /// is farther off than that might as well be its neighbour.
-double usual_gate(const std::vector<MapLandmark>& truth);
+double usual_gate(const std::vector<PointLandmark>& truth);
 
 enum class LandmarkMatching { automatic, id, nearest };
 
@@ -95,7 +95,8 @@ struct MapErrors {
 };
 
 /// Throws Error on maps that are not finite, a true map that is empty, or a negative gate.
-MapErrors evaluate_map(const std::vector<MapLandmark>& estimated,
-                       const std::vector<MapLandmark>& truth, const MapErrorOptions& options = {});
+MapErrors evaluate_map(const std::vector<PointLandmark>& estimated,
+                       const std::vector<PointLandmark>& truth,
+                       const MapErrorOptions& options = {});
 
 }  // namespace pf_resampling

@@ -47,7 +47,7 @@ struct SimulatedLandmarkObservation {
 
 /// The landmarks within reach and field of view of `pose`, in order of id, in scan number `scan`.
 std::vector<SimulatedLandmarkObservation> observe_landmarks(
-    const LandmarkSensorOptions& options, const std::vector<Eigen::Vector2d>& landmarks,
+    const SimulatedLandmarkSensor& options, const std::vector<Eigen::Vector2d>& landmarks,
     const Pose2& pose, std::uint64_t seed, std::uint32_t scan);
 
 }  // namespace pf_resampling

@@ -51,7 +51,7 @@ struct RangeSensorOptions {
 };
 
 /// A sensor that sees landmarks by range and bearing, at the robot's origin.
-struct LandmarkSensorOptions {
+struct SimulatedLandmarkSensor {
   double period = 0.0;         ///< s between scans; 0: no such sensor
   double range_max = 0.0;      ///< m
   double field_of_view = kPi;  ///< rad, the whole opening angle, centred ahead
@@ -81,7 +81,7 @@ struct World {
   DriveOptions drive;
   OdometryErrors odometry;
   RangeSensorOptions ranges;
-  LandmarkSensorOptions landmark_sensor;
+  SimulatedLandmarkSensor landmark_sensor;
 };
 
 /// Throws Error naming the first value that makes no sense, with its allowed range.
