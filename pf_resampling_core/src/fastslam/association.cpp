@@ -34,7 +34,7 @@ void FastSlam::associate(const std::vector<LandmarkObservation>& observations,
     view_range_ = std::max(view_range_, observation.range);
     view_bearing_ = std::max(view_bearing_, std::abs(wrap_angle(observation.bearing)));
   }
-  if (options_.association.method == DataAssociation::known) {
+  if (association_ == DataAssociation::known) {
     for (std::size_t k = 0; k < observations.size(); ++k) associate_known(observations, k);
   } else {
     associate_by_likelihood(observations, sensor);
@@ -103,7 +103,7 @@ void FastSlam::associate_by_likelihood(const std::vector<LandmarkObservation>& o
 void FastSlam::choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>& distances,
                       const std::vector<Eigen::ArrayXXd>& likelihoods) {
   const DataAssociationOptions& options = options_.association;
-  const bool exclusive = options.method == DataAssociation::mutual_exclusion;
+  const bool exclusive = association_ == DataAssociation::mutual_exclusion;
   pairs_.clear();
   for (std::size_t k = 0; k < distances.size(); ++k) {
     for (Eigen::Index c = 0; c < distances[k].cols(); ++c) {
@@ -178,7 +178,7 @@ void FastSlam::update_existence(const std::vector<LandmarkObservation>& observat
     if (association.started_row >= 0) seen.push_back(association.started_row);
   }
   for (const int row : seen) index_.place(row, representative(row, heaviest));
-  const bool keeps_all = options.method == DataAssociation::known || options.missed_log_odds == 0.0;
+  const bool keeps_all = association_ == DataAssociation::known || options.missed_log_odds == 0.0;
   if (keeps_all) return;
 
   const double range =

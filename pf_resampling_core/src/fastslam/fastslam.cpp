@@ -70,6 +70,7 @@ void FastSlam::reset() {
   ancestry_.start(options_.particles);
   has_landmarks_ = false;
   control_ = PopulationControl(options_.population);
+  association_ = options_.association.method;
   requested_size_ = options_.particles;
   status_ = FastSlamStatus{};
   status_.particles = status_.distinct_ancestors = options_.particles;
@@ -80,15 +81,28 @@ void FastSlam::reset() {
 void FastSlam::set_options(const FastSlamOptions& options) {
   validate(options);
   control_.set_options(options.population);
+  // What the first observations decided stays.
+  if (options.association.method != DataAssociation::automatic) {
+    association_ = options.association.method;
+  }
   options_ = options;
   requested_size_ = options.particles;
+}
+
+DataAssociation FastSlam::method_for(const std::vector<LandmarkObservation>& observations) const {
+  if (association_ != DataAssociation::automatic || observations.empty()) return association_;
+  const bool have_ids =
+      std::all_of(observations.begin(), observations.end(),
+                  [](const LandmarkObservation& observation) { return observation.id >= 0; });
+  return have_ids ? DataAssociation::known : DataAssociation::mutual_exclusion;
 }
 
 // The filter's steps, K section 2: draw the poses, update the landmarks, weigh, renew.
 void FastSlam::update(const OdometryIncrement& odometry,
                       const std::vector<LandmarkObservation>& observations, const Pose2& sensor) {
-  for (const LandmarkObservation& observation : observations)
-    check(observation, options_.association.method);
+  const DataAssociation method = method_for(observations);
+  for (const LandmarkObservation& observation : observations) check(observation, method);
+  association_ = method;
   ++step_;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
@@ -151,14 +165,17 @@ void FastSlam::start_landmark(std::size_t observation, const LandmarkObservation
                               const Pose2& sensor) {
   const Association& association = associations_[observation];
   if (!(association.starts > 0.0).any()) return;
-  const bool known = options_.association.method == DataAssociation::known;
+  const bool known = association_ == DataAssociation::known;
   const std::int64_t id = known ? z.id : next_id_++;
   const int row = store_.add(id);
   const LandmarkRow landmark = store_.row(row);
   kernels::start(kernels::make_observation(options_.sensor, z, sensor), particles_.size(),
                  proposal(), association.starts.data(), options_.association.seen_log_odds,
                  landmark);
-  if (known) row_of_id_[id] = row;
+  if (known) {
+    row_of_id_[id] = row;
+    next_id_ = std::max(next_id_, id + 1);  // for landmarks found without ids from now on
+  }
   associations_[observation].started_row = row;
   ++status_.landmarks;
   if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
@@ -232,11 +249,11 @@ std::vector<int> FastSlam::rows() const {
   return used;
 }
 
-std::vector<MapLandmark> FastSlam::map() {
-  std::vector<MapLandmark> landmarks;
+std::vector<LandmarkEstimate> FastSlam::map() {
+  std::vector<LandmarkEstimate> landmarks;
   for (const int row : rows()) {
     const LandmarkRow data = store_.row(row);
-    MapLandmark landmark;
+    LandmarkEstimate landmark;
     landmark.id = store_.birth(row);
     double sums[3] = {};  // of x, y and the weight
     for (Eigen::Index i = 0; i < particles_.size(); ++i) {
@@ -259,7 +276,7 @@ std::vector<MapLandmark> FastSlam::map() {
     landmarks.push_back(landmark);
   }
   std::sort(landmarks.begin(), landmarks.end(),
-            [](const MapLandmark& a, const MapLandmark& b) { return a.id < b.id; });
+            [](const LandmarkEstimate& a, const LandmarkEstimate& b) { return a.id < b.id; });
   return landmarks;
 }
 

@@ -11,7 +11,8 @@ const EnumNames<FastSlamVersion> kVersions{
     {{FastSlamVersion::fastslam_1, "fastslam_1"}, {FastSlamVersion::fastslam_2, "fastslam_2"}}};
 const EnumNames<DataAssociation> kAssociations{
     "data association",
-    {{DataAssociation::known, "known"},
+    {{DataAssociation::automatic, "automatic"},
+     {DataAssociation::known, "known"},
      {DataAssociation::maximum_likelihood, "maximum_likelihood"},
      {DataAssociation::mutual_exclusion, "mutual_exclusion"}}};
 
@@ -63,8 +64,10 @@ ParameterList parameters_of(FastSlamOptions* options) {
                      "How wide, about the sensor's x axis; 0: as wide as one has been seen yet."));
 
   DataAssociationOptions& association = options->association;
-  list.push_back(choice_parameter("association/method", &association.method,
-                                  all_data_associations(), "Which landmark an observation is of."));
+  list.push_back(choice_parameter(
+      "association/method", &association.method, all_data_associations(),
+      "Which landmark an observation is of; automatic: known if the first observations "
+      "carry ids, else mutual_exclusion."));
   list.push_back(real_above_parameter(
       "association/gate", &association.gate, 0.0, 1e6, "",
       "Squared Mahalanobis distance beyond which an observation is not believed."));

@@ -164,7 +164,7 @@ TEST(FastSlam, LandmarkCovarianceFallsWithTheNumberOfObservations) {
   const int observations = 16;
   for (int k = 0; k < observations; ++k)
     filter.update({}, {exact_observation({}, {}, landmark, 7)});
-  const std::vector<MapLandmark> map = filter.map();
+  const std::vector<LandmarkEstimate> map = filter.map();
   ASSERT_EQ(map.size(), 1u);
   EXPECT_EQ(map[0].id, 7);
   EXPECT_NEAR((map[0].mean - landmark).norm(), 0.0, 1e-9);
@@ -210,7 +210,7 @@ TEST(FastSlam, DoesNotBelieveWhatIsBeyondTheGate) {
   filter.update(some_motion(), {misread});
   EXPECT_EQ(filter.status().gated, 1);
   EXPECT_DOUBLE_EQ(filter.outcomes()[0].accepted, 0.0);
-  for (const MapLandmark& landmark : filter.map()) {
+  for (const LandmarkEstimate& landmark : filter.map()) {
     if (landmark.id == 0) {
       EXPECT_NEAR((landmark.mean - Eigen::Vector2d(3.0, 0.0)).norm(), 0.0, 1e-9);
     }
@@ -299,10 +299,30 @@ TEST(FastSlam, RefusesObservationsItCannotUseAndChangesNothing) {
     bad.range = range;
     EXPECT_THROW(filter.update(some_motion(), {bad}), Error);
   }
-  bad = without_id(exact_observation({}, {}, {3.0, 1.0}, 0));
+  bad = without_id(exact_observation({}, {}, {3.0, 1.0}, 0));  // after one with an id
   EXPECT_THROW(filter.update(some_motion(), {bad}), Error);
   EXPECT_TRUE((filter.particles().x == before.x).all());
   EXPECT_TRUE((filter.particles().log_weight == before.log_weight).all());
+}
+
+TEST(FastSlam, AutomaticAssociationGoesByTheFirstObservations) {
+  const auto named = exact_observation({}, {}, {3.0, 1.0}, 7);
+  const auto far_away = exact_observation({}, {}, {-4.0, 9.0}, 8);
+  FastSlam with_ids(FastSlamOptions(), 1);
+  with_ids.update({}, {});
+  EXPECT_EQ(with_ids.association(), DataAssociation::automatic);
+  with_ids.update({}, {named});
+  EXPECT_EQ(with_ids.association(), DataAssociation::known);
+  EXPECT_THROW(with_ids.update({}, {without_id(named)}), Error);
+
+  FastSlam without_ids(FastSlamOptions(), 1);
+  without_ids.update({}, {without_id(named), without_id(far_away)});
+  EXPECT_EQ(without_ids.association(), DataAssociation::mutual_exclusion);
+  // An id that is there after all is not used: it says nothing about those found without.
+  without_ids.update({}, {named});
+  EXPECT_EQ(without_ids.status().landmarks, 2);
+  without_ids.reset();
+  EXPECT_EQ(without_ids.association(), DataAssociation::automatic);
 }
 
 TEST(FastSlam, SameSeedSameBytesOtherSeedOtherBytes) {
@@ -326,7 +346,7 @@ TEST(FastSlam, AnotherStrategyLeavesParticlesAndMapsAsTheyAre) {
                   {exact_observation({0.5 * step, 0.1 * step, 0.2 * step}, {}, {5.0, 1.0}, 0)});
   }
   const FastSlamParticles before = filter.particles();
-  const std::vector<MapLandmark> map = filter.map();
+  const std::vector<LandmarkEstimate> map = filter.map();
   for (const Renewal renewal : all_renewals()) {
     options.population.renewal = renewal;
     options.particles = 150;

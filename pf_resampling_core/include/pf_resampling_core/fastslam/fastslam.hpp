@@ -34,7 +34,7 @@ struct FastSlamParticles {
 };
 
 /// A landmark of the weighted-mean map.
-struct MapLandmark {
+struct LandmarkEstimate {
   std::int64_t id = 0;  ///< the observations' id where these are known, else in order of discovery
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();        ///< m, map frame
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of the mixture over the particles
@@ -77,8 +77,8 @@ class FastSlam {
 
   /// One step of the filter: draws the poses from odometry and observations, updates the landmarks,
   /// weighs, renews. All observations are of one scan, taken at the end of the odometry by a sensor
-  /// at `sensor` on the robot. With known data association all need an id. Throws Error, changing
-  /// nothing, on observations that cannot be used.
+  /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
+  /// changing nothing, on observations that cannot be used.
   void update(const OdometryIncrement& odometry,
               const std::vector<LandmarkObservation>& observations, const Pose2& sensor = {});
 
@@ -86,7 +86,7 @@ class FastSlam {
   PoseEstimate estimate() const;
 
   /// The weighted-mean map. Brings every landmark up to date: O(M·N).
-  std::vector<MapLandmark> map();
+  std::vector<LandmarkEstimate> map();
 
   /// As after construction.
   void reset();
@@ -99,13 +99,15 @@ class FastSlam {
   const FastSlamOptions& options() const { return options_; }
   const FastSlamParticles& particles() const { return particles_; }
   const FastSlamStatus& status() const { return status_; }
+  /// The method of data association in use; automatic until the first observations decide.
+  DataAssociation association() const { return association_; }
   /// Of the last update's observations, in their order.
   const std::vector<ObservationOutcome>& outcomes() const { return outcomes_; }
   /// Particles' maps, for evaluation.
   LandmarkStore& store() { return store_; }
   /// Rows of the store in use.
   std::vector<int> rows() const;
-  /// Id of a row's landmark as in MapLandmark.
+  /// Id of a row's landmark as in LandmarkEstimate.
   std::int64_t id_of(int row) const { return store_.birth(row); }
 
  private:
@@ -123,6 +125,7 @@ class FastSlam {
     int candidate;
   };
 
+  DataAssociation method_for(const std::vector<LandmarkObservation>& observations) const;
   kernels::PoseGaussians proposal();
   void draw();
   void associate(const std::vector<LandmarkObservation>& observations, const Pose2& sensor);
@@ -142,6 +145,7 @@ class FastSlam {
 
   FastSlamOptions options_;
   std::uint64_t seed_;
+  DataAssociation association_ = DataAssociation::automatic;
   std::uint32_t step_ = 0;
   FastSlamParticles particles_;
   LandmarkStore store_;

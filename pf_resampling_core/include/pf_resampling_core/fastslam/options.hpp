@@ -21,6 +21,7 @@ std::string to_string(FastSlamVersion version);
 
 /// Which landmark an observation is of.
 enum class DataAssociation {
+  automatic,           ///< known if the first observations carry ids, else mutual_exclusion
   known,               ///< the observations carry ids
   maximum_likelihood,  ///< the likeliest one, in each particle by itself
   mutual_exclusion,    ///< likewise, but no landmark takes two observations of a scan
@@ -39,7 +40,7 @@ struct LandmarkSensorOptions {
 };
 
 struct DataAssociationOptions {
-  DataAssociation method = DataAssociation::known;
+  DataAssociation method = DataAssociation::automatic;
   double gate = 13.8;  ///< squared Mahalanobis distance, two degrees of freedom: 99.9 % lie within
   double new_landmark_gate =
       25.0;  ///< beyond this from every landmark, an unknown observation is a new one
