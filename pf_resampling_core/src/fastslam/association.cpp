@@ -22,7 +22,7 @@ constexpr double kSearchMargin = 2.0;
 
 }  // namespace
 
-void FastSlam::associate(const std::vector<LandmarkObservation>& observations,
+void FastSlam::associate(const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
   associations_.resize(observations.size());
   for (Association& association : associations_) {
@@ -30,7 +30,7 @@ void FastSlam::associate(const std::vector<LandmarkObservation>& observations,
     association.started_row = -1;
     association.starts.setZero(particles_.size());
   }
-  for (const LandmarkObservation& observation : observations) {
+  for (const RangeBearingObservation& observation : observations) {
     view_range_ = std::max(view_range_, observation.range);
     view_bearing_ = std::max(view_bearing_, std::abs(wrap_angle(observation.bearing)));
   }
@@ -45,7 +45,7 @@ void FastSlam::associate(const std::vector<LandmarkObservation>& observations,
   }
 }
 
-void FastSlam::associate_known(const std::vector<LandmarkObservation>& observations,
+void FastSlam::associate_known(const std::vector<RangeBearingObservation>& observations,
                                std::size_t k) {
   Association& association = associations_[k];
   const auto found = row_of_id_.find(observations[k].id);
@@ -62,7 +62,7 @@ void FastSlam::associate_known(const std::vector<LandmarkObservation>& observati
   association.starts.setOnes();
 }
 
-void FastSlam::associate_by_likelihood(const std::vector<LandmarkObservation>& observations,
+void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation>& observations,
                                        const Pose2& sensor) {
   const Eigen::Index count = particles_.size();
   const PoseStatistics statistics =
@@ -133,7 +133,7 @@ void FastSlam::choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>&
   }
 }
 
-void FastSlam::note_outcomes(const std::vector<LandmarkObservation>& observations) {
+void FastSlam::note_outcomes(const std::vector<RangeBearingObservation>& observations) {
   outcomes_.assign(observations.size(), {});
   Eigen::Index heaviest = 0;
   particles_.weight.maxCoeff(&heaviest);
@@ -156,7 +156,7 @@ void FastSlam::note_outcomes(const std::vector<LandmarkObservation>& observation
 
 // Log-odds of existence: up for what was seen, down for what should have been; and where the
 // landmarks are now.
-void FastSlam::update_existence(const std::vector<LandmarkObservation>& observations,
+void FastSlam::update_existence(const std::vector<RangeBearingObservation>& observations,
                                 const Pose2& sensor) {
   const DataAssociationOptions& options = options_.association;
   Eigen::Index heaviest = 0;

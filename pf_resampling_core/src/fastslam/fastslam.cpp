@@ -11,7 +11,7 @@
 namespace pf_resampling {
 namespace {
 
-void check(const LandmarkObservation& observation, DataAssociation method) {
+void check(const RangeBearingObservation& observation, DataAssociation method) {
   const bool usable =
       std::isfinite(observation.range) && observation.range > 0.0 &&
       std::isfinite(observation.bearing) && std::isfinite(observation.range_variance) &&
@@ -34,7 +34,8 @@ void check(const LandmarkObservation& observation, DataAssociation method) {
 }  // namespace
 
 kernels::Observation kernels::make_observation(const LandmarkSensorOptions& model,
-                                               const LandmarkObservation& z, const Pose2& sensor) {
+                                               const RangeBearingObservation& z,
+                                               const Pose2& sensor) {
   const double range_sigma = model.range_sigma + model.range_sigma_share * z.range;
   kernels::Observation observation{};
   observation.range = z.range;
@@ -89,19 +90,21 @@ void FastSlam::set_options(const FastSlamOptions& options) {
   requested_size_ = options.particles;
 }
 
-DataAssociation FastSlam::method_for(const std::vector<LandmarkObservation>& observations) const {
+DataAssociation FastSlam::method_for(
+    const std::vector<RangeBearingObservation>& observations) const {
   if (association_ != DataAssociation::automatic || observations.empty()) return association_;
   const bool have_ids =
       std::all_of(observations.begin(), observations.end(),
-                  [](const LandmarkObservation& observation) { return observation.id >= 0; });
+                  [](const RangeBearingObservation& observation) { return observation.id >= 0; });
   return have_ids ? DataAssociation::known : DataAssociation::mutual_exclusion;
 }
 
 // The filter's steps, K section 2: draw the poses, update the landmarks, weigh, renew.
 void FastSlam::update(const OdometryIncrement& odometry,
-                      const std::vector<LandmarkObservation>& observations, const Pose2& sensor) {
+                      const std::vector<RangeBearingObservation>& observations,
+                      const Pose2& sensor) {
   const DataAssociation method = method_for(observations);
-  for (const LandmarkObservation& observation : observations) check(observation, method);
+  for (const RangeBearingObservation& observation : observations) check(observation, method);
   association_ = method;
   ++step_;
   const Eigen::Index count = particles_.size();
@@ -161,7 +164,7 @@ void FastSlam::draw() {
   proposal_.setZero();
 }
 
-void FastSlam::start_landmark(std::size_t observation, const LandmarkObservation& z,
+void FastSlam::start_landmark(std::size_t observation, const RangeBearingObservation& z,
                               const Pose2& sensor) {
   const Association& association = associations_[observation];
   if (!(association.starts > 0.0).any()) return;

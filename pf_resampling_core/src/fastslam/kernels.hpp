@@ -26,7 +26,7 @@ struct Observation {
 };
 
 /// The observation with the model's noise where it has none of its own.
-Observation make_observation(const LandmarkSensorOptions& model, const LandmarkObservation& z,
+Observation make_observation(const LandmarkSensorOptions& model, const RangeBearingObservation& z,
                              const Pose2& sensor);
 
 /// Moves every particle by the mean of the odometry and starts its proposal with the odometry's

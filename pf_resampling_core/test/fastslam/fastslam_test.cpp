@@ -21,11 +21,11 @@ OdometryIncrement some_motion() {
   return increment;
 }
 
-LandmarkObservation exact_observation(const Pose2& robot, const Pose2& sensor,
-                                      const Eigen::Vector2d& landmark, int id) {
+RangeBearingObservation exact_observation(const Pose2& robot, const Pose2& sensor,
+                                          const Eigen::Vector2d& landmark, int id) {
   const Pose2 eye = compose(robot, sensor);
   const Eigen::Vector2d offset = landmark - Eigen::Vector2d(eye.x, eye.y);
-  LandmarkObservation observation;
+  RangeBearingObservation observation;
   observation.id = id;
   observation.range = offset.norm();
   observation.bearing = wrap_angle(std::atan2(offset.y(), offset.x()) - eye.heading);
@@ -35,7 +35,7 @@ LandmarkObservation exact_observation(const Pose2& robot, const Pose2& sensor,
 // Range and bearing, by their definition.
 Eigen::Vector2d observed(const Eigen::Vector3d& robot, const Eigen::Vector2d& landmark,
                          const Pose2& sensor) {
-  const LandmarkObservation z =
+  const RangeBearingObservation z =
       exact_observation({robot[0], robot[1], robot[2]}, sensor, landmark, 0);
   return {z.range, z.bearing};
 }
@@ -73,7 +73,7 @@ FastSlamOptions quiet_options(int particles) {
 // A first scan from a robot that has not moved: every particle gets the same landmarks.
 void see_from_origin(FastSlam* filter, const std::vector<Eigen::Vector2d>& landmarks,
                      const Pose2& sensor) {
-  std::vector<LandmarkObservation> scan;
+  std::vector<RangeBearingObservation> scan;
   for (std::size_t k = 0; k < landmarks.size(); ++k) {
     scan.push_back(exact_observation({}, sensor, landmarks[k], static_cast<int>(k)));
   }
@@ -98,7 +98,7 @@ TEST(FastSlam, ProposalAndWeightAreThoseOfTheKalmanFilter) {
 
   // The scan: what a robot elsewhere than expected would see.
   const Pose2 truth{0.6, 0.05, 0.17};
-  std::vector<LandmarkObservation> scan;
+  std::vector<RangeBearingObservation> scan;
   for (int k = 0; k < 2; ++k)
     scan.push_back(exact_observation(truth, sensor, landmarks[static_cast<std::size_t>(k)], k));
 
@@ -206,7 +206,7 @@ TEST(FastSlam, DoesNotBelieveWhatIsBeyondTheGate) {
   FastSlam filter(quiet_options(30), 1);
   filter.update(
       {}, {exact_observation({}, {}, {3.0, 0.0}, 0), exact_observation({}, {}, {0.0, 3.0}, 1)});
-  LandmarkObservation misread = exact_observation({}, {}, {0.0, -4.0}, 0);
+  RangeBearingObservation misread = exact_observation({}, {}, {0.0, -4.0}, 0);
   filter.update(some_motion(), {misread});
   EXPECT_EQ(filter.status().gated, 1);
   EXPECT_DOUBLE_EQ(filter.outcomes()[0].accepted, 0.0);
@@ -226,7 +226,7 @@ FastSlamOptions unknown_options(DataAssociation method) {
   return options;
 }
 
-LandmarkObservation without_id(LandmarkObservation observation) {
+RangeBearingObservation without_id(RangeBearingObservation observation) {
   observation.id = -1;
   return observation;
 }
@@ -237,7 +237,7 @@ TEST(FastSlam, FindsTheLandmarksByLikelihood) {
     FastSlam filter(unknown_options(method), 1);
     const std::vector<Eigen::Vector2d> landmarks = {{3.0, 0.0}, {3.0, 3.0}, {0.0, 3.0}};
     for (int scan = 0; scan < 5; ++scan) {
-      std::vector<LandmarkObservation> observations;
+      std::vector<RangeBearingObservation> observations;
       for (const Eigen::Vector2d& landmark : landmarks) {
         observations.push_back(without_id(exact_observation({}, {}, landmark, 0)));
       }
@@ -258,7 +258,7 @@ TEST(FastSlam, MutualExclusionGivesALandmarkOneObservationOfAScan) {
   options.sensor.range_sigma =
       0.3;  // so wide that both observations lie in the gate of the one landmark
   options.sensor.bearing_sigma = 0.1;
-  const std::vector<LandmarkObservation> both = {
+  const std::vector<RangeBearingObservation> both = {
       without_id(exact_observation({}, {}, {3.0, 0.0}, 0)),
       without_id(exact_observation({}, {}, {3.0, 0.5}, 0))};
   FastSlam exclusive(options, 1);
@@ -294,7 +294,7 @@ TEST(FastSlam, RefusesObservationsItCannotUseAndChangesNothing) {
   FastSlam filter(quiet_options(10), 1);
   filter.update({}, {exact_observation({}, {}, {3.0, 1.0}, 0)});
   const FastSlamParticles before = filter.particles();
-  LandmarkObservation bad = exact_observation({}, {}, {3.0, 1.0}, 0);
+  RangeBearingObservation bad = exact_observation({}, {}, {3.0, 1.0}, 0);
   for (const double range : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     bad.range = range;
     EXPECT_THROW(filter.update(some_motion(), {bad}), Error);

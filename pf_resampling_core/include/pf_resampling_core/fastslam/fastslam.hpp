@@ -80,7 +80,7 @@ class FastSlam {
   /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
   /// changing nothing, on observations that cannot be used.
   void update(const OdometryIncrement& odometry,
-              const std::vector<LandmarkObservation>& observations, const Pose2& sensor = {});
+              const std::vector<RangeBearingObservation>& observations, const Pose2& sensor = {});
 
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
@@ -125,18 +125,20 @@ class FastSlam {
     int candidate;
   };
 
-  DataAssociation method_for(const std::vector<LandmarkObservation>& observations) const;
+  DataAssociation method_for(const std::vector<RangeBearingObservation>& observations) const;
   kernels::PoseGaussians proposal();
   void draw();
-  void associate(const std::vector<LandmarkObservation>& observations, const Pose2& sensor);
-  void associate_known(const std::vector<LandmarkObservation>& observations, std::size_t k);
-  void associate_by_likelihood(const std::vector<LandmarkObservation>& observations,
+  void associate(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
+  void associate_known(const std::vector<RangeBearingObservation>& observations, std::size_t k);
+  void associate_by_likelihood(const std::vector<RangeBearingObservation>& observations,
                                const Pose2& sensor);
   void choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>& distances,
               const std::vector<Eigen::ArrayXXd>& likelihoods);
-  void start_landmark(std::size_t observation, const LandmarkObservation& z, const Pose2& sensor);
-  void note_outcomes(const std::vector<LandmarkObservation>& observations);
-  void update_existence(const std::vector<LandmarkObservation>& observations, const Pose2& sensor);
+  void start_landmark(std::size_t observation, const RangeBearingObservation& z,
+                      const Pose2& sensor);
+  void note_outcomes(const std::vector<RangeBearingObservation>& observations);
+  void update_existence(const std::vector<RangeBearingObservation>& observations,
+                        const Pose2& sensor);
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
   void normalize_weights();
   void renew();

@@ -5,7 +5,7 @@
 namespace pf_resampling {
 
 /// One landmark as seen from the sensor.
-struct LandmarkObservation {
+struct RangeBearingObservation {
   int id = -1;                    ///< -1: unknown
   double range = 0.0;             ///< m, > 0
   double bearing = 0.0;           ///< rad, counter-clockwise from the sensor's x axis
