@@ -67,6 +67,12 @@ class PopulationControl {
   const PopulationControlOptions& options() const { return options_; }
   /// How many renewals so far.
   std::int64_t calls() const { return calls_; }
+  /// What Schedule::every_n counts; and going on from such a count, for a population that was
+  /// saved.
+  std::int64_t observations_since_renewal() const { return observations_since_renewal_; }
+  void resume(std::int64_t observations_since_renewal) {
+    observations_since_renewal_ = observations_since_renewal;
+  }
 
  private:
   PopulationControlOptions options_;

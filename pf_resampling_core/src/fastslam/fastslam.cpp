@@ -255,32 +255,57 @@ std::vector<int> FastSlam::rows() const {
 std::vector<LandmarkEstimate> FastSlam::map() {
   std::vector<LandmarkEstimate> landmarks;
   for (const int row : rows()) {
-    const LandmarkRow data = store_.row(row);
     LandmarkEstimate landmark;
-    landmark.id = store_.birth(row);
-    double sums[3] = {};  // of x, y and the weight
-    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
-      if (data.held[i] == 0) continue;
-      sums[0] += particles_.weight[i] * data.x[i];
-      sums[1] += particles_.weight[i] * data.y[i];
-      sums[2] += particles_.weight[i];
-    }
-    if (!(sums[2] > 0.0)) continue;
-    landmark.held = sums[2];
-    landmark.mean << sums[0] / sums[2], sums[1] / sums[2];
-    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
-      if (data.held[i] == 0) continue;
-      const Eigen::Vector2d offset(data.x[i] - landmark.mean.x(), data.y[i] - landmark.mean.y());
-      Eigen::Matrix2d covariance;
-      covariance << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
-      landmark.covariance +=
-          particles_.weight[i] / sums[2] * (covariance + offset * offset.transpose());
-    }
-    landmarks.push_back(landmark);
+    if (summarize(row, &landmark) && landmark.held > 0.0) landmarks.push_back(landmark);
   }
   std::sort(landmarks.begin(), landmarks.end(),
             [](const LandmarkEstimate& a, const LandmarkEstimate& b) { return a.id < b.id; });
   return landmarks;
+}
+
+// Moments of a landmark over the particles that hold it; false if none does. Where none of these
+// has any weight, all count alike. Sums are of differences to the first of them, so that particles
+// that agree give what they agree on, to the bit.
+bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
+  const LandmarkRow data = store_.row(row);
+  const Eigen::Index count = particles_.size();
+  Eigen::Index first = -1;
+  double total = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (data.held[i] == 0) continue;
+    if (first < 0) first = i;
+    total += particles_.weight[i];
+  }
+  if (first < 0) return false;
+  const auto share = [&](Eigen::Index i) {
+    return total > 0.0 ? particles_.weight[i] / total : 1.0;
+  };
+  const auto covariance = [&](Eigen::Index i) {
+    Eigen::Matrix2d matrix;
+    matrix << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
+    return matrix;
+  };
+  double shares = 0.0;
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  double log_odds = 0.0;
+  for (Eigen::Index i = first; i < count; ++i) {
+    if (data.held[i] == 0) continue;
+    shares += share(i);
+    offset += share(i) * Eigen::Vector2d(data.x[i] - data.x[first], data.y[i] - data.y[first]);
+    log_odds += share(i) * (data.log_odds[i] - data.log_odds[first]);
+  }
+  landmark->id = store_.birth(row);
+  landmark->held = total;
+  landmark->mean = Eigen::Vector2d(data.x[first], data.y[first]) + offset / shares;
+  landmark->log_odds = data.log_odds[first] + log_odds / shares;
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (Eigen::Index i = first; i < count; ++i) {
+    if (data.held[i] == 0) continue;
+    const Eigen::Vector2d deviation = Eigen::Vector2d(data.x[i], data.y[i]) - landmark->mean;
+    spread += share(i) * (covariance(i) - covariance(first) + deviation * deviation.transpose());
+  }
+  landmark->covariance = covariance(first) + spread / shares;
+  return true;
 }
 
 RandomStream FastSlam::stream(RandomPurpose purpose) const {

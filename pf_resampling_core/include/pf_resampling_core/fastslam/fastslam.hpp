@@ -21,6 +21,7 @@ namespace pf_resampling {
 namespace kernels {
 struct PoseGaussians;
 }
+struct SavedMap;
 
 /// The poses of the population, structure of arrays: entry i of every array belongs to particle i.
 struct FastSlamParticles {
@@ -39,6 +40,7 @@ struct LandmarkEstimate {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();        ///< m, map frame
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of the mixture over the particles
   double held = 0.0;                                     ///< share of the weight that holds it
+  double log_odds = 0.0;  ///< of its existence, mean over the particles that hold it
 };
 
 /// What became of an observation of the last update.
@@ -111,6 +113,8 @@ class FastSlam {
   std::int64_t id_of(int row) const { return store_.birth(row); }
 
  private:
+  friend SavedMap saved_map(FastSlam* filter, int particles);
+
   // What an observation is taken as: in each particle one row, or a new landmark, or nothing.
   struct Association {
     std::vector<int> rows;     // candidates
@@ -139,6 +143,7 @@ class FastSlam {
   void note_outcomes(const std::vector<RangeBearingObservation>& observations);
   void update_existence(const std::vector<RangeBearingObservation>& observations,
                         const Pose2& sensor);
+  bool summarize(int row, LandmarkEstimate* landmark);
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
   void normalize_weights();
   void renew();
