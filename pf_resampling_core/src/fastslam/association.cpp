@@ -59,7 +59,7 @@ void FastSlam::associate_known(const std::vector<RangeBearingObservation>& obser
   for (std::size_t earlier = 0; earlier < k; ++earlier) {
     if (observations[earlier].id == observations[k].id) return;
   }
-  association.starts.setOnes();
+  if (!options_.map.frozen) association.starts.setOnes();
 }
 
 void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation>& observations,
@@ -128,7 +128,7 @@ void FastSlam::choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>&
     decided_[k] = 1;
     taken_.push_back(row);
   }
-  for (std::size_t k = 0; k < distances.size(); ++k) {
+  for (std::size_t k = 0; k < distances.size() && !options_.map.frozen; ++k) {
     if (decided_[k] == 0) associations_[k].starts[particle] = 1.0;
   }
 }
@@ -208,6 +208,7 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
     }
     if (!(held > 0.0)) {
       index_.remove(row);
+      row_of_id_.erase(store_.birth(row));
       store_.remove(row);
       --status_.landmarks;
     }

@@ -127,7 +127,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   }
   if (options_.version == FastSlamVersion::fastslam_2) draw();
 
-  for (std::size_t k = 0; k < observations.size(); ++k) {
+  for (std::size_t k = 0; k < observations.size() && !options_.map.frozen; ++k) {
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
     const Association& association = associations_[k];
@@ -142,7 +142,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   status_.log_likelihood = 0.0;
   normalize_weights();
   note_outcomes(observations);
-  update_existence(observations, sensor);
+  if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   renew();
   status_.particles = static_cast<int>(particles_.size());
@@ -208,7 +208,9 @@ void FastSlam::renew() {
     const CompensationResult& result =
         control_.compensate(particles_.weight, stream(RandomPurpose::compensation));
     blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
-    store_.blend(result.pairs, control_.options().compensation.covariance);
+    if (!options_.map.frozen) {
+      store_.blend(result.pairs, control_.options().compensation.covariance);
+    }
     particles_.log_weight = result.log_weights;
     particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
   } else {

@@ -85,6 +85,9 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,
                                 1000.0, "",
                                 "What the log-odds of an often seen landmark are limited to."));
+  list.push_back(boolean_parameter(
+      "map/frozen", &options->map.frozen,
+      "Landmarks are neither moved nor added nor removed: localization in the map as it is."));
   return list;
 }
 

@@ -93,6 +93,19 @@ class FastSlam {
   /// As after construction.
   void reset();
 
+  /// Goes on from a saved map, to the bit if all of the population was saved and options and seed
+  /// are the same; if it has another number of particles, so many are drawn from it. With
+  /// map/frozen, every particle gets the weighted-mean map instead, of the landmarks that most of
+  /// the weight holds, with the covariances of the mixture. Without particles in `map`, every
+  /// particle gets that map and a pose drawn from its pose estimate. Counts of the status start
+  /// anew. Throws Error, changing nothing, for a map that makes no sense or whose landmarks have no
+  /// ids where association/method is known.
+  void load(const SavedMap& map);
+
+  /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
+  /// and keep their maps. Throws Error, changing nothing, for what is no Gaussian.
+  void set_poses(const PoseEstimate& poses);
+
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
   /// count takes effect at the next update. Throws Error, changing nothing, on options that make no
   /// sense.

@@ -50,6 +50,12 @@ struct DataAssociationOptions {
   double largest_log_odds = 6.0;   ///< what a landmark that was often seen is trusted with
 };
 
+struct MapOptions {
+  /// Landmarks are neither moved nor added nor removed: localization in the map as it is. Can be
+  /// switched at any time.
+  bool frozen = false;
+};
+
 /// Everything FastSlam can be told, with the only defaults there are. Names, units and ranges:
 /// parameters_of().
 struct FastSlamOptions {
@@ -61,6 +67,7 @@ struct FastSlamOptions {
   OdometryNoise odometry;
   LandmarkSensorOptions sensor;
   DataAssociationOptions association;
+  MapOptions map;
 
   FastSlamOptions();
 };
