@@ -156,9 +156,6 @@ TEST_F(Study, RefusesBadInputInOneLine) {
   }
   EXPECT_TRUE(contains(run_program("study resampling " + bag + " --schemes best").error,
                        "residual_systematic"));
-  const ProgramResult result = run_program("study compensation " + bag);
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(result.is_one_line_error("study")) << result.error;
 }
 
 }  // namespace

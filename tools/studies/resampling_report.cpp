@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "common/table.hpp"
+#include "markdown.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
 #include "resampling_study.hpp"
 
@@ -75,12 +76,6 @@ std::string title_of(Excitation excitation) {
                                         : "With excitation (" + to_string(excitation) + ")";
 }
 
-std::string with_error(const MeanEstimate& estimate, int decimals) {
-  if (estimate.count == 0) return "–";
-  if (estimate.count == 1) return fixed(estimate.mean, decimals);
-  return fixed(estimate.mean, decimals) + " ± " + fixed(estimate.standard_error, decimals);
-}
-
 /// Over the runs that were not lost.
 MeanEstimate average(const StudyCell& cell, const Figure& figure) {
   std::vector<double> values;
@@ -102,18 +97,6 @@ MeanEstimate cartesian_difference(const StudyCell& cell, const StudyCell& other)
   return paired_difference(a, b);
 }
 
-std::string line_of(const std::vector<std::string>& cells) {
-  std::string line = "|";
-  for (const std::string& cell : cells) line += " " + cell + " |";
-  return line + "\n";
-}
-
-std::string heading_of(const std::vector<std::string>& cells) {
-  std::string rule = "|---|";
-  for (std::size_t i = 1; i < cells.size(); ++i) rule += "---:|";
-  return line_of(cells) + rule + "\n";
-}
-
 std::string table_of(const ResamplingStudy& study, Excitation excitation) {
   std::vector<std::string> headings = {"Error (m)", "Dead reckoning"};
   std::vector<std::string> lost = {"Lost runs", "–"};
@@ -122,7 +105,7 @@ std::string table_of(const ResamplingStudy& study, Excitation excitation) {
     headings.push_back(title_of(scheme));
     lost.push_back(std::to_string(cell.lost()) + " of " + std::to_string(cell.runs.size()));
   }
-  std::string text = heading_of(headings);
+  std::string text = markdown_heading(headings);
   for (const Row& row : rows()) {
     const std::optional<double> without =
         row.has_dead_reckoning ? row.figure(study.dead_reckoning) : std::nullopt;
@@ -131,9 +114,9 @@ std::string table_of(const ResamplingStudy& study, Excitation excitation) {
       cells.push_back(
           with_error(average(study.cell(scheme, excitation), row.figure), row.decimals));
     }
-    text += line_of(cells);
+    text += markdown_row(cells);
   }
-  return text + line_of(lost);
+  return text + markdown_row(lost);
 }
 
 /// Each scheme against the first excitation's, and against a reference scheme.
@@ -146,7 +129,7 @@ std::string differences_of(const ResamplingStudy& study) {
           : schemes.front();
   std::vector<std::string> headings = {"Difference of Cartesian_abs_avg (m)"};
   for (const ResamplingScheme scheme : schemes) headings.push_back(title_of(scheme));
-  std::string text = heading_of(headings);
+  std::string text = markdown_heading(headings);
   const auto cell_text = [](const MeanEstimate& difference) {
     if (difference.count == 0) return std::string("–");
     return with_error(difference, 4) + " (" + std::to_string(difference.count) + ")";
@@ -159,7 +142,7 @@ std::string differences_of(const ResamplingStudy& study) {
                           : cell_text(cartesian_difference(study.cell(scheme, excitation),
                                                            study.cell(reference, excitation))));
     }
-    text += line_of(cells);
+    text += markdown_row(cells);
   }
   for (std::size_t i = 1; i < excitations.size(); ++i) {
     std::vector<std::string> cells = {title_of(excitations[i]) + " minus " +
@@ -168,7 +151,7 @@ std::string differences_of(const ResamplingStudy& study) {
       cells.push_back(cell_text(cartesian_difference(study.cell(scheme, excitations[i]),
                                                      study.cell(scheme, excitations[0]))));
     }
-    text += line_of(cells);
+    text += markdown_row(cells);
   }
   return text;
 }
