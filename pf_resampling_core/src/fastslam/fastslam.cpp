@@ -297,7 +297,7 @@ bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
     log_odds += share(i) * (data.log_odds[i] - data.log_odds[first]);
   }
   landmark->id = store_.birth(row);
-  landmark->held = total;
+  landmark->held = std::min(1.0, total);
   landmark->mean = Eigen::Vector2d(data.x[first], data.y[first]) + offset / shares;
   landmark->log_odds = data.log_odds[first] + log_odds / shares;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();

@@ -4,9 +4,10 @@
 #include <clocale>
 #include <cstdint>
 #include <cstdio>
+#include <fstream>
 #include <string>
 
-/// What reader and writer of map files share. The format is described in doc/map_format.md.
+/// What readers and writer of map files share. The format is described in doc/map_format.md.
 namespace pf_resampling::map_file {
 
 inline constexpr const char* kFirstLine = "pf_resampling map 1";
@@ -47,5 +48,16 @@ class Checksum {
  private:
   std::uint64_t state_ = 0xcbf29ce484222325u;
 };
+
+/// What is in a damaged file may be anything; what is said about it is one line of letters.
+std::string printable(const std::string& text);
+
+/// The whole of `word` as a finite number in decimals, as a number from 0 to `most`; false if it is
+/// none.
+bool parse(const std::string& word, double* value);
+bool parse(const std::string& word, std::int64_t most, std::int64_t* value);
+
+/// Opens a file to be read. Throws Error that names it: `what` is what it is ("map file").
+void open(const std::string& what, const std::string& path, std::ifstream* stream);
 
 }  // namespace pf_resampling::map_file

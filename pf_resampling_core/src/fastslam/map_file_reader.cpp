@@ -1,8 +1,3 @@
-#include <cerrno>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -19,32 +14,14 @@ using map_file::Checksum;
 using map_file::ClassicLocale;
 using map_file::kFirstLine;
 using map_file::kFirstWords;
+using map_file::printable;
 
 constexpr std::size_t kLongestLine = 1000;
-
-// What is in a damaged file may be anything; what is said about it is one line of letters.
-std::string printable(const std::string& text) {
-  std::string shown = text.substr(0, 40);
-  for (char& letter : shown) {
-    if (letter < ' ' || letter > '~') letter = '?';
-  }
-  return '"' + shown + (text.size() > 40 ? "...\"" : "\"");
-}
 
 class MapReader {
  public:
   explicit MapReader(const std::string& path) : path_(path) {
-    std::error_code ignored;
-    if (std::filesystem::exists(path, ignored) &&
-        !std::filesystem::is_regular_file(path, ignored)) {
-      throw Error("map file " + path + " is no file; name one that save_map wrote");
-    }
-    errno = 0;
-    stream_.open(path, std::ios::binary);
-    if (!stream_) {
-      throw Error("map file " + path + " cannot be read: " +
-                  std::strerror(errno != 0 ? errno : EIO) + "; name one that save_map wrote");
-    }
+    map_file::open("map file", path, &stream_);
     take_line();
     if (line_.rfind(kFirstWords, 0) != 0) {
       throw Error("map file " + path + ", line 1: " + printable(line_) +
@@ -91,11 +68,8 @@ class MapReader {
   double real(std::size_t i) const {
     const std::string& word = words_[i];
     if (word == "-inf") return -std::numeric_limits<double>::infinity();
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    const bool has_digits_alone =
-        !word.empty() && word.find_first_not_of("0123456789+-.e") == std::string::npos;
-    if (!has_digits_alone || end != word.c_str() + word.size() || !std::isfinite(value)) {
+    double value = 0.0;
+    if (!map_file::parse(word, &value)) {
       refuse(printable(word) + " is not a number");
     }
     return value;
@@ -103,11 +77,8 @@ class MapReader {
 
   std::int64_t integer(std::size_t i, std::int64_t most) const {
     const std::string& word = words_[i];
-    const bool has_digits_alone = !word.empty() && word.size() <= 19 &&
-                                  word.find_first_not_of("0123456789") == std::string::npos;
-    errno = 0;
-    const long long value = has_digits_alone ? std::strtoll(word.c_str(), nullptr, 10) : 0;
-    if (!has_digits_alone || errno != 0 || value > most) {
+    std::int64_t value = 0;
+    if (!map_file::parse(word, most, &value)) {
       refuse(printable(word) + " is not a whole number from 0 to " + std::to_string(most));
     }
     return value;

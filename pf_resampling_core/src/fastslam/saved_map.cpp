@@ -14,7 +14,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kSurveyedSigma = 0.001;  // m
 // A landmark that less of the weight holds is no part of the map that particles share.
 constexpr double kBelieved = 0.5;
 
@@ -214,30 +213,6 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   particles_.log_weight.setConstant(-std::log(static_cast<double>(count)));
   particles_.weight.setConstant(1.0 / static_cast<double>(count));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
-}
-
-SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std::string& frame) {
-  SavedMap map;
-  map.frame = frame;
-  map.association = DataAssociation::known;
-  for (const SurveyedLandmark& surveyed : landmarks) {
-    SavedLandmark landmark;
-    landmark.estimate.id = surveyed.id;
-    landmark.estimate.mean = landmark.last_seen = surveyed.position;
-    landmark.estimate.covariance = surveyed.covariance;
-    if (surveyed.covariance.isZero(0.0)) {
-      landmark.estimate.covariance.diagonal().setConstant(kSurveyedSigma * kSurveyedSigma);
-    }
-    landmark.estimate.held = 1.0;
-    landmark.estimate.log_odds = FastSlamOptions().association.largest_log_odds;
-    map.landmarks.push_back(landmark);
-  }
-  std::stable_sort(
-      map.landmarks.begin(), map.landmarks.end(),
-      [](const SavedLandmark& a, const SavedLandmark& b) { return a.estimate.id < b.estimate.id; });
-  if (!map.landmarks.empty()) map.next_id = map.landmarks.back().estimate.id + 1;
-  check_saved_map(map);
-  return map;
 }
 
 }  // namespace pf_resampling

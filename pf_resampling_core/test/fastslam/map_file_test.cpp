@@ -169,6 +169,71 @@ TEST_F(MapFile, ComesBackToTheBit) {
   EXPECT_EQ(files(), 1);
 }
 
+// The format itself, line by line as doc/map_format.md has it; the checksum is from an
+// implementation in another language. Another format needs another number in the first line.
+TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
+  const std::string documented = R"(pf_resampling map 1
+# Landmarks, and the particles that go on from here; metres and radians, x forward,
+# y left, in the frame named below. The last line covers every byte: do not edit.
+frame map
+association mutual_exclusion
+next_id 9
+step 120
+scans_since_renewal 2
+# farthest range and widest bearing of any observation
+view 8.25 1.5
+# x, y, heading; covariance: xx xy xh yy yh hh
+pose 1.5 -0.25 0.125
+pose_covariance 0.0625 0 0 0.25 0.125 0.5
+# id, x, y, covariance xx xy yy, share of the weight that holds it, log-odds of its
+# existence, x and y where it was last seen
+landmarks 2
+landmark 3 4 2.5 0.0625 -0.03125 0.125 1 3.6 4 2.5
+landmark 8 -1.75 0 0.5 0 0.5 0.5 -0.9 -1.75 0
+# x, y, heading, log-weight, weight, number of its landmarks, which follow:
+# id, x, y, covariance xx xy yy, log-odds
+particles 2
+particle 1.25 -0.75 -0.375 -0.69314718055994529 0.5 1
+has 3 4.25 2.5 0.0625 -0.03125 0.0625 3.6
+particle 1.75 0.25 0.625 -0.69314718055994529 0.5 2
+has 3 3.75 2.5 0.0625 -0.03125 0.0625 3.6
+has 8 -1.75 0 0.5 0 0.5 -0.9
+end 26 fc5c7fa35ed76678
+)";
+  write(path_, documented);
+  const SavedMap map = read_map_file(path_);
+  EXPECT_EQ(map.frame, "map");
+  EXPECT_EQ(map.association, DataAssociation::mutual_exclusion);
+  EXPECT_EQ(map.next_id, 9);
+  EXPECT_EQ(map.step, 120u);
+  EXPECT_EQ(map.observations_since_renewal, 2);
+  EXPECT_EQ(map.view_range, 8.25);
+  EXPECT_EQ(map.view_bearing, 1.5);
+  EXPECT_EQ(map.pose.mean.y, -0.25);
+  Eigen::Matrix3d pose;
+  pose << 0.0625, 0.0, 0.0, 0.0, 0.25, 0.125, 0.0, 0.125, 0.5;
+  EXPECT_EQ(map.pose.covariance, pose);
+  ASSERT_EQ(map.landmarks.size(), 2u);
+  EXPECT_EQ(map.landmarks[1].estimate.id, 8);
+  EXPECT_EQ(map.landmarks[1].estimate.mean, Eigen::Vector2d(-1.75, 0.0));
+  EXPECT_EQ(map.landmarks[1].estimate.held, 0.5);
+  EXPECT_EQ(map.landmarks[1].estimate.log_odds, -0.9);
+  EXPECT_EQ(map.landmarks[0].last_seen, Eigen::Vector2d(4.0, 2.5));
+  Eigen::Matrix2d covariance;
+  covariance << 0.0625, -0.03125, -0.03125, 0.125;
+  EXPECT_EQ(map.landmarks[0].estimate.covariance, covariance);
+  ASSERT_EQ(map.particles.size(), 2u);
+  EXPECT_EQ(map.particles[0].pose.heading, -0.375);
+  EXPECT_EQ(map.particles[0].weight, 0.5);
+  ASSERT_EQ(map.particles[0].landmarks.size(), 1u);
+  ASSERT_EQ(map.particles[1].landmarks.size(), 2u);
+  EXPECT_EQ(map.particles[1].landmarks[0].mean, Eigen::Vector2d(3.75, 2.5));
+  EXPECT_EQ(map.particles[1].landmarks[1].id, 8);
+  EXPECT_EQ(map.particles[1].landmarks[1].log_odds, -0.9);
+  write_map_file(path_, map);
+  EXPECT_EQ(content_of(path_), documented);
+}
+
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
   SavedMap map = small_map();
   map.particles.clear();

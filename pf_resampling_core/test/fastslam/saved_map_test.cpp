@@ -153,7 +153,12 @@ double distance(const Pose2& a, const Pose2& b) {
 // every way of association and of renewal. Saving leaves no trace in the filter either.
 TEST(SavedMap, ALoadedFilterGoesOnToTheBit) {
   for (const DataAssociation method : all_data_associations()) {
-    const std::vector<Step> steps = drive(60, method == DataAssociation::known, 5);
+    std::vector<Step> steps = drive(60, method == DataAssociation::known, 5);
+    // Seen only once, and farther than all else: how far landmarks are missed depends on it.
+    RangeBearingObservation far;
+    far.id = method == DataAssociation::known ? 99 : -1;
+    far.range = 9.0;
+    steps[0].observations.push_back(far);
     for (const Renewal renewal : all_renewals()) {
       for (const Schedule schedule : {Schedule::effective_sample_size, Schedule::every_n}) {
         FastSlamOptions options = some_options(method);
@@ -433,12 +438,14 @@ TEST(SavedMap, NewLandmarksGetNewIds) {
   SavedMap map = saved_map(&first, 1000);
   const std::int64_t last = map.landmarks.back().estimate.id;
   ASSERT_GT(map.next_id, last);
+  map.next_id = last + 100;  // those in between were removed
   FastSlam second(some_options(), 8);
   second.load(map);
   run(&second, steps, 10, steps.size());
   std::set<std::int64_t> ids;
   for (const LandmarkEstimate& landmark : second.map()) {
     EXPECT_TRUE(ids.insert(landmark.id).second);
+    EXPECT_TRUE(landmark.id <= last || landmark.id >= last + 100) << landmark.id;
   }
   EXPECT_GT(*ids.rbegin(), last);
 }

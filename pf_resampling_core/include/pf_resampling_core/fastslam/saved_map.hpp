@@ -69,6 +69,12 @@ struct SurveyedLandmark {
 /// sense.
 SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std::string& frame);
 
+/// Such a map from a text file: a header line that names the columns, separated by commas in any
+/// order, then a landmark per line; `#` starts a comment. Columns `id`, `x`, `y` (m), and if their
+/// accuracy is known `xx`, `xy`, `yy` (m^2). Throws Error, in one line that names file, line, fault
+/// and remedy, for anything else.
+SavedMap read_landmark_list(const std::string& path, const std::string& frame);
+
 /// Throws Error, naming the first value that cannot be: not finite, not a covariance, an id twice,
 /// weights that are none.
 void check_saved_map(const SavedMap& map);
