@@ -132,6 +132,9 @@ std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, co
 std::string fault_of_whole(const SavedMap& map) {
   if (map.next_id < 0 || map.next_id > kLargestId + 1) return "the next id is not in [0, 2^62 + 1]";
   if (map.observations_since_renewal < 0) return "the scans since the last renewal are negative";
+  if (map.association == DataAssociation::automatic && !map.landmarks.empty()) {
+    return "there are landmarks, but what their ids mean is left to be found (automatic)";
+  }
   const bool by_discovery = map.association != DataAssociation::known;
   if (by_discovery && !map.landmarks.empty() && map.landmarks.back().estimate.id >= map.next_id) {
     return "the next id is that of a landmark that is there";

@@ -56,7 +56,9 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   }
   const FastSlamParticles& population = filter->particles_;
   SavedMap map;
-  map.association = filter->association_;
+  // Left open by load() if there are ids.
+  const bool is_open = filter->association_ == DataAssociation::automatic && filter->has_landmarks_;
+  map.association = is_open ? DataAssociation::known : filter->association_;
   map.pose = filter->estimate();
   map.view_range = filter->view_range_;
   map.view_bearing = filter->view_bearing_;

@@ -312,6 +312,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" is of a version"},
       {"frame hall_3", "frame  hall_3", "line 4: after \"frame\" there are 2 values, not 1"},
       {"association mutual_exclusion", "association guessing", "line 5: \"guessing\" is no data"},
+      {"association mutual_exclusion", "association automatic", "what their ids mean"},
       {"next_id 12", "next_id 11", "the next id is that of a landmark that is there"},
       {"next_id 12", "next_id -1", "line 6: \"-1\" is not a whole number"},
       {"step 4000000000", "step 5000000000", "line 7: \"5000000000\" is not a whole number"},
