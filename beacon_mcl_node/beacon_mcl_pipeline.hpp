@@ -1,55 +1,30 @@
 #pragma once
 
-#include <diagnostic_msgs/DiagnosticArray.h>
-#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
-#include <nav_msgs/Path.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
-#include <pf_resampling/FilterStatus.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <tf2_msgs/TFMessage.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "beacon_mcl_node/input_checks.hpp"
-#include "beacon_mcl_node/path_recorder.hpp"
 #include "beacon_mcl_node/pipeline_options.hpp"
-#include "pf_resampling/odometry_buffer.hpp"
+#include "pf_resampling/belief_publisher.hpp"
+#include "pf_resampling/dead_reckoning.hpp"
+#include "pf_resampling/pipeline_sinks.hpp"
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
 #include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
 
 namespace pf_resampling {
 
-enum class LogLevel { info, warning };
-
-/// Where the messages of the pipeline go. What is empty is not made at all.
-struct BeaconMclSinks {
-  std::function<void(ros::Time, const PoseEstimate&)> estimate;  ///< what `pose` says, as numbers
-  std::function<void(const geometry_msgs::PoseWithCovarianceStamped&)> pose;
-  std::function<void(const nav_msgs::Path&)> path;
-  std::function<void(const geometry_msgs::PoseArray&)> particlecloud;
-  std::function<void(const sensor_msgs::PointCloud2&)> particles;
-  std::function<void(const visualization_msgs::MarkerArray&)> markers;
-  std::function<void(const FilterStatus&)> status;
-  std::function<void(const diagnostic_msgs::DiagnosticArray&)> diagnostics;
-  std::function<void(const geometry_msgs::TransformStamped&)> transform;  ///< map -> odom
-  std::function<void(LogLevel, const std::string&)> log;
-  /// Seconds since some time, to measure updates with. Empty in runs that have to be reproducible:
-  /// they report an update time of 0.
-  std::function<double()> stopwatch;
-};
+using BeaconMclSinks = PipelineSinks;
 
 /// Range-beacon localization from messages to messages: no node handle, no clock, no thread. What
 /// it gives out depends on the messages, the options and the seed alone.
@@ -106,47 +81,31 @@ class BeaconMclPipeline {
   void reject(const std::string& input, const Rejection& rejection);
   void log(LogLevel level, const std::string& text) const;
 
-  void publish_pose(ros::Time stamp);
   void publish_pictures(ros::Time stamp);
   void publish_status(ros::Time stamp, double update_time);
   void publish_markers(ros::Time stamp);
   void publish_diagnostics(ros::Time stamp);
-  bool is_due(double period, ros::Time stamp, ros::Time* last) const;
 
   BeaconMclPipelineOptions options_;
   BeaconMclSinks sinks_;
   std::string strategy_;
   StaticFrames frames_;
   std::unique_ptr<BeaconMcl> filter_;
-  OdometryBuffer odometry_;
+  DeadReckoning odometry_;
   std::deque<BeaconRange> ranges_;                                   // in order of time
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before the beacons came
 
-  std::optional<ros::Time> filter_time_;  // that the particles are at
-  std::optional<PoseEstimate> belief_;    // of the particles
+  std::optional<PoseEstimate> belief_;  // of the particles
   ScalarEstimate yaw_rate_bias_;
-  OdometryIncrement since_;   // from filter_time_ to the newest odometry
-  ros::Time odometry_start_;  // stamp of the first odometry
 
   RejectCounter rejects_;
   std::map<int, LatestRange> latest_ranges_;
-  PathRecorder path_;
+  BeliefPublisher publisher_;
   double misfit_ = 1.0;  // running mean of the squared innovation over its expected variance
-  std::uint64_t time_jumps_ = 0;
-  std::uint64_t pose_jumps_ = 0;
-  std::uint64_t not_published_ = 0;
   std::uint64_t reported_rejects_ = 0;
   std::int64_t reported_weight_resets_ = 0;
   ros::Time last_range_;
-  ros::Time last_cloud_, last_markers_, last_beacons_, last_path_, last_diagnostics_;
+  ros::Time last_markers_, last_beacons_, last_diagnostics_;
 };
-
-/// The strategy in one line: schedule, renewal, scheme and excitation.
-std::string strategy_of(const BeaconMclOptions& options);
-
-/// `estimate` moved rigidly by `motion`; its covariance grows by the motion's. The
-/// yaw-rate bias is taken out of the motion.
-PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion,
-                      const ScalarEstimate& yaw_rate_bias);
 
 }  // namespace pf_resampling

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/configuration.hpp"
+#include "pf_resampling/frame_names.hpp"
 #include "pf_resampling/odometry_buffer.hpp"
 #include "pf_resampling_core/beacon_mcl/options.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
@@ -20,24 +22,14 @@ struct BeaconMclPipelineOptions {
   OdometryBufferOptions odometry_input;
   int seed = 1;  ///< of all random numbers
 
-  std::string map_frame = "map";
-  std::string odom_frame = "odom";
-  std::string base_frame = "base_link";
-  double transform_tolerance = 0.2;  ///< s by which map -> odom is dated into the future
+  FrameNames frames;
+  OutputOptions output;
+  double ring_lifetime = 1.5;  ///< s a range ring is shown
 
   int queue_length = 100;               ///< ranges that may wait for odometry or beacons
   double max_ahead = 10.0;              ///< s a range may be newer than the newest odometry
   double simultaneous = 0.001;          ///< s; ranges closer than this are one update
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief
-
-  double cloud_period = 0.5;        ///< s between particle clouds; 0: after every odometry message
-  double marker_period = 0.5;       ///< s between markers
-  double ring_lifetime = 1.5;       ///< s a range ring is shown
-  double path_period = 2.0;         ///< s between paths
-  double path_spacing = 0.5;        ///< m between poses of the path
-  double path_max_sigma = 3.0;      ///< m; less certain positions are not put on the path
-  int path_length = 10000;          ///< poses; a path that gets longer is thinned
-  double diagnostics_period = 1.0;  ///< s between diagnostics
 
   std::vector<Beacon> beacons;  ///< if there are any, the `beacons` message is ignored
   std::map<int, RangeCalibration> calibration;      ///< known, by id of beacon; -1: all others

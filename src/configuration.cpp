@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -99,6 +100,10 @@ void add_entry(const std::string& list, const Entry& entry, Configuration* confi
                   "'; it has to be 0 or more (m; 0: the model's own)");
     }
     configuration->calibration[id_of(entry, "beacon")] = calibration;
+  } else if (list == "sensors") {
+    check_keys(entry, {"frame", "x", "y"}, {"yaw"});
+    configuration->sensors[entry.fields.at("frame")] = {
+        number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "yaw", 0.0)};
   } else {
     check_keys(entry, {"frame", "x", "y"}, {"z"});
     configuration->antennas[entry.fields.at("frame")] = {
@@ -107,7 +112,7 @@ void add_entry(const std::string& list, const Entry& entry, Configuration* confi
 }
 
 bool is_list_name(const std::string& name) {
-  return name == "beacons" || name == "calibration" || name == "antennas";
+  return name == "beacons" || name == "calibration" || name == "antennas" || name == "sensors";
 }
 
 // `calibration` is also a group of parameters: a map is the group, a list the known calibration.
@@ -235,10 +240,25 @@ Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
   return configuration;
 }
 
+void apply_values(const Configuration& configuration, const ParameterList& parameters) {
+  std::map<std::string, std::string> values = configuration.values;
+  for (const Parameter& parameter : parameters) {
+    // To the parameter server, which reads YAML 1.1, the word off is the boolean false.
+    const auto value = values.find(parameter.name);
+    const auto& choices = parameter.choices;
+    if (value != values.end() && value->second == "false" &&
+        std::find(choices.begin(), choices.end(), "off") != choices.end()) {
+      value->second = "off";
+    }
+  }
+  set_parameters(parameters, values);
+}
+
 void merge(const Configuration& later, Configuration* configuration) {
   for (const auto& [name, value] : later.values) configuration->values[name] = value;
   for (const auto& [beacon, value] : later.calibration) configuration->calibration[beacon] = value;
   for (const auto& [frame, place] : later.antennas) configuration->antennas[frame] = place;
+  for (const auto& [frame, place] : later.sensors) configuration->sensors[frame] = place;
   if (!later.beacons.empty()) configuration->beacons = later.beacons;
 }
 

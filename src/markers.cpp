@@ -11,8 +11,10 @@ namespace {
 
 constexpr int kRingSegments = 72;
 
-visualization_msgs::Marker marker_of(const MarkerFrame& frame, const std::string& name, int id,
-                                     int type) {
+}  // namespace
+
+visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::string& name, int id,
+                                       int type) {
   visualization_msgs::Marker marker;
   marker.header.frame_id = frame.frame;
   marker.header.stamp = frame.stamp;
@@ -24,15 +26,13 @@ visualization_msgs::Marker marker_of(const MarkerFrame& frame, const std::string
   return marker;
 }
 
-geometry_msgs::Point point_at(double x, double y, double z) {
+geometry_msgs::Point make_point(double x, double y, double z) {
   geometry_msgs::Point point;
   point.x = x;
   point.y = y;
   point.z = z;
   return point;
 }
-
-}  // namespace
 
 std_msgs::ColorRGBA palette_color(int index, float alpha) {
   const double hue = std::fmod(0.58 + 0.618033988749895 * index, 1.0) * 6.0;
@@ -55,16 +55,16 @@ visualization_msgs::MarkerArray beacon_markers(const MarkerFrame& frame,
   for (const Beacon& beacon : beacons) {
     const Eigen::Vector3d& place = beacon.position;
     visualization_msgs::Marker post =
-        marker_of(frame, "beacons", index, visualization_msgs::Marker::CYLINDER);
-    post.pose.position = point_at(place.x(), place.y(), place.z());
+        make_marker(frame, "beacons", index, visualization_msgs::Marker::CYLINDER);
+    post.pose.position = make_point(place.x(), place.y(), place.z());
     post.scale.x = post.scale.y = 0.5 * size;
     post.scale.z = size;
     post.color = palette_color(index, 1.0F);
     array.markers.push_back(post);
 
     visualization_msgs::Marker label =
-        marker_of(frame, "beacon_ids", index, visualization_msgs::Marker::TEXT_VIEW_FACING);
-    label.pose.position = point_at(place.x() + 0.9 * size, place.y(), place.z() + size);
+        make_marker(frame, "beacon_ids", index, visualization_msgs::Marker::TEXT_VIEW_FACING);
+    label.pose.position = make_point(place.x() + 0.9 * size, place.y(), place.z() + size);
     label.scale.z = 1.6 * size;
     label.color = palette_color(index, 1.0F);
     label.text = std::to_string(beacon.id);
@@ -78,7 +78,7 @@ visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Bea
                                              int index, double distance, double antenna_height,
                                              double lifetime, double width) {
   visualization_msgs::Marker ring =
-      marker_of(frame, "ranges", index, visualization_msgs::Marker::LINE_STRIP);
+      make_marker(frame, "ranges", index, visualization_msgs::Marker::LINE_STRIP);
   ring.scale.x = width;
   ring.color = palette_color(index, 0.8F);
   ring.lifetime = ros::Duration(lifetime);
@@ -86,8 +86,9 @@ visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Bea
   const double radius = std::sqrt(std::max(0.0, distance * distance - height * height));
   for (int i = 0; i <= kRingSegments; ++i) {
     const double angle = 2.0 * kPi * (i % kRingSegments) / kRingSegments;
-    ring.points.push_back(point_at(beacon.position.x() + radius * std::cos(angle),
-                                   beacon.position.y() + radius * std::sin(angle), antenna_height));
+    ring.points.push_back(make_point(beacon.position.x() + radius * std::cos(angle),
+                                     beacon.position.y() + radius * std::sin(angle),
+                                     antenna_height));
   }
   return ring;
 }
@@ -100,7 +101,7 @@ visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
   const Eigen::Matrix2d& axes = solver.eigenvectors();
 
   visualization_msgs::Marker ellipse =
-      marker_of(frame, "pose_2_sigma", 0, visualization_msgs::Marker::LINE_STRIP);
+      make_marker(frame, "pose_2_sigma", 0, visualization_msgs::Marker::LINE_STRIP);
   ellipse.scale.x = width;
   ellipse.color.r = 1.0F;
   ellipse.color.g = 0.85F;
@@ -110,11 +111,11 @@ visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
     const Eigen::Vector2d offset =
         axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
     ellipse.points.push_back(
-        point_at(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
+        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
   }
 
   visualization_msgs::Marker arrow =
-      marker_of(frame, "pose_heading", 0, visualization_msgs::Marker::ARROW);
+      make_marker(frame, "pose_heading", 0, visualization_msgs::Marker::ARROW);
   arrow.pose = to_pose_message(estimate.mean);
   arrow.scale.x = 12.0 * width;
   arrow.scale.y = 3.0 * width;

@@ -17,6 +17,8 @@ std::string to_string(RejectReason reason) {
       return "not_unit_quaternion";
     case RejectReason::unknown_beacon:
       return "unknown_beacon";
+    case RejectReason::unknown_id:
+      return "unknown_id";
     case RejectReason::duplicate_beacon:
       return "duplicate_beacon";
     case RejectReason::empty:
@@ -45,6 +47,8 @@ std::string to_string(RejectReason reason) {
       return "pose_jump";
     case RejectReason::ignored:
       return "ignored";
+    case RejectReason::gated:
+      return "gated";
     case RejectReason::filter_error:
       return "filter_error";
   }

@@ -23,25 +23,32 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
 }
 
 void StaticFrames::add(const std::string& parent, const std::string& frame,
-                       const Eigen::Vector3d& place) {
+                       const Eigen::Vector3d& place, double yaw) {
   Parent& entry = parents_[without_slash(frame)];
   entry.frame = without_slash(parent);
-  entry.pose = Eigen::Isometry3d(Eigen::Translation3d(place));
+  entry.pose = Eigen::Translation3d(place) * Eigen::AngleAxisd(yaw, Eigen::Vector3d(0.0, 0.0, 1.0));
+}
+
+std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
+                                                    const std::string& frame) const {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  std::string current = frame;
+  // A chain longer than there are frames goes in a circle.
+  for (std::size_t step = 0; step <= parents_.size(); ++step) {
+    if (current == base) return pose;
+    const auto parent = parents_.find(current);
+    if (parent == parents_.end()) return std::nullopt;
+    pose = parent->second.pose * pose;
+    current = parent->second.frame;
+  }
+  return std::nullopt;
 }
 
 std::optional<Eigen::Vector3d> StaticFrames::origin(const std::string& base,
                                                     const std::string& frame) const {
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();
-  std::string current = frame;
-  // A chain longer than there are frames goes in a circle.
-  for (std::size_t step = 0; step <= parents_.size(); ++step) {
-    if (current == base) return place;
-    const auto parent = parents_.find(current);
-    if (parent == parents_.end()) return std::nullopt;
-    place = parent->second.pose * place;
-    current = parent->second.frame;
-  }
-  return std::nullopt;
+  const auto found = pose(base, frame);
+  if (!found) return std::nullopt;
+  return Eigen::Vector3d(found->translation());
 }
 
 }  // namespace pf_resampling

@@ -16,6 +16,12 @@ struct MarkerFrame {
   ros::Time stamp;
 };
 
+/// A marker of a type of visualization_msgs::Marker, called `name` and `id`, where the frame is.
+visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::string& name, int id,
+                                       int type);
+
+geometry_msgs::Point make_point(double x, double y, double z);
+
 /// Color number `index` of a palette whose neighbours differ clearly (hue by the golden ratio).
 std_msgs::ColorRGBA palette_color(int index, float alpha);
 

@@ -15,6 +15,7 @@ enum class RejectReason {
   impossible_variance,  ///< negative, or a covariance that none can have
   not_unit_quaternion,
   unknown_beacon,     ///< id that is not among the beacons
+  unknown_id,         ///< a landmark without id where the others have one
   duplicate_beacon,   ///< an id twice in one array
   empty,              ///< an array without elements
   wrong_frame,        ///< frame other than the configured one
@@ -29,9 +30,16 @@ enum class RejectReason {
   time_gap,           ///< odometry after a long silence, not confirmed yet
   pose_jump,          ///< odometry that moved faster than the robot can
   ignored,            ///< beacons that differ from the configured ones
+  gated,              ///< an observation that the filter did not believe
   filter_error,       ///< the filter refused it
 };
 std::string to_string(RejectReason reason);
+
+/// Why a message cannot be used, with the values, and the remedy where there is one.
+struct Rejection {
+  RejectReason reason;
+  std::string detail;
+};
 
 /// Counts what was rejected, by input and reason, and keeps the latest case in words.
 class RejectCounter {

@@ -18,12 +18,16 @@ class StaticFrames {
   /// finite numbers between two different frames.
   bool add(const geometry_msgs::TransformStamped& transform);
 
-  /// A frame at `place` (m) in the frame `parent`, not rotated.
-  void add(const std::string& parent, const std::string& frame, const Eigen::Vector3d& place);
+  /// A frame at `place` (m) in the frame `parent`, turned by `yaw` (rad) about its z axis.
+  void add(const std::string& parent, const std::string& frame, const Eigen::Vector3d& place,
+           double yaw = 0.0);
 
   /// Place of the origin of `frame` in the frame `base` (m). Nothing if they are not connected
   /// going up from `frame` to `base`.
   std::optional<Eigen::Vector3d> origin(const std::string& base, const std::string& frame) const;
+
+  /// The frame `frame` in the frame `base`, likewise.
+  std::optional<Eigen::Isometry3d> pose(const std::string& base, const std::string& frame) const;
 
  private:
   struct Parent {

@@ -1,6 +1,7 @@
 #include "pf_resampling_core/parameters.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -87,8 +88,18 @@ double parse_number(const Parameter& parameter, const std::string& text) {
   return value;
 }
 
-// Words that readers of YAML 1.1 take for something else than a word, unless quoted.
+// Quotes what readers of YAML 1.1 take for something else than a word, and what is none.
 std::string quoted_for_yaml(const std::string& word) {
+  const bool is_plain = !word.empty() && std::all_of(word.begin(), word.end(), [](char character) {
+    return std::isalnum(static_cast<unsigned char>(character)) != 0 || character == '_' ||
+           character == '/' || character == '.';
+  });
+  if (!is_plain) {
+    std::string quoted = "'";
+    for (const char character : word)
+      quoted += character == '\'' ? "''" : std::string(1, character);
+    return quoted + "'";
+  }
   for (const char* other : {"y", "n", "yes", "no", "on", "off", "true", "false", "null", "~"}) {
     if (word == other) return '"' + word + '"';
   }

@@ -1,42 +1,29 @@
 #include "beacon_mcl_options.hpp"
 
 #include "bag.hpp"
-#include "pf_resampling_core/error.hpp"
+#include "filter_options.hpp"
 
 namespace pf_resampling {
 
-void add_beacon_mcl_options(CommandLine* line) {
+void add_beacon_mcl_topics(CommandLine* line) {
   namespace po = boost::program_options;
-  line->repeatable_option(
-      "config", "FILE",
-      "YAML file of parameters, beacons, calibration; may be repeated, later ones win");
-  line->repeatable_option(
-      "set", "NAME=VALUE",
-      "one parameter, for instance population/resampling/scheme=stratified; may be repeated");
-  line->options()("odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
-                  "odometry")(
-      "ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"), "ranges")(
+  line->options()("ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"),
+                  "ranges")(
       "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
       "beacons");
 }
 
+void add_beacon_mcl_options(CommandLine* line) {
+  namespace po = boost::program_options;
+  add_filter_options(line);
+  line->options()("odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
+                  "odometry");
+  add_beacon_mcl_topics(line);
+}
+
 BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   BeaconMclPipelineOptions options;
-  if (line.has("config")) {
-    for (const std::string& path : line.get<std::vector<std::string>>("config")) {
-      const Configuration configuration = read_configuration(path);
-      try {
-        apply(configuration, &options);
-      } catch (const Error& error) {
-        throw Error(path + ": " + error.what());
-      }
-    }
-  }
-  if (line.has("set")) {
-    for (const std::string& assignment : line.get<std::vector<std::string>>("set")) {
-      apply(parse_assignment(assignment), &options);
-    }
-  }
+  apply_filter_options(line, &options);
   return options;
 }
 

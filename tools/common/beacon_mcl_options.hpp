@@ -10,6 +10,9 @@ namespace pf_resampling {
 /// --set and the topics --odom, --ranges, --beacons.
 void add_beacon_mcl_options(CommandLine* line);
 
+/// Of these --ranges and --beacons alone, which are this filter's own.
+void add_beacon_mcl_topics(CommandLine* line);
+
 /// What they say, on top of the shipped defaults. Throws Error naming file or assignment.
 BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line);
 

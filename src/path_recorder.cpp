@@ -1,4 +1,4 @@
-#include "beacon_mcl_node/path_recorder.hpp"
+#include "pf_resampling/path_recorder.hpp"
 
 #include <cmath>
 

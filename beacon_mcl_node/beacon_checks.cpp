@@ -1,0 +1,64 @@
+#include "beacon_mcl_node/beacon_checks.hpp"
+
+#include <cmath>
+#include <set>
+
+#include "pf_resampling/input_checks.hpp"
+
+namespace pf_resampling {
+
+std::optional<Rejection> check(const BeaconRange& range) {
+  if (range.header.stamp.isZero()) return rejection(RejectReason::no_stamp, "the stamp is zero");
+  if (!std::isfinite(range.range)) {
+    return rejection(RejectReason::not_finite, "the range to beacon ", range.beacon, " is ",
+                     range.range);
+  }
+  if (range.range <= 0.0) {
+    return rejection(RejectReason::not_positive, "the range to beacon ", range.beacon, " is ",
+                     range.range, " m");
+  }
+  if (!std::isfinite(range.variance)) {
+    return rejection(RejectReason::not_finite, "the variance of the range to beacon ", range.beacon,
+                     " is ", range.variance);
+  }
+  if (range.variance < 0.0) {
+    return rejection(RejectReason::impossible_variance, "the variance of the range to beacon ",
+                     range.beacon, " is ", range.variance, " m^2");
+  }
+  return std::nullopt;
+}
+
+std::optional<Rejection> check(const BeaconArray& array, const FrameNames& frames) {
+  if (auto wrong =
+          check_frame("header.frame_id", array.header.frame_id, frames.map, "frames/map")) {
+    return wrong;
+  }
+  if (array.beacons.empty()) return rejection(RejectReason::empty, "there is no beacon in it");
+  std::set<int> ids;
+  for (const auto& beacon : array.beacons) {
+    if (!std::isfinite(beacon.position.x) || !std::isfinite(beacon.position.y) ||
+        std::isinf(beacon.position.z)) {
+      return rejection(RejectReason::not_finite, "the position of beacon ", beacon.id,
+                       " has a NaN or infinity");
+    }
+    if (!ids.insert(beacon.id).second) {
+      return rejection(RejectReason::duplicate_beacon, "beacon ", beacon.id, " is there twice");
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<Beacon> to_beacons(const BeaconArray& array) {
+  std::vector<Beacon> beacons;
+  for (const auto& message : array.beacons) {
+    Beacon beacon;
+    beacon.id = message.id;
+    beacon.is_planar = std::isnan(message.position.z);
+    beacon.position = {message.position.x, message.position.y,
+                       beacon.is_planar ? 0.0 : message.position.z};
+    beacons.push_back(beacon);
+  }
+  return beacons;
+}
+
+}  // namespace pf_resampling

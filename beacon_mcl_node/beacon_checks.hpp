@@ -1,0 +1,22 @@
+#pragma once
+
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconRange.h>
+
+#include <optional>
+#include <vector>
+
+#include "pf_resampling/frame_names.hpp"
+#include "pf_resampling/rejects.hpp"
+#include "pf_resampling_core/models/beacon_range.hpp"
+
+namespace pf_resampling {
+
+/// What can be told of a message by itself. Nothing: it can be used.
+std::optional<Rejection> check(const BeaconRange& range);
+std::optional<Rejection> check(const BeaconArray& beacons, const FrameNames& frames);
+
+/// A checked array. A height of NaN means that the beacon is as high as the antenna.
+std::vector<Beacon> to_beacons(const BeaconArray& beacons);
+
+}  // namespace pf_resampling

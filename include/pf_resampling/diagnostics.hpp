@@ -1,0 +1,43 @@
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <pf_resampling/RejectCount.h>
+
+#include "pf_resampling/dead_reckoning.hpp"
+#include "pf_resampling/rejects.hpp"
+
+namespace pf_resampling {
+
+/// An entry of /diagnostics that is fine so far.
+diagnostic_msgs::DiagnosticStatus make_diagnostic(const std::string& name);
+
+void add_value(const std::string& key, const std::string& value,
+               diagnostic_msgs::DiagnosticStatus* status);
+
+/// Raises the level, with its reason; reasons of the same level are joined, lower ones dropped.
+/// `level`: one of DiagnosticStatus' constants.
+void worsen(std::uint8_t level, const std::string& message,
+            diagnostic_msgs::DiagnosticStatus* status);
+
+/// With three digits behind the point.
+std::string number_text(double value);
+
+/// The entry on what comes in: odometry, observations (called `observations`: "ranges"; the stamp
+/// of the last that was used, zero if none was, and how many wait), and what was rejected.
+/// `reported_rejects`: how many of them earlier entries have told of.
+diagnostic_msgs::DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
+                                                    const DeadReckoning& odometry,
+                                                    const std::string& observations,
+                                                    ros::Time last_used, std::size_t waiting,
+                                                    const RejectCounter& rejects,
+                                                    std::uint64_t* reported_rejects);
+
+/// As in FilterStatus.
+std::vector<RejectCount> to_messages(const RejectCounter& rejects);
+
+}  // namespace pf_resampling

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <functional>
+
+#include "pf_resampling/configuration.hpp"
+#include "pf_resampling/pipeline_sinks.hpp"
+
+namespace pf_resampling {
+
+/// Queues long enough for a bag played at many times its speed.
+constexpr std::uint32_t kNodeInputQueue = 2000;
+constexpr std::uint32_t kNodeOutputQueue = 200;
+
+/// Hands `take` the configurations that a node is given, later ones to win: the YAML files in its
+/// private parameter `files` (names, separated by spaces), then its other private parameters.
+/// Throws Error naming file or parameter.
+void for_each_configuration(const ros::NodeHandle& private_node,
+                            const std::function<void(const Configuration&)>& take);
+
+/// The topics that the nodes of both filters give out.
+class FilterPublishers {
+ public:
+  explicit FilterPublishers(ros::NodeHandle* node);
+
+  /// Sinks into these topics, tf and the log; it has to outlive them.
+  void connect(PipelineSinks* sinks);
+
+ private:
+  ros::Publisher pose_, path_, particlecloud_, particles_, markers_, status_, diagnostics_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+};
+
+/// Pipelines live by the stamps of messages; when none come, somebody has to say so.
+class SilenceWatch {
+ public:
+  /// `report` gets the time of ROS when there was no message for two seconds.
+  SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report);
+
+  void message_came() { last_message_ = ros::WallTime::now(); }
+
+ private:
+  std::function<void(ros::Time)> report_;
+  ros::WallTime last_message_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace pf_resampling

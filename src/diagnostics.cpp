@@ -1,0 +1,91 @@
+#include "pf_resampling/diagnostics.hpp"
+
+#include <cstdio>
+
+namespace pf_resampling {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+// Without observations for so long, dead reckoning is all there is.
+constexpr double kSilence = 5.0;  // s
+
+}  // namespace
+
+DiagnosticStatus make_diagnostic(const std::string& name) {
+  DiagnosticStatus status;
+  status.name = name;
+  status.hardware_id = "none";
+  status.level = DiagnosticStatus::OK;
+  return status;
+}
+
+void add_value(const std::string& key, const std::string& value, DiagnosticStatus* status) {
+  diagnostic_msgs::KeyValue entry;
+  entry.key = key;
+  entry.value = value;
+  status->values.push_back(entry);
+}
+
+// The constants are of one type, the field is of another.
+void worsen(std::uint8_t level, const std::string& message, DiagnosticStatus* status) {
+  const auto before = static_cast<std::uint8_t>(status->level);
+  if (level < before) return;
+  status->message =
+      level == before && !status->message.empty() ? status->message + "; " + message : message;
+  status->level = static_cast<std::int8_t>(level);
+}
+
+std::string number_text(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.3f", value);
+  return text;
+}
+
+DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
+                                   const DeadReckoning& odometry, const std::string& observations,
+                                   ros::Time last_used, std::size_t waiting,
+                                   const RejectCounter& rejects, std::uint64_t* reported_rejects) {
+  DiagnosticStatus inputs = make_diagnostic(name);
+  if (odometry.empty()) {
+    worsen(DiagnosticStatus::WARN, "no odometry yet", &inputs);
+  } else if ((stamp - odometry.newest()).toSec() > kSilence) {
+    worsen(DiagnosticStatus::WARN,
+           "no odometry for " + number_text((stamp - odometry.newest()).toSec()) + " s", &inputs);
+  }
+  if (last_used.isZero()) {
+    worsen(DiagnosticStatus::WARN, "no usable " + observations + " yet", &inputs);
+  } else if ((stamp - last_used).toSec() > kSilence) {
+    worsen(DiagnosticStatus::WARN,
+           "no usable " + observations + " for " + number_text((stamp - last_used).toSec()) + " s",
+           &inputs);
+  }
+  if (rejects.total() > *reported_rejects) {
+    worsen(DiagnosticStatus::WARN,
+           std::to_string(rejects.total() - *reported_rejects) + " messages rejected", &inputs);
+  }
+  *reported_rejects = rejects.total();
+  if (inputs.message.empty()) inputs.message = "fine";
+  add_value(observations + " waiting", std::to_string(waiting), &inputs);
+  add_value("jumps back in time", std::to_string(odometry.time_jumps()), &inputs);
+  add_value("jumps of the odometry", std::to_string(odometry.pose_jumps()), &inputs);
+  for (const RejectCounter::Count& count : rejects.counts()) {
+    add_value("rejected " + count.input + " " + to_string(count.reason),
+              std::to_string(count.count) + ", last: " + count.latest, &inputs);
+  }
+  return inputs;
+}
+
+std::vector<RejectCount> to_messages(const RejectCounter& rejects) {
+  std::vector<RejectCount> messages;
+  for (const RejectCounter::Count& count : rejects.counts()) {
+    RejectCount message;
+    message.input = count.input;
+    message.reason = to_string(count.reason);
+    message.count = count.count;
+    messages.push_back(message);
+  }
+  return messages;
+}
+
+}  // namespace pf_resampling
