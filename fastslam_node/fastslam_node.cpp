@@ -1,0 +1,107 @@
+// FastSLAM as a node: subscribes, hands on to the pipeline, publishes.
+#include <pf_resampling/LoadMap.h>
+#include <pf_resampling/SaveMap.h>
+#include <std_srvs/Empty.h>
+
+#include <cstdio>
+
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "pf_resampling/node_support.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+class FastSlamNode {
+ public:
+  FastSlamNode(ros::NodeHandle* node, const FastSlamPipelineOptions& options)
+      : publishers_(node),
+        landmark_map_(node->advertise<LandmarkMap>("landmark_map", 1, true)),
+        pipeline_(options, sinks()),
+        silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    subscribers_ = {
+        node->subscribe("odom", kNodeInputQueue, &FastSlamNode::take<nav_msgs::Odometry>, this,
+                        hints),
+        node->subscribe("landmarks", kNodeInputQueue, &FastSlamNode::take<LandmarkObservationArray>,
+                        this, hints),
+        node->subscribe("initialpose", 10,
+                        &FastSlamNode::take<geometry_msgs::PoseWithCovarianceStamped>, this),
+        node->subscribe("/tf_static", 100, &FastSlamNode::take<tf2_msgs::TFMessage>, this),
+        node->subscribe("/tf", kNodeInputQueue, &FastSlamNode::take<tf2_msgs::TFMessage>, this),
+    };
+    services_ = {
+        node->advertiseService("reset", &FastSlamNode::reset, this),
+        node->advertiseService("save_map", &FastSlamNode::save_map, this),
+        node->advertiseService("load_map", &FastSlamNode::load_map, this),
+    };
+  }
+
+ private:
+  FastSlamSinks sinks() {
+    FastSlamSinks sinks;
+    publishers_.connect(&sinks);
+    sinks.landmark_map = [this](const auto& message) { landmark_map_.publish(message); };
+    return sinks;
+  }
+
+  template <typename Message>
+  void take(const typename Message::ConstPtr& message) {
+    silence_.message_came();
+    pipeline_.handle(*message);
+  }
+
+  bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+    pipeline_.reset();
+    return true;
+  }
+
+  bool save_map(SaveMap::Request& request, SaveMap::Response& response) {
+    answer([&] { return pipeline_.save_map(request.file); }, &response);
+    return true;
+  }
+
+  bool load_map(LoadMap::Request& request, LoadMap::Response& response) {
+    answer([&] { return pipeline_.load_map(request.file, request.frozen); }, &response);
+    return true;
+  }
+
+  template <typename Work, typename Response>
+  void answer(const Work& work, Response* response) {
+    try {
+      response->message = work();
+      response->success = true;
+      ROS_INFO("%s", response->message.c_str());
+    } catch (const Error& error) {
+      response->message = error.what();
+      response->success = false;
+      ROS_ERROR("%s", error.what());
+    }
+  }
+
+  FilterPublishers publishers_;
+  ros::Publisher landmark_map_;
+  FastSlamPipeline pipeline_;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::ServiceServer> services_;
+  SilenceWatch silence_;
+};
+
+}  // namespace
+}  // namespace pf_resampling
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "fastslam");
+  ros::NodeHandle node;
+  try {
+    pf_resampling::FastSlamPipelineOptions options;
+    pf_resampling::for_each_configuration(ros::NodeHandle("~"),
+                                          [&](const auto& part) { apply(part, &options); });
+    pf_resampling::FastSlamNode mapping(&node, options);
+    ros::spin();
+  } catch (const pf_resampling::Error& error) {
+    std::fprintf(stderr, "fastslam_node: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

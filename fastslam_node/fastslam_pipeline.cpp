@@ -1,0 +1,289 @@
+#include "fastslam_node/fastslam_pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fastslam_node/landmark_checks.hpp"
+#include "pf_resampling/conversions.hpp"
+#include "pf_resampling/input_checks.hpp"
+#include "pf_resampling/strategy.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/fastslam/saved_map.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Weight of a new observation in the running share of those that fit the map.
+constexpr double kBelievedRate = 0.02;
+// How far a sensor's z axis may be off the robot's: cosine.
+constexpr double kUpright = 0.9;
+
+RangeBearingObservation to_observation(const LandmarkObservation& message) {
+  return {message.id, message.range, message.bearing, message.range_variance,
+          message.bearing_variance};
+}
+
+}  // namespace
+
+FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options, FastSlamSinks sinks)
+    : options_(options),
+      sinks_(std::move(sinks)),
+      strategy_(strategy_of(options.filter.population, options.filter.excitation)),
+      filter_(options.filter, static_cast<std::uint64_t>(options.seed)),
+      odometry_(options.odometry_input),
+      publisher_(options.frames, options.output, &sinks_) {
+  for (const auto& [frame, place] : options_.sensors) {
+    frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
+  }
+  start_filter_anew();
+}
+
+void FastSlamPipeline::start_filter_anew() {
+  filter_.reset();
+  if (!options_.map_file.empty()) filter_.load(read_map_file(options_.map_file));
+  latest_ = LatestScan{};
+  believed_ = 1.0;
+  publisher_.clear_path();
+  belief_ = filter_.estimate();
+}
+
+// ---- messages in ------------------------------------------------------------------------------
+
+void FastSlamPipeline::handle(const nav_msgs::Odometry& message) {
+  if (const auto rejection = check(message, options_.frames)) return reject("odom", *rejection);
+  const DeadReckoning::Taken taken = odometry_.take(message, options_.filter.odometry);
+  if (taken.rejection) return reject("odom", *taken.rejection);
+  if (!taken.warning.empty()) {
+    const bool anew = taken.time_jumped_back && options_.restart_after_jump_back;
+    log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
+  }
+  if (taken.time_jumped_back) forget_time();
+  process_ready_scans();
+  carry_belief_forward();
+  publisher_.publish_pose(odometry_.newest(), *estimate(), odometry_.newest_pose());
+  publish_pictures(odometry_.newest());
+}
+
+void FastSlamPipeline::handle(const LandmarkObservationArray& scan) {
+  if (const auto rejection = check(scan)) return reject("landmarks", *rejection);
+  if (const auto rejection = odometry_.check_ahead(scan.header.stamp, options_.max_ahead)) {
+    return reject("landmarks", *rejection);
+  }
+  const auto place = std::upper_bound(
+      scans_.begin(), scans_.end(), scan.header.stamp,
+      [](const ros::Time& stamp, const auto& other) { return stamp < other.header.stamp; });
+  scans_.insert(place, scan);
+  if (queued() > options_.queue_length) {
+    reject("landmarks",
+           {RejectReason::queue_full, "more than " + std::to_string(options_.queue_length) +
+                                          " scans wait for odometry: the oldest is "
+                                          "dropped"});
+    scans_.pop_front();
+  }
+  process_ready_scans();
+}
+
+void FastSlamPipeline::handle(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  if (const auto rejection = check(message, options_.frames)) {
+    return reject("initialpose", *rejection);
+  }
+  start_about({to_pose2(message.pose.pose), to_covariance3(message.pose.covariance)},
+              message.header.stamp);
+}
+
+void FastSlamPipeline::handle(const tf2_msgs::TFMessage& message) {
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    // Where the robot is is not ours to learn from tf.
+    const std::string child = without_slash(transform.child_frame_id);
+    if (child == options_.frames.base || child == options_.frames.odom) continue;
+    if (!frames_.add(transform)) {
+      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
+                                                  "' is no rigid motion from another frame"});
+    }
+  }
+}
+
+// ---- services ---------------------------------------------------------------------------------
+
+void FastSlamPipeline::reset() {
+  odometry_.clear();
+  forget_time();
+  start_filter_anew();
+}
+
+std::string FastSlamPipeline::save_map(const std::string& path) {
+  SavedMap map = saved_map(&filter_, options_.map_file_particles);
+  map.frame = options_.frames.map;
+  write_map_file(path, map);
+  return std::to_string(map.landmarks.size()) + " landmarks and " +
+         std::to_string(map.particles.size()) + " particles written to " + path;
+}
+
+std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
+  const SavedMap map = read_map_file(path);
+  FastSlamOptions options = options_.filter;
+  options.map.frozen = frozen;
+  filter_.set_options(options);
+  try {
+    filter_.load(map);
+  } catch (const Error&) {
+    filter_.set_options(options_.filter);
+    throw;
+  }
+  options_.filter = options;
+  latest_ = LatestScan{};
+  believed_ = 1.0;
+  publisher_.clear_path();
+  belief_ = filter_.estimate();
+  odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
+                       options_.filter.odometry);
+  publish_map();
+  return std::to_string(map.landmarks.size()) + " landmarks loaded from " + path +
+         (frozen ? ", frozen" : "");
+}
+
+// ---- the flow ---------------------------------------------------------------------------------
+
+void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
+  try {
+    filter_.set_poses(start);
+  } catch (const Error& error) {
+    return reject("initialpose", {RejectReason::filter_error, error.what()});
+  }
+  odometry_.restart_at(stamp, options_.filter.odometry);
+  latest_ = LatestScan{};
+  believed_ = 1.0;
+  publisher_.clear_path();
+  belief_ = filter_.estimate();
+}
+
+void FastSlamPipeline::process_ready_scans() {
+  while (!scans_.empty() && !odometry_.empty() &&
+         scans_.front().header.stamp <= odometry_.newest()) {
+    const LandmarkObservationArray scan = scans_.front();
+    scans_.pop_front();
+    if (const auto rejection = odometry_.check_stamp(scan.header.stamp, 0.0)) {
+      reject("landmarks", *rejection);
+    } else {
+      update(scan);
+    }
+  }
+}
+
+void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
+  const std::optional<Pose2> sensor = sensor_of(scan.header.frame_id);
+  if (!sensor) return;
+  LatestScan used;
+  used.stamp = scan.header.stamp;
+  used.sensor = *sensor;
+  used.observations = usable_observations(scan);
+  if (used.observations.empty()) return;
+  const double start = sinks_.stopwatch ? sinks_.stopwatch() : 0.0;
+  try {
+    filter_.update(odometry_.until(used.stamp, options_.filter.odometry), used.observations,
+                   used.sensor);
+  } catch (const Error& error) {
+    return reject("landmarks", {RejectReason::filter_error, error.what()});
+  }
+  const double update_time = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
+
+  odometry_.use_until(used.stamp, options_.filter.odometry);
+  belief_ = filter_.estimate();
+  last_scan_ = used.stamp;
+  used.outcomes = filter_.outcomes();
+  note_outcomes(used);
+  latest_ = used;
+  if (sinks_.updated) sinks_.updated(used.stamp, &filter_);
+  publish_status(used.stamp, update_time);
+}
+
+std::optional<Pose2> FastSlamPipeline::sensor_of(const std::string& frame) {
+  const std::string name = without_slash(frame);
+  const auto pose = frames_.pose(options_.frames.base, name);
+  if (!pose) {
+    reject("landmarks",
+           {RejectReason::unknown_frame, "where '" + frame + "' is on '" + options_.frames.base +
+                                             "' is not known: give it on /tf_static, or in the "
+                                             "list `sensors` of the configuration"});
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d turn = pose->linear();
+  if (turn(2, 2) < kUpright) {
+    reject("landmarks",
+           {RejectReason::wrong_frame, "the z axis of '" + frame + "' does not point up"});
+    return std::nullopt;
+  }
+  return Pose2{pose->translation().x(), pose->translation().y(),
+               std::atan2(turn(1, 0), turn(0, 0))};
+}
+
+std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
+    const LandmarkObservationArray& scan) {
+  std::vector<RangeBearingObservation> usable;
+  for (const LandmarkObservation& observation : scan.observations) {
+    if (const auto rejection = check(observation)) {
+      reject("landmarks", *rejection);
+    } else if (observation.id < 0 && filter_.association() == DataAssociation::known) {
+      reject("landmarks", {RejectReason::unknown_id,
+                           "an observation has the id " + std::to_string(observation.id) +
+                               ", and association/method is known: mutual_exclusion does without "
+                               "ids"});
+    } else {
+      usable.push_back(to_observation(observation));
+    }
+  }
+  return usable;
+}
+
+// What the filter did not believe is counted: a misread id, a reflection, or a robot that is lost.
+void FastSlamPipeline::note_outcomes(const LatestScan& scan) {
+  for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
+    const ObservationOutcome& outcome = scan.outcomes[k];
+    if (outcome.is_new) continue;
+    believed_ += kBelievedRate * (outcome.accepted - believed_);
+    if (outcome.accepted >= 0.5) continue;
+    const RangeBearingObservation& z = scan.observations[k];
+    rejects_.add("landmarks", RejectReason::gated,
+                 rejection(RejectReason::gated, "landmark ", z.id, " seen at ", z.range, " m and ",
+                           z.bearing, " rad")
+                     .detail);
+  }
+}
+
+// The odometry kept is bounded: without scans the particles move on by odometry alone.
+void FastSlamPipeline::carry_belief_forward() {
+  const std::optional<ros::Time> stamp = odometry_.overdue();
+  if (!stamp) return;
+  filter_.update(odometry_.until(*stamp, options_.filter.odometry), {});
+  odometry_.use_until(*stamp, options_.filter.odometry);
+  belief_ = filter_.estimate();
+}
+
+void FastSlamPipeline::forget_time() {
+  if (!scans_.empty()) {
+    log(LogLevel::info, std::to_string(scans_.size()) + " waiting scans are dropped");
+  }
+  scans_.clear();
+  latest_ = LatestScan{};
+  publisher_.clear_path();
+  if (options_.restart_after_jump_back) start_filter_anew();
+}
+
+std::optional<PoseEstimate> FastSlamPipeline::estimate() const {
+  if (odometry_.empty()) return std::nullopt;
+  return moved_by(belief_, odometry_.since());
+}
+
+void FastSlamPipeline::reject(const std::string& input, const Rejection& rejection) {
+  if (rejects_.count(input, rejection.reason) == 0) {
+    log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
+                               rejection.detail + " (said once; counted in status)");
+  }
+  rejects_.add(input, rejection.reason, rejection.detail);
+}
+
+void FastSlamPipeline::log(LogLevel level, const std::string& text) const {
+  if (sinks_.log) sinks_.log(level, text);
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "fastslam_node/pipeline_options.hpp"
+#include "pf_resampling/belief_publisher.hpp"
+#include "pf_resampling/dead_reckoning.hpp"
+#include "pf_resampling/pipeline_sinks.hpp"
+#include "pf_resampling/rejects.hpp"
+#include "pf_resampling/static_frames.hpp"
+#include "pf_resampling_core/fastslam/fastslam.hpp"
+
+namespace pf_resampling {
+
+/// Where the messages of the pipeline go. What is empty is not made at all.
+struct FastSlamSinks : PipelineSinks {
+  std::function<void(const LandmarkMap&)> landmark_map;
+  /// After every update, at the stamp of its scan: for evaluation of the particles and their maps.
+  std::function<void(ros::Time, FastSlam*)> updated;
+};
+
+/// FastSLAM from messages to messages: no node handle, no clock, no thread. What it gives out
+/// depends on the messages, the options and the seed alone.
+///
+/// The map frame is where the robot was at the first odometry, unless an initial pose or a loaded
+/// map say otherwise. Scans wait until odometry covers their stamps and are then used in order of
+/// time; the pose goes out with every odometry message. What cannot be used changes nothing; it is
+/// counted by input and reason, in `status` and in the diagnostics.
+class FastSlamPipeline {
+ public:
+  /// Throws Error on options that make no sense, or a map file that cannot be used.
+  FastSlamPipeline(const FastSlamPipelineOptions& options, FastSlamSinks sinks);
+
+  void handle(const nav_msgs::Odometry& odometry);
+  void handle(const LandmarkObservationArray& scan);
+  /// What rviz calls initialpose: the robot is put there; the map stays.
+  void handle(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
+  /// Of /tf_static and /tf: where the sensors are.
+  void handle(const tf2_msgs::TFMessage& transforms);
+
+  /// Services. save_map and load_map return what they did in one line, or throw Error with nothing
+  /// changed; they give out the map anew.
+  void reset();
+  std::string save_map(const std::string& path);
+  std::string load_map(const std::string& path, bool frozen);
+
+  /// Gives out the map as it is at the newest odometry. For the end of a bag.
+  void publish_map();
+
+  /// Gives out diagnostics for a time at which messages do not come any more.
+  void report_silence(ros::Time now);
+
+  const FastSlam& filter() const { return filter_; }
+  const RejectCounter& rejects() const { return rejects_; }
+  int queued() const { return static_cast<int>(scans_.size()); }
+  /// Belief at the newest odometry; nothing before the first.
+  std::optional<PoseEstimate> estimate() const;
+
+ private:
+  /// The last scan that was used, for the picture of what was taken as what.
+  struct LatestScan {
+    ros::Time stamp;
+    Pose2 sensor;
+    std::vector<RangeBearingObservation> observations;
+    std::vector<ObservationOutcome> outcomes;
+  };
+
+  void start_about(const PoseEstimate& start, ros::Time stamp);
+  void process_ready_scans();
+  void update(const LandmarkObservationArray& scan);
+  std::optional<Pose2> sensor_of(const std::string& frame);
+  std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
+  void note_outcomes(const LatestScan& scan);
+  void carry_belief_forward();
+  void forget_time();
+  void start_filter_anew();
+  void reject(const std::string& input, const Rejection& rejection);
+  void log(LogLevel level, const std::string& text) const;
+
+  void publish_pictures(ros::Time stamp);
+  void publish_map(ros::Time stamp);
+  void publish_status(ros::Time stamp, double update_time);
+  void publish_markers(ros::Time stamp);
+  void publish_diagnostics(ros::Time stamp);
+
+  FastSlamPipelineOptions options_;
+  FastSlamSinks sinks_;
+  std::string strategy_;
+  StaticFrames frames_;
+  FastSlam filter_;
+  DeadReckoning odometry_;
+  std::deque<LandmarkObservationArray> scans_;  // in order of time
+  PoseEstimate belief_;                         // of the particles
+
+  RejectCounter rejects_;
+  LatestScan latest_;
+  std::vector<LandmarkEstimate> map_;  // the last that was given out
+  std::set<std::int64_t> labels_;      // ids that have a marker
+  double believed_ = 1.0;              // running share of observations that fit the map
+  BeliefPublisher publisher_;
+  std::uint64_t reported_rejects_ = 0;
+  std::int64_t reported_weight_resets_ = 0;
+  ros::Time last_scan_;
+  ros::Time last_markers_, last_map_, last_diagnostics_;
+};
+
+}  // namespace pf_resampling

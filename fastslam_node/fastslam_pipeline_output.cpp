@@ -1,0 +1,178 @@
+// The messages that FastSlamPipeline gives out.
+#include <algorithm>
+#include <cmath>
+
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "fastslam_node/landmark_markers.hpp"
+#include "pf_resampling/diagnostics.hpp"
+#include "pf_resampling/markers.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Share of observations that fit the map below which the robot may be somewhere else.
+constexpr double kLostShare = 0.5;
+
+bool is_finite(const FilterStatus& status) {
+  return std::isfinite(status.effective_sample_size) && std::isfinite(status.entropy_sample_size) &&
+         std::isfinite(status.log_likelihood);
+}
+
+}  // namespace
+
+// What is for looking at, at rates of its own.
+void FastSlamPipeline::publish_pictures(ros::Time stamp) {
+  if (publisher_.wants_clouds()) {
+    const FastSlamParticles& particles = filter_.particles();
+    publisher_.publish_clouds(
+        stamp, {particles.x, particles.y, particles.heading, particles.weight, particles.ancestor},
+        odometry_.since().mean);
+  }
+  if ((sinks_.landmark_map || sinks_.markers) && is_due(options_.map_period, stamp, &last_map_)) {
+    publish_map(stamp);
+  }
+  if (sinks_.markers && is_due(options_.output.marker_period, stamp, &last_markers_)) {
+    publish_markers(stamp);
+  }
+  publisher_.publish_path(stamp);
+  if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, stamp, &last_diagnostics_)) {
+    publish_diagnostics(stamp);
+  }
+}
+
+void FastSlamPipeline::publish_map() {
+  if (!odometry_.empty()) publish_map(odometry_.newest());
+}
+
+void FastSlamPipeline::publish_map(ros::Time stamp) {
+  map_.clear();
+  for (const LandmarkEstimate& landmark : filter_.map()) {
+    if (!landmark.mean.allFinite() || !landmark.covariance.allFinite()) {
+      publisher_.hold_back();
+    } else if (landmark.held >= options_.map_min_held) {
+      map_.push_back(landmark);
+    }
+  }
+  if (!sinks_.landmark_map) return;
+  LandmarkMap message;
+  message.header.stamp = stamp;
+  message.header.frame_id = options_.frames.map;
+  for (const LandmarkEstimate& estimate : map_) {
+    Landmark landmark;
+    landmark.id = static_cast<std::int32_t>(estimate.id);
+    landmark.position.x = estimate.mean.x();
+    landmark.position.y = estimate.mean.y();
+    landmark.covariance = {estimate.covariance(0, 0), estimate.covariance(0, 1),
+                           estimate.covariance(1, 0), estimate.covariance(1, 1)};
+    message.landmarks.push_back(landmark);
+  }
+  sinks_.landmark_map(message);
+}
+
+void FastSlamPipeline::publish_markers(ros::Time stamp) {
+  const std::optional<PoseEstimate> belief = estimate();
+  if (!belief) return;
+  const MarkerFrame frame = {options_.frames.map, stamp};
+  const double extent = extent_of(map_);
+  const double line = std::clamp(0.0015 * extent, 0.01, 0.2);
+  visualization_msgs::MarkerArray markers = landmark_markers(frame, map_, line);
+  const auto take = [&](const visualization_msgs::MarkerArray& array) {
+    markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
+  };
+  const double height =
+      options_.label_height > 0.0 ? options_.label_height : std::clamp(0.018 * extent, 0.1, 3.0);
+  take(label_markers(frame, map_, height, &labels_));
+  ScanPicture scan;
+  scan.robot = belief_.mean;
+  scan.sensor = latest_.sensor;
+  scan.observations = latest_.observations;
+  scan.outcomes = latest_.outcomes;
+  take(association_markers(frame, scan, map_, line, 2.0 * options_.output.marker_period));
+  take(pose_ellipse_markers(frame, *belief, 2.0 * line));
+  const auto finite_end = std::stable_partition(
+      markers.markers.begin(), markers.markers.end(),
+      [](const visualization_msgs::Marker& marker) { return is_finite(marker); });
+  for (auto marker = finite_end; marker != markers.markers.end(); ++marker) publisher_.hold_back();
+  markers.markers.erase(finite_end, markers.markers.end());
+  sinks_.markers(markers);
+}
+
+void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
+  if (!sinks_.status) return;
+  const FastSlamStatus& filter = filter_.status();
+  FilterStatus message;
+  message.header.stamp = stamp;
+  message.header.frame_id = options_.frames.map;
+  message.strategy = strategy_;
+  message.particles = static_cast<std::uint32_t>(filter.particles);
+  message.landmarks = static_cast<std::uint32_t>(filter.landmarks);
+  message.effective_sample_size = filter.effective_sample_size;
+  message.entropy_sample_size = filter.entropy_sample_size;
+  message.distinct_ancestors = static_cast<std::uint32_t>(filter.distinct_ancestors);
+  message.renewed = filter.renewed;
+  message.updates = static_cast<std::uint64_t>(filter.updates);
+  message.renewals = static_cast<std::uint64_t>(filter.renewals);
+  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
+  message.log_likelihood = filter.log_likelihood;
+  message.observation = -1;
+  message.update_time = update_time;
+  message.queued = static_cast<std::uint32_t>(scans_.size());
+  message.rejects = to_messages(rejects_);
+  if (is_finite(message)) {
+    sinks_.status(message);
+  } else {
+    publisher_.hold_back();
+  }
+}
+
+void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
+  using diagnostic_msgs::DiagnosticStatus;
+  diagnostic_msgs::DiagnosticArray array;
+  array.header.stamp = stamp;
+  DiagnosticStatus mapping = make_diagnostic("fastslam: mapping");
+  const FastSlamStatus& status = filter_.status();
+  const std::optional<PoseEstimate> belief = estimate();
+  const double sigma = belief ? position_sigma(*belief) : 0.0;
+  if (!std::isfinite(sigma)) {
+    worsen(DiagnosticStatus::ERROR, "the belief is not finite", &mapping);
+  }
+  if (status.landmarks == 0) {
+    worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", &mapping);
+  }
+  if (believed_ < kLostShare) {
+    worsen(DiagnosticStatus::WARN, "the observations do not fit the map: lost?", &mapping);
+  }
+  if (status.weight_resets > reported_weight_resets_) {
+    worsen(DiagnosticStatus::ERROR, "all weights vanished and were reset", &mapping);
+  }
+  reported_weight_resets_ = status.weight_resets;
+  if (publisher_.held_back() > 0) {
+    worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were held back", &mapping);
+  }
+  if (mapping.message.empty()) mapping.message = "fine";
+  add_value("position sigma [m]", number_text(sigma), &mapping);
+  add_value("observations that fit the map", number_text(believed_), &mapping);
+  add_value("landmarks", std::to_string(status.landmarks), &mapping);
+  add_value("particles", std::to_string(status.particles), &mapping);
+  add_value("effective sample size", number_text(status.effective_sample_size), &mapping);
+  add_value("distinct ancestors", std::to_string(status.distinct_ancestors), &mapping);
+  add_value("updates", std::to_string(status.updates), &mapping);
+  add_value("renewals", std::to_string(status.renewals), &mapping);
+  add_value("weight resets", std::to_string(status.weight_resets), &mapping);
+  add_value("data association", to_string(filter_.association()), &mapping);
+  add_value("strategy", strategy_, &mapping);
+  add_value("messages held back", std::to_string(publisher_.held_back()), &mapping);
+  array.status.push_back(mapping);
+  array.status.push_back(inputs_diagnostic("fastslam: inputs", stamp, odometry_, "landmarks",
+                                           last_scan_, scans_.size(), rejects_,
+                                           &reported_rejects_));
+  sinks_.diagnostics(array);
+}
+
+void FastSlamPipeline::report_silence(ros::Time now) {
+  if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, now, &last_diagnostics_)) {
+    publish_diagnostics(now);
+  }
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <pf_resampling/LandmarkObservation.h>
+#include <pf_resampling/LandmarkObservationArray.h>
+
+#include <optional>
+
+#include "pf_resampling/rejects.hpp"
+
+namespace pf_resampling {
+
+/// What can be told of a scan by itself. Nothing: it can be used.
+std::optional<Rejection> check(const LandmarkObservationArray& scan);
+
+/// The same of one of its observations.
+std::optional<Rejection> check(const LandmarkObservation& observation);
+
+}  // namespace pf_resampling

@@ -1,0 +1,138 @@
+#include "fastslam_node/landmark_markers.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace pf_resampling {
+namespace {
+
+using visualization_msgs::Marker;
+
+constexpr int kEllipseSegments = 24;
+
+std_msgs::ColorRGBA color_of(float red, float green, float blue, float alpha) {
+  std_msgs::ColorRGBA color;
+  color.r = red;
+  color.g = green;
+  color.b = blue;
+  color.a = alpha;
+  return color;
+}
+
+void add_line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Marker* lines) {
+  lines->points.push_back(make_point(from.x(), from.y(), 0.0));
+  lines->points.push_back(make_point(to.x(), to.y(), 0.0));
+}
+
+void add_ellipse(const LandmarkEstimate& landmark, Marker* lines) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(landmark.covariance);
+  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const auto at = [&](int k) -> Eigen::Vector2d {
+    const double angle = 2.0 * kPi * (k % kEllipseSegments) / kEllipseSegments;
+    return landmark.mean + solver.eigenvectors() * Eigen::Vector2d(radii[0] * std::cos(angle),
+                                                                   radii[1] * std::sin(angle));
+  };
+  for (int k = 0; k < kEllipseSegments; ++k) add_line(at(k), at(k + 1), lines);
+}
+
+}  // namespace
+
+double extent_of(const std::vector<LandmarkEstimate>& map) {
+  if (map.empty()) return 1.0;
+  Eigen::Vector2d low = map.front().mean;
+  Eigen::Vector2d high = low;
+  for (const LandmarkEstimate& landmark : map) {
+    low = low.cwiseMin(landmark.mean);
+    high = high.cwiseMax(landmark.mean);
+  }
+  return std::max(1.0, (high - low).norm());
+}
+
+visualization_msgs::MarkerArray landmark_markers(const MarkerFrame& frame,
+                                                 const std::vector<LandmarkEstimate>& map,
+                                                 double width) {
+  Marker points = make_marker(frame, "landmarks", 0, Marker::SPHERE_LIST);
+  points.scale.x = points.scale.y = points.scale.z = 5.0 * width;
+  points.color = color_of(1.0F, 0.62F, 0.2F, 1.0F);
+  Marker ellipses = make_marker(frame, "landmark_2_sigma", 0, Marker::LINE_LIST);
+  ellipses.scale.x = width;
+  ellipses.color = color_of(0.3F, 0.85F, 1.0F, 0.9F);
+  for (const LandmarkEstimate& landmark : map) {
+    points.points.push_back(make_point(landmark.mean.x(), landmark.mean.y(), 0.0));
+    add_ellipse(landmark, &ellipses);
+  }
+  // A list without points is none that rviz draws; it takes the marker away.
+  if (map.empty()) points.action = ellipses.action = Marker::DELETE;
+  visualization_msgs::MarkerArray array;
+  array.markers = {points, ellipses};
+  return array;
+}
+
+visualization_msgs::MarkerArray label_markers(const MarkerFrame& frame,
+                                              const std::vector<LandmarkEstimate>& map,
+                                              double height, std::set<std::int64_t>* labels) {
+  visualization_msgs::MarkerArray array;
+  std::set<std::int64_t> present;
+  for (const LandmarkEstimate& landmark : map) {
+    Marker label =
+        make_marker(frame, "landmark_ids", static_cast<int>(landmark.id), Marker::TEXT_VIEW_FACING);
+    label.pose.position =
+        make_point(landmark.mean.x() + 0.7 * height, landmark.mean.y() + 0.7 * height, 0.0);
+    label.scale.z = height;
+    label.color = color_of(0.85F, 0.85F, 0.85F, 0.9F);
+    label.text = std::to_string(landmark.id);
+    array.markers.push_back(label);
+    present.insert(landmark.id);
+  }
+  for (const std::int64_t id : *labels) {
+    if (present.count(id) > 0) continue;
+    Marker gone =
+        make_marker(frame, "landmark_ids", static_cast<int>(id), Marker::TEXT_VIEW_FACING);
+    gone.action = Marker::DELETE;
+    array.markers.push_back(gone);
+  }
+  *labels = std::move(present);
+  return array;
+}
+
+visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
+                                                    const ScanPicture& scan,
+                                                    const std::vector<LandmarkEstimate>& map,
+                                                    double width, double lifetime) {
+  Marker seen = make_marker(frame, "seen_again", 0, Marker::LINE_LIST);
+  seen.color = color_of(0.3F, 1.0F, 0.4F, 0.9F);
+  Marker found = make_marker(frame, "seen_first", 0, Marker::LINE_LIST);
+  found.color = color_of(0.35F, 0.55F, 1.0F, 1.0F);
+  Marker refused = make_marker(frame, "not_believed", 0, Marker::LINE_LIST);
+  refused.color = color_of(1.0F, 0.2F, 0.2F, 1.0F);
+  const Pose2 eye = compose(scan.robot, scan.sensor);
+  const Eigen::Vector2d from(eye.x, eye.y);
+  for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
+    const RangeBearingObservation& z = scan.observations[k];
+    const ObservationOutcome& outcome = scan.outcomes[k];
+    const double angle = eye.heading + z.bearing;
+    const Eigen::Vector2d observed =
+        from + z.range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const auto landmark = std::find_if(
+        map.begin(), map.end(),
+        [&](const LandmarkEstimate& candidate) { return candidate.id == outcome.landmark; });
+    if (outcome.landmark < 0 || outcome.accepted < 0.5) {
+      add_line(from, observed, &refused);
+    } else if (outcome.is_new || landmark == map.end()) {
+      add_line(from, observed, &found);
+    } else {
+      add_line(from, landmark->mean, &seen);
+    }
+  }
+  visualization_msgs::MarkerArray array;
+  for (Marker* lines : {&seen, &found, &refused}) {
+    lines->scale.x = width;
+    lines->lifetime = ros::Duration(lifetime);
+    if (lines->points.empty()) lines->action = Marker::DELETE;
+    array.markers.push_back(*lines);
+  }
+  return array;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "pf_resampling/belief_publisher.hpp"
+#include "pf_resampling/configuration.hpp"
+#include "pf_resampling/frame_names.hpp"
+#include "pf_resampling/odometry_buffer.hpp"
+#include "pf_resampling_core/fastslam/options.hpp"
+#include "pf_resampling_core/parameters.hpp"
+
+namespace pf_resampling {
+
+/// Everything that can be configured about FastSLAM under ROS.
+struct FastSlamPipelineOptions {
+  FastSlamOptions filter;
+  OdometryBufferOptions odometry_input;
+  int seed = 1;  ///< of all random numbers
+
+  FrameNames frames;
+  OutputOptions output;
+  double map_period = 1.0;    ///< s between landmark maps
+  double map_min_held = 0.5;  ///< share of the weight that has to hold a landmark given out
+  double label_height = 0.0;  ///< m, of the landmarks' ids; 0: chosen from the size of the map
+
+  int queue_length = 100;               ///< scans that may wait for odometry
+  double max_ahead = 10.0;              ///< s a scan may be newer than the newest odometry
+  bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
+
+  std::string map_file;          ///< read at the start; empty: none
+  int map_file_particles = 100;  ///< that a saved map holds at most
+
+  /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.
+  std::map<std::string, Pose2> sensors;
+};
+
+/// The parameters of the filter, then those of the ROS side, bound to `options`.
+ParameterList parameters_of(FastSlamPipelineOptions* options);
+
+/// Applies a configuration: values and sensors. Throws Error naming parameter, value and range.
+void apply(const Configuration& configuration, FastSlamPipelineOptions* options);
+
+}  // namespace pf_resampling

@@ -1,0 +1,153 @@
+#include "bag_run.hpp"
+
+#include <rosbag/view.h>
+#include <sys/resource.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <set>
+
+#include "common/ordered_bag.hpp"
+#include "common/progress_bar.hpp"
+#include "common/table.hpp"
+#include "pf_resampling/conversions.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// Topics that a filter writes. Those of an earlier run in the bag are left out.
+const std::set<std::string> kOutputTopics = {"/pose",        "/path",         "/particlecloud",
+                                             "/particles",   "/markers",      "/status",
+                                             "/diagnostics", "/landmark_map", "/particle_errors"};
+
+double cpu_seconds(const rusage& usage) {
+  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string in_path_of(const CommandLine& line) {
+  for (const char* bag : {"in.bag", "out.bag"}) {
+    if (!line.has(bag)) throw UsageError(std::string(bag) + " is missing; see run_bag --help");
+  }
+  return line.get<std::string>("in.bag");
+}
+
+std::string out_path_of(const CommandLine& line, const std::string& in) {
+  auto out = line.get<std::string>("out.bag");
+  std::error_code unknown;
+  if (std::filesystem::equivalent(in, out, unknown)) {
+    throw Error(out + ": is the input; give the output another name");
+  }
+  return out;
+}
+
+}  // namespace
+
+BagRun::BagRun(const CommandLine& line)
+    : in_path_(in_path_of(line)),
+      in_(open_bag(in_path_)),
+      writer_(out_path_of(line, in_path_)),
+      wall_start_(wall_seconds()) {
+  if (line.has("no-clouds")) outputs_ = Outputs::no_clouds;
+  if (line.has("pose-only")) outputs_ = Outputs::pose_only;
+}
+
+void BagRun::connect(PipelineSinks* sinks) {
+  sinks->pose = [this](const geometry_msgs::PoseWithCovarianceStamped& message) {
+    ++poses_;
+    writer_.write("/pose", now_, message);
+  };
+  sinks->transform = [this](const geometry_msgs::TransformStamped& transform) {
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    writer_.write("/tf", now_, message);
+  };
+  sinks->log = [this](LogLevel, const std::string& text) { log_.push_back(text); };
+  if (with_status()) {
+    sinks->status = [this](const auto& message) { writer_.write("/status", now_, message); };
+    sinks->diagnostics = [this](const auto& message) {
+      writer_.write("/diagnostics", now_, message);
+    };
+  }
+  if (with_pictures()) {
+    sinks->path = [this](const auto& message) { writer_.write("/path", now_, message); };
+    sinks->particlecloud = [this](const auto& message) {
+      writer_.write("/particlecloud", now_, message);
+    };
+    sinks->particles = [this](const auto& message) { writer_.write("/particles", now_, message); };
+    sinks->markers = [this](const auto& message) { writer_.write("/markers", now_, message); };
+  }
+}
+
+void BagRun::for_each_message(const std::vector<std::string>& order, const FrameNames& frames,
+                              const std::function<void(const rosbag::MessageInstance&)>& take) {
+  rosbag::View view(in_);
+  recorded_ = (view.getEndTime() - view.getBeginTime()).toSec();
+  ProgressBar bar("run_bag", view.size());
+  std::uint64_t done = 0;
+  for_each_in_order(in_, in_path_, order, [&](const rosbag::MessageInstance& message) {
+    now_ = message.getTime();
+    copy_input(message, frames);
+    take(message);
+    bar.update(++done);
+  });
+}
+
+/// Copies an input message; what an earlier run of the filter wrote is left out.
+void BagRun::copy_input(const rosbag::MessageInstance& message, const FrameNames& frames) {
+  if (kOutputTopics.count(message.getTopic()) > 0) return;
+  if (message.getTopic() == "/tf") {
+    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+    if (transforms) {
+      tf2_msgs::TFMessage kept;
+      for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
+        if (without_slash(transform.child_frame_id) != frames.odom) {
+          kept.transforms.push_back(transform);
+        }
+      }
+      if (kept.transforms.size() != transforms->transforms.size()) {
+        if (!kept.transforms.empty()) writer_.write("/tf", message.getTime(), kept);
+        return;
+      }
+    }
+  }
+  writer_.copy(message);
+}
+
+void BagRun::finish(const std::function<std::string()>& otherwise) {
+  if (poses_ == 0) throw Error(in_path_ + ": no pose came out: " + otherwise());
+  writer_.finish();
+}
+
+void BagRun::report(const RejectCounter& rejects, const std::string& summary) const {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double wall = wall_seconds() - wall_start_;
+  for (const std::string& text : log_) std::cout << text << "\n";
+  for (const RejectCounter::Count& count : rejects.counts()) {
+    std::cout << "rejected " << count.count << " of " << count.input << ", "
+              << to_string(count.reason) << "\n";
+  }
+  std::cout << poses_ << " poses, " << summary << "\n";
+  std::cout << "wall time " << fixed(wall, 3) << " s, CPU time " << fixed(cpu_seconds(usage), 3)
+            << " s, peak memory " << fixed(static_cast<double>(usage.ru_maxrss) / 1024.0, 0)
+            << " MiB, " << fixed(recorded_ / wall, 0) << " x real time (" << fixed(recorded_, 1)
+            << " s)\n";
+}
+
+std::string text_of(const RejectCounter& rejects) {
+  std::string text;
+  for (const RejectCounter::Count& count : rejects.counts()) {
+    text += (text.empty() ? "" : "; ") + std::to_string(count.count) + " " + count.input +
+            " rejected, " + to_string(count.reason) + ": " + count.latest;
+  }
+  return text;
+}
+
+}  // namespace pf_resampling

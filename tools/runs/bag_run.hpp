@@ -1,0 +1,76 @@
+#pragma once
+
+#include <rosbag/message_instance.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/bag.hpp"
+#include "common/command_line.hpp"
+#include "pf_resampling/frame_names.hpp"
+#include "pf_resampling/pipeline_sinks.hpp"
+#include "pf_resampling/rejects.hpp"
+
+namespace pf_resampling {
+
+/// A filter's run over a bag, in-process and as fast as it goes: inputs and outputs go to another
+/// bag, each output at the bag time of the message that caused it.
+class BagRun {
+ public:
+  /// Opens `in.bag` of the command line and begins `out.bag`. Throws Error.
+  explicit BagRun(const CommandLine& line);
+
+  const rosbag::Bag& in() const { return in_; }
+  const std::string& in_path() const { return in_path_; }
+  BagWriter& writer() { return writer_; }
+  /// Bag time of the message that is being taken.
+  const ros::Time& now() const { return now_; }
+  /// Whether clouds, markers and paths are to be written; status and diagnostics; or poses alone.
+  bool with_pictures() const { return outputs_ == Outputs::all; }
+  bool with_status() const { return outputs_ != Outputs::pose_only; }
+
+  /// Connects the outputs that are to be written.
+  void connect(PipelineSinks* sinks);
+
+  /// Hands out all messages in order; those that are no earlier outputs are copied first.
+  void for_each_message(const std::vector<std::string>& order, const FrameNames& frames,
+                        const std::function<void(const rosbag::MessageInstance&)>& take);
+
+  /// Closes the output. Throws Error when there is no pose in it, for the reason `otherwise`.
+  void finish(const std::function<std::string()>& otherwise);
+
+  /// Prints what the filter had to say, what was rejected, `summary`, and what it took.
+  void report(const RejectCounter& rejects, const std::string& summary) const;
+
+  std::uint64_t poses() const { return poses_; }
+
+ private:
+  enum class Outputs { all, no_clouds, pose_only };
+
+  void copy_input(const rosbag::MessageInstance& message, const FrameNames& frames);
+
+  std::string in_path_;
+  rosbag::Bag in_;
+  BagWriter writer_;
+  Outputs outputs_ = Outputs::all;
+  ros::Time now_;
+  double recorded_ = 0.0;  // s
+  double wall_start_ = 0.0;
+  std::uint64_t poses_ = 0;
+  std::vector<std::string> log_;
+};
+
+/// "; "-separated: what was rejected, why, and the latest case of each.
+std::string text_of(const RejectCounter& rejects);
+
+/// Range-beacon localization and FastSLAM over a bag; the exit code of the program.
+int run_beacon_mcl_bag(const CommandLine& line);
+int run_fastslam_bag(const CommandLine& line);
+
+/// Prints all their parameters with the values that the command line gives.
+void print_beacon_mcl_parameters(const CommandLine& line);
+void print_fastslam_parameters(const CommandLine& line);
+
+}  // namespace pf_resampling

@@ -1,0 +1,51 @@
+#include <iostream>
+
+#include "bag_run.hpp"
+#include "common/beacon_mcl_options.hpp"
+#include "pf_resampling/strategy.hpp"
+#include "run_parameters.hpp"
+
+namespace pf_resampling {
+namespace {
+
+BeaconMclPipelineOptions read_options(const CommandLine& line) {
+  BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
+  apply_run_parameters(line, parameters_of(&options));
+  return options;
+}
+
+/// Why there is not a single pose, as far as can be told.
+std::string why_no_pose(const BeaconMclPipeline& pipeline) {
+  if (pipeline.filter() == nullptr) return "the beacons are not known";
+  const std::string reasons = text_of(pipeline.rejects());
+  return reasons.empty() ? "there are too few ranges" : reasons;
+}
+
+}  // namespace
+
+int run_beacon_mcl_bag(const CommandLine& line) {
+  const BeaconMclPipelineOptions options = read_options(line);
+  const BeaconMclTopics topics = beacon_mcl_topics(line);
+  BagRun run(line);
+  require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.beacons.empty());
+  BeaconMclSinks sinks;
+  run.connect(&sinks);
+  BeaconMclPipeline pipeline(options, sinks);
+  run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
+    if (const auto input = to_beacon_mcl_message(message, topics)) handle(*input, &pipeline);
+  });
+  run.finish([&] { return why_no_pose(pipeline); });
+  const BeaconMclStatus& status = pipeline.filter()->status();
+  run.report(pipeline.rejects(),
+             std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +
+                 " renewals, " + std::to_string(status.particles) + " particles, " +
+                 strategy_of(options.filter.population, options.filter.excitation));
+  return 0;
+}
+
+void print_beacon_mcl_parameters(const CommandLine& line) {
+  BeaconMclPipelineOptions options = read_options(line);
+  print_parameters(line, parameters_of(&options));
+}
+
+}  // namespace pf_resampling

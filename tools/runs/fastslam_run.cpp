@@ -1,0 +1,114 @@
+#include <iostream>
+
+#include "bag_run.hpp"
+#include "common/fastslam_bag.hpp"
+#include "common/filter_options.hpp"
+#include "common/table.hpp"
+#include "particle_judge.hpp"
+#include "pf_resampling/strategy.hpp"
+#include "run_parameters.hpp"
+
+namespace pf_resampling {
+namespace {
+
+FastSlamPipelineOptions read_options(const CommandLine& line) {
+  FastSlamPipelineOptions options;
+  apply_filter_options(line, &options);
+  apply_run_parameters(line, parameters_of(&options));
+  if (line.has("load-map")) options.map_file = line.get<std::string>("load-map");
+  return options;
+}
+
+FastSlamTopics topics_of(const CommandLine& line) {
+  FastSlamTopics topics;
+  topics.odom = absolute_topic(line.get<std::string>("odom"));
+  topics.landmarks = absolute_topic(line.get<std::string>("landmarks"));
+  return topics;
+}
+
+bool has_initial_pose(const rosbag::Bag& bag, const FastSlamTopics& topics) {
+  for (const BagTopic& topic : pf_resampling::topics_of(bag)) {
+    if (topic.name == topics.initial_pose) return true;
+  }
+  return false;
+}
+
+/// K's measures over a run: means of what was judged at every update.
+struct RunErrors {
+  void add(const ParticleErrors& errors) {
+    ++updates;
+    position += errors.position_rms;
+    last_position = errors.position_rms;
+    if (errors.features == 0) return;
+    ++with_features;
+    feature += errors.feature_rms;
+    last_feature = errors.feature_rms;
+  }
+  std::string text() const {
+    std::string text = "particles' errors (K eqs. 5 and 6), mean over the updates and at the end: ";
+    if (with_features > 0) {
+      text += "landmarks " + fixed(feature / with_features, 3) + " m, " + fixed(last_feature, 3) +
+              " m; ";
+    }
+    return text + "position " + fixed(position / updates, 3) + " m, " + fixed(last_position, 3) +
+           " m";
+  }
+  int updates = 0, with_features = 0;
+  double feature = 0.0, position = 0.0, last_feature = 0.0, last_position = 0.0;
+};
+
+}  // namespace
+
+int run_fastslam_bag(const CommandLine& line) {
+  const FastSlamPipelineOptions options = read_options(line);
+  const FastSlamTopics topics = topics_of(line);
+  BagRun run(line);
+  require_fastslam_topics(run.in(), run.in_path(), topics);
+  FastSlamSinks sinks;
+  run.connect(&sinks);
+  if (run.with_status()) {
+    sinks.landmark_map = [&](const LandmarkMap& map) {
+      run.writer().write_latched("/landmark_map", run.now(), map);
+    };
+  }
+  ParticleJudge judge(run.in(), topics.odom,
+                      has_initial_pose(run.in(), topics) || !options.map_file.empty());
+  RunErrors errors;
+  if (run.with_status() && judge.can_judge()) {
+    sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
+      auto judged = judge.judge(stamp, filter);
+      if (!judged) return;
+      judged->header.frame_id = options.frames.map;
+      errors.add(*judged);
+      run.writer().write("/particle_errors", run.now(), *judged);
+    };
+  }
+  FastSlamPipeline pipeline(options, sinks);
+  run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
+    if (const auto input = to_fastslam_message(message, topics)) handle(*input, &pipeline);
+  });
+  pipeline.publish_map();
+  if (line.has("save-map")) {
+    std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
+  }
+  run.finish([&] {
+    const std::string reasons = text_of(pipeline.rejects());
+    return reasons.empty() ? "there is no odometry" : reasons;
+  });
+  const FastSlamStatus& status = pipeline.filter().status();
+  run.report(pipeline.rejects(),
+             std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +
+                 " renewals, " + std::to_string(status.particles) + " particles, " +
+                 std::to_string(status.landmarks) + " landmarks (" +
+                 to_string(pipeline.filter().association()) + "), " +
+                 strategy_of(options.filter.population, options.filter.excitation));
+  if (errors.updates > 0) std::cout << errors.text() << "\n";
+  return 0;
+}
+
+void print_fastslam_parameters(const CommandLine& line) {
+  FastSlamPipelineOptions options = read_options(line);
+  print_parameters(line, parameters_of(&options));
+}
+
+}  // namespace pf_resampling

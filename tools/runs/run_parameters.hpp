@@ -1,0 +1,14 @@
+#pragma once
+
+#include "common/command_line.hpp"
+#include "pf_resampling_core/parameters.hpp"
+
+namespace pf_resampling {
+
+/// Sets the parameters that have options of their own: --seed and --threads.
+void apply_run_parameters(const CommandLine& line, const ParameterList& parameters);
+
+/// Prints them as --parameters asks: yaml or markdown.
+void print_parameters(const CommandLine& line, const ParameterList& parameters);
+
+}  // namespace pf_resampling
