@@ -5,6 +5,7 @@
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling/node_support.hpp"
+#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
@@ -15,6 +16,9 @@ class BeaconMclNode {
   BeaconMclNode(ros::NodeHandle* node, const BeaconMclPipelineOptions& options)
       : publishers_(node),
         pipeline_(options, sinks()),
+        parameters_(
+            ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
+            [this](const auto& values) { pipeline_.set_parameters(values); }),
         silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_ = {
@@ -60,6 +64,7 @@ class BeaconMclNode {
   BeaconMclPipeline pipeline_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
+  ReconfigureServer parameters_;
   SilenceWatch silence_;
 };
 

@@ -148,6 +148,22 @@ void BeaconMclPipeline::reset() {
   take_belief();
 }
 
+void BeaconMclPipeline::set_parameters(const std::map<std::string, std::string>& values) {
+  BeaconMclPipelineOptions options = options_;
+  try {
+    pf_resampling::set_parameters(live_parameters_of(&options), values);
+    validate(options.filter);
+    if (filter_) filter_->set_options(options.filter);
+  } catch (const Error& error) {
+    refused_ = error.what();
+    throw;
+  }
+  refused_.clear();
+  options_.filter = options.filter;
+  strategy_ = strategy_of(options_.filter.population, options_.filter.excitation);
+  log(LogLevel::info, "strategy: " + strategy_);
+}
+
 // ---- the flow ---------------------------------------------------------------------------------
 
 void BeaconMclPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {

@@ -51,6 +51,13 @@ class BeaconMclPipeline {
   void global_localization();
   void reset();
 
+  /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
+  /// the bit; another particle count takes effect at the next update. Throws Error that says why
+  /// none.
+  void set_parameters(const std::map<std::string, std::string>& values);
+  /// Those parameters, with present values.
+  ParameterList live_parameters() { return live_parameters_of(&options_); }
+
   /// Gives out diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
 
@@ -89,6 +96,7 @@ class BeaconMclPipeline {
   BeaconMclPipelineOptions options_;
   BeaconMclSinks sinks_;
   std::string strategy_;
+  std::string refused_;  // why parameters were refused last; empty once some were taken
   StaticFrames frames_;
   std::unique_ptr<BeaconMcl> filter_;
   DeadReckoning odometry_;

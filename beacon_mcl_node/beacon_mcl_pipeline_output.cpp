@@ -88,6 +88,7 @@ void BeaconMclPipeline::publish_status(ros::Time stamp, double update_time) {
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
   message.strategy = strategy_;
+  message.refused = refused_;
   message.particles = static_cast<std::uint32_t>(filter.particles);
   message.effective_sample_size = filter.effective_sample_size;
   message.entropy_sample_size = filter.entropy_sample_size;

@@ -24,6 +24,10 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   return list;
 }
 
+ParameterList live_parameters_of(BeaconMclPipelineOptions* options) {
+  return parameters_of(&options->filter);
+}
+
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options) {
   apply_values(configuration, parameters_of(options));
   if (!configuration.beacons.empty()) options->beacons = configuration.beacons;

@@ -39,6 +39,9 @@ struct BeaconMclPipelineOptions {
 /// The parameters of the filter, then those of the ROS side, bound to `options`.
 ParameterList parameters_of(BeaconMclPipelineOptions* options);
 
+/// Of these what can be changed while it runs: the parameters of the filter.
+ParameterList live_parameters_of(BeaconMclPipelineOptions* options);
+
 /// Applies a configuration: values, beacons, antennas, calibration. Throws Error naming parameter,
 /// value and range.
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options);

@@ -7,6 +7,7 @@
 
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling/node_support.hpp"
+#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
@@ -18,6 +19,9 @@ class FastSlamNode {
       : publishers_(node),
         landmark_map_(node->advertise<LandmarkMap>("landmark_map", 1, true)),
         pipeline_(options, sinks()),
+        parameters_(
+            ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
+            [this](const auto& values) { pipeline_.set_parameters(values); }),
         silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_ = {
@@ -63,6 +67,7 @@ class FastSlamNode {
 
   bool load_map(LoadMap::Request& request, LoadMap::Response& response) {
     answer([&] { return pipeline_.load_map(request.file, request.frozen); }, &response);
+    parameters_.publish();  // map/frozen
     return true;
   }
 
@@ -84,6 +89,7 @@ class FastSlamNode {
   FastSlamPipeline pipeline_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
+  ReconfigureServer parameters_;
   SilenceWatch silence_;
 };
 

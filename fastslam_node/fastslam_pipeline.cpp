@@ -142,6 +142,22 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
          (frozen ? ", frozen" : "");
 }
 
+void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& values) {
+  FastSlamPipelineOptions options = options_;
+  try {
+    pf_resampling::set_parameters(live_parameters_of(&options), values);
+    validate(options.filter);
+    filter_.set_options(options.filter);
+  } catch (const Error& error) {
+    refused_ = error.what();
+    throw;
+  }
+  refused_.clear();
+  options_.filter = options.filter;
+  strategy_ = strategy_of(options_.filter.population, options_.filter.excitation);
+  log(LogLevel::info, "strategy: " + strategy_);
+}
+
 // ---- the flow ---------------------------------------------------------------------------------
 
 void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {

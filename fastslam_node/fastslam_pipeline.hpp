@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -59,6 +60,13 @@ class FastSlamPipeline {
   /// Gives out the map as it is at the newest odometry. For the end of a bag.
   void publish_map();
 
+  /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
+  /// the bit; another particle count takes effect at the next update. Throws Error that says why
+  /// none.
+  void set_parameters(const std::map<std::string, std::string>& values);
+  /// Those parameters, with present values.
+  ParameterList live_parameters() { return live_parameters_of(&options_); }
+
   /// Gives out diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
 
@@ -98,6 +106,7 @@ class FastSlamPipeline {
   FastSlamPipelineOptions options_;
   FastSlamSinks sinks_;
   std::string strategy_;
+  std::string refused_;  // why parameters were refused last; empty once some were taken
   StaticFrames frames_;
   FastSlam filter_;
   DeadReckoning odometry_;

@@ -104,6 +104,7 @@ void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
   message.strategy = strategy_;
+  message.refused = refused_;
   message.particles = static_cast<std::uint32_t>(filter.particles);
   message.landmarks = static_cast<std::uint32_t>(filter.landmarks);
   message.effective_sample_size = filter.effective_sample_size;

@@ -34,6 +34,10 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
   return list;
 }
 
+ParameterList live_parameters_of(FastSlamPipelineOptions* options) {
+  return parameters_of(&options->filter);
+}
+
 void apply(const Configuration& configuration, FastSlamPipelineOptions* options) {
   apply_values(configuration, parameters_of(options));
   for (const auto& [frame, place] : configuration.sensors) options->sensors[frame] = place;

@@ -38,6 +38,9 @@ struct FastSlamPipelineOptions {
 /// The parameters of the filter, then those of the ROS side, bound to `options`.
 ParameterList parameters_of(FastSlamPipelineOptions* options);
 
+/// Of these what can be changed while it runs: the parameters of the filter.
+ParameterList live_parameters_of(FastSlamPipelineOptions* options);
+
 /// Applies a configuration: values and sensors. Throws Error naming parameter, value and range.
 void apply(const Configuration& configuration, FastSlamPipelineOptions* options);
 

@@ -67,11 +67,15 @@ struct BeaconMclDrive {
   }
 
   /// All messages of `seconds`, in order of time.
-  static std::vector<BeaconMclMessage> messages(double seconds) {
+  static std::vector<BeaconMclMessage> messages(double seconds) { return messages(0.0, seconds); }
+
+  /// All messages after `begin` (from the very first, if that is 0) until `end`, s.
+  static std::vector<BeaconMclMessage> messages(double begin, double end) {
     std::vector<BeaconMclMessage> all;
-    all.emplace_back(boost::make_shared<BeaconArray>(beacon_array()));
-    const int steps = static_cast<int>(std::lround(10.0 * seconds));
-    for (int step = 0; step <= steps; ++step) {
+    if (begin == 0.0) all.emplace_back(boost::make_shared<BeaconArray>(beacon_array()));
+    const int first = begin == 0.0 ? 0 : static_cast<int>(std::lround(10.0 * begin)) + 1;
+    const int last = static_cast<int>(std::lround(10.0 * end));
+    for (int step = first; step <= last; ++step) {
       const ros::Time stamp = ros::Time(kStart) + ros::Duration(0.1 * step);
       all.emplace_back(boost::make_shared<nav_msgs::Odometry>(odometry(stamp)));
       if (step % 2 == 0) {

@@ -4,6 +4,8 @@
 
 #include "beacon_mcl_rig.hpp"
 
+#include "pf_resampling_core/error.hpp"
+
 namespace pf_resampling {
 namespace {
 
@@ -308,6 +310,59 @@ TEST(BeaconMclPipeline, ConfiguredBeaconsCountMoreThanTheMessage) {
   EXPECT_EQ(run.pipeline.rejects().count("beacons", RejectReason::ignored), 1u);
   run.pipeline.handle(BeaconMclDrive::beacon_array());  // the same ones: nothing to ignore
   EXPECT_EQ(run.pipeline.rejects().total(), 1u);
+}
+
+// Through all strategies while the robot drives: a switch leaves particles and weights
+// bit-identical, and the filter goes on.
+TEST(BeaconMclPipeline, StrategiesSwitchWhileItRuns) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(0.0, 10.0));
+  double time = 10.0;
+  for (const auto& parameter :
+       {"population/schedule", "population/renewal", "population/resampling/scheme",
+        "population/compensation/pairing", "excitation/method"}) {
+    for (const Parameter& known : run.pipeline.live_parameters()) {
+      if (known.name != parameter) continue;
+      for (const std::string& choice : known.choices) {
+        const BeaconMclParticles before = run.pipeline.filter()->particles();
+        run.pipeline.set_parameters({{parameter, choice}, {"population/threshold", "0.9"}});
+        EXPECT_TRUE(same_particles(run.pipeline.filter()->particles(), before)) << choice;
+        run.feed(BeaconMclDrive::messages(time, time + 1.0));
+        time += 1.0;
+      }
+    }
+  }
+  EXPECT_LT(run.error(), 0.5);
+  EXPECT_TRUE(all_finite(run.out));
+}
+
+TEST(BeaconMclPipeline, RefusedParametersChangeNothingAndSayWhy) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(0.0, 5.0));
+  // The second value is impossible: the first must not be taken either.
+  EXPECT_THROW(run.pipeline.set_parameters(
+                   {{"population/renewal", "compensation"}, {"population/threshold", "7"}}),
+               Error);
+  EXPECT_EQ(run.pipeline.filter()->options().population.renewal, Renewal::resampling);
+  run.feed(BeaconMclDrive::messages(5.0, 6.0));
+  EXPECT_NE(run.out.statuses.back().refused.find("population/threshold"), std::string::npos);
+  EXPECT_EQ(run.out.statuses.back().strategy.find("compensation"), std::string::npos);
+  run.pipeline.set_parameters({{"population/renewal", "compensation"}});
+  run.feed(BeaconMclDrive::messages(6.0, 7.0));
+  EXPECT_EQ(run.out.statuses.back().refused, "");
+  EXPECT_NE(run.out.statuses.back().strategy.find("compensation"), std::string::npos);
+}
+
+// Another count is drawn from the present population at the next update.
+TEST(BeaconMclPipeline, AnotherParticleCountTakesEffectAtTheNextUpdate) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(0.0, 10.0));
+  const auto before = run.pipeline.filter()->particles().size();
+  run.pipeline.set_parameters({{"particles", std::to_string(2 * before)}});
+  EXPECT_EQ(run.pipeline.filter()->particles().size(), before);
+  run.feed(BeaconMclDrive::messages(10.0, 11.0));
+  EXPECT_EQ(run.pipeline.filter()->particles().size(), 2 * before);
+  EXPECT_LT(run.error(), 0.5);
 }
 
 }  // namespace

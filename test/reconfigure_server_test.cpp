@@ -1,0 +1,77 @@
+#include "pf_resampling/reconfigure_server.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "fastslam_node/pipeline_options.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Every parameter of the core's description is there once, with its type, in a group of its name.
+template <typename Options>
+void expect_complete() {
+  Options options;
+  const ParameterList parameters = live_parameters_of(&options);
+  const dynamic_reconfigure::ConfigDescription description = to_description(parameters);
+  std::map<std::string, dynamic_reconfigure::ParamDescription> described;
+  std::set<int> ids;
+  for (const auto& group : description.groups) {
+    EXPECT_TRUE(ids.insert(group.id).second);
+    EXPECT_EQ(ids.count(group.parent), 1u) << "the parent of " << group.name << " comes first";
+    for (const auto& parameter : group.parameters) {
+      EXPECT_TRUE(described.emplace(parameter.name, parameter).second) << parameter.name;
+      const std::string prefix = group.name == "Default" ? "" : group.name + "/";
+      EXPECT_EQ(parameter.name.rfind(prefix, 0), 0u) << parameter.name << " in " << group.name;
+    }
+  }
+  EXPECT_EQ(described.size(), parameters.size());
+  for (const Parameter& parameter : parameters) {
+    const auto& text = described[parameter.name].description;
+    EXPECT_NE(text.find(parameter.help), std::string::npos);
+    EXPECT_NE(text.find(parameter.unit), std::string::npos);
+    for (const std::string& choice : parameter.choices) {
+      EXPECT_NE(described[parameter.name].edit_method.find("'" + choice + "'"), std::string::npos);
+    }
+  }
+}
+
+TEST(ReconfigureServer, DescribesEveryParameterOnce) {
+  expect_complete<BeaconMclPipelineOptions>();
+  expect_complete<FastSlamPipelineOptions>();
+}
+
+TEST(ReconfigureServer, RangesAndDefaultsAreThoseOfTheDescription) {
+  FastSlamPipelineOptions options;
+  const auto description = to_description(live_parameters_of(&options));
+  const auto value = [](const dynamic_reconfigure::Config& config, const std::string& name) {
+    return values_of(config).at(name);
+  };
+  EXPECT_EQ(value(description.min, "population/threshold"), "0");
+  EXPECT_EQ(value(description.max, "population/threshold"), "1");
+  EXPECT_EQ(value(description.dflt, "population/threshold"), "0.75");
+  EXPECT_EQ(value(description.min, "particles"), "1");
+  EXPECT_EQ(value(description.dflt, "population/renewal"), "resampling");
+  EXPECT_EQ(value(description.dflt, "map/frozen"), "false");
+}
+
+// What is shown can be sent back, and means the same.
+TEST(ReconfigureServer, ValuesSurviveTheWayThroughMessages) {
+  BeaconMclPipelineOptions options;
+  options.filter.particles = 1234;
+  options.filter.population.threshold = 0.1 + 0.2;  // needs all 17 digits
+  options.filter.population.renewal = Renewal::compensation;
+  options.filter.recovery.enabled = false;
+  const auto values = values_of(to_config(live_parameters_of(&options)));
+  BeaconMclPipelineOptions read;
+  set_parameters(live_parameters_of(&read), values);
+  EXPECT_EQ(read.filter.particles, 1234);
+  EXPECT_EQ(read.filter.population.threshold, 0.1 + 0.2);
+  EXPECT_EQ(read.filter.population.renewal, Renewal::compensation);
+  EXPECT_FALSE(read.filter.recovery.enabled);
+}
+
+}  // namespace
+}  // namespace pf_resampling
