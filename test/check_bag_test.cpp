@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/BeaconRange.h>
+#include <pf_resampling/LandmarkObservationArray.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <functional>
@@ -38,6 +39,20 @@ Recording good_recording() {
   return recording;
 }
 
+/// 10 s of odometry at 10 Hz and a scan per second, from 11.05 s on, of the landmarks 7 and 8.
+Recording landmark_recording() {
+  Recording recording = good_recording();
+  recording.ranges.clear();
+  recording.beacons.clear();
+  for (int i = 0; i < 9; ++i) {
+    recording.landmark_observations.push_back({11.05 + i, 7, 2.0 + i, 0.5, 0.0, 0.0});
+    recording.landmark_observations.push_back({11.05 + i, 8, 3.0, -0.25, 0.01, 0.0});
+  }
+  recording.landmarks = {{7, 3.0, 4.0, {}}, {8, 5.0, 6.0, {}}};
+  recording.frames = {{"sensor", 0.1, 0.0, 0.3, 0.5}};
+  return recording;
+}
+
 BagCheck check_of(const Recording& recording, const BagCheckTopics& topics = {}) {
   const TemporaryDirectory directory;
   write_recording(recording, directory.file("a.bag"));
@@ -62,7 +77,7 @@ bool has(const std::vector<std::string>& lines, const std::string& words) {
 
 TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
   const BagCheck found = check_of(good_recording());
-  EXPECT_EQ(found.verdict(), "ready for beacon_mcl: yes");
+  EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
   // Of beacon 1: ranges 2, 5, ..., 29.
   EXPECT_NE(found.text.find("  1       0.000  5.000  0.500      10   2.00     17.00  29.00\n"),
@@ -74,16 +89,157 @@ TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
   EXPECT_NE(found.text.find("  ground truth: geometry_msgs/PoseStamped\n"), std::string::npos);
 }
 
+TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
+  const BagCheck found = check_of(landmark_recording());
+  EXPECT_EQ(found.fastslam.text(), "ready for fastslam: yes");
+  EXPECT_FALSE(found.beacon_mcl.is_ready());
+  EXPECT_TRUE(found.is_ready_for_any());
+  EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
+  EXPECT_NE(found.text.find("/landmarks: sensor on base_link  0.100  0.000  0.300     28.6\n"),
+            std::string::npos)
+      << found.text;
+  // 18 observations in 9 scans, all with one of 2 ids; ranges 2, 3 (10 times), 4, ..., 10 m.
+  EXPECT_NE(found.text.find("  9       18    2          0   2.00      3.00  10.00"
+                            "     -14.3    28.6\n"),
+            std::string::npos)
+      << found.text;
+  EXPECT_NE(found.text.find("ground truth: geometry_msgs/PoseStamped, and of the landmarks\n"),
+            std::string::npos)
+      << found.text;
+}
+
+TEST(CheckBag, ABagCanBeReadyForBoth) {
+  Recording recording = landmark_recording();
+  recording.ranges = good_recording().ranges;
+  recording.beacons = good_recording().beacons;
+  recording.frames.push_back({"antenna", 0.25, 0.0, 0.5, 0.0});
+  const BagCheck found = check_of(recording);
+  EXPECT_TRUE(found.beacon_mcl.is_ready()) << found.beacon_mcl.text();
+  EXPECT_TRUE(found.fastslam.is_ready()) << found.fastslam.text();
+}
+
+TEST(CheckBag, SaysWhetherLandmarksHaveIds) {
+  Recording recording = landmark_recording();
+  for (std::size_t i = 0; i < 4; ++i) recording.landmark_observations[i].id = -1;
+  BagCheck found = check_of(recording);
+  EXPECT_TRUE(has(found.remarks, "/landmarks: 4 of 18 observations have no id"));
+  EXPECT_TRUE(found.fastslam.is_ready());
+  for (auto& seen : recording.landmark_observations) seen.id = -1;
+  found = check_of(recording);
+  EXPECT_TRUE(has(found.remarks, "/landmarks: without ids"));
+  EXPECT_TRUE(found.fastslam.is_ready());
+  std::int32_t id = 0;
+  for (auto& seen : recording.landmark_observations) seen.id = id++;
+  EXPECT_TRUE(has(check_of(recording).remarks, "/landmarks: no id is seen twice"));
+}
+
+TEST(CheckBag, FindsWhatHindersFastSlam) {
+  Recording recording = landmark_recording();
+  recording.odometry.resize(50);
+  EXPECT_TRUE(has(check_of(recording).remarks, "/odom does not cover all of /landmarks"));
+  for (auto& seen : recording.landmark_observations) seen.time += 100.0;
+  EXPECT_TRUE(
+      has(check_of(recording).fastslam.problems, "/odom and /landmarks are of different times"));
+
+  recording = landmark_recording();
+  recording.landmark_observations[0].range = kNan;
+  recording.landmark_observations[1].range_variance = kNan;
+  recording.landmark_observations[2].range = 0.0;
+  recording.landmark_observations[3].bearing_variance = -1.0;
+  BagCheck found = check_of(recording);
+  EXPECT_TRUE(has(found.remarks, "/landmarks: 2 values are not finite"));
+  EXPECT_TRUE(has(found.remarks, "/landmarks: 2 ranges are not positive or variances negative"));
+  EXPECT_TRUE(found.fastslam.is_ready());
+  for (auto& seen : recording.landmark_observations) seen.bearing = kNan;
+  EXPECT_TRUE(
+      has(check_of(recording).fastslam.problems, "/landmarks has no observation that can be used"));
+}
+
+/// A scan of a camera 0.3 m above the robot; `parent` is the frame that it sits on. Its z axis
+/// points ahead if `is_optical`.
+BagCheck check_of_camera(bool is_optical, const std::string& parent = "base_link") {
+  return check_of_written([&](BagWriter* bag) {
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = ros::Time(10.0);
+    odometry.header.frame_id = "odom";
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose.orientation.w = 1.0;
+    bag->write("/odom", ros::Time(10.0), odometry);
+    LandmarkObservationArray scan;
+    scan.header.stamp = ros::Time(10.0);
+    scan.header.frame_id = "camera";
+    scan.observations.resize(1);
+    scan.observations[0].range = 3.0;
+    bag->write("/landmarks", ros::Time(10.0), scan);
+    tf2_msgs::TFMessage transforms;
+    transforms.transforms.resize(1);
+    transforms.transforms[0].header.stamp = ros::Time(10.0);
+    transforms.transforms[0].header.frame_id = parent;
+    transforms.transforms[0].child_frame_id = "camera";
+    transforms.transforms[0].transform.translation.z = 0.3;
+    auto& turn = transforms.transforms[0].transform.rotation;
+    turn.w = 0.5;
+    turn.x = -0.5;
+    turn.y = 0.5;
+    turn.z = -0.5;
+    if (!is_optical) turn = odometry.pose.pose.orientation;
+    // Not latched: a driver that repeats where its camera is.
+    bag->write(is_optical ? "/tf_static" : "/tf", ros::Time(10.0), transforms);
+  });
+}
+
+TEST(CheckBag, SensorsLieFlatAndMayBePlacedByTf) {
+  EXPECT_TRUE(has(check_of_camera(true).fastslam.problems,
+                  "the z axis of its frame 'camera' does not point up"));
+  EXPECT_FALSE(has(check_of_camera(false).fastslam.problems, "frame"));
+  EXPECT_TRUE(has(check_of_camera(false, "mast").fastslam.problems,
+                  "/landmarks: nothing in /tf_static places its frame 'camera' on 'base_link' (or "
+                  "give it in the list `sensors` of the configuration)"));
+}
+
+TEST(CheckBag, GivesTheCommandWithTheOptionsThatTheBagNeeds) {
+  const BagCheck found = check_of_written([](BagWriter* bag) {
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = ros::Time(10.0);
+    odometry.header.frame_id = "wheels";
+    odometry.child_frame_id = "the robot";
+    odometry.pose.pose.orientation.w = 1.0;
+    bag->write("/odom", ros::Time(10.0), odometry);
+  });
+  EXPECT_NE(found.fastslam.command.find("rosrun pf_resampling run_bag fastslam /"),
+            std::string::npos);
+  EXPECT_NE(found.fastslam.command.find(
+                "/a.bag out.bag --set frames/odom=wheels --set 'frames/base=the robot'"),
+            std::string::npos)
+      << found.fastslam.command;
+  BagCheckTopics topics;
+  topics.odom = "/robot/odom";
+  topics.ranges = "/uwb";
+  topics.landmarks = "/camera/landmarks";
+  const BagCheck renamed = check_of(good_recording(), topics);
+  EXPECT_NE(renamed.beacon_mcl.command.find("out.bag --odom /robot/odom --ranges /uwb"),
+            std::string::npos);
+  EXPECT_NE(
+      renamed.fastslam.command.find("out.bag --odom /robot/odom --landmarks /camera/landmarks"),
+      std::string::npos);
+}
+
 TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
   Recording recording = good_recording();
   recording.beacons.clear();
   recording.ranges.clear();
   const BagCheck found = check_of(recording);
-  EXPECT_EQ(found.verdict(),
+  EXPECT_EQ(found.beacon_mcl.text(),
             "ready for beacon_mcl: no: no /ranges (needed: pf_resampling/BeaconRange); "
             "no /beacons (needed: pf_resampling/BeaconArray) (or give the beacons in the "
-            "configuration); the bag has /ground_truth (geometry_msgs/PoseStamped), "
-            "/odom (nav_msgs/Odometry), /tf (tf2_msgs/TFMessage), /tf_static (tf2_msgs/TFMessage)");
+            "configuration)");
+  EXPECT_EQ(found.fastslam.text(),
+            "ready for fastslam: no: no /landmarks (needed: "
+            "pf_resampling/LandmarkObservationArray)");
+  EXPECT_FALSE(found.is_ready_for_any());
+  // What is there instead is in the table of topics.
+  EXPECT_NE(found.text.find("  /ground_truth  geometry_msgs/PoseStamped"), std::string::npos)
+      << found.text;
 }
 
 TEST(CheckBag, HintsAtTopicsOfTheRightType) {
@@ -91,10 +247,11 @@ TEST(CheckBag, HintsAtTopicsOfTheRightType) {
   topics.odom = "/robot/odom";
   topics.ranges = "/odom";
   const BagCheck found = check_of(good_recording(), topics);
-  EXPECT_TRUE(has(found.problems,
+  EXPECT_TRUE(has(found.beacon_mcl.problems,
                   "no /robot/odom (needed: nav_msgs/Odometry), /odom could be it (--odom /odom; "
                   "for the node odom:=/odom)"));
-  EXPECT_TRUE(has(found.problems, "/odom is a nav_msgs/Odometry (needed: pf_resampling/"));
+  EXPECT_TRUE(
+      has(found.beacon_mcl.problems, "/odom is a nav_msgs/Odometry (needed: pf_resampling/"));
 }
 
 TEST(CheckBag, FindsGapsAndCoverage) {
@@ -108,7 +265,7 @@ TEST(CheckBag, FindsGapsAndCoverage) {
   recording.odometry.resize(50);
   EXPECT_TRUE(has(check_of(recording).remarks, "/odom does not cover all of /ranges"));
   for (auto& range : recording.ranges) range.time += 100.0;
-  EXPECT_TRUE(has(check_of(recording).problems, "are of different times"));
+  EXPECT_TRUE(has(check_of(recording).beacon_mcl.problems, "are of different times"));
 }
 
 TEST(CheckBag, FindsNumbersThatAreNone) {
@@ -123,13 +280,14 @@ TEST(CheckBag, FindsNumbersThatAreNone) {
   EXPECT_TRUE(has(found.remarks, "/ranges: 1 values are not finite"));
   EXPECT_TRUE(has(found.remarks, "/ranges: 2 ranges are not positive or variances negative"));
   EXPECT_TRUE(has(found.remarks, "/ground_truth: 1 values are not finite"));
-  EXPECT_TRUE(found.problems.empty());
+  EXPECT_TRUE(found.beacon_mcl.problems.empty());
 
   for (auto& range : recording.ranges) range.range = kNan;
-  EXPECT_TRUE(has(check_of(recording).problems, "/ranges has no range that can be used"));
+  EXPECT_TRUE(
+      has(check_of(recording).beacon_mcl.problems, "/ranges has no range that can be used"));
   recording = good_recording();
   for (auto& odometry : recording.odometry) odometry.pose.x = kNan;
-  EXPECT_TRUE(has(check_of(recording).problems, "/odom has no pose that can be used"));
+  EXPECT_TRUE(has(check_of(recording).beacon_mcl.problems, "/odom has no pose that can be used"));
 }
 
 TEST(CheckBag, FindsBeaconsThatAreNotKnown) {
@@ -138,16 +296,17 @@ TEST(CheckBag, FindsBeaconsThatAreNotKnown) {
   const BagCheck found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "ranges to beacons that are not in /beacons: 1"));
   EXPECT_TRUE(has(found.remarks, "only 2 known beacons"));
-  EXPECT_TRUE(found.problems.empty());
+  EXPECT_TRUE(found.beacon_mcl.problems.empty());
 
   for (auto& range : recording.ranges) range.beacon = 77;
-  EXPECT_TRUE(has(check_of(recording).problems, "no range is to a beacon of /beacons"));
+  EXPECT_TRUE(has(check_of(recording).beacon_mcl.problems, "no range is to a beacon of /beacons"));
 
   recording = good_recording();
   recording.beacons[0].id = 2;
-  EXPECT_TRUE(has(check_of(recording).problems, "beacon 2 is there twice"));
+  EXPECT_TRUE(has(check_of(recording).beacon_mcl.problems, "beacon 2 is there twice"));
   recording.beacons[0] = {1, kNan, 0.0, std::nullopt};
-  EXPECT_TRUE(has(check_of(recording).problems, "the position of beacon 1 is not finite"));
+  EXPECT_TRUE(
+      has(check_of(recording).beacon_mcl.problems, "the position of beacon 1 is not finite"));
 }
 
 /// One odometry message and one range; both to be spoilt.
@@ -180,8 +339,8 @@ TEST(CheckBag, FindsStampsThatAreNone) {
   messages.range.header.stamp = ros::Time();
   const BagCheck found = messages.check();
   EXPECT_TRUE(has(found.remarks, "/odom: 1 messages without a stamp"));
-  EXPECT_TRUE(has(found.problems, "/odom has no stamps"));
-  EXPECT_TRUE(has(found.problems, "/ranges has no stamps"));
+  EXPECT_TRUE(has(found.beacon_mcl.problems, "/odom has no stamps"));
+  EXPECT_TRUE(has(found.beacon_mcl.problems, "/ranges has no stamps"));
 }
 
 TEST(CheckBag, FindsStampsFarFromBagTime) {
@@ -192,20 +351,20 @@ TEST(CheckBag, FindsStampsFarFromBagTime) {
 
 TEST(CheckBag, FindsFramesThatNothingPlaces) {
   TwoMessages messages;
-  EXPECT_TRUE(has(messages.check().problems,
+  EXPECT_TRUE(has(messages.check().beacon_mcl.problems,
                   "/ranges: nothing in /tf_static places its frame 'antenna' on 'base_link'"));
   messages.range.header.frame_id = "base_link";
-  EXPECT_FALSE(has(messages.check().problems, "places its frame"));
+  EXPECT_FALSE(has(messages.check().beacon_mcl.problems, "places its frame"));
   messages.range.header.frame_id = "";
-  EXPECT_TRUE(has(messages.check().problems, "places its frame ''"));
+  EXPECT_TRUE(has(messages.check().beacon_mcl.problems, "places its frame ''"));
   messages.odometry.child_frame_id = "";
   messages.odometry.header.frame_id = "";
-  EXPECT_TRUE(has(messages.check().problems, "/odom names no child_frame_id"));
-  EXPECT_TRUE(has(messages.check().problems, "/odom names no frame_id"));
+  EXPECT_TRUE(has(messages.check().beacon_mcl.problems, "/odom names no child_frame_id"));
+  EXPECT_TRUE(has(messages.check().beacon_mcl.problems, "/odom names no frame_id"));
   messages.odometry.header.frame_id = "wheels";
   messages.odometry.child_frame_id = "footprint";
-  EXPECT_TRUE(has(messages.check().remarks, "set the parameter odom_frame"));
-  EXPECT_TRUE(has(messages.check().remarks, "set the parameter base_frame"));
+  EXPECT_TRUE(has(messages.check().remarks, "set the parameter frames/odom"));
+  EXPECT_TRUE(has(messages.check().remarks, "set the parameter frames/base"));
 }
 
 TEST(CheckBag, FindsOrientationsThatAreNone) {
@@ -232,7 +391,16 @@ TEST(CheckBagProgram, ExitsWithZeroOnAGoodBagAndOneOnABadOne) {
   const ProgramResult good = run_program("check_bag " + directory.file("good.bag"));
   EXPECT_EQ(good.exit_code, 0);
   EXPECT_EQ(good.error, "") << "no progress bar in a log";
-  EXPECT_NE(good.out.find("\nready for beacon_mcl: yes\n"), std::string::npos);
+  EXPECT_NE(
+      good.out.find("\nready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
+                    directory.file("good.bag") + " out.bag\n"),
+      std::string::npos)
+      << good.out;
+  EXPECT_NE(good.out.find("\nready for fastslam: no: no /landmarks"), std::string::npos);
+  write_recording(landmark_recording(), directory.file("landmarks.bag"));
+  const ProgramResult slam = run_program("check_bag " + directory.file("landmarks.bag"));
+  EXPECT_EQ(slam.exit_code, 0);
+  EXPECT_NE(slam.out.find("\nready for fastslam: yes\n"), std::string::npos) << slam.out;
 
   const ProgramResult renamed =
       run_program("check_bag " + directory.file("good.bag") + " --odom wheels");

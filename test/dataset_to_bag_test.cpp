@@ -56,6 +56,10 @@ TEST(DatasetToBag, MakesReadyBagsOfTheDataSets) {
       run_program("dataset_to_bag victoria_park " + datasets + "/victoria_park " + out);
   EXPECT_EQ(victoria_park.exit_code, 0) << victoria_park.error;
   EXPECT_NE(victoria_park.out.find("61945 in 1548.6 s"), std::string::npos) << victoria_park.out;
+  const ProgramResult check = run_program("check_bag " + out);
+  EXPECT_EQ(check.exit_code, 0);
+  EXPECT_NE(check.out.find("\nready for fastslam: yes\n"), std::string::npos) << check.out;
+  EXPECT_NE(check.out.find("\nready for beacon_mcl: no: no /ranges"), std::string::npos);
 }
 
 TEST(DatasetToBag, UnitsAndAntennasComeFromTheCommandLine) {

@@ -1,4 +1,4 @@
-// check_bag: what is in a bag, and whether beacon_mcl can run on it.
+// check_bag: what is in a bag, and which filters can run on it.
 #include <iostream>
 #include <string>
 #include <vector>
@@ -16,8 +16,9 @@ int check(const std::vector<std::string>& arguments) {
   BagCheckTopics topics;
   CommandLine line(
       "check_bag",
-      "Says what is in a bag and what is missing for beacon_mcl: topics, rates, gaps,\n"
-      "stamps, frames, numbers, beacons. Exits with 0 if it is ready, with 1 if not.");
+      "Says what is in a bag and what is missing for each filter: topics, rates, gaps,\n"
+      "stamps, frames, numbers, beacons, landmarks. Exits with 0 if a filter can run on it, with "
+      "1 if none can.");
   line.positional("in.bag", "the bag to look at");
   const auto topic_option = [&](const char* name, std::string* topic, const char* what) {
     line.options()(name, po::value<std::string>(topic)->default_value(*topic)->value_name("TOPIC"),
@@ -30,6 +31,7 @@ int check(const std::vector<std::string>& arguments) {
   topic_option("ground-truth", &topics.ground_truth, "true poses");
   line.example("check_bag plaza2.bag");
   line.example("check_bag robot.bag --odom /robot/odom --ranges /uwb/ranges");
+  line.example("check_bag slam.bag --landmarks /camera/landmarks");
   if (!line.parse(arguments)) return 0;
   for (std::string* topic :
        {&topics.odom, &topics.ranges, &topics.beacons, &topics.landmarks, &topics.ground_truth}) {
@@ -40,8 +42,12 @@ int check(const std::vector<std::string>& arguments) {
   const BagCheck found = check_bag(bag, topics);
   std::cout << found.text;
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
-  std::cout << "\n" << found.verdict() << "\n";
-  return found.problems.empty() ? 0 : 1;
+  std::cout << "\n";
+  for (const FilterVerdict& verdict : {found.beacon_mcl, found.fastslam}) {
+    std::cout << verdict.text() << "\n";
+    if (verdict.is_ready()) std::cout << "  " << verdict.command << "\n";
+  }
+  return found.is_ready_for_any() ? 0 : 1;
 }
 
 }  // namespace

@@ -1,40 +1,44 @@
 #include "bag_check.hpp"
 
-#include <rosbag/view.h>
-
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "bag_survey.hpp"
+#include "bag_tables.hpp"
 #include "common/bag.hpp"
 #include "common/table.hpp"
-#include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling {
 
 namespace {
 
-constexpr double kLongDelay = 1.0;        // s, between stamp and bag time
-constexpr double kUnitQuaternion = 1e-3;  // largest deviation of the norm
+constexpr double kLongDelay = 1.0;  // s, between stamp and bag time
+constexpr double kUpright = 0.9;    // how far a sensor's z axis may be off the robot's: cosine
 const char* const kOdometryType = "nav_msgs/Odometry";
 const char* const kRangeType = "pf_resampling/BeaconRange";
 const char* const kBeaconsType = "pf_resampling/BeaconArray";
 const char* const kLandmarksType = "pf_resampling/LandmarkObservationArray";
 
-std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+using Lines = std::vector<std::string>;
+
+std::string joined(const Lines& words, const std::string& separator) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
   return text;
 }
 
 std::string joined(const std::set<std::string>& words) {
-  return joined(std::vector<std::string>(words.begin(), words.end()), ", ");
+  return joined(Lines(words.begin(), words.end()), ", ");
 }
 
 std::string quoted(const std::string& frame) {
   return "'" + frame + "'";
+}
+
+/// As a word of a shell command.
+std::string word(const std::string& text) {
+  const bool is_plain = text.find_first_of(" '\"$&;()<>|*?\\`!#") == std::string::npos;
+  return is_plain ? text : "'" + text + "'";
 }
 
 class Checker {
@@ -48,17 +52,26 @@ class Checker {
          {&survey_.odom, &survey_.ranges, &survey_.landmarks, &survey_.truth}) {
       check_topic(*topic);
     }
-    check_times();
+    check_odometry();
+    check_times(survey_.ranges, beacon_mcl());
+    check_times(survey_.landmarks, fastslam());
     check_frames();
     check_beacons();
-    write_text();
+    check_landmarks();
+    result_.text = tables_of(bag_, names_, survey_);
+    result_.beacon_mcl.command = command("beacon_mcl");
+    result_.fastslam.command = command("fastslam");
     return std::move(result_);
   }
 
  private:
+  Lines* beacon_mcl() { return &result_.beacon_mcl.problems; }
+  Lines* fastslam() { return &result_.fastslam.problems; }
+  void remark(const std::string& text) { result_.remarks.push_back(text); }
+
   /// "no /odom ..., /robot/odom could be it".
   void need(const std::string& name, const std::string& type, const std::string& role,
-            const std::string& instead) {
+            const std::vector<Lines*>& by, const std::string& instead = "") {
     const BagTopic* topic = survey_.topic_named(name);
     if (topic != nullptr && topic->type == type) return;
     std::string problem = topic == nullptr ? "no " + name : name + " is a " + topic->type;
@@ -68,120 +81,134 @@ class Checker {
       problem += ", " + other.name + " could be it (--" + role + " " + other.name +
                  "; for the node " + role + ":=" + other.name + ")";
     }
-    result_.problems.push_back(problem + instead);
-    is_missing_ = true;
+    for (Lines* problems : by) problems->push_back(problem + instead);
   }
 
   void check_presence() {
-    need(names_.odom, kOdometryType, "odom", "");
-    need(names_.ranges, kRangeType, "ranges", "");
-    need(names_.beacons, kBeaconsType, "beacons", " (or give the beacons in the configuration)");
-    if (is_missing_) result_.problems.push_back("the bag has " + list_of(survey_.topics));
+    need(names_.odom, kOdometryType, "odom", {beacon_mcl(), fastslam()});
+    need(names_.ranges, kRangeType, "ranges", {beacon_mcl()});
+    need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl()},
+         " (or give the beacons in the configuration)");
+    need(names_.landmarks, kLandmarksType, "landmarks", {fastslam()});
   }
 
   /// Stamps and numbers of one topic.
   void check_topic(const TopicSurvey& check) {
     const StampSummary stamps = check.stamps.summary();
-    const auto remark = [&](std::size_t count, const std::string& what) {
-      if (count > 0) {
-        result_.remarks.push_back(check.topic + ": " + std::to_string(count) + " " + what);
-      }
+    const auto count = [&](std::size_t messages, const std::string& what) {
+      if (messages > 0) remark(check.topic + ": " + std::to_string(messages) + " " + what);
     };
     const BagTopic* topic = survey_.topic_named(check.topic);
     if (topic != nullptr && topic->messages > stamps.messages) {
-      remark(topic->messages - stamps.messages, "messages of a type or version that is not read");
+      count(topic->messages - stamps.messages, "messages of a type or version that is not read");
     }
-    remark(stamps.zero, "messages without a stamp");
-    remark(stamps.out_of_order, "stamps are before one that came earlier");
-    remark(stamps.twice, "stamps are there twice");
-    remark(check.not_finite, "values are not finite");
-    remark(check.impossible, &check == &survey_.ranges || &check == &survey_.landmarks
-                                 ? "ranges are not positive or variances negative"
-                                 : "orientations are not unit quaternions");
+    count(stamps.zero, "messages without a stamp");
+    count(stamps.out_of_order, "stamps are before one that came earlier");
+    count(stamps.twice, "stamps are there twice");
+    count(check.not_finite, "values are not finite");
+    count(check.impossible, &check == &survey_.ranges || &check == &survey_.landmarks
+                                ? "ranges are not positive or variances negative"
+                                : "orientations are not unit quaternions");
     if (stamps.largest_delay > kLongDelay) {
-      result_.remarks.push_back(check.topic + ": stamps and bag times differ by up to " +
-                                fixed(stamps.largest_delay, 3) + " s");
+      remark(check.topic + ": stamps and bag times differ by up to " +
+             fixed(stamps.largest_delay, 3) + " s");
     }
-    if (check.frames.size() > 1 && &check != &survey_.ranges) {
-      result_.remarks.push_back(check.topic + ": several frames: " + joined(check.frames));
+    const bool is_sensor = &check == &survey_.ranges || &check == &survey_.landmarks;
+    if (check.frames.size() > 1 && !is_sensor) {
+      remark(check.topic + ": several frames: " + joined(check.frames));
     }
   }
 
-  void check_times() {
+  void check_odometry() {
     const StampSummary odom = survey_.odom.stamps.summary();
-    const StampSummary ranges = survey_.ranges.stamps.summary();
-    if (odom.messages > 0 && odom.messages == odom.zero) {
-      result_.problems.push_back(names_.odom + " has no stamps");
-    }
-    if (ranges.messages > 0 && ranges.messages == ranges.zero) {
-      result_.problems.push_back(names_.ranges + " has no stamps");
-    }
+    const auto problem = [&](const std::string& what) {
+      beacon_mcl()->push_back(names_.odom + what);
+      fastslam()->push_back(names_.odom + what);
+    };
+    if (odom.messages > 0 && odom.messages == odom.zero) problem(" has no stamps");
     if (odom.messages > 0 && survey_.odom.not_finite + survey_.odom.impossible >= odom.messages) {
-      result_.problems.push_back(names_.odom + " has no pose that can be used");
+      problem(" has no pose that can be used");
     }
-    if (ranges.rate() <= 0.0 || odom.rate() <= 0.0) return;
-    if (ranges.last < odom.first || ranges.first > odom.last) {
-      result_.problems.push_back(names_.odom + " and " + names_.ranges + " are of different times");
-    } else if (ranges.first < odom.first - 1.0 || ranges.last > odom.last + 1.0) {
-      result_.remarks.push_back(names_.odom + " does not cover all of " + names_.ranges);
+    if (survey_.base_frames.count("") > 0) problem(" names no child_frame_id");
+    if (survey_.odom.frames.count("") > 0) problem(" names no frame_id");
+  }
+
+  /// Whether the odometry is of the time of the ranges, or of the landmarks.
+  void check_times(const TopicSurvey& seen, Lines* problems) {
+    const StampSummary odom = survey_.odom.stamps.summary();
+    const StampSummary stamps = seen.stamps.summary();
+    if (stamps.messages > 0 && stamps.messages == stamps.zero) {
+      problems->push_back(seen.topic + " has no stamps");
+    }
+    if (stamps.rate() <= 0.0 || odom.rate() <= 0.0) return;
+    if (stamps.last < odom.first || stamps.first > odom.last) {
+      problems->push_back(names_.odom + " and " + seen.topic + " are of different times");
+    } else if (stamps.first < odom.first - 1.0 || stamps.last > odom.last + 1.0) {
+      remark(names_.odom + " does not cover all of " + seen.topic);
     }
   }
 
   void check_frames() {
-    for (const std::string& frame : survey_.base_frames) {
-      if (frame.empty()) result_.problems.push_back(names_.odom + " names no child_frame_id");
-    }
-    if (!survey_.odom.frames.empty() && survey_.odom.frames.count("") > 0) {
-      result_.problems.push_back(names_.odom + " names no frame_id");
-    }
-    for (const TopicSurvey* check : {&survey_.ranges, &survey_.landmarks}) {
-      for (const std::string& frame : check->frames) {
-        if (survey_.on_robot.count(frame) > 0) continue;
-        const std::string what = check->topic + ": nothing in /tf_static places its frame " +
-                                 quoted(frame) + " on " + quoted(survey_.base);
-        if (check == &survey_.ranges) {
-          result_.problems.push_back(what +
-                                     " (or give it in the list `antennas` of the configuration)");
-        } else {
-          result_.remarks.push_back(what);
-        }
-      }
-    }
+    check_sensor_frames(survey_.ranges, "antennas", beacon_mcl());
+    check_sensor_frames(survey_.landmarks, "sensors", fastslam());
     const auto expect = [&](const std::set<std::string>& frames, const std::string& usual,
                             const std::string& parameter) {
       for (const std::string& frame : frames) {
         if (frame.empty() || frame == usual) continue;
-        result_.remarks.push_back("frame " + quoted(frame) + " instead of " + quoted(usual) +
-                                  ": set the parameter " + parameter + " to it");
+        remark("frame " + quoted(frame) + " instead of " + quoted(usual) + ": set the parameter " +
+               parameter + " to it");
+        if (frames.size() == 1) settings_ += " --set " + word(parameter + "=" + frame);
       }
     };
-    expect(survey_.odom.frames, "odom", "odom_frame");
-    expect(survey_.base_frames, "base_link", "base_frame");
-    expect({survey_.beacon_frame}, "map", "map_frame");
+    expect(survey_.odom.frames, "odom", "frames/odom");
+    expect(survey_.base_frames, "base_link", "frames/base");
+    expect({survey_.beacon_frame}, "map", "frames/map");
     for (const auto& [parent, child] : survey_.transforms) {
       if (survey_.odom.frames.count(child) > 0) {
-        result_.remarks.push_back("/tf places " + quoted(child) + " in " + quoted(parent) +
-                                  ": another localization's; leave it out when playing the bag");
+        remark("/tf places " + quoted(child) + " in " + quoted(parent) +
+               ": another localization's; leave it out when playing the bag");
       }
     }
     if (!survey_.beacon_frame.empty() && !survey_.truth.frames.empty() &&
         survey_.truth.frames.count(survey_.beacon_frame) == 0) {
-      result_.remarks.push_back(names_.beacons + " is in " + quoted(survey_.beacon_frame) + ", " +
-                                names_.ground_truth + " in " + joined(survey_.truth.frames));
+      remark(names_.beacons + " is in " + quoted(survey_.beacon_frame) + ", " +
+             names_.ground_truth + " in " + joined(survey_.truth.frames));
+    }
+  }
+
+  void check_sensor_frames(const TopicSurvey& seen, const std::string& list, Lines* problems) {
+    for (const std::string& frame : seen.frames) {
+      if (!survey_.places_on_robot(frame)) {
+        problems->push_back(seen.topic + ": nothing in /tf_static places its frame " +
+                            quoted(frame) + " on " + quoted(survey_.base) +
+                            " (or give it in the list `" + list + "` of the configuration)");
+        continue;
+      }
+      const auto place = survey_.on_robot.find(frame);
+      if (&seen == &survey_.landmarks && place != survey_.on_robot.end() &&
+          place->second.linear()(2, 2) < kUpright) {
+        problems->push_back(seen.topic + ": the z axis of its frame " + quoted(frame) +
+                            " does not point up, so that bearings are not in the plane");
+      }
     }
   }
 
   void check_beacons() {
+    if (survey_.ranges_by_beacon.empty() && survey_.ranges.stamps.summary().messages > 0) {
+      beacon_mcl()->push_back(names_.ranges + " has no range that can be used");
+    }
     if (survey_.topic_named(names_.beacons) == nullptr) return;
     for (const std::int32_t id : survey_.beacons_twice) {
-      result_.problems.push_back("beacon " + std::to_string(id) + " is there twice in " +
-                                 names_.beacons);
+      beacon_mcl()->push_back("beacon " + std::to_string(id) + " is there twice in " +
+                              names_.beacons);
     }
     for (const auto& [id, position] : survey_.beacons) {
-      if (std::isfinite(position.x + position.y + position.z)) continue;
-      result_.problems.push_back("the position of beacon " + std::to_string(id) + " is not finite");
+      // A height that is not a number says: as high as the antenna.
+      const double height = std::isnan(position.z) ? 0.0 : position.z;
+      if (std::isfinite(position.x + position.y + height)) continue;
+      beacon_mcl()->push_back("the position of beacon " + std::to_string(id) + " is not finite");
     }
-    std::vector<std::string> unknown;
+    Lines unknown;
     std::size_t known = 0;
     for (const auto& [id, ranges] : survey_.ranges_by_beacon) {
       if (survey_.beacons.count(id) > 0) {
@@ -191,127 +218,70 @@ class Checker {
       }
     }
     if (!unknown.empty()) {
-      result_.remarks.push_back("ranges to beacons that are not in " + names_.beacons + ": " +
-                                joined(unknown, ", "));
+      remark("ranges to beacons that are not in " + names_.beacons + ": " + joined(unknown, ", "));
     }
-    if (survey_.ranges_by_beacon.empty() && survey_.ranges.stamps.summary().messages > 0) {
-      result_.problems.push_back(names_.ranges + " has no range that can be used");
-    } else if (known == 0 && !survey_.ranges_by_beacon.empty()) {
-      result_.problems.push_back("no range is to a beacon of " + names_.beacons);
+    if (known == 0 && !survey_.ranges_by_beacon.empty()) {
+      beacon_mcl()->push_back("no range is to a beacon of " + names_.beacons);
     } else if (known > 0 && known < 3) {
-      result_.remarks.push_back("ranges to only " + std::to_string(known) +
-                                " known beacons: the pose may stay ambiguous");
+      remark("ranges to only " + std::to_string(known) +
+             " known beacons: the pose may stay ambiguous");
     }
   }
 
-  void write_text() {
-    rosbag::View view(bag_);
-    const double duration =
-        view.size() > 0 ? (view.getEndTime() - view.getBeginTime()).toSec() : 0.0;
-    result_.text = bag_.getFileName() + ": " + std::to_string(view.size()) + " messages, " +
-                   fixed(duration, 1) + " s\n";
-    write_topics();
-    write_stamps();
-    write_frames();
-    write_ranges();
-  }
-
-  void write_topics() {
-    Table table({"topic", "type", "messages", "latched"});
-    for (const BagTopic& topic : survey_.topics) {
-      table.add_row(
-          {topic.name, topic.type, std::to_string(topic.messages), topic.latched ? "yes" : ""});
+  void check_landmarks() {
+    const LandmarkSurvey& seen = survey_.seen;
+    if (seen.scans == 0) return;
+    if (seen.ranges.empty()) {
+      fastslam()->push_back(names_.landmarks + " has no observation that can be used");
+      return;
     }
-    result_.text += "\n" + table.text();
-  }
-
-  void write_stamps() {
-    Table table({"stamps", "from s", "to s", "rate Hz", "period s", "longest gap s", "at s", "gaps",
-                 "out of order", "twice", "zero", "off bag time s"});
-    for (const TopicSurvey* check :
-         {&survey_.odom, &survey_.ranges, &survey_.landmarks, &survey_.truth}) {
-      const StampSummary stamps = check->stamps.summary();
-      if (stamps.messages == 0) continue;
-      table.add_row({check->topic, fixed(stamps.first, 3), fixed(stamps.last, 3),
-                     fixed(stamps.rate(), 2), fixed(stamps.median_period, 3),
-                     fixed(stamps.longest_gap, 3), fixed(stamps.longest_gap_at, 3),
-                     std::to_string(stamps.gaps), std::to_string(stamps.out_of_order),
-                     std::to_string(stamps.twice), std::to_string(stamps.zero),
-                     fixed(stamps.largest_delay, 3)});
+    const std::size_t with_id = seen.with_id();
+    if (with_id == 0) {
+      remark(names_.landmarks +
+             ": without ids; which landmark is which is found by where they are");
+    } else if (with_id < seen.ranges.size()) {
+      remark(names_.landmarks + ": " + std::to_string(seen.ranges.size() - with_id) + " of " +
+             std::to_string(seen.ranges.size()) +
+             " observations have no id and are rejected where ids are believed "
+             "(association/method mutual_exclusion takes all, without their ids)");
     }
-    if (!table.empty()) {
-      result_.text += "\n" + table.text() + "  (period: the median; gaps: longer than " +
-                      fixed(kGapFactor, 0) + " of it)\n";
+    if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
+      remark(names_.landmarks +
+             ": no id is seen twice, so that no landmark corrects the odometry "
+             "(association/method mutual_exclusion does without ids)");
     }
   }
 
-  void write_frames() {
-    Table table({"frames", "x m", "y m", "z m", "yaw deg"});
-    const auto place = [&](const std::string& topic, const std::string& frame) {
-      const auto found = survey_.on_robot.find(frame);
-      if (found == survey_.on_robot.end()) {
-        table.add_row({topic + ": " + frame + " on " + survey_.base, "?", "?", "?", "?"});
-        return;
-      }
-      const Eigen::Vector3d position = found->second.translation();
-      const Eigen::Vector3d ahead = found->second.linear().col(0);
-      table.add_row({topic + ": " + frame + " on " + survey_.base, fixed(position.x(), 3),
-                     fixed(position.y(), 3), fixed(position.z(), 3),
-                     fixed(std::atan2(ahead.y(), ahead.x()) * 180.0 / kPi, 1)});
+  /// What runs a filter on this bag.
+  std::string command(const std::string& filter) const {
+    const BagCheckTopics usual;
+    std::string text =
+        "rosrun pf_resampling run_bag " + filter + " " + word(bag_.getFileName()) + " out.bag";
+    const auto option = [&](const char* name, const std::string& topic,
+                            const std::string& default_topic) {
+      if (topic != default_topic) text += std::string(" --") + name + " " + word(topic);
     };
-    for (const std::string& frame : survey_.odom.frames) {
-      table.add_row({names_.odom + ": " + joined(survey_.base_frames) + " in " + frame});
+    option("odom", names_.odom, usual.odom);
+    if (filter == "fastslam") {
+      option("landmarks", names_.landmarks, usual.landmarks);
+    } else {
+      option("ranges", names_.ranges, usual.ranges);
+      option("beacons", names_.beacons, usual.beacons);
     }
-    for (const std::string& frame : survey_.ranges.frames) place(names_.ranges, frame);
-    for (const std::string& frame : survey_.landmarks.frames) place(names_.landmarks, frame);
-    if (!survey_.beacon_frame.empty())
-      table.add_row({names_.beacons + ": " + survey_.beacon_frame});
-    for (const std::string& frame : survey_.truth.frames)
-      table.add_row({names_.ground_truth + ": " + frame});
-    if (!table.empty()) result_.text += "\n" + table.text();
-  }
-
-  void write_ranges() {
-    Table table({"beacon", "x m", "y m", "z m", "ranges", "min m", "median m", "max m"});
-    std::set<std::int32_t> ids;
-    for (const auto& [id, position] : survey_.beacons) ids.insert(id);
-    for (const auto& [id, ranges] : survey_.ranges_by_beacon) ids.insert(id);
-    for (const std::int32_t id : ids) {
-      std::vector<std::string> row = {std::to_string(id)};
-      const auto beacon = survey_.beacons.find(id);
-      if (beacon == survey_.beacons.end()) {
-        row.insert(row.end(), {"?", "?", "?"});
-      } else {
-        row.insert(row.end(), {fixed(beacon->second.x, 3), fixed(beacon->second.y, 3),
-                               fixed(beacon->second.z, 3)});
-      }
-      const auto ranges = survey_.ranges_by_beacon.find(id);
-      if (ranges == survey_.ranges_by_beacon.end()) {
-        row.push_back("0");
-      } else {
-        std::vector<double> sorted = ranges->second;
-        std::sort(sorted.begin(), sorted.end());
-        row.insert(row.end(), {std::to_string(sorted.size()), fixed(sorted.front(), 2),
-                               fixed(sorted[sorted.size() / 2], 2), fixed(sorted.back(), 2)});
-      }
-      table.add_row(row);
-    }
-    if (!table.empty()) result_.text += "\n" + table.text();
-    const BagTopic* truth = survey_.topic_named(names_.ground_truth);
-    result_.text += "\n  ground truth: " + (truth == nullptr ? "none" : truth->type) + "\n";
+    return text + settings_;
   }
 
   const rosbag::Bag& bag_;
   const BagCheckTopics& names_;
   const BagSurvey survey_;
+  std::string settings_;  // options of run_bag for frames of other names
   BagCheck result_;
-  bool is_missing_ = false;
 };
 
 }  // namespace
 
-std::string BagCheck::verdict() const {
-  return "ready for beacon_mcl: " + (problems.empty() ? "yes" : "no: " + joined(problems, "; "));
+std::string FilterVerdict::text() const {
+  return "ready for " + filter + ": " + (is_ready() ? "yes" : "no: " + joined(problems, "; "));
 }
 
 BagCheck check_bag(const rosbag::Bag& bag, const BagCheckTopics& topics) {

@@ -7,7 +7,7 @@
 
 namespace pf_resampling {
 
-/// Where a bag has what beacon_mcl needs.
+/// Where a bag has what the filters need.
 struct BagCheckTopics {
   std::string odom = "/odom";
   std::string ranges = "/ranges";
@@ -16,14 +16,25 @@ struct BagCheckTopics {
   std::string ground_truth = "/ground_truth";
 };
 
+/// Whether a filter can run on a bag.
+struct FilterVerdict {
+  std::string filter;                 ///< "beacon_mcl" or "fastslam"
+  std::vector<std::string> problems;  ///< why it cannot, a line each
+  std::string command;                ///< what runs it, with the options that this bag needs
+
+  bool is_ready() const { return problems.empty(); }
+  /// "ready for fastslam: yes" or "ready for fastslam: no: ...".
+  std::string text() const;
+};
+
 /// What a look at a bag has found.
 struct BagCheck {
-  std::string text;                   ///< tables for people, several lines
-  std::vector<std::string> remarks;   ///< what is odd but does not hinder, a line each
-  std::vector<std::string> problems;  ///< why beacon_mcl cannot run on it, a line each
+  std::string text;                  ///< tables for people, several lines
+  std::vector<std::string> remarks;  ///< what is odd but does not hinder, a line each
+  FilterVerdict beacon_mcl{"beacon_mcl", {}, {}};
+  FilterVerdict fastslam{"fastslam", {}, {}};
 
-  /// "ready for beacon_mcl: yes" or "ready for beacon_mcl: no: ...".
-  std::string verdict() const;
+  bool is_ready_for_any() const { return beacon_mcl.is_ready() || fastslam.is_ready(); }
 };
 
 /// Looks at topics, rates, gaps, stamps, frames, numbers and ids. Throws Error if the bag is

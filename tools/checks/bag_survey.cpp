@@ -140,13 +140,26 @@ class Surveyor {
     const auto scan = instance.instantiate<LandmarkObservationArray>();
     if (scan == nullptr) return;
     note_header(instance, scan->header, &survey_.landmarks);
+    ++survey_.seen.scans;
     for (const auto& seen : scan->observations) {
-      if (!std::isfinite(seen.range) || !std::isfinite(seen.bearing)) {
+      if (!std::isfinite(seen.range) || !std::isfinite(seen.bearing) ||
+          !std::isfinite(seen.range_variance) || !std::isfinite(seen.bearing_variance)) {
         ++survey_.landmarks.not_finite;
       } else if (seen.range <= 0.0 || seen.range_variance < 0.0 || seen.bearing_variance < 0.0) {
         ++survey_.landmarks.impossible;
+      } else {
+        note_landmark(seen);
       }
     }
+  }
+
+  void note_landmark(const LandmarkObservation& seen) {
+    LandmarkSurvey& all = survey_.seen;
+    const bool is_first = all.ranges.empty();
+    all.least_bearing = is_first ? seen.bearing : std::min(all.least_bearing, seen.bearing);
+    all.largest_bearing = is_first ? seen.bearing : std::max(all.largest_bearing, seen.bearing);
+    all.ranges.push_back(seen.range);
+    if (seen.id >= 0) ++all.by_id[seen.id];
   }
 
   void read_truth(const rosbag::MessageInstance& instance) {
@@ -183,10 +196,36 @@ class Surveyor {
 
 }  // namespace
 
+std::size_t LandmarkSurvey::with_id() const {
+  std::size_t count = 0;
+  for (const auto& [id, times] : by_id) count += times;
+  return count;
+}
+
+std::size_t LandmarkSurvey::seen_once() const {
+  return static_cast<std::size_t>(std::count_if(
+      by_id.begin(), by_id.end(), [](const auto& landmark) { return landmark.second == 1; }));
+}
+
 const BagTopic* BagSurvey::topic_named(const std::string& name) const {
   const auto found = std::find_if(topics.begin(), topics.end(),
                                   [&](const BagTopic& topic) { return topic.name == name; });
   return found == topics.end() ? nullptr : &*found;
+}
+
+bool BagSurvey::places_on_robot(const std::string& frame) const {
+  if (on_robot.count(frame) > 0) return true;
+  // Up the tree of /tf, which has no circle of more frames than it has transforms.
+  std::string current = frame;
+  for (std::size_t step = 0; step < transforms.size(); ++step) {
+    const auto up = std::find_if(
+        transforms.begin(), transforms.end(),
+        [&](const auto& parent_and_child) { return parent_and_child.second == current; });
+    if (up == transforms.end()) return false;
+    current = up->first;
+    if (on_robot.count(current) > 0) return true;
+  }
+  return false;
 }
 
 BagSurvey survey_bag(const rosbag::Bag& bag, const BagCheckTopics& names) {

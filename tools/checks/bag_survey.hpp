@@ -26,6 +26,19 @@ struct TopicSurvey {
   std::size_t impossible = 0;  ///< quaternions that are none, ranges <= 0, negative variances
 };
 
+/// What was gathered of the landmark observations that can be used.
+struct LandmarkSurvey {
+  std::size_t scans = 0;                      ///< messages; also those without an observation
+  std::map<std::int32_t, std::size_t> by_id;  ///< how often each id was seen
+  std::vector<double> ranges;                 ///< m, of all
+  double least_bearing = 0.0;                 ///< rad
+  double largest_bearing = 0.0;               ///< rad
+
+  std::size_t with_id() const;
+  /// How many ids were seen in no more than one observation.
+  std::size_t seen_once() const;
+};
+
 /// What is in a bag, before anything is judged.
 struct BagSurvey {
   std::vector<BagTopic> topics;
@@ -41,9 +54,12 @@ struct BagSurvey {
   std::map<std::int32_t, geometry_msgs::Point> beacons;
   std::vector<std::int32_t> beacons_twice;
   std::map<std::int32_t, std::vector<double>> ranges_by_beacon;  ///< those that can be used, m
+  LandmarkSurvey seen;
 
   /// The topic of that name; null if the bag has none.
   const BagTopic* topic_named(const std::string& name) const;
+  /// Whether /tf_static, or else /tf, says where a frame is on the robot.
+  bool places_on_robot(const std::string& frame) const;
 };
 
 /// Reads a bag through. Throws Error if it is damaged.

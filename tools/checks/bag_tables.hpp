@@ -1,0 +1,15 @@
+#pragma once
+
+#include <rosbag/bag.h>
+
+#include <string>
+
+#include "bag_check.hpp"
+#include "bag_survey.hpp"
+
+namespace pf_resampling {
+
+/// What is in a bag, as tables: topics, stamps, frames, ranges per beacon, landmark observations.
+std::string tables_of(const rosbag::Bag& bag, const BagCheckTopics& names, const BagSurvey& survey);
+
+}  // namespace pf_resampling
