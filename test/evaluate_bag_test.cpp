@@ -6,6 +6,7 @@
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
+#include <pf_resampling/ParticleErrors.h>
 
 #include <cmath>
 #include <limits>
@@ -206,7 +207,8 @@ class EvaluateSlamBag : public EvaluateBag {
  protected:
   static constexpr double kShrink = 0.98;  // about the middle, (10, 10)
 
-  std::string slam_bag(const Pose2& frame, bool with_initial_pose, int first_id) const {
+  std::string slam_bag(const Pose2& frame, bool with_initial_pose, int first_id,
+                       bool with_particle_errors = false) const {
     std::string path = directory_.file("slam.bag");
     BagWriter bag(path);
     const ros::Time start(kStart);
@@ -268,6 +270,14 @@ class EvaluateSlamBag : public EvaluateBag {
       status.renewals = static_cast<std::uint64_t>(i / 2);
       status.renewed = i % 2 == 1;
       bag.write("/status", time, status);
+      if (i % 100 != 0 || !with_particle_errors) continue;
+      // At 0, 10, 20, 30 and 40 s; at the first no particle has a landmark yet.
+      ParticleErrors particles;
+      particles.header.stamp = time;
+      particles.features = i == 0 ? 0 : 400;
+      particles.feature_rms = i == 0 ? 0.0 : 0.1 * side + (i == 400 ? 0.2 : 0.0);
+      particles.position_rms = i == 100 ? 0.9 : 0.1;
+      bag.write("/particle_errors", time, particles);
     }
     bag.write("/landmark_map", ros::Time(kStart + 40.0), LandmarkMap());
     bag.write("/landmark_map", ros::Time(kStart + 40.1), estimated);
@@ -303,6 +313,32 @@ TEST_F(EvaluateSlamBag, JudgesMapAndShapeWhateverTheFrame) {
   EXPECT_EQ(filter["particles"], 100);
   EXPECT_NEAR(filter["mean_distinct_ancestors"], 30.0, 1e-9);
   EXPECT_NEAR(filter["mean_effective_sample_size"], (201 * 40.0 + 200 * 80.0) / 401.0, 1e-9);
+}
+
+TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
+  EXPECT_EQ(evaluate(slam_bag({}, false, 10)).count("particles"), 0u);
+  const std::string bag = slam_bag({}, false, 10, true);
+  json particles = evaluate(bag)["particles"];
+  EXPECT_EQ(particles["updates"], 5);
+  // Of landmarks 0.1, 0.2, 0.3 and 0.5 m: an update before the first landmark has no such error.
+  EXPECT_NEAR(particles["feature_rms"]["mean"], 0.275, 1e-9);
+  EXPECT_NEAR(particles["feature_rms"]["max"], 0.5, 1e-9);
+  EXPECT_NEAR(particles["feature_rms"]["last"], 0.5, 1e-9);
+  EXPECT_NEAR(particles["position_rms"]["mean"], (4 * 0.1 + 0.9) / 5.0, 1e-9);
+  EXPECT_NEAR(particles["position_rms"]["max"], 0.9, 1e-9);
+  EXPECT_NEAR(particles["position_rms"]["last"], 0.1, 1e-9);
+  // Of the first half nothing counts: 30 and 40 s are left.
+  particles = evaluate(bag + " --clip 0.55")["particles"];
+  EXPECT_EQ(particles["updates"], 2);
+  EXPECT_NEAR(particles["feature_rms"]["mean"], 0.4, 1e-9);
+  EXPECT_NEAR(particles["position_rms"]["max"], 0.1, 1e-9);
+
+  const ProgramResult printed = run_program("evaluate_bag " + bag);
+  for (const char* text :
+       {"landmarks (K eq. 5), RMS:       mean 0.275 m, max 0.500 m, last 0.500 m",
+        "positions (K eq. 6), RMS:       mean 0.260 m, max 0.900 m, last 0.100 m"}) {
+    EXPECT_NE(printed.out.find(text), std::string::npos) << text << "\n" << printed.out;
+  }
 }
 
 TEST_F(EvaluateSlamBag, MatchesByNearestWhereIdsMeanNothing) {

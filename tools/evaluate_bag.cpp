@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 
 #include "batch/batch_slam.hpp"
@@ -24,7 +25,7 @@ namespace po = boost::program_options;
 CommandLine command_line() {
   CommandLine line("evaluate_bag",
                    "Errors of an estimated path and map against the ground truth in the same bag.");
-  line.positional("bag", "what run_bag or beacon_mcl.launch recorded");
+  line.positional("bag", "what run_bag or a launch file recorded");
   line.options()("clip", po::value<double>()->default_value(0.0)->value_name("SHARE"),
                  "share of the time, from the start, left out of the errors; in [0, 1)")(
       "json", po::value<std::string>()->value_name("FILE"), "write the figures as JSON")(
@@ -51,6 +52,9 @@ CommandLine command_line() {
                   "observations, for --batch")(
       "status", po::value<std::string>()->default_value("/status")->value_name("TOPIC"),
       "the filter's status, for its particles")(
+      "particle-errors",
+      po::value<std::string>()->default_value("/particle_errors")->value_name("TOPIC"),
+      "errors of the particles' poses and maps, as run_bag writes them")(
       "match", po::value<std::string>()->default_value("auto")->value_name("HOW"),
       "which true landmark an estimated one is: id, nearest, or auto: by id if the ids fit")(
       "gate", po::value<double>()->default_value(0.0)->value_name("METRES"),
@@ -157,6 +161,15 @@ BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& od
   return batch;
 }
 
+/// When the part that is left out of the errors ends, s.
+double end_of_clipped(const PathErrors& errors) {
+  double end = -std::numeric_limits<double>::infinity();
+  for (const PathErrorSample& sample : errors.samples) {
+    if (sample.is_clipped) end = std::max(end, sample.time);
+  }
+  return end;
+}
+
 int evaluate_bag(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
@@ -237,6 +250,8 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
     map_options.first_alignment = evaluation.estimate_aligned.alignment;
     evaluation.map = evaluate_map(plot.landmarks, *true_map, map_options);
   }
+  evaluation.particles = summarize(read_particle_errors(bag, topic("particle-errors")),
+                                   end_of_clipped(evaluation.estimate));
   evaluation.filter = read_filter_summary(bag, topic("status"));
   if (with_batch) {
     evaluation.batch = compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth,

@@ -9,6 +9,7 @@
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
+#include <pf_resampling/ParticleErrors.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -277,6 +278,19 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   summary.mean_distinct_ancestors =
       renewals > 0 ? ancestors_of_renewals / renewals : ancestors / messages;
   return summary;
+}
+
+std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
+                                                        const std::string& topic) {
+  std::vector<StampedParticleErrors> list;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto errors = instance.instantiate<pf_resampling::ParticleErrors>();
+    if (!errors) return;
+    list.push_back(
+        {stamp_of(instance, *errors), errors->feature_rms, errors->features, errors->position_rms});
+  });
+  sort_by_time(&list);
+  return list;
 }
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

@@ -1,5 +1,6 @@
 #include "common/evaluation_report.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -54,6 +55,16 @@ json to_json(const FilterSummary& summary) {
           {"last_distinct_ancestors", summary.last_distinct_ancestors}};
 }
 
+json to_json(const ParticleErrorSummary::Series& series) {
+  return {{"mean", series.mean}, {"max", series.max}, {"last", series.last}};
+}
+
+json to_json(const ParticleErrorSummary& particles) {
+  return {{"feature_rms", particles.feature_rms ? to_json(*particles.feature_rms) : json(nullptr)},
+          {"position_rms", to_json(particles.position_rms)},
+          {"updates", particles.updates}};
+}
+
 json to_json(const BatchComparison& batch) {
   return {{"cartesian", to_json(batch.errors.cartesian)},
           {"cartesian_aligned", to_json(batch.aligned.cartesian)},
@@ -106,6 +117,15 @@ void print(const FilterSummary& filter) {
               static_cast<unsigned long long>(filter.renewals));
 }
 
+void print(const ParticleErrorSummary& particles) {
+  const auto line = [](const char* what, const ParticleErrorSummary::Series& series) {
+    std::printf("  particles' %s mean %s, max %s, last %s\n", what, metres(series.mean).c_str(),
+                metres(series.max).c_str(), metres(series.last).c_str());
+  };
+  if (particles.feature_rms) line("landmarks (K eq. 5), RMS:      ", *particles.feature_rms);
+  line("positions (K eq. 6), RMS:      ", particles.position_rms);
+}
+
 void print(const BatchComparison& batch) {
   std::printf("  batch solution of the same data:           path aligned %s",
               metres(batch.aligned.cartesian.mean).c_str());
@@ -116,7 +136,45 @@ void print(const BatchComparison& batch) {
   std::printf("\n");
 }
 
+class SeriesSummary {
+ public:
+  void add(double value) {
+    ++count_;
+    sum_ += value;
+    series_.max = std::max(series_.max, value);
+    series_.last = value;
+  }
+  int count() const { return count_; }
+  ParticleErrorSummary::Series series() const {
+    ParticleErrorSummary::Series result = series_;
+    result.mean = sum_ / count_;
+    return result;
+  }
+
+ private:
+  int count_ = 0;
+  double sum_ = 0.0;
+  ParticleErrorSummary::Series series_;
+};
+
 }  // namespace
+
+std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
+                                              double clipped_until) {
+  SeriesSummary features;
+  SeriesSummary positions;
+  for (const StampedParticleErrors& update : errors) {
+    if (update.time <= clipped_until) continue;
+    positions.add(update.position_rms);
+    if (update.features > 0) features.add(update.feature_rms);
+  }
+  if (positions.count() == 0) return std::nullopt;
+  ParticleErrorSummary summary;
+  summary.updates = positions.count();
+  summary.position_rms = positions.series();
+  if (features.count() > 0) summary.feature_rms = features.series();
+  return summary;
+}
 
 nlohmann::json to_json(const Evaluation& evaluation) {
   const PathErrors& estimate = evaluation.estimate;
@@ -145,6 +203,7 @@ nlohmann::json to_json(const Evaluation& evaluation) {
   }
   if (evaluation.map) result["map"] = to_json(*evaluation.map);
   if (evaluation.filter) result["filter"] = to_json(*evaluation.filter);
+  if (evaluation.particles) result["particles"] = to_json(*evaluation.particles);
   if (evaluation.batch) {
     result["batch"] = to_json(*evaluation.batch);
     result["batch_ratio"] = to_json(evaluation.batch->path_ratio);
@@ -210,6 +269,7 @@ void print(const std::string& bag, const Evaluation& evaluation) {
   }
   if (evaluation.map) print(*evaluation.map);
   if (evaluation.filter) print(*evaluation.filter);
+  if (evaluation.particles) print(*evaluation.particles);
   if (evaluation.batch) print(*evaluation.batch);
 }
 

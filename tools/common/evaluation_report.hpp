@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/bag_contents.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
@@ -24,6 +25,21 @@ struct BatchComparison {
   int outliers = 0;
 };
 
+/// Errors of the particles over a run (Kwak, Kim, Lee, eqs. 5 and 6), in metres.
+struct ParticleErrorSummary {
+  struct Series {
+    double mean = 0.0;  ///< over the updates
+    double max = 0.0;
+    double last = 0.0;
+  };
+  std::optional<Series> feature_rms;  ///< of the landmarks of all particles; none was a true one
+  Series position_rms;                ///< of the particles' positions
+  int updates = 0;
+};
+/// Of the updates after `clipped_until` (s); nothing if there are none.
+std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
+                                              double clipped_until);
+
 /// What evaluate_bag found.
 struct Evaluation {
   double clip = 0.0;
@@ -35,6 +51,7 @@ struct Evaluation {
   std::optional<AlignedPathErrors> dead_reckoning_aligned;
   std::optional<MapErrors> map;
   std::optional<FilterSummary> filter;
+  std::optional<ParticleErrorSummary> particles;
   std::optional<BatchComparison> batch;
 };
 
