@@ -241,5 +241,6 @@ int main(int argc, char** argv) {
   unit.text = "us of processor time per update of the store, 100 particles; columns: landmarks";
   unit.per_particle = false;
   unit.nanoseconds = 1000.0;
+  unit.with_growth = true;
   return run_and_report(argc, argv, "Landmark store", unit);
 }

@@ -81,7 +81,8 @@ class TableReporter : public benchmark::BenchmarkReporter {
   void Finalize() override {
     std::fprintf(stderr, "\n");
     std::printf("%s\n", title_.c_str());
-    std::printf("%s, median of the repetitions; (how many times ours)\n", unit_.text.c_str());
+    std::printf("%s, median of the repetitions; (how many times ours)%s\n", unit_.text.c_str(),
+                unit_.with_growth ? " [how many times the first column]" : "");
     std::printf("on %s, compiled by g++ %s\n",
                 first_line_with("/proc/cpuinfo", "model name").c_str(), __VERSION__);
     std::ifstream load("/proc/loadavg");
@@ -113,6 +114,9 @@ class TableReporter : public benchmark::BenchmarkReporter {
         char text[40] = "-";
         if (time > 0.0 && ours > 0.0 && item.contender != "ours") {
           std::snprintf(text, sizeof text, "%.2f (%5.1f)", time, time / ours);
+        } else if (time > 0.0 && unit_.with_growth) {
+          cell.particles = *sizes.begin();
+          std::snprintf(text, sizeof text, "%.2f [%5.2f]", time, time / median(cell));
         } else if (time > 0.0) {
           std::snprintf(text, sizeof text, "%.2f        ", time);
         }

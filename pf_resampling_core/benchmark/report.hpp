@@ -18,6 +18,8 @@ struct TableUnit {
   std::string text = "ns of processor time per particle";
   bool per_particle = true;  ///< times are divided by `particles` of measure()
   double nanoseconds = 1.0;  ///< of one unit
+  /// Beside our times, in square brackets, how many times that of the first size they are.
+  bool with_growth = false;
 };
 
 /// Runs all measurements and prints a table of times, with the ratio to ours, and where it ran.
