@@ -13,6 +13,8 @@ namespace {
 using nlohmann::json;
 using Figures = CompensationFigures;
 
+constexpr double kTooLarge = 10000.0;  // for a table
+
 std::string signed_text(double value, int decimals) {
   return (value < 0.0 ? "" : "+") + fixed(value, decimals);
 }
@@ -108,7 +110,10 @@ std::string table_of(const std::vector<const CompensationCell*>& cells,
   for (const CompensationCell* cell : cells) {
     std::vector<std::string> row = {cell->variant.name};
     for (const FigureDescription* each : described) {
-      row.push_back(with_error(cell->mean(each->value), each->decimals));
+      const MeanEstimate mean = cell->mean(each->value);
+      // As the NEES of a population of which one particle has all the weight.
+      row.push_back(mean.mean > kTooLarge ? "> " + fixed(kTooLarge, 0)
+                                          : with_error(mean, each->decimals));
     }
     for (const FigureDescription* each : compared) {
       const MeanEstimate difference =

@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 
+#include "average.hpp"
 #include "for_each_index.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
@@ -104,19 +105,6 @@ double squared_mahalanobis(const Eigen::Vector2d& error, const Eigen::Matrix2d& 
   if (!(covariance.determinant() > 0.0)) return std::numeric_limits<double>::infinity();
   return error.dot(covariance.inverse() * error);
 }
-
-class Average {
- public:
-  void add(double value) {
-    sum_ += value;
-    ++count_;
-  }
-  double value() const { return count_ > 0 ? sum_ / count_ : 0.0; }
-
- private:
-  double sum_ = 0.0;
-  int count_ = 0;
-};
 
 /// One run: its figures, and their course over the scans.
 class Run {
@@ -285,6 +273,14 @@ const CompensationCell* CompensationStudy::find(const std::string& name) const {
     return cell.variant.name == name;
   });
   return found == cells.end() ? nullptr : &*found;
+}
+
+bool is_reference(const CompensationStudy& study) {
+  FastSlamOptions given = study.options.base;
+  FastSlamOptions paper = paper_k_options();
+  given.threads = paper.threads;
+  return study.world == "indoor_two_loops" &&
+         to_yaml(parameters_of(&given)) == to_yaml(parameters_of(&paper));
 }
 
 CompensationStudy run_compensation_study(const World& world,

@@ -80,6 +80,9 @@ struct CompensationStudy {
   const CompensationCell* find(const std::string& name) const;
 };
 
+/// Whether it is of K's filter on the reference world: what others measured can stand beside it.
+bool is_reference(const CompensationStudy& study);
+
 /// Runs it. `progress` is called with the number of runs that are done. Throws Error on options
 /// that make no sense and on a world without landmarks.
 CompensationStudy run_compensation_study(const World& world,
@@ -91,10 +94,10 @@ CompensationStudy run_compensation_study(const World& world,
 std::string to_markdown(const CompensationStudy& study);
 /// The verdicts alone.
 std::string verdicts_to_markdown(const CompensationStudy& study);
-/// On the reference world, beside the figures of others: the prototype's and K's tables. Empty
-/// elsewhere.
+/// Beside the figures of others: the prototype's and K's tables. Empty unless is_reference().
 std::string references_to_markdown(const CompensationStudy& study);
-/// What the figures mean, in words. Empty if the study lacks what it is about.
+/// What the figures mean, in words. Empty unless is_reference(), or if the study lacks a filter
+/// that it is about.
 std::string discussion_to_markdown(const CompensationStudy& study);
 
 /// The figures of every run, the curves and the verdicts.
