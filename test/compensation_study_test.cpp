@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "common/files.hpp"
@@ -243,6 +244,27 @@ TEST(CompensationProgram, TakesOtherWorldsAndSettingsAndSaysSo) {
       run_program("study compensation --seeds 2 --variants RSR --set particles=20");
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_TRUE(contains(result.out, "but for `particles` = 20")) << result.out.substr(0, 500);
+}
+
+TEST(CompensationProgram, HasItsPicturesDrawn) {
+  const std::string script =
+      "/usr/bin/python3 " + std::string(PF_RESAMPLING_SOURCE) + "/scripts/plot_compensation.py ";
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "matplotlib is not installed";
+  }
+  const TemporaryDirectory directory;
+  const std::string study = directory.file("study.json");
+  const ProgramResult result = run_program(
+      "study compensation --seeds 2 --variants 'NR,RSR,RBR,compensation,compensation "
+      "20 %,RSR M=500' --json " +
+      study);
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  for (const std::string picture : {"courses", "tradeoff"}) {
+    const std::string file = directory.file(picture + ".png");
+    EXPECT_EQ(std::system((script + picture + " " + study + " " + file).c_str()), 0);
+    EXPECT_EQ(read_file(file).substr(1, 3), "PNG");
+  }
+  EXPECT_NE(std::system((script + "weather " + study + " x.png 2>/dev/null").c_str()), 0);
 }
 
 TEST(CompensationProgram, RefusesBadInputInOneLine) {
