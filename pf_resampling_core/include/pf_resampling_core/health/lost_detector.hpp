@@ -1,0 +1,48 @@
+#pragma once
+
+namespace pf_resampling {
+
+/// What a robot's innovations look like when its filter is right, and when it is lost.
+struct LostDetectorOptions {
+  double outlier_share = 0.05;   ///< of observations that say nothing although the filter is right
+  double lost_spread = 10.0;     ///< innovations of a lost filter, in their expected deviations
+  double time_to_loss = 3600.0;  ///< s, mean, from right to lost
+  double time_to_recovery = 60.0;  ///< s, mean, back
+};
+
+/// Am I lost? A hidden Markov model with two states, right and lost, whose observations are the
+/// filter's innovations: normalised ones of a filter that is right are standard normal but for
+/// outliers, those of a lost one are `lost_spread` times as wide (forward algorithm; Rabiner 1989).
+class LostDetector {
+ public:
+  /// Throws Error on options that make no sense.
+  explicit LostDetector(const LostDetectorOptions& options = {});
+
+  /// Takes an innovation: its squared Mahalanobis distance, of `dimensions` numbers (1 a range, 2
+  /// range and bearing), `duration` s after the one before. What is not finite is passed over.
+  void observe(double squared_distance, int dimensions, double duration);
+
+  /// Probability that the filter is lost, given all innovations so far.
+  double probability() const { return probability_; }
+
+  /// Running mean of the squared distances per dimension, over about the last 40 innovations: 1
+  /// is expected.
+  double normalized_innovation() const { return normalized_innovation_; }
+
+  /// As after construction: the filter started anew.
+  void reset();
+
+ private:
+  LostDetectorOptions options_;
+  double probability_ = 0.0;
+  double normalized_innovation_ = 1.0;
+};
+
+/// Probability that a belief with this deviation of the position (m) is none, in a scene in which
+/// `unknown` (m) counts as not knowing: 1 - exp(-(sigma/unknown)^2).
+double unknown_probability(double position_sigma, double unknown);
+
+/// That either is the case.
+double either_probability(double first, double second);
+
+}  // namespace pf_resampling
