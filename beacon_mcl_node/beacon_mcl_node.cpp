@@ -37,6 +37,8 @@ class BeaconMclNode {
     };
   }
 
+  bool process_next() { return pipeline_.process_next(); }
+
  private:
   BeaconMclSinks sinks() {
     BeaconMclSinks sinks;
@@ -76,10 +78,11 @@ int main(int argc, char** argv) {
   ros::NodeHandle node;
   try {
     pf_resampling::BeaconMclPipelineOptions options;
+    options.deferred = true;
     pf_resampling::for_each_configuration(ros::NodeHandle("~"),
                                           [&](const auto& part) { apply(part, &options); });
     pf_resampling::BeaconMclNode localization(&node, options);
-    ros::spin();
+    pf_resampling::spin([&] { return localization.process_next(); });
   } catch (const pf_resampling::Error& error) {
     std::fprintf(stderr, "beacon_mcl_node: %s\n", error.what());
     return 1;

@@ -5,14 +5,15 @@
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "pf_resampling/conversions.hpp"
 #include "pf_resampling/input_checks.hpp"
+#include "pf_resampling/markers.hpp"
 #include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 namespace {
 
-// Weight of a new range in the running mean of how well ranges fit.
-constexpr double kMisfitRate = 0.05;
+// Share of the extent of the beacons above which the position counts as not known.
+constexpr double kUnknownPosition = 0.1;
 
 bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& second) {
   return std::equal(first.begin(), first.end(), second.begin(), second.end(),
@@ -43,7 +44,7 @@ void BeaconMclPipeline::start_filter(const std::vector<Beacon>& beacons) {
                                         static_cast<std::uint64_t>(options_.seed), calibration);
   latest_ranges_.clear();
   publisher_.clear_path();
-  misfit_ = 1.0;
+  lost_.reset();
   odometry_.restart_at_oldest(options_.filter.odometry);
   if (pending_start_) {
     start_about(pending_start_->first, pending_start_->second);
@@ -64,7 +65,7 @@ void BeaconMclPipeline::handle(const nav_msgs::Odometry& message) {
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
   }
   if (taken.time_jumped_back) forget_time();
-  process_ready_ranges();
+  process_ready();
   carry_belief_forward();
   if (const auto belief = estimate()) {
     publisher_.publish_pose(odometry_.newest(), *belief, odometry_.newest_pose());
@@ -88,7 +89,7 @@ void BeaconMclPipeline::handle(const BeaconRange& range) {
                           (filter_ ? "odometry" : "the beacons") + ": the oldest is dropped"});
     ranges_.pop_front();
   }
-  process_ready_ranges();
+  process_ready();
 }
 
 void BeaconMclPipeline::handle(const BeaconArray& message) {
@@ -105,7 +106,7 @@ void BeaconMclPipeline::handle(const BeaconArray& message) {
   } catch (const Error& error) {
     return reject("beacons", {RejectReason::filter_error, error.what()});
   }
-  process_ready_ranges();
+  process_ready();
 }
 
 void BeaconMclPipeline::handle(const geometry_msgs::PoseWithCovarianceStamped& message) {
@@ -135,7 +136,7 @@ void BeaconMclPipeline::global_localization() {
   if (!filter_) return;
   filter_->global_localization();
   publisher_.clear_path();
-  misfit_ = 1.0;
+  lost_.reset();
   take_belief();
 }
 
@@ -143,7 +144,7 @@ void BeaconMclPipeline::reset() {
   odometry_.clear();
   forget_time();
   if (filter_) filter_->reset();
-  misfit_ = 1.0;
+  lost_.reset();
   publisher_.clear_path();
   take_belief();
 }
@@ -175,11 +176,29 @@ void BeaconMclPipeline::start_about(const PoseEstimate& start, ros::Time stamp) 
   }
   odometry_.restart_at(stamp, options_.filter.odometry);
   publisher_.clear_path();
-  misfit_ = 1.0;
+  lost_.reset();
   take_belief();
 }
 
-void BeaconMclPipeline::process_ready_ranges() {
+void BeaconMclPipeline::process_ready() {
+  while (!options_.deferred && process_next()) {
+  }
+}
+
+// The oldest first, as long as there is another to use.
+void BeaconMclPipeline::drop_late() {
+  while (ranges_.size() > 1 && !odometry_.empty() &&
+         ranges_[1].header.stamp <= odometry_.newest() &&
+         (odometry_.newest() - ranges_.front().header.stamp).toSec() > options_.max_latency) {
+    reject("ranges", {RejectReason::overload,
+                      "computation does not keep up: what has waited longer "
+                      "than range_input/max_latency is dropped"});
+    ranges_.pop_front();
+  }
+}
+
+bool BeaconMclPipeline::process_next() {
+  if (options_.deferred) drop_late();
   while (filter_ && !ranges_.empty() && !odometry_.empty() &&
          ranges_.front().header.stamp <= odometry_.newest()) {
     const ros::Time first = ranges_.front().header.stamp;
@@ -196,7 +215,9 @@ void BeaconMclPipeline::process_ready_ranges() {
       ranges_.pop_front();
     }
     update(group);
+    return true;
   }
+  return false;
 }
 
 void BeaconMclPipeline::update(const std::vector<BeaconRange>& group) {
@@ -216,14 +237,17 @@ void BeaconMclPipeline::update(const std::vector<BeaconRange>& group) {
 
   odometry_.use_until(stamp, options_.filter.odometry);
   take_belief();
+  const double since_last = last_range_.isZero() ? 0.0 : (stamp - last_range_).toSec();
   last_range_ = stamp;
+  timing_.add(update_time, stamp);
+  latency_ = (odometry_.newest() - stamp).toSec();
   for (const RangeObservation& observation : observations) {
     latest_ranges_[observation.beacon] = {stamp, observation.range, observation.antenna.z()};
   }
   const BeaconMclStatus& status = filter_->status();
   if (status.innovation_sigma > 0.0) {
     const double ratio = status.innovation / status.innovation_sigma;
-    misfit_ += kMisfitRate * (ratio * ratio - misfit_);
+    lost_.observe(ratio * ratio, 1, since_last);
   }
   publish_status(stamp, update_time);
 }
@@ -253,6 +277,14 @@ void BeaconMclPipeline::carry_belief_forward() {
   take_belief();
 }
 
+double BeaconMclPipeline::lost_probability() const {
+  const std::optional<PoseEstimate> belief = estimate();
+  if (!belief) return 1.0;
+  const double unknown = kUnknownPosition * extent_of(filter_->beacons());
+  return either_probability(lost_.probability(),
+                            unknown_probability(position_sigma(*belief), unknown));
+}
+
 void BeaconMclPipeline::take_belief() {
   belief_.reset();
   if (!filter_ || !filter_->is_initialized()) return;
@@ -269,7 +301,7 @@ void BeaconMclPipeline::forget_time() {
   publisher_.clear_path();
   if (filter_ && options_.restart_after_jump_back) {
     filter_->reset();
-    misfit_ = 1.0;
+    lost_.reset();
   }
   take_belief();
 }

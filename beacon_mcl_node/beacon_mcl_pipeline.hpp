@@ -17,10 +17,12 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/dead_reckoning.hpp"
+#include "pf_resampling/diagnostics.hpp"
 #include "pf_resampling/pipeline_sinks.hpp"
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
 #include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/health/lost_detector.hpp"
 
 namespace pf_resampling {
 
@@ -51,6 +53,15 @@ class BeaconMclPipeline {
   void global_localization();
   void reset();
 
+  /// With options.deferred, what handle() is given only waits: a caller that takes all that has
+  /// come before every call of this stays up to date whatever an update costs. Uses the next
+  /// observation that odometry covers; when more than one waits, those older than max_latency are
+  /// dropped first. Returns whether there was one.
+  bool process_next();
+
+  /// Probability that the belief is wrong, or none.
+  double lost_probability() const;
+
   /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
   /// the bit; another particle count takes effect at the next update. Throws Error that says why
   /// none.
@@ -77,7 +88,8 @@ class BeaconMclPipeline {
 
   void start_filter(const std::vector<Beacon>& beacons);
   void start_about(const PoseEstimate& start, ros::Time stamp);
-  void process_ready_ranges();
+  void process_ready();
+  void drop_late();
   void update(const std::vector<BeaconRange>& group);
   std::optional<RangeObservation> to_observation(const BeaconRange& range);
   void carry_belief_forward();
@@ -109,7 +121,10 @@ class BeaconMclPipeline {
   RejectCounter rejects_;
   std::map<int, LatestRange> latest_ranges_;
   BeliefPublisher publisher_;
-  double misfit_ = 1.0;  // running mean of the squared innovation over its expected variance
+  LostDetector lost_;
+  UpdateTiming timing_;
+  double latency_ = 0.0;
+  std::uint64_t reported_drops_ = 0;
   std::uint64_t reported_rejects_ = 0;
   std::int64_t reported_weight_resets_ = 0;
   ros::Time last_range_;

@@ -11,11 +11,8 @@ namespace {
 
 // Beacons stand still: their markers are repeated for viewers that come late.
 constexpr double kBeaconMarkerPeriod = 5.0;  // s
-// Squared innovations over their expected variance are 1 on average; this says that the ranges do
-// not fit the belief.
-constexpr double kMisfitLimit = 6.0;
-// Share of the extent of the beacons above which the position counts as not known.
-constexpr double kUnknownPosition = 0.1;
+// Above this probability of being lost there is a warning.
+constexpr double kLostWarning = 0.5;
 
 bool is_finite(const FilterStatus& status) {
   bool finite = std::isfinite(status.effective_sample_size) &&
@@ -103,6 +100,9 @@ void BeaconMclPipeline::publish_status(ros::Time stamp, double update_time) {
   message.innovation = filter.innovation;
   message.innovation_sigma = filter.innovation_sigma;
   message.update_time = update_time;
+  message.latency = latency_;
+  message.lost = lost_probability();
+  message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(ranges_.size());
   message.rejects = to_messages(rejects_);
   for (const CalibrationEstimate& estimate : filter_->calibration()) {
@@ -138,11 +138,11 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
     const double sigma = position_sigma(*belief);
     if (!std::isfinite(sigma)) {
       worsen(DiagnosticStatus::ERROR, "the belief is not finite", &localization);
-    } else if (sigma > kUnknownPosition * extent_of(filter_->beacons())) {
-      worsen(DiagnosticStatus::WARN, "position not known yet", &localization);
     }
-    if (misfit_ > kMisfitLimit) {
+    if (lost_.probability() > kLostWarning) {
       worsen(DiagnosticStatus::WARN, "the ranges do not fit the belief: lost?", &localization);
+    } else if (lost_probability() > kLostWarning) {
+      worsen(DiagnosticStatus::WARN, "position not known yet", &localization);
     }
     const BeaconMclStatus& status = filter_->status();
     if (status.weight_resets > reported_weight_resets_) {
@@ -150,7 +150,9 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
     }
     reported_weight_resets_ = status.weight_resets;
     add_value("position sigma [m]", number_text(sigma), &localization);
-    add_value("misfit (1 expected)", number_text(misfit_), &localization);
+    add_value("lost (probability)", number_text(lost_probability()), &localization);
+    add_value("normalized innovation (1 expected)", number_text(lost_.normalized_innovation()),
+              &localization);
     add_value("particles", std::to_string(status.particles), &localization);
     add_value("effective sample size", number_text(status.effective_sample_size), &localization);
     add_value("updates", std::to_string(status.updates), &localization);
@@ -169,6 +171,8 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
   array.status.push_back(inputs_diagnostic("beacon_mcl: inputs", stamp, odometry_, "ranges",
                                            last_range_, ranges_.size(), rejects_,
                                            &reported_rejects_));
+  array.status.push_back(timing_diagnostic("beacon_mcl: timing", timing_, latency_, rejects_,
+                                           "ranges", &reported_drops_));
   sinks_.diagnostics(array);
 }
 

@@ -15,6 +15,9 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
                                       "A range newer than the odometry by more is rejected."));
   list.push_back(real_parameter("range_input/simultaneous", &options->simultaneous, 0.0, 1.0, "s",
                                 "Ranges closer than this are taken together."));
+  list.push_back(real_above_parameter(
+      "range_input/max_latency", &options->max_latency, 0.0, 1e6, "s",
+      "Live: when computation does not keep up, what has waited longer is dropped."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief."));

@@ -29,6 +29,8 @@ struct BeaconMclPipelineOptions {
   int queue_length = 100;               ///< ranges that may wait for odometry or beacons
   double max_ahead = 10.0;              ///< s a range may be newer than the newest odometry
   double simultaneous = 0.001;          ///< s; ranges closer than this are one update
+  double max_latency = 1.0;             ///< s; see process_next()
+  bool deferred = false;                ///< what is observed waits for process_next()
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief
 
   std::vector<Beacon> beacons;  ///< if there are any, the `beacons` message is ignored

@@ -41,6 +41,8 @@ class FastSlamNode {
     };
   }
 
+  bool process_next() { return pipeline_.process_next(); }
+
  private:
   FastSlamSinks sinks() {
     FastSlamSinks sinks;
@@ -101,10 +103,11 @@ int main(int argc, char** argv) {
   ros::NodeHandle node;
   try {
     pf_resampling::FastSlamPipelineOptions options;
+    options.deferred = true;
     pf_resampling::for_each_configuration(ros::NodeHandle("~"),
                                           [&](const auto& part) { apply(part, &options); });
     pf_resampling::FastSlamNode mapping(&node, options);
-    ros::spin();
+    pf_resampling::spin([&] { return mapping.process_next(); });
   } catch (const pf_resampling::Error& error) {
     std::fprintf(stderr, "fastslam_node: %s\n", error.what());
     return 1;

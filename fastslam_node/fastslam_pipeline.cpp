@@ -13,8 +13,8 @@
 namespace pf_resampling {
 namespace {
 
-// Weight of a new observation in the running share of those that fit the map.
-constexpr double kBelievedRate = 0.02;
+// Squared distance that two standard normal numbers have on average.
+constexpr double kBelievedDistance = 2.0;
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -42,7 +42,7 @@ void FastSlamPipeline::start_filter_anew() {
   filter_.reset();
   if (!options_.map_file.empty()) filter_.load(read_map_file(options_.map_file));
   latest_ = LatestScan{};
-  believed_ = 1.0;
+  lost_.reset();
   publisher_.clear_path();
   belief_ = filter_.estimate();
 }
@@ -58,7 +58,7 @@ void FastSlamPipeline::handle(const nav_msgs::Odometry& message) {
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
   }
   if (taken.time_jumped_back) forget_time();
-  process_ready_scans();
+  process_ready();
   carry_belief_forward();
   publisher_.publish_pose(odometry_.newest(), *estimate(), odometry_.newest_pose());
   publish_pictures(odometry_.newest());
@@ -80,7 +80,7 @@ void FastSlamPipeline::handle(const LandmarkObservationArray& scan) {
                                           "dropped"});
     scans_.pop_front();
   }
-  process_ready_scans();
+  process_ready();
 }
 
 void FastSlamPipeline::handle(const geometry_msgs::PoseWithCovarianceStamped& message) {
@@ -132,7 +132,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   }
   options_.filter = options;
   latest_ = LatestScan{};
-  believed_ = 1.0;
+  lost_.reset();
   publisher_.clear_path();
   belief_ = filter_.estimate();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
@@ -168,22 +168,41 @@ void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
   }
   odometry_.restart_at(stamp, options_.filter.odometry);
   latest_ = LatestScan{};
-  believed_ = 1.0;
+  lost_.reset();
   publisher_.clear_path();
   belief_ = filter_.estimate();
 }
 
-void FastSlamPipeline::process_ready_scans() {
+void FastSlamPipeline::process_ready() {
+  while (!options_.deferred && process_next()) {
+  }
+}
+
+// The oldest first, as long as there is another to use.
+void FastSlamPipeline::drop_late() {
+  while (scans_.size() > 1 && !odometry_.empty() && scans_[1].header.stamp <= odometry_.newest() &&
+         (odometry_.newest() - scans_.front().header.stamp).toSec() > options_.max_latency) {
+    reject("landmarks", {RejectReason::overload,
+                         "computation does not keep up: what has waited longer "
+                         "than landmark_input/max_latency is dropped"});
+    scans_.pop_front();
+  }
+}
+
+bool FastSlamPipeline::process_next() {
+  if (options_.deferred) drop_late();
   while (!scans_.empty() && !odometry_.empty() &&
          scans_.front().header.stamp <= odometry_.newest()) {
     const LandmarkObservationArray scan = scans_.front();
     scans_.pop_front();
     if (const auto rejection = odometry_.check_stamp(scan.header.stamp, 0.0)) {
       reject("landmarks", *rejection);
-    } else {
-      update(scan);
+      continue;
     }
+    update(scan);
+    return true;
   }
+  return false;
 }
 
 void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
@@ -205,9 +224,12 @@ void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
 
   odometry_.use_until(used.stamp, options_.filter.odometry);
   belief_ = filter_.estimate();
+  const double since_last = last_scan_.isZero() ? 0.0 : (used.stamp - last_scan_).toSec();
   last_scan_ = used.stamp;
+  timing_.add(update_time, used.stamp);
+  latency_ = (odometry_.newest() - used.stamp).toSec();
   used.outcomes = filter_.outcomes();
-  note_outcomes(used);
+  note_outcomes(used, since_last);
   latest_ = used;
   if (sinks_.updated) sinks_.updated(used.stamp, &filter_);
   publish_status(used.stamp, update_time);
@@ -252,12 +274,15 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
 }
 
 // What the filter did not believe is counted: a misread id, a reflection, or a robot that is lost.
-void FastSlamPipeline::note_outcomes(const LatestScan& scan) {
+void FastSlamPipeline::note_outcomes(const LatestScan& scan, double duration) {
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
     const ObservationOutcome& outcome = scan.outcomes[k];
     if (outcome.is_new) continue;
-    believed_ += kBelievedRate * (outcome.accepted - believed_);
-    if (outcome.accepted >= 0.5) continue;
+    const bool is_believed = outcome.accepted >= 0.5;
+    lost_.observe(is_believed ? kBelievedDistance : options_.filter.association.new_landmark_gate,
+                  2, duration);
+    duration = 0.0;
+    if (is_believed) continue;
     const RangeBearingObservation& z = scan.observations[k];
     rejects_.add("landmarks", RejectReason::gated,
                  rejection(RejectReason::gated, "landmark ", z.id, " seen at ", z.range, " m and ",
@@ -283,6 +308,10 @@ void FastSlamPipeline::forget_time() {
   latest_ = LatestScan{};
   publisher_.clear_path();
   if (options_.restart_after_jump_back) start_filter_anew();
+}
+
+double FastSlamPipeline::lost_probability() const {
+  return lost_.probability();
 }
 
 std::optional<PoseEstimate> FastSlamPipeline::estimate() const {

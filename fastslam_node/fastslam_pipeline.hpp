@@ -18,10 +18,12 @@
 #include "fastslam_node/pipeline_options.hpp"
 #include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/dead_reckoning.hpp"
+#include "pf_resampling/diagnostics.hpp"
 #include "pf_resampling/pipeline_sinks.hpp"
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
 #include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/health/lost_detector.hpp"
 
 namespace pf_resampling {
 
@@ -60,6 +62,15 @@ class FastSlamPipeline {
   /// Gives out the map as it is at the newest odometry. For the end of a bag.
   void publish_map();
 
+  /// With options.deferred, what handle() is given only waits: a caller that takes all that has
+  /// come before every call of this stays up to date whatever an update costs. Uses the next
+  /// observation that odometry covers; when more than one waits, those older than max_latency are
+  /// dropped first. Returns whether there was one.
+  bool process_next();
+
+  /// Probability that the belief is wrong, or none.
+  double lost_probability() const;
+
   /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
   /// the bit; another particle count takes effect at the next update. Throws Error that says why
   /// none.
@@ -86,11 +97,12 @@ class FastSlamPipeline {
   };
 
   void start_about(const PoseEstimate& start, ros::Time stamp);
-  void process_ready_scans();
+  void process_ready();
+  void drop_late();
   void update(const LandmarkObservationArray& scan);
   std::optional<Pose2> sensor_of(const std::string& frame);
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
-  void note_outcomes(const LatestScan& scan);
+  void note_outcomes(const LatestScan& scan, double duration);
   void carry_belief_forward();
   void forget_time();
   void start_filter_anew();
@@ -117,7 +129,10 @@ class FastSlamPipeline {
   LatestScan latest_;
   std::vector<LandmarkEstimate> map_;  // the last that was given out
   std::set<std::int64_t> labels_;      // ids that have a marker
-  double believed_ = 1.0;              // running share of observations that fit the map
+  LostDetector lost_;
+  UpdateTiming timing_;
+  double latency_ = 0.0;
+  std::uint64_t reported_drops_ = 0;
   BeliefPublisher publisher_;
   std::uint64_t reported_rejects_ = 0;
   std::int64_t reported_weight_resets_ = 0;

@@ -10,8 +10,8 @@
 namespace pf_resampling {
 namespace {
 
-// Share of observations that fit the map below which the robot may be somewhere else.
-constexpr double kLostShare = 0.5;
+// Above this probability of being lost there is a warning.
+constexpr double kLostWarning = 0.5;
 
 bool is_finite(const FilterStatus& status) {
   return std::isfinite(status.effective_sample_size) && std::isfinite(status.entropy_sample_size) &&
@@ -117,6 +117,9 @@ void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
   message.log_likelihood = filter.log_likelihood;
   message.observation = -1;
   message.update_time = update_time;
+  message.latency = latency_;
+  message.lost = lost_probability();
+  message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(scans_.size());
   message.rejects = to_messages(rejects_);
   if (is_finite(message)) {
@@ -140,7 +143,7 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", &mapping);
   }
-  if (believed_ < kLostShare) {
+  if (lost_probability() > kLostWarning) {
     worsen(DiagnosticStatus::WARN, "the observations do not fit the map: lost?", &mapping);
   }
   if (status.weight_resets > reported_weight_resets_) {
@@ -152,7 +155,9 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   }
   if (mapping.message.empty()) mapping.message = "fine";
   add_value("position sigma [m]", number_text(sigma), &mapping);
-  add_value("observations that fit the map", number_text(believed_), &mapping);
+  add_value("lost (probability)", number_text(lost_probability()), &mapping);
+  add_value("normalized innovation (1 expected)", number_text(lost_.normalized_innovation()),
+            &mapping);
   add_value("landmarks", std::to_string(status.landmarks), &mapping);
   add_value("particles", std::to_string(status.particles), &mapping);
   add_value("effective sample size", number_text(status.effective_sample_size), &mapping);
@@ -167,6 +172,8 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   array.status.push_back(inputs_diagnostic("fastslam: inputs", stamp, odometry_, "landmarks",
                                            last_scan_, scans_.size(), rejects_,
                                            &reported_rejects_));
+  array.status.push_back(timing_diagnostic("fastslam: timing", timing_, latency_, rejects_,
+                                           "landmarks", &reported_drops_));
   sinks_.diagnostics(array);
 }
 

@@ -16,6 +16,9 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
                                    1000000, "Scans that may wait for odometry."));
   list.push_back(real_above_parameter("landmark_input/max_ahead", &options->max_ahead, 0.0, 1e6,
                                       "s", "A scan newer than the odometry by more is rejected."));
+  list.push_back(real_above_parameter(
+      "landmark_input/max_latency", &options->max_latency, 0.0, 1e6, "s",
+      "Live: when computation does not keep up, what has waited longer is dropped."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief and map."));

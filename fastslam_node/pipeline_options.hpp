@@ -26,6 +26,8 @@ struct FastSlamPipelineOptions {
 
   int queue_length = 100;               ///< scans that may wait for odometry
   double max_ahead = 10.0;              ///< s a scan may be newer than the newest odometry
+  double max_latency = 1.0;             ///< s; see process_next()
+  bool deferred = false;                ///< what is observed waits for process_next()
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
   std::string map_file;          ///< read at the start; empty: none

@@ -9,6 +9,8 @@ using diagnostic_msgs::DiagnosticStatus;
 
 // Without observations for so long, dead reckoning is all there is.
 constexpr double kSilence = 5.0;  // s
+// Weight of a new update in running means.
+constexpr double kTimingRate = 0.1;
 
 }  // namespace
 
@@ -74,6 +76,41 @@ DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
               std::to_string(count.count) + ", last: " + count.latest, &inputs);
   }
   return inputs;
+}
+
+void UpdateTiming::add(double update_time, ros::Time stamp) {
+  update_time_ += kTimingRate * (update_time - update_time_);
+  if (!last_.isZero() && stamp > last_) {
+    const double period = (stamp - last_).toSec();
+    period_ = period_ == 0.0 ? period : period_ + kTimingRate * (period - period_);
+  }
+  last_ = stamp;
+}
+
+DiagnosticStatus timing_diagnostic(const std::string& name, const UpdateTiming& timing,
+                                   double latency, const RejectCounter& rejects,
+                                   const std::string& observations, std::uint64_t* reported_drops) {
+  DiagnosticStatus status = make_diagnostic(name);
+  const std::uint64_t drops = rejects.count(observations, RejectReason::overload) +
+                              rejects.count(observations, RejectReason::queue_full);
+  if (drops > *reported_drops) {
+    worsen(DiagnosticStatus::WARN,
+           std::to_string(drops - *reported_drops) + " " + observations +
+               " dropped: computation does not keep up",
+           &status);
+  }
+  *reported_drops = drops;
+  if (!timing.keeps_up()) {
+    worsen(DiagnosticStatus::WARN, "updates take longer than there is time between " + observations,
+           &status);
+  }
+  if (status.message.empty()) status.message = "keeps up";
+  add_value("update time [s]", number_text(timing.update_time()), &status);
+  add_value("time between " + observations + " [s]", number_text(timing.observation_period()),
+            &status);
+  add_value("latency [s]", number_text(latency), &status);
+  add_value("dropped", std::to_string(drops), &status);
+  return status;
 }
 
 std::vector<RejectCount> to_messages(const RejectCounter& rejects) {

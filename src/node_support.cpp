@@ -1,5 +1,7 @@
 #include "pf_resampling/node_support.hpp"
 
+#include <ros/callback_queue.h>
+
 #include <sstream>
 
 namespace pf_resampling {
@@ -16,6 +18,14 @@ void for_each_configuration(const ros::NodeHandle& private_node,
     own.values.erase(files);
   }
   take(own);
+}
+
+void spin(const std::function<bool()>& process_next) {
+  bool is_busy = false;
+  while (ros::ok()) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(is_busy ? 0.0 : 0.1));
+    is_busy = process_next();
+  }
 }
 
 FilterPublishers::FilterPublishers(ros::NodeHandle* node)

@@ -39,6 +39,8 @@ std::string to_string(RejectReason reason) {
       return "ahead_of_odometry";
     case RejectReason::queue_full:
       return "queue_full";
+    case RejectReason::overload:
+      return "overload";
     case RejectReason::time_jump:
       return "time_jump";
     case RejectReason::time_gap:

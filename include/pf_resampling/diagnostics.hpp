@@ -37,6 +37,31 @@ diagnostic_msgs::DiagnosticStatus inputs_diagnostic(const std::string& name, ros
                                                     const RejectCounter& rejects,
                                                     std::uint64_t* reported_rejects);
 
+/// How long updates take, beside how often there is something to update with: running means.
+class UpdateTiming {
+ public:
+  /// An update of `update_time` (s) with what was observed at `stamp`.
+  void add(double update_time, ros::Time stamp);
+
+  double update_time() const { return update_time_; }    ///< s
+  double observation_period() const { return period_; }  ///< s; 0 until there were two
+  bool keeps_up() const { return period_ == 0.0 || update_time_ < period_; }
+
+ private:
+  double update_time_ = 0.0;
+  double period_ = 0.0;
+  ros::Time last_;
+};
+
+/// The entry on time: updates, latency (s, of what was used last), and what was dropped for it
+/// (rejections for overload of the input `observations`). `reported_drops`: how many of them
+/// earlier entries have told of.
+diagnostic_msgs::DiagnosticStatus timing_diagnostic(const std::string& name,
+                                                    const UpdateTiming& timing, double latency,
+                                                    const RejectCounter& rejects,
+                                                    const std::string& observations,
+                                                    std::uint64_t* reported_drops);
+
 /// As in FilterStatus.
 std::vector<RejectCount> to_messages(const RejectCounter& rejects);
 

@@ -20,6 +20,11 @@ constexpr std::uint32_t kNodeOutputQueue = 200;
 void for_each_configuration(const ros::NodeHandle& private_node,
                             const std::function<void(const Configuration&)>& take);
 
+/// Runs the node: takes all messages that have come, then works off one observation
+/// (`process_next`, which says whether there was one), and so on; so what is out of date can be
+/// told and dropped, however long an update takes.
+void spin(const std::function<bool()>& process_next);
+
 /// The topics that the nodes of both filters give out.
 class FilterPublishers {
  public:

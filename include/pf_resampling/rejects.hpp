@@ -26,6 +26,7 @@ enum class RejectReason {
   before_odometry,    ///< observation before the first odometry
   ahead_of_odometry,  ///< observation too far ahead of the newest odometry
   queue_full,         ///< dropped because too many observations wait
+  overload,           ///< dropped because computation does not keep up
   time_jump,          ///< odometry whose time jumped back, not confirmed yet
   time_gap,           ///< odometry after a long silence, not confirmed yet
   pose_jump,          ///< odometry that moved faster than the robot can
