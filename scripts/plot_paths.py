@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws what evaluate_bag found: paths and beacons, and the errors over time with their 3-sigma bands.
+"""Draws what evaluate_bag found: paths, beacons and landmarks, and the errors over time with their 3-sigma bands.
 
     plot_paths.py data.json picture.png
 
@@ -21,7 +21,7 @@ except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
 
 TRUTH, ESTIMATE, DEAD_RECKONING, BEACON = "#222222", "#1667b7", "#c9662b", "#8a2be2"
-LANDMARK = "#0a8f5b"
+LANDMARK, CLOSURE, ALIGNED = "#0a8f5b", "#f2b90f", "#5ab0e8"
 
 
 def numbers(values):
@@ -36,67 +36,115 @@ def window(values, margin=0.06):
     return low - margin, high + margin
 
 
+def loop_closures(estimate):
+    """Where the position suddenly got much more certain: [(index in the estimate, time)]."""
+    time, sigma = np.array(estimate["time"]), np.array(estimate["sigma"])
+    if len(time) < 2 or not np.max(sigma) > 0.0:
+        return []
+    before = np.searchsorted(time, time - 1.0)  # one second earlier
+    drop = np.array([np.max(sigma[first:i + 1]) for i, first in enumerate(before)]) - sigma
+    is_closure = (drop > sigma) & (drop > 0.2 * np.max(sigma))
+    closures = []
+    for i in np.flatnonzero(is_closure):
+        if closures and time[i] - time[closures[-1]] < 5.0:
+            continue
+        closures.append(i)
+    return [(i, time[i]) for i in closures]
+
+
 def draw_landmarks(axes, data):
-    """True landmarks, estimated ones and their 95 % ellipses. Many are drawn small."""
+    """True landmarks, estimated ones, their 2-sigma ellipses, and which is which. Many are drawn small."""
     true_ones, estimated = data["true_landmarks"], data["landmarks"]
     size = 1.0 if max(len(true_ones), len(estimated)) < 80 else 0.5
     if true_ones:
-        axes.plot([mark["x"] for mark in true_ones], [mark["y"] for mark in true_ones], "+", color=TRUTH,
-                  ms=11 * size, mew=1.6 * size, label="true landmarks", zorder=7)
+        axes.plot([mark["x"] for mark in true_ones], [mark["y"] for mark in true_ones], "x", color=TRUTH,
+                  ms=8 * size, mew=1.5 * size, label="true landmarks", zorder=6)
     if not estimated:
         return
+    for mine, true_one in data.get("map", {}).get("matches", []):
+        ends = estimated[mine], true_ones[true_one]
+        axes.plot([end["x"] for end in ends], [end["y"] for end in ends], color=LANDMARK, lw=0.9 * size, ls=":", zorder=4)
     ellipses = EllipseCollection(
         [2.0 * mark["long"] for mark in estimated], [2.0 * mark["short"] for mark in estimated],
         [np.degrees(mark["angle"]) for mark in estimated], units="xy", transOffset=axes.transData,
         offsets=[(mark["x"], mark["y"]) for mark in estimated], facecolors=LANDMARK + "33",
-        edgecolors=LANDMARK, linewidths=1.0, zorder=4)
+        edgecolors=LANDMARK, linewidths=1.0, zorder=5)
     axes.add_collection(ellipses)
     axes.plot([mark["x"] for mark in estimated], [mark["y"] for mark in estimated], "o", color=LANDMARK,
-              ms=4 * size, mec="white", mew=0.4, label="map, 95 % ellipses", zorder=6)
+              ms=3 if size == 1.0 else 2, mec="none", label="map, 2σ ellipses", zorder=7)
 
 
-def draw_paths(axes, data):
-    """Paths and beacons. Dead reckoning may leave the picture: it does not set the scale."""
+def draw_beacons(axes, beacons):
+    if not beacons:
+        return
+    axes.plot([beacon["x"] for beacon in beacons], [beacon["y"] for beacon in beacons], "^", color=BEACON, ms=9,
+              mec="white", label="beacons", zorder=6)
+    for beacon in beacons:
+        axes.annotate(str(beacon["id"]), (beacon["x"], beacon["y"]), xytext=(7, 4),
+                      textcoords="offset points", color=BEACON, fontsize=9, zorder=6)
+
+
+def set_window(axes, data, main):
+    """Limits that hold the main path and all marks. Dead reckoning may leave the picture: it does not set the scale."""
+    marks = data["beacons"] + data["true_landmarks"] + data["landmarks"]
+    x = np.concatenate([main["x"], [mark["x"] for mark in marks]])
+    y = np.concatenate([main["y"], [mark["y"] for mark in marks]])
+    x, y = x[np.isfinite(x)], y[np.isfinite(y)]
+    dead_reckoning = data["dead_reckoning"]
+    if dead_reckoning["x"]:
+        # At most so much of the extent more to each side: a map is the subject where there is one.
+        more = (0.1 if data["is_slam"] else 0.5) * max(np.ptp(x), np.ptp(y))
+        x = np.append(x, np.clip(dead_reckoning["x"], x.min() - more, x.max() + more))
+        y = np.append(y, np.clip(dead_reckoning["y"], y.min() - more, y.max() + more))
+    axes.set_xlim(window(x))
+    axes.set_ylim(window(y))
+
+
+def draw_paths(axes, data, closures):
     truth, estimate, dead_reckoning = data["truth"], data["estimate"], data["dead_reckoning"]
     truth = {"x": numbers(truth["x"]), "y": numbers(truth["y"])}
+    has_truth = len(truth["x"]) > 0
     if dead_reckoning["x"]:
         axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=1.0, alpha=0.65,
                   label="dead reckoning", zorder=1)
-    if len(truth["x"]):
+    if has_truth:
         axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4, alpha=0.35, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
     begin = max(data["clipped_points"] - 1, 0)
     axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=ESTIMATE, lw=0.9, ls=":", zorder=3)
-    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=ESTIMATE, lw=1.1, label="estimate", zorder=3)
-    start = truth if len(truth["x"]) else estimate
-    axes.plot(start["x"][0], start["y"][0], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=5)
-    if data["beacons"]:
-        x = [beacon["x"] for beacon in data["beacons"]]
-        y = [beacon["y"] for beacon in data["beacons"]]
-        axes.plot(x, y, "^", color=BEACON, ms=9, mec="white", label="beacons", zorder=6)
-        for beacon in data["beacons"]:
-            axes.annotate(str(beacon["id"]), (beacon["x"], beacon["y"]), xytext=(7, 4),
-                          textcoords="offset points", color=BEACON, fontsize=9, zorder=6)
+    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=ESTIMATE, lw=1.2, zorder=3,
+              label="estimate, laid on the truth" if data["is_aligned"] else "estimate")
+    main = truth if has_truth else {"x": np.array(estimate["x"]), "y": np.array(estimate["y"])}
+    known = np.flatnonzero(np.isfinite(main["x"]))
+    axes.plot(main["x"][known[0]], main["y"][known[0]], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=8)
+    axes.plot(main["x"][known[-1]], main["y"][known[-1]], "s", color=TRUTH, mec="white", ms=7, label="end", zorder=8)
+    if closures:
+        at = [i for i, _ in closures]
+        axes.plot(np.array(estimate["x"])[at], np.array(estimate["y"])[at], "*", color=CLOSURE, mec=TRUTH, mew=0.7,
+                  ms=13, label="loop closed", zorder=9)
+    draw_beacons(axes, data["beacons"])
     draw_landmarks(axes, data)
-    inside = [start] if len(truth["x"]) else [estimate]
-    marks = data["beacons"] + data["true_landmarks"]
-    x = np.concatenate([path["x"] for path in inside] + [[mark["x"] for mark in marks]])
-    y = np.concatenate([path["y"] for path in inside] + [[mark["y"] for mark in marks]])
-    x, y = x[np.isfinite(x)], y[np.isfinite(y)]
-    if dead_reckoning["x"]:
-        # At most half as much again to each side for dead reckoning.
-        half = 0.5 * max(np.ptp(x), np.ptp(y))
-        x = np.append(x, np.clip(dead_reckoning["x"], x.min() - half, x.max() + half))
-        y = np.append(y, np.clip(dead_reckoning["y"], y.min() - half, y.max() + half))
-    axes.set_xlim(window(x))
-    axes.set_ylim(window(y))
-    axes.set_aspect("equal", adjustable="datalim" if not len(truth["x"]) else "box")
+    set_window(axes, data, main)
+    axes.set_aspect("equal", adjustable="box" if has_truth else "datalim")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    if data["landmarks"] or data["true_landmarks"]:  # all over the picture: the legend goes above it
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, fontsize=9, ncol=3)
-    else:
+
+
+def path_axes(figure, place, data):
+    """Axes for the paths; where marks are all over the picture, with axes below that take the legend."""
+    if not data["landmarks"] and not data["true_landmarks"]:
+        return figure.add_subplot(place), None
+    parts = place.subgridspec(2, 1, height_ratios=[12.0, 1.0])
+    below = figure.add_subplot(parts[1])
+    below.axis("off")
+    return figure.add_subplot(parts[0]), below
+
+
+def draw_legend(axes, below):
+    if below is None:
         axes.legend(loc="best", fontsize=9, framealpha=0.9)
+        return
+    below.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=9, ncol=4, frameon=False)
 
 
 def shade_clipped(axes, errors):
@@ -107,14 +155,16 @@ def shade_clipped(axes, errors):
 
 
 def limit_of(errors, error, band):
-    """Half the height of a panel: all errors after the clipped part, and most of the band."""
+    """Half the height of a panel: the errors after the clipped part, and most of the band."""
     kept = ~np.array(errors["clipped"], dtype=bool)
     error, band = np.abs(error[kept]), band[kept]
-    largest = np.nanmax(error) if np.isfinite(error).any() else 0.0
+    known = error[np.isfinite(error)]
+    # A reference that is far off for a moment, as that of a satellite receiver, would hide the rest.
+    largest = min(np.max(known), 3.0 * np.percentile(known, 99)) if len(known) else 0.0
     return 1.25 * max(largest, np.nanpercentile(band, 95) if len(band) else 0.0, 1e-3)
 
 
-def draw_cartesian(axes, errors, dead_reckoning):
+def draw_cartesian(axes, errors, dead_reckoning, aligned):
     time = np.array(errors["time"])
     error = numbers(errors["cartesian"])
     band = 3.0 * numbers(errors["position_sigma"])
@@ -123,12 +173,14 @@ def draw_cartesian(axes, errors, dead_reckoning):
         axes.plot(dead_reckoning["time"], numbers(dead_reckoning["cartesian"]), color=DEAD_RECKONING,
                   lw=1.0, label="dead reckoning")
     axes.plot(time, error, color=ESTIMATE, lw=1.1, label="estimate")
+    if aligned:
+        axes.plot(aligned["time"], numbers(aligned["cartesian"]), color=ALIGNED, lw=1.1, label="laid on the truth")
     top = limit_of(errors, error, band)
     axes.set_ylim(0.0, top)
-    if errors["lost_error"] < top:
+    if errors["lost_error"] < top and not aligned:
         axes.axhline(errors["lost_error"], color="0.35", lw=0.9, ls=":", label="bound of being lost")
     axes.set_ylabel("Cartesian (m)")
-    axes.legend(loc="upper right", fontsize=8, ncol=4, framealpha=0.9)
+    axes.legend(loc="upper right", fontsize=8, ncol=5, framealpha=0.9)
 
 
 def draw_signed(axes, errors, name, label, scale=1.0):
@@ -148,12 +200,22 @@ def draw_signed(axes, errors, name, label, scale=1.0):
     axes.set_ylim(-limit, limit)
 
 
-def summary(errors, dead_reckoning):
+def summary(data):
+    errors, dead_reckoning = data["errors"], data.get("dead_reckoning_errors")
+    aligned, landmarks = data.get("aligned_errors"), data.get("map")
     text = f"mean Cartesian error {errors['mean']:.3g} m"
+    if aligned:
+        text += f", laid on the truth {aligned['mean']:.3g} m"
+    elif data["is_aligned"]:
+        text += ", laid on the truth"
     if dead_reckoning:
         text += f" (dead reckoning {dead_reckoning['mean']:.3g} m)"
+    if landmarks and landmarks["rms_aligned"] is not None:
+        text += f"   ·   map RMS {landmarks['rms']:.3g} m, laid on the truth {landmarks['rms_aligned']:.3g} m"
     if errors["coverage95"] is not None:
         text += f"   ·   truth in the 95 % region {100 * errors['coverage95']:.0f} % of the time"
+    if data["is_aligned"]:
+        return text
     if errors["lost"]:
         text += "   ·   LOST"
     elif errors["converged_after"] is not None:
@@ -164,19 +226,23 @@ def summary(errors, dead_reckoning):
 def draw(data):
     errors, dead_reckoning = data.get("errors"), data.get("dead_reckoning_errors")
     title = os.path.basename(data["title"])
+    closures = loop_closures(data["estimate"]) if data["is_slam"] else []
     if not errors:
-        figure, axes = plt.subplots(figsize=(8.5, 8.0), constrained_layout=True)
+        figure = plt.figure(figsize=(8.5, 8.0), constrained_layout=True)
+        axes, below = path_axes(figure, figure.add_gridspec(1, 1)[0], data)
         axes.grid(alpha=0.3)
-        draw_paths(axes, data)
-        axes.set_title(title + ": no ground truth")
+        draw_paths(axes, data, closures)
+        draw_legend(axes, below)
+        figure.suptitle(title + ": no ground truth", fontsize=12)
         return figure
     figure = plt.figure(figsize=(15.0, 8.0), constrained_layout=True)
     grid = figure.add_gridspec(4, 2, width_ratios=[1.0, 1.05], height_ratios=[1.5, 1.0, 1.0, 1.0])
-    paths = figure.add_subplot(grid[:, 0])
+    paths, below = path_axes(figure, grid[:, 0], data)
     panels = [figure.add_subplot(grid[0, 1])]
     panels += [figure.add_subplot(grid[row, 1], sharex=panels[0]) for row in (1, 2, 3)]
-    draw_paths(paths, data)
-    draw_cartesian(panels[0], errors, dead_reckoning)
+    draw_paths(paths, data, closures)
+    draw_legend(paths, below)
+    draw_cartesian(panels[0], errors, dead_reckoning, data.get("aligned_errors"))
     draw_signed(panels[1], errors, "cross_track", "cross-track (m)")
     draw_signed(panels[2], errors, "along_track", "along-track (m)")
     draw_signed(panels[3], errors, "heading", "heading (°)", np.degrees(1.0))
@@ -184,12 +250,14 @@ def draw(data):
         shade_clipped(axes, errors)
         axes.tick_params(labelbottom=axes is panels[-1])
         axes.margins(x=0.0)
+        for _, time in closures:
+            axes.axvline(time, color=CLOSURE, lw=1.0, ls="--", zorder=1)
     panels[-1].set_xlabel("time (s); shaded grey: left out of the figures" if any(errors["clipped"])
                           else "time (s)")
     for axes in [paths] + panels:
         axes.grid(alpha=0.3)
     figure.align_ylabels(panels)
-    figure.suptitle(f"{title}\n{summary(errors, dead_reckoning)}", fontsize=12)
+    figure.suptitle(f"{title}\n{summary(data)}", fontsize=11)
     return figure
 
 

@@ -213,6 +213,7 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   const auto map = read_landmark_map(bag, topic("landmark-map"));
   const auto true_map = read_landmark_map(bag, topic("true-landmarks"));
   plot.landmarks = map.value_or(std::vector<PointLandmark>());
+  plot.is_slam = map.has_value();
   plot.true_landmarks = true_map.value_or(std::vector<PointLandmark>());
   if (with_odometry) plot.dead_reckoning = read_poses(bag, topic("odom"));
   if (paths_alone) {
@@ -256,6 +257,15 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   if (with_batch) {
     evaluation.batch = compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth,
                                           true_map, options, evaluation);
+  }
+  plot.map = evaluation.map;
+  if (evaluation.is_slam && evaluation.frame != "given") {
+    // Where the frame lies is chance: the shapes of path and map are what a picture can show.
+    plot.alignment = evaluation.estimate_aligned.alignment;
+    if (evaluation.frame != "fit") {
+      plot.aligned_errors =
+          evaluate_path(plot.truth, moved(plot.estimate, *plot.alignment), options);
+    }
   }
   plot.errors = evaluation.estimate;
   plot.dead_reckoning_errors = evaluation.dead_reckoning;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
@@ -78,13 +79,17 @@ json path_json(const std::vector<TruePose>& path) {
   return {{"x", x}, {"y", y}};
 }
 
-json path_json(const std::vector<EstimatedPose>& path) {
-  json x = json::array(), y = json::array();
+/// With times from `start`, and how uncertain the position is (standard deviations, m).
+json path_json(const std::vector<EstimatedPose>& path, double start) {
+  json x = json::array(), y = json::array(), time = json::array(), sigma = json::array();
   for (std::size_t i = 0; i < path.size(); i += stride_of(path)) {
-    x.push_back(path[i].pose.x);
-    y.push_back(path[i].pose.y);
+    const EstimatedPose& pose = path[i];
+    x.push_back(pose.pose.x);
+    y.push_back(pose.pose.y);
+    time.push_back(pose.time - start);
+    sigma.push_back(std::sqrt(std::max(0.0, pose.covariance(0, 0) + pose.covariance(1, 1))));
   }
-  return {{"x", x}, {"y", y}};
+  return {{"x", x}, {"y", y}, {"time", time}, {"sigma", sigma}};
 }
 
 json number_or_null(const std::optional<double>& value) {
@@ -128,11 +133,11 @@ std::size_t clipped_points(const PathPlot& plot) {
   return points;
 }
 
-/// The 95 % ellipse of a landmark: half axes (m) and the direction of the longer (rad).
+/// The 2-sigma ellipse of a landmark: half axes (m) and the direction of the longer (rad).
 json landmark_json(const PointLandmark& landmark) {
-  constexpr double kChiSquare95TwoDof = 5.991464547107979;
+  constexpr double kSigmas = 2.0;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(landmark.covariance);
-  const Eigen::Array2d half = (kChiSquare95TwoDof * axes.eigenvalues().array().max(0.0)).sqrt();
+  const Eigen::Array2d half = kSigmas * axes.eigenvalues().array().max(0.0).sqrt();
   const Eigen::Vector2d longer = axes.eigenvectors().col(1);
   return {{"id", landmark.id},          {"x", landmark.position.x()},
           {"y", landmark.position.y()}, {"long", half[1]},
@@ -145,21 +150,43 @@ json map_json(const std::vector<PointLandmark>& map) {
   return result;
 }
 
+json map_errors_json(const MapErrors& map) {
+  json matches = json::array();
+  for (const LandmarkMatch& match : map.matches) {
+    matches.push_back({match.estimated, match.truth});
+  }
+  return {{"rms", number_or_null(map.rms)},
+          {"rms_aligned", number_or_null(map.rms_aligned)},
+          {"matches", matches}};
+}
+
+double start_of(const PathPlot& plot) {
+  if (!plot.truth.empty()) return plot.truth.front().time;
+  return plot.estimate.empty() ? 0.0 : plot.estimate.front().time;
+}
+
 json plot_json(const PathPlot& plot) {
-  const double start = plot.truth.empty() ? 0.0 : plot.truth.front().time;
+  const double start = start_of(plot);
+  const Pose2 alignment = plot.alignment.value_or(Pose2{});
   json beacons = json::array();
   for (const Beacon& beacon : plot.beacons) {
     beacons.push_back({{"id", beacon.id}, {"x", beacon.position.x()}, {"y", beacon.position.y()}});
   }
   json result = {{"title", plot.title},
                  {"truth", path_json(plot.truth)},
-                 {"estimate", path_json(plot.estimate)},
+                 {"is_slam", plot.is_slam},
+                 {"is_aligned", plot.alignment.has_value()},
+                 {"estimate", path_json(moved(plot.estimate, alignment), start)},
                  {"clipped_points", clipped_points(plot)},
-                 {"dead_reckoning", path_json(plot.dead_reckoning)},
+                 {"dead_reckoning", path_json(plot.dead_reckoning, start)},
                  {"beacons", beacons},
-                 {"landmarks", map_json(plot.landmarks)},
+                 {"landmarks", map_json(moved(plot.landmarks, alignment))},
                  {"true_landmarks", map_json(plot.true_landmarks)}};
   if (plot.errors) result["errors"] = errors_json(*plot.errors, start);
+  if (plot.map) result["map"] = map_errors_json(*plot.map);
+  if (plot.aligned_errors) {
+    result["aligned_errors"] = errors_json(*plot.aligned_errors, start);
+  }
   if (plot.dead_reckoning_errors) {
     result["dead_reckoning_errors"] = errors_json(*plot.dead_reckoning_errors, start);
   }

@@ -19,7 +19,12 @@ struct PathPlot {
   std::vector<Beacon> beacons;
   std::vector<PointLandmark> landmarks;  ///< estimated, with the ellipses of their covariances
   std::vector<PointLandmark> true_landmarks;
-  std::optional<PathErrors> errors;  ///< of the estimate, over time, with 3-sigma bands
+  bool is_slam = false;  ///< marks loop closures; `landmarks` is the map that belongs to the path
+  /// Estimate and map are drawn where this brings them (errors are those of where they were).
+  std::optional<Pose2> alignment;
+  std::optional<MapErrors> map;              ///< which landmark is which, and how far it is off
+  std::optional<PathErrors> errors;          ///< of the estimate, over time, with 3-sigma bands
+  std::optional<PathErrors> aligned_errors;  ///< of the path after `alignment`, if that is the best
   std::optional<PathErrors> dead_reckoning_errors;  ///< its Cartesian error, beside the estimate's
 };
 
