@@ -5,7 +5,7 @@
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
-demo: ## install what is missing, build, localize a robot on a simulated drive (BAG=file.bag: on yours)
+demo: ## install what is missing, build, run both filters on simulated drives (BAG=file.bag: on yours)
 	@scripts/set_up build demo
 	@scripts/build
 	@scripts/demo $(if $(BAG),'$(BAG)')
