@@ -1,7 +1,7 @@
 // Plays a bag to the running beacon_mcl_node and checks what it publishes against the truth in the
 // bag. Private parameters: make_bag (a program of this package that writes the bag, with BAG for
 // its name), needs (a file without which the test is skipped), rate and seconds (of playing),
-// maximum_error (m), inside_share.
+// maximum_error (m), inside_share, switch (a node whose strategies are switched meanwhile).
 #include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -20,9 +20,11 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 
 #include "pf_resampling/conversions.hpp"
+#include "strategy_switcher.hpp"
 #include "temporary_directory.hpp"
 
 namespace pf_resampling {
@@ -181,9 +183,16 @@ TEST(BeaconMclNode, FollowsTheTruth) {
             0);
   Listener heard(&node);
   // The pause lets all subscribers connect.
+  const auto switched = settings.param<std::string>("switch", "");
+  std::optional<StrategySwitcher> switcher;
+  if (!switched.empty()) switcher.emplace(switched, 0.2);
   ASSERT_TRUE(run("rosbag play --quiet --clock --delay 3 --rate " +
                   std::to_string(settings.param("rate", 1.0)) + " --duration " +
                   std::to_string(settings.param("seconds", 1000.0)) + " " + bag + " > /dev/null"));
+
+  if (switcher) {
+    EXPECT_GE(switcher->stop(), 1) << "not every strategy had its turn";
+  }
 
   ASSERT_GT(heard.odometry.size(), 100u) << "the bag did not arrive";
   ASSERT_GT(heard.beliefs.size(), 100u) << "the node gave no poses";
