@@ -120,6 +120,8 @@ void FastSlam::update(const OdometryIncrement& odometry,
     Association& association = associations_[k];
     for (std::size_t c = 0; c < association.rows.size(); ++c) {
       const Eigen::Index column = static_cast<Eigen::Index>(c);
+      // Of the landmarks near by, most are no particle's choice.
+      if (!(association.takes.col(column) > 0.0).any()) continue;
       kernels::propose(z, options_.association.gate, count, pose, store_.row(association.rows[c]),
                        association.takes.col(column).data(), particles_.log_weight.data(),
                        association.accepted.col(column).data());
@@ -132,8 +134,9 @@ void FastSlam::update(const OdometryIncrement& odometry,
         kernels::make_observation(options_.sensor, observations[k], sensor);
     const Association& association = associations_[k];
     for (std::size_t c = 0; c < association.rows.size(); ++c) {
-      kernels::update(z, count, pose, association.accepted.col(static_cast<Eigen::Index>(c)).data(),
-                      store_.row(association.rows[c]));
+      const auto accepted = association.accepted.col(static_cast<Eigen::Index>(c));
+      if (!(accepted > 0.0).any()) continue;
+      kernels::update(z, count, pose, accepted.data(), store_.row(association.rows[c]));
     }
   }
   for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
