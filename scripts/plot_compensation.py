@@ -42,14 +42,14 @@ FAMILIES = [
 LABELLED = {
     "NR": ("NR", (9, -3), (9, -3)),
     "RSR": ("RSR", (9, 5), (-9, 9)),
-    "RBR": ("RBR", (9, 5), (9, -4)),
-    "compensation": ("100 %", (-6, 14), (-16, -17)),
-    "compensation 50 %": ("50 %", (8, 5), (9, -4)),
-    "compensation 20 %": ("20 %", (-9, 14), (9, -4)),
-    "compensation 10 %": ("10 %", (9, -13), (9, -4)),
-    "compensation T_N=1": ("100 %, after\nevery observation", (9, -10), (9, -10)),
-    "compensation T_N=0.25": ("100 %, $T_N$ = 0.25", (-60, -21), (9, -4)),
-    "RSR M=500": ("RSR, 500 particles", (9, -4), (9, -4)),
+    "RBR": ("RBR", (7, 7), (9, -4)),
+    "compensation": ("100 %", (-12, 18), (9, -5)),
+    "compensation 50 %": ("50 %", (9, 3), (9, -4)),
+    "compensation 20 %": ("20 %", (7, -13), (9, -4)),
+    "compensation 10 %": ("10 %", (9, -4), (9, -4)),
+    "compensation T_N=1": ("100 %, after\nevery observation", (9, -10), (-10, 10)),
+    "compensation T_N=0.25": ("100 %, $T_N$ = 0.25", (-62, -22), (9, -4)),
+    "RSR M=500": ("RSR, 500 particles", (-60, 27), (9, -4)),
 }
 SHOWN_GROUPS = ("Resampling schemes", "Compensation: pairing and ratio")
 
@@ -124,7 +124,7 @@ def draw_tradeoff(study):
             if is_labelled:
                 named.add(title)
                 panel.annotate(LABELLED[name][0], (inside["mean"], mean), xytext=LABELLED[name][place],
-                               textcoords="offset points", fontsize=9.5, color=colour, zorder=5,
+                               textcoords="offset points", fontsize=9.5, color=colour, zorder=2,
                                path_effects=[patheffects.withStroke(linewidth=3, foreground="white")])
         panel.axvline(0.95, color="0.55", lw=0.9)
         panel.annotate("honest", (0.95, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -5),

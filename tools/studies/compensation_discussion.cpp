@@ -141,7 +141,7 @@ std::string what_does_not_matter(const Words& words) {
          fixed(words.mean(&Figures::processor_ms, "compensation") /
                    words.mean(&Figures::processor_ms, "RSR"),
                2) +
-         " times that of RSR (but see `performance.md` for large maps).\n\n"
+         " times that of RSR (but see [performance.md](performance.md) for large maps).\n\n"
          "**What harms.** Excitation, which range-beacon localization cannot do without, moves "
          "poses "
          "away from the maps that hang on them: the map of RSR with `regularized` is " +
