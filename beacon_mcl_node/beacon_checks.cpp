@@ -8,7 +8,7 @@
 namespace pf_resampling {
 
 std::optional<Rejection> check(const BeaconRange& range) {
-  if (range.header.stamp.isZero()) return rejection(RejectReason::no_stamp, "the stamp is zero");
+  if (auto wrong = check(range.header.stamp)) return wrong;
   if (!std::isfinite(range.range)) {
     return rejection(RejectReason::not_finite, "the range to beacon ", range.beacon, " is ",
                      range.range);

@@ -298,6 +298,7 @@ void BeaconMclPipeline::forget_time() {
   }
   ranges_.clear();
   latest_ranges_.clear();
+  last_range_ = ros::Time();
   publisher_.clear_path();
   if (filter_ && options_.restart_after_jump_back) {
     filter_->reset();

@@ -8,7 +8,8 @@
 #include "pf_resampling/input_checks.hpp"
 #include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/fastslam/saved_map.hpp"
+#include "pf_resampling_core/population/matrix_root.hpp"
+#include "pf_resampling_core/population/random_stream.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -19,8 +20,25 @@ constexpr double kBelievedDistance = 2.0;
 constexpr double kUpright = 0.9;
 
 RangeBearingObservation to_observation(const LandmarkObservation& message) {
-  return {message.id, message.range, message.bearing, message.range_variance,
+  return {message.id, message.range, wrap_angle(message.bearing), message.range_variance,
           message.bearing_variance};
+}
+
+// A saved filter is at its last scan; `motion` has brought the robot on since then. Each particle
+// draws its own, as it would with the next scan.
+void move(const OdometryIncrement& motion, std::uint64_t seed, SavedMap* map) {
+  map->pose = moved_by(map->pose, motion);
+  map->pose.covariance = 0.5 * (map->pose.covariance + map->pose.covariance.transpose()).eval();
+  const Eigen::Matrix3d root = lower_root(motion.covariance);
+  const RandomStream normals(seed, RandomPurpose::saving, map->step);
+  for (std::size_t i = 0; i < map->particles.size(); ++i) {
+    const Eigen::Vector3d offset =
+        root * Eigen::Vector3d(normals.normal(4 * i), normals.normal(4 * i + 1),
+                               normals.normal(4 * i + 2));
+    Pose2& pose = map->particles[i].pose;
+    pose = compose(pose, {motion.mean.x + offset[0], motion.mean.y + offset[1],
+                          motion.mean.heading + offset[2]});
+  }
 }
 
 }  // namespace
@@ -29,18 +47,24 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options, FastS
     : options_(options),
       sinks_(std::move(sinks)),
       strategy_(strategy_of(options.filter.population, options.filter.excitation)),
+      starts_frozen_(options.filter.map.frozen),
       filter_(options.filter, static_cast<std::uint64_t>(options.seed)),
       odometry_(options.odometry_input),
       publisher_(options.frames, options.output, &sinks_) {
   for (const auto& [frame, place] : options_.sensors) {
     frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
   }
+  if (!options_.map_file.empty()) start_map_ = read_map_file(options_.map_file);
   start_filter_anew();
 }
 
 void FastSlamPipeline::start_filter_anew() {
+  if (options_.filter.map.frozen != starts_frozen_) {  // load_map said otherwise
+    options_.filter.map.frozen = starts_frozen_;
+    filter_.set_options(options_.filter);
+  }
   filter_.reset();
-  if (!options_.map_file.empty()) filter_.load(read_map_file(options_.map_file));
+  if (start_map_) filter_.load(*start_map_);
   latest_ = LatestScan{};
   lost_.reset();
   publisher_.clear_path();
@@ -113,6 +137,9 @@ void FastSlamPipeline::reset() {
 
 std::string FastSlamPipeline::save_map(const std::string& path) {
   SavedMap map = saved_map(&filter_, options_.map_file_particles);
+  if (!odometry_.empty() && odometry_.used() != odometry_.newest()) {
+    move(odometry_.since(), static_cast<std::uint64_t>(options_.seed), &map);
+  }
   map.frame = options_.frames.map;
   write_map_file(path, map);
   return std::to_string(map.landmarks.size()) + " landmarks and " +
@@ -153,6 +180,9 @@ void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& 
     throw;
   }
   refused_.clear();
+  if (options.filter.map.frozen != options_.filter.map.frozen) {
+    starts_frozen_ = options.filter.map.frozen;
+  }
   options_.filter = options.filter;
   strategy_ = strategy_of(options_.filter.population, options_.filter.excitation);
   log(LogLevel::info, "strategy: " + strategy_);
@@ -224,10 +254,12 @@ void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
 
   odometry_.use_until(used.stamp, options_.filter.odometry);
   belief_ = filter_.estimate();
-  const double since_last = last_scan_.isZero() ? 0.0 : (used.stamp - last_scan_).toSec();
+  const double since_last =
+      last_scan_.isZero() ? 0.0 : std::max(0.0, (used.stamp - last_scan_).toSec());
   last_scan_ = used.stamp;
   timing_.add(update_time, used.stamp);
   latency_ = (odometry_.newest() - used.stamp).toSec();
+  used.robot = belief_.mean;
   used.outcomes = filter_.outcomes();
   note_outcomes(used, since_last);
   latest_ = used;
@@ -306,6 +338,7 @@ void FastSlamPipeline::forget_time() {
   }
   scans_.clear();
   latest_ = LatestScan{};
+  last_scan_ = ros::Time();
   publisher_.clear_path();
   if (options_.restart_after_jump_back) start_filter_anew();
 }

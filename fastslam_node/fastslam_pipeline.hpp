@@ -23,6 +23,7 @@
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
 #include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/fastslam/saved_map.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 
 namespace pf_resampling {
@@ -54,7 +55,8 @@ class FastSlamPipeline {
   void handle(const tf2_msgs::TFMessage& transforms);
 
   /// Services. save_map and load_map return what they did in one line, or throw Error with nothing
-  /// changed; they give out the map anew.
+  /// changed. What is saved is the filter as it is at the newest odometry; a loaded map is given
+  /// out at once. After reset() all is as after construction, but for what was counted.
   void reset();
   std::string save_map(const std::string& path);
   std::string load_map(const std::string& path, bool frozen);
@@ -91,6 +93,7 @@ class FastSlamPipeline {
   /// The last scan that was used, for the picture of what was taken as what.
   struct LatestScan {
     ros::Time stamp;
+    Pose2 robot;
     Pose2 sensor;
     std::vector<RangeBearingObservation> observations;
     std::vector<ObservationOutcome> outcomes;
@@ -119,6 +122,8 @@ class FastSlamPipeline {
   FastSlamSinks sinks_;
   std::string strategy_;
   std::string refused_;  // why parameters were refused last; empty once some were taken
+  bool starts_frozen_;
+  std::optional<SavedMap> start_map_;
   StaticFrames frames_;
   FastSlam filter_;
   DeadReckoning odometry_;

@@ -12,6 +12,8 @@ namespace {
 
 // Above this probability of being lost there is a warning.
 constexpr double kLostWarning = 0.5;
+// How long, s, a scan is shown at least.
+constexpr double kScanShown = 1.0;
 
 bool is_finite(const FilterStatus& status) {
   return std::isfinite(status.effective_sample_size) && std::isfinite(status.entropy_sample_size) &&
@@ -83,11 +85,11 @@ void FastSlamPipeline::publish_markers(ros::Time stamp) {
       options_.label_height > 0.0 ? options_.label_height : std::clamp(0.018 * extent, 0.1, 3.0);
   take(label_markers(frame, map_, height, &labels_));
   ScanPicture scan;
-  scan.robot = belief_.mean;
-  scan.sensor = latest_.sensor;
-  scan.observations = latest_.observations;
-  scan.outcomes = latest_.outcomes;
-  take(association_markers(frame, scan, map_, line, 2.0 * options_.output.marker_period));
+  const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
+  if ((stamp - latest_.stamp).toSec() <= shown) {
+    scan = {latest_.robot, latest_.sensor, latest_.observations, latest_.outcomes};
+  }
+  take(association_markers(frame, scan, map_, line, shown));
   take(pose_ellipse_markers(frame, *belief, 2.0 * line));
   const auto finite_end = std::stable_partition(
       markers.markers.begin(), markers.markers.end(),

@@ -5,10 +5,22 @@
 #include "pf_resampling/input_checks.hpp"
 
 namespace pf_resampling {
+namespace {
+
+// What a filter's numbers can be reckoned with; no sensor comes near.
+constexpr double kFarthest = 1e6;                // m
+constexpr double kLargestBearingVariance = 1e4;  // rad^2
+constexpr double kSmallestVariance = 1e-12;      // of a micrometre, or a microradian
+
+/// Zero: unknown.
+bool is_possible(double variance, double largest) {
+  return variance == 0.0 || (variance >= kSmallestVariance && variance <= largest);
+}
+
+}  // namespace
 
 std::optional<Rejection> check(const LandmarkObservationArray& scan) {
-  if (scan.header.stamp.isZero()) return rejection(RejectReason::no_stamp, "the stamp is zero");
-  return std::nullopt;
+  return check(scan.header.stamp);
 }
 
 std::optional<Rejection> check(const LandmarkObservation& observation) {
@@ -21,11 +33,16 @@ std::optional<Rejection> check(const LandmarkObservation& observation) {
     return rejection(RejectReason::not_positive, "the range to landmark ", z.id, " is ", z.range,
                      " m");
   }
+  if (z.range > kFarthest) {
+    return rejection(RejectReason::impossible_range, "the range to landmark ", z.id, " is ",
+                     z.range, " m");
+  }
   if (!std::isfinite(z.range_variance) || !std::isfinite(z.bearing_variance)) {
     return rejection(RejectReason::not_finite, "the variances of landmark ", z.id, " are ",
                      z.range_variance, " m^2 and ", z.bearing_variance, " rad^2");
   }
-  if (z.range_variance < 0.0 || z.bearing_variance < 0.0) {
+  if (!is_possible(z.range_variance, kFarthest * kFarthest) ||
+      !is_possible(z.bearing_variance, kLargestBearingVariance)) {
     return rejection(RejectReason::impossible_variance, "the variances of landmark ", z.id, " are ",
                      z.range_variance, " m^2 and ", z.bearing_variance, " rad^2");
   }

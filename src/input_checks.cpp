@@ -42,8 +42,18 @@ std::optional<Rejection> check_frame(const std::string& what, const std::string&
                    "' (parameter ", parameter, ")");
 }
 
+std::optional<Rejection> check(const ros::Time& stamp) {
+  if (stamp.isZero()) return rejection(RejectReason::no_stamp, "the stamp is zero");
+  // Differences of stamps are of 32 bits with sign; ROS throws at larger ones.
+  if (stamp.sec > 0x7fffffffU) {
+    return rejection(RejectReason::impossible_stamp, "the stamp is ", stamp.sec,
+                     " s, which ROS 1 cannot reckon with");
+  }
+  return std::nullopt;
+}
+
 std::optional<Rejection> check(const nav_msgs::Odometry& odometry, const FrameNames& frames) {
-  if (odometry.header.stamp.isZero()) return rejection(RejectReason::no_stamp, "the stamp is zero");
+  if (auto wrong = check(odometry.header.stamp)) return wrong;
   if (auto wrong =
           check_frame("header.frame_id", odometry.header.frame_id, frames.odom, "frames/odom")) {
     return wrong;

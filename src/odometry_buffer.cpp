@@ -89,17 +89,18 @@ void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
   Sample sample;
   sample.stamp = odometry.stamp;
   sample.received = odometry.pose;
-  sample.pose = odometry.pose;
   sample.covariance = odometry.covariance;
-  if (!samples_.empty()) {
+  if (samples_.empty()) {
+    offset_ = Pose2{};
+  } else {
     const Sample& last = samples_.back();
-    sample.pose =
-        moved ? compose(last.pose, relative(last.received, odometry.pose)) : Pose2(last.pose);
+    if (!moved) offset_ = compose(last.pose, relative(odometry.pose, Pose2{}));
     if (moved && options_.use_covariance && last.covariance && odometry.covariance) {
       sample.step_covariance =
           covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
     }
   }
+  sample.pose = compose(offset_, odometry.pose);
   samples_.push_back(sample);
 }
 

@@ -11,6 +11,8 @@ std::string to_string(RejectReason reason) {
       return "not_finite";
     case RejectReason::not_positive:
       return "not_positive";
+    case RejectReason::impossible_range:
+      return "impossible_range";
     case RejectReason::impossible_variance:
       return "impossible_variance";
     case RejectReason::not_unit_quaternion:
@@ -29,6 +31,8 @@ std::string to_string(RejectReason reason) {
       return "unknown_frame";
     case RejectReason::no_stamp:
       return "no_stamp";
+    case RejectReason::impossible_stamp:
+      return "impossible_stamp";
     case RejectReason::out_of_order:
       return "out_of_order";
     case RejectReason::old:

@@ -5,6 +5,11 @@
 #include "pf_resampling/conversions.hpp"
 
 namespace pf_resampling {
+namespace {
+
+constexpr double kFarthest = 1e6;  // m; no robot is that large
+
+}  // namespace
 
 bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   const std::string parent = without_slash(transform.header.frame_id);
@@ -12,9 +17,8 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   const auto& t = transform.transform.translation;
   const auto& q = transform.transform.rotation;
   if (parent == child || parent.empty() || child.empty()) return false;
-  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z) || !is_unit(q)) {
-    return false;
-  }
+  const double distance = std::hypot(t.x, t.y, t.z);
+  if (!(distance <= kFarthest) || !is_unit(q)) return false;
   Parent& entry = parents_[child];
   entry.frame = parent;
   entry.pose =

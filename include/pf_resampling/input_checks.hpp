@@ -25,6 +25,9 @@ Rejection rejection(RejectReason reason, const Parts&... parts) {
 std::optional<Rejection> check_frame(const std::string& what, const std::string& given,
                                      const std::string& expected, const std::string& parameter);
 
+/// Whether times can be reckoned with a stamp.
+std::optional<Rejection> check(const ros::Time& stamp);
+
 /// What can be told of a message by itself. Nothing: it can be used.
 std::optional<Rejection> check(const nav_msgs::Odometry& odometry, const FrameNames& frames);
 std::optional<Rejection> check(const geometry_msgs::PoseWithCovarianceStamped& pose,

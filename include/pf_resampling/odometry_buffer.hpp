@@ -98,6 +98,7 @@ class OdometryBuffer {
 
   OdometryBufferOptions options_;
   std::deque<Sample> samples_;
+  Pose2 offset_;  // from poses as received to continuous ones: nothing until the odometry jumps
   std::optional<StampedOdometry> suspect_;
   Addition suspicion_ = Addition::added;
 };

@@ -12,7 +12,8 @@ namespace pf_resampling {
 enum class RejectReason {
   not_finite,           ///< NaN or infinite number
   not_positive,         ///< a range of zero or less
-  impossible_variance,  ///< negative, or a covariance that none can have
+  impossible_range,     ///< beyond a thousand kilometres
+  impossible_variance,  ///< negative, or so large or small, or a covariance, that none can have
   not_unit_quaternion,
   unknown_beacon,     ///< id that is not among the beacons
   unknown_id,         ///< a landmark without id where the others have one
@@ -21,6 +22,7 @@ enum class RejectReason {
   wrong_frame,        ///< frame other than the configured one
   unknown_frame,      ///< no transform from the base frame
   no_stamp,           ///< stamp zero
+  impossible_stamp,   ///< of 2038 or later: ROS cannot reckon with it
   out_of_order,       ///< odometry not newer than the last
   old,                ///< observation before what the filter has already used
   before_odometry,    ///< observation before the first odometry

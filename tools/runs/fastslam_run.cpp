@@ -88,13 +88,13 @@ int run_fastslam_bag(const CommandLine& line) {
     if (const auto input = to_fastslam_message(message, topics)) handle(*input, &pipeline);
   });
   pipeline.publish_map();
-  if (line.has("save-map")) {
-    std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
-  }
   run.finish([&] {
     const std::string reasons = text_of(pipeline.rejects());
     return reasons.empty() ? "there is no odometry" : reasons;
   });
+  if (line.has("save-map")) {
+    std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
+  }
   const FastSlamStatus& status = pipeline.filter().status();
   run.report(pipeline.rejects(),
              std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +

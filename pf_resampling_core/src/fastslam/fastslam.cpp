@@ -57,6 +57,7 @@ FastSlam::FastSlam(const FastSlamOptions& options, std::uint64_t seed)
 }
 
 void FastSlam::reset() {
+  step_ = 0;
   const Eigen::Index count = options_.particles;
   particles_.x.setZero(count);
   particles_.y.setZero(count);

@@ -19,6 +19,7 @@ enum class RandomPurpose : std::uint32_t {
   association = 9,
   selection = 10,
   noise_factors = 11,
+  saving = 12,
   test = 100,
 };
 

@@ -1,0 +1,342 @@
+#include "fastslam_node/fastslam_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fastslam_rig.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using Drive = FastSlamDrive;
+
+// Odometry and scans are exact. The filter, which believes in noise of 0.03 m per root metre,
+// draws from it; after 20 m it is seldom off by 0.1 m. Five times that is lost.
+constexpr double kLost = 0.5;  // m
+
+geometry_msgs::PoseWithCovarianceStamped initial_pose(double seconds, const Pose2& pose,
+                                                      double sigma) {
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "map";
+  start.header.stamp = Drive::at(seconds);
+  start.pose.pose = to_pose_message(pose);
+  for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = sigma * sigma;
+  return start;
+}
+
+// ---- time -------------------------------------------------------------------------------------
+
+TEST(FastSlamPipeline, ScansWaitForOdometryAndAreUsedInOrderOfTime) {
+  const auto drive = Drive::messages(15.0);
+  FastSlamRig in_order;
+  in_order.feed(drive);
+
+  // The same, but all scans of a second come before its odometry, the newest first.
+  FastSlamRig early;
+  std::vector<FastSlamMessage> odometry;
+  std::vector<FastSlamMessage> scans;
+  int waited = 0;
+  const auto flush = [&] {
+    for (auto scan = scans.rbegin(); scan != scans.rend(); ++scan) handle(*scan, &early.pipeline);
+    waited = std::max(waited, early.pipeline.queued());
+    early.feed(odometry);
+    scans.clear();
+    odometry.clear();
+  };
+  for (const FastSlamMessage& message : drive) {
+    const bool is_scan = std::holds_alternative<LandmarkObservationArray::ConstPtr>(message);
+    (is_scan ? scans : odometry).push_back(message);
+    if (odometry.size() == 10) flush();
+  }
+  flush();
+  EXPECT_GT(waited, 0);
+  EXPECT_EQ(early.pipeline.rejects().total(), 0u);
+  EXPECT_EQ(early.out.updates, in_order.out.updates);
+  EXPECT_TRUE(
+      same_particles(early.pipeline.filter().particles(), in_order.pipeline.filter().particles()));
+  EXPECT_TRUE(bytes_of(early.out.poses.back()) == bytes_of(in_order.out.poses.back()));
+}
+
+TEST(FastSlamPipeline, AScanWaitsUntilOdometryCoversItsStamp) {
+  FastSlamRig run;
+  run.pipeline.handle(Drive::scan(Drive::at(0.15)));
+  run.pipeline.handle(Drive::odometry(Drive::at(0.0)));
+  run.pipeline.handle(Drive::odometry(Drive::at(0.1)));
+  EXPECT_EQ(run.pipeline.queued(), 1);
+  EXPECT_TRUE(run.out.updates.empty());
+  run.pipeline.handle(Drive::odometry(Drive::at(0.2)));
+  EXPECT_EQ(run.pipeline.queued(), 0);
+  ASSERT_EQ(run.out.updates.size(), 1u);
+  EXPECT_EQ(run.out.updates[0], Drive::at(0.15));
+  EXPECT_EQ(run.out.statuses.at(0).header.stamp, Drive::at(0.15));
+}
+
+TEST(FastSlamPipeline, ScansThatComeTooLateAreCountedAndChangeNothing) {
+  const auto drive = Drive::messages(10.0);
+  FastSlamRig good;
+  good.feed(drive);
+  FastSlamRig run;
+  run.pipeline.handle(Drive::scan(Drive::at(-0.1)));
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    handle(drive[i], &run.pipeline);
+    if (i == 60) run.pipeline.handle(Drive::scan(Drive::at(2.0)));
+  }
+  EXPECT_EQ(run.rejected("landmarks", RejectReason::before_odometry), 1u);
+  EXPECT_EQ(run.rejected("landmarks", RejectReason::old), 1u);
+  EXPECT_EQ(run.pipeline.rejects().total(), 2u);
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+}
+
+TEST(FastSlamPipeline, TheQueueIsBoundedAndDropsTheOldest) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.queue_length = 5;
+  FastSlamRig run(options);
+  run.pipeline.handle(Drive::odometry(Drive::at(0.0)));
+  for (int i = 1; i <= 20; ++i) {
+    run.pipeline.handle(Drive::scan(Drive::at(0.1 * i)));
+    EXPECT_LE(run.pipeline.queued(), 5);
+  }
+  EXPECT_EQ(run.rejected("landmarks", RejectReason::queue_full), 15u);
+  for (int i = 1; i <= 21; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_EQ(run.pipeline.queued(), 0);
+  ASSERT_EQ(run.out.updates.size(), 5u);
+  EXPECT_EQ(run.out.updates.front(), Drive::at(1.6));
+}
+
+TEST(FastSlamPipeline, TimeThatJumpsBackStartsAnewAndIsReported) {
+  const auto drive = Drive::messages(20.0);
+  FastSlamRig run;
+  run.feed(drive);
+  const std::size_t updates = run.out.updates.size();
+  run.feed(drive);  // a bag that loops
+  EXPECT_EQ(run.rejected("odom", RejectReason::time_jump), 1u);
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps back in time"), "1");
+  EXPECT_TRUE(run.has_said("time jumped back by 19.9"));
+  EXPECT_TRUE(run.has_said("the filter starts anew"));
+  EXPECT_EQ(run.out.poses.back().header.stamp, Drive::at(20.0));
+  EXPECT_LT(run.error(), kLost);
+  EXPECT_LT(run.map_error(), kLost);
+  // The second round has all scans but the one before its second odometry.
+  EXPECT_GE(run.out.updates.size(), 2 * updates - 2);
+  EXPECT_EQ(run.out.statuses.back().updates, run.out.updates.size() - updates);
+}
+
+TEST(FastSlamPipeline, AfterAJumpBackTheMapMayStay) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.restart_after_jump_back = false;
+  FastSlamRig run(options);
+  // Twice round the circle: at its end the robot is where it began.
+  const double round = 0.2 * std::round(5.0 * 2.0 * kPi * Drive::kRadius);
+  const auto drive = Drive::messages(round);
+  run.feed(drive);
+  const std::uint64_t updates = run.out.statuses.back().updates;
+  run.feed(drive);
+  EXPECT_FALSE(run.has_said("the filter starts anew"));
+  EXPECT_GT(run.out.statuses.back().updates, updates + 100);
+  EXPECT_EQ(run.out.statuses.back().landmarks, 12u);
+  EXPECT_LT(run.error(), kLost);
+
+  // Then silence of the sensor is noticed, though the last scan of the first round was later.
+  FastSlamRig silent(options);
+  silent.feed(drive);
+  for (int i = 0; i <= 100; ++i) silent.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_NE(silent.out.diagnostics.back().status[1].message.find("no usable landmarks"),
+            std::string::npos)
+      << silent.out.diagnostics.back().status[1].message;
+}
+
+TEST(FastSlamPipeline, WithoutScansTheBeliefMovesOnByOdometry) {
+  FastSlamRig run;
+  run.feed(Drive::messages(10.0));
+  ASSERT_LT(run.error(), kLost);
+  const Eigen::Matrix3d before = to_covariance3(run.out.poses.back().pose.covariance);
+  // Five minutes: ten times as long as odometry is kept.
+  for (int i = 101; i <= 3100; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_EQ(run.out.poses.size(), 3101u);
+  const Eigen::Matrix3d after = to_covariance3(run.out.poses.back().pose.covariance);
+  EXPECT_GT(after.topLeftCorner(2, 2).trace(), 2.0 * before.topLeftCorner(2, 2).trace());
+  // The particles drift as they believe odometry to; 4 of its own sigma.
+  EXPECT_LT(run.error(), 4.0 * std::sqrt(after(0, 0) + after(1, 1)));
+  EXPECT_NE(run.out.diagnostics.back().status[1].message.find("no usable landmarks for"),
+            std::string::npos);
+  EXPECT_EQ(run.pipeline.rejects().total(), 0u);
+  // Nothing of the last scan is shown any more.
+  for (const auto& name : {"seen_again", "seen_first", "not_believed"}) {
+    const auto lines = markers_called(run.out.markers.back(), name);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0].action, visualization_msgs::Marker::DELETE) << name;
+  }
+}
+
+TEST(FastSlamPipeline, AGapOfTheOdometryIsTakenAsMotion) {
+  FastSlamRig run;
+  run.feed(Drive::messages(0.0, 20.0));
+  // 8 s of silence: as long as it takes to drive a fifth of the circle.
+  run.feed(Drive::messages(28.0, 40.0));
+  EXPECT_EQ(run.rejected("odom", RejectReason::time_gap), 1u);
+  EXPECT_TRUE(run.has_said("no odometry for"));
+  EXPECT_LT(run.error(), kLost);
+  EXPECT_LT(run.map_error(), kLost);
+}
+
+TEST(FastSlamPipeline, AJumpOfTheOdometryIsNoMotion) {
+  FastSlamRig run;
+  run.feed(Drive::messages(0.0, 20.0));
+  // From here on odometry says something else: it was restarted elsewhere.
+  for (const FastSlamMessage& message : Drive::messages(20.1, 40.0)) {
+    if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
+      nav_msgs::Odometry moved = **odometry;
+      moved.pose.pose = to_pose_message(compose({50.0, -20.0, 2.0}, to_pose2(moved.pose.pose)));
+      run.pipeline.handle(moved);
+    } else {
+      handle(message, &run.pipeline);
+    }
+  }
+  EXPECT_EQ(run.rejected("odom", RejectReason::pose_jump), 1u);
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps of the odometry"), "1");
+  EXPECT_LT(run.error(), kLost);
+  EXPECT_LT(run.map_error(), kLost);
+}
+
+// ---- the pose ---------------------------------------------------------------------------------
+
+TEST(FastSlamPipeline, ThePoseIsTheFiltersMovedByOdometryAndAgreesWithTheTransform) {
+  FastSlamRig run;
+  for (const FastSlamMessage& message : Drive::messages(10.0)) {
+    handle(message, &run.pipeline);
+    if (!std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message)) continue;
+    const ros::Time stamp = run.out.poses.back().header.stamp;
+    // The filter stands at its last scan; from there odometry, which is exact, leads here.
+    const ros::Time used = run.out.updates.empty() ? Drive::at(0.0) : run.out.updates.back();
+    const Pose2 expected = compose(run.pipeline.filter().estimate().mean,
+                                   relative(Drive::truth(used), Drive::truth(stamp)));
+    const Pose2 pose = run.pose();
+    EXPECT_NEAR(pose.x, expected.x, 1e-6);
+    EXPECT_NEAR(pose.y, expected.y, 1e-6);
+    EXPECT_NEAR(wrap_angle(pose.heading - expected.heading), 0.0, 1e-6);
+  }
+  ASSERT_EQ(run.out.poses.size(), 101u);
+  ASSERT_EQ(run.out.transforms.size(), 101u);
+  for (std::size_t i = 0; i < run.out.poses.size(); ++i) {
+    const ros::Time stamp = run.out.poses[i].header.stamp;
+    EXPECT_EQ(stamp, Drive::at(0.1 * static_cast<double>(i)));
+    EXPECT_EQ(run.out.poses[i].header.frame_id, "map");
+    const auto& transform = run.out.transforms[i];
+    EXPECT_NEAR((transform.header.stamp - stamp).toSec(), 0.2, 1e-9);
+    EXPECT_EQ(transform.header.frame_id, "map");
+    EXPECT_EQ(transform.child_frame_id, "odom");
+    const Pose2 odom = {transform.transform.translation.x, transform.transform.translation.y,
+                        yaw_of(transform.transform.rotation)};
+    const Pose2 base = compose(odom, to_pose2(Drive::odometry(stamp).pose.pose));
+    const Pose2 pose = to_pose2(run.out.poses[i].pose.pose);
+    EXPECT_NEAR(base.x, pose.x, 1e-9);
+    EXPECT_NEAR(base.y, pose.y, 1e-9);
+    EXPECT_NEAR(wrap_angle(base.heading - pose.heading), 0.0, 1e-9);
+  }
+}
+
+TEST(FastSlamPipeline, SameMessagesAndSeedGiveTheSameBytesAtAnyNumberOfThreads) {
+  const auto drive = Drive::messages(10.0);
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.particles = 1000;
+  FastSlamRig one(options);
+  options.filter.threads = 2;
+  FastSlamRig two(options);
+  options.seed = 2;
+  FastSlamRig other(options);
+  for (FastSlamRig* run : {&one, &two, &other}) run->feed(drive);
+  EXPECT_TRUE(same_bytes(one.out.clouds, two.out.clouds));
+  EXPECT_TRUE(same_bytes(one.out.statuses, two.out.statuses));
+  EXPECT_TRUE(same_bytes(one.out.poses, two.out.poses));
+  EXPECT_TRUE(same_bytes(one.out.maps, two.out.maps));
+  EXPECT_FALSE(same_bytes(one.out.poses, other.out.poses));
+}
+
+// ---- starting elsewhere -----------------------------------------------------------------------
+
+TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {
+  FastSlamRig run;
+  run.feed(Drive::messages(40.0));
+  run.pipeline.handle(initial_pose(40.0, {1.0, 2.0, 0.5}, 0.1));
+  ASSERT_TRUE(run.pipeline.estimate().has_value());
+  // The mean of 60 particles of sigma 0.1 is off by 0.013; six times that.
+  EXPECT_NEAR(run.pipeline.estimate()->mean.x, 1.0, 0.08);
+  EXPECT_NEAR(run.pipeline.estimate()->mean.y, 2.0, 0.08);
+  EXPECT_NEAR(run.pipeline.estimate()->mean.heading, 0.5, 0.08);
+  run.pipeline.publish_map();
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+  EXPECT_LT(run.map_error(), kLost);
+
+  // Put back where it is, it goes on in its map.
+  run.pipeline.handle(initial_pose(40.0, Drive::truth(Drive::at(40.0)), 0.05));
+  run.feed(Drive::messages(40.1, 60.0));
+  EXPECT_LT(run.error(), kLost);
+  EXPECT_LT(run.map_error(), kLost);
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+}
+
+TEST(FastSlamPipeline, AnInitialPoseCanComeBeforeAllOdometry) {
+  const Pose2 start{4.0, -3.0, 1.0};
+  FastSlamRig run;
+  run.pipeline.handle(initial_pose(0.0, start, 0.0));
+  run.feed(Drive::messages(10.0));
+  const Pose2 truth = compose(start, Drive::truth(Drive::at(10.0)));
+  EXPECT_LT(distance(run.pose(), truth), kLost);
+}
+
+TEST(FastSlamPipeline, ResetStartsAnew) {
+  FastSlamRig run;
+  const auto drive = Drive::messages(20.0);
+  FastSlamRig fresh;
+  fresh.feed(drive);
+  run.feed(drive);
+  run.pipeline.reset();
+  EXPECT_FALSE(run.pipeline.estimate().has_value());
+  EXPECT_EQ(run.pipeline.filter().status().landmarks, 0);
+  EXPECT_EQ(run.pipeline.filter().status().updates, 0);
+  const std::size_t poses = run.out.poses.size();
+  run.feed(drive);
+  ASSERT_EQ(run.out.poses.size(), 2 * poses);
+  // As after construction, to the bit.
+  run.out.poses.erase(run.out.poses.begin(), run.out.poses.begin() + static_cast<long>(poses));
+  EXPECT_TRUE(same_bytes(run.out.poses, fresh.out.poses));
+}
+
+// ---- strategies -------------------------------------------------------------------------------
+
+TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.population.schedule = Schedule::every_n;
+  options.filter.population.every_n = 5;
+  options.filter.population.renewal = Renewal::resampling;
+  options.filter.population.resampling.scheme = ResamplingScheme::stratified;
+  FastSlamRig resampling(options);
+  resampling.feed(Drive::messages(40.0));
+  EXPECT_EQ(resampling.out.statuses.back().strategy, "every_n 5, resampling stratified, none");
+  EXPECT_LT(resampling.error(), kLost);
+  EXPECT_LT(resampling.map_error(), kLost);
+
+  options.filter.population.renewal = Renewal::compensation;
+  options.filter.population.compensation.pairing = Pairing::roulette;
+  options.filter.population.compensation.ratio = 0.5;
+  FastSlamRig compensation(options);
+  compensation.feed(Drive::messages(40.0));
+  EXPECT_EQ(compensation.out.statuses.back().strategy,
+            "every_n 5, compensation roulette 50 %, none");
+  EXPECT_LT(compensation.error(), kLost);
+  EXPECT_LT(compensation.map_error(), kLost);
+
+  for (const FastSlamRig* run : {&resampling, &compensation}) {
+    const auto& statuses = run->out.statuses;
+    EXPECT_EQ(statuses.back().updates, statuses.size());
+    EXPECT_EQ(statuses.back().renewals, statuses.size() / 5);
+    for (std::size_t i = 0; i < statuses.size(); ++i) {
+      EXPECT_EQ(static_cast<bool>(statuses[i].renewed), i % 5 == 4) << i;
+    }
+  }
+  // Compensation blends; nobody's line ends.
+  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors, 60u);
+  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
+}
+
+}  // namespace
+}  // namespace pf_resampling

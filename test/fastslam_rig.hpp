@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "fastslam_drive.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "pipeline_outputs.hpp"
+
+namespace pf_resampling {
+
+struct FastSlamOutputs : Outputs {
+  std::vector<LandmarkMap> maps;
+  std::vector<ros::Time> updates;
+};
+
+inline FastSlamSinks sinks_into(FastSlamOutputs* out) {
+  FastSlamSinks sinks;
+  connect(out, &sinks);
+  sinks.landmark_map = [out](const auto& message) { out->maps.push_back(message); };
+  sinks.updated = [out](ros::Time stamp, FastSlam*) { out->updates.push_back(stamp); };
+  return sinks;
+}
+
+inline double distance(const Pose2& a, const Pose2& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+struct FastSlamRig {
+  explicit FastSlamRig(const FastSlamPipelineOptions& options = FastSlamDrive::options())
+      : pipeline(options, sinks_into(&out)) {}
+
+  void feed(const std::vector<FastSlamMessage>& messages) {
+    for (const FastSlamMessage& message : messages) handle(message, &pipeline);
+  }
+
+  Pose2 pose() const { return to_pose2(out.poses.back().pose.pose); }
+  double error() const {
+    return distance(pose(), FastSlamDrive::truth(out.poses.back().header.stamp));
+  }
+  /// m; of the worst landmark of the last map, which has to be of the drive.
+  double map_error() const {
+    double worst = 0.0;
+    for (const Landmark& landmark : out.maps.back().landmarks) {
+      const Eigen::Vector2d truth =
+          FastSlamDrive::landmarks().at(static_cast<std::size_t>(landmark.id));
+      worst = std::max(worst,
+                       (Eigen::Vector2d(landmark.position.x, landmark.position.y) - truth).norm());
+    }
+    return worst;
+  }
+  bool has_said(const std::string& words) const {
+    return std::any_of(out.log.begin(), out.log.end(), [&](const std::string& line) {
+      return line.find(words) != std::string::npos;
+    });
+  }
+  std::uint64_t rejected(const std::string& input, RejectReason reason) const {
+    return pipeline.rejects().count(input, reason);
+  }
+
+  FastSlamOutputs out;
+  FastSlamPipeline pipeline;
+};
+
+/// The markers of a name in an array.
+inline std::vector<visualization_msgs::Marker> markers_called(
+    const visualization_msgs::MarkerArray& array, const std::string& name) {
+  std::vector<visualization_msgs::Marker> found;
+  std::copy_if(array.markers.begin(), array.markers.end(), std::back_inserter(found),
+               [&](const visualization_msgs::Marker& marker) { return marker.ns == name; });
+  return found;
+}
+
+/// Whether two filters' populations agree to the bit.
+inline bool same_particles(const FastSlamParticles& a, const FastSlamParticles& b) {
+  return a.size() == b.size() && (a.x == b.x).all() && (a.y == b.y).all() &&
+         (a.heading == b.heading).all() && (a.log_weight == b.log_weight).all() &&
+         (a.ancestor == b.ancestor).all();
+}
+
+inline bool all_finite(const FastSlamOutputs& out) {
+  bool finite = all_finite(static_cast<const Outputs&>(out));
+  for (const LandmarkMap& map : out.maps) {
+    for (const Landmark& landmark : map.landmarks) {
+      finite = finite && std::isfinite(landmark.position.x) && std::isfinite(landmark.position.y);
+      for (const double number : landmark.covariance) finite = finite && std::isfinite(number);
+    }
+  }
+  return finite;
+}
+
+}  // namespace pf_resampling
