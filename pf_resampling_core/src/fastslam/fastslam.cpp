@@ -65,6 +65,7 @@ void FastSlam::reset() {
   particles_.log_weight.setConstant(count, -std::log(static_cast<double>(count)));
   particles_.weight.setConstant(count, 1.0 / static_cast<double>(count));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, options_.particles - 1);
+  odometry_errors_.start(options_.odometry_errors, count);
   store_ = LandmarkStore(options_.particles);
   index_.clear();
   row_of_id_.clear();
@@ -110,7 +111,10 @@ void FastSlam::update(const OdometryIncrement& odometry,
   ++step_;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
-  kernels::predict(odometry, count, pose);
+  odometry_errors_.predict(odometry);
+  drawn_.resize(count, 3);
+  drawn_ << particles_.x, particles_.y, particles_.heading;
+  kernels::predict(odometry_errors_.motion(), odometry_errors_.covariance(), count, pose);
   // FastSLAM 1.0 is 2.0 with a proposal that the observations find already drawn.
   if (options_.version == FastSlamVersion::fastslam_1) draw();
 
@@ -166,6 +170,15 @@ void FastSlam::draw() {
   stream(RandomPurpose::motion).fill_normal4(0, count, z, z + count, z + 2 * count, z + 3 * count);
   kernels::draw(count, z, z + count, z + 2 * count, proposal());
   proposal_.setZero();
+  learn_odometry_errors();
+}
+
+// What the particles' draws say of the odometry.
+void FastSlam::learn_odometry_errors() {
+  if (!options_.odometry_errors.estimate) return;
+  kernels::motion_since(particles_.size(), proposal(), drawn_.col(0).data(), drawn_.col(1).data(),
+                        drawn_.col(2).data());
+  odometry_errors_.condition(drawn_);
 }
 
 void FastSlam::start_landmark(std::size_t observation, const RangeBearingObservation& z,
@@ -212,6 +225,7 @@ void FastSlam::renew() {
     const CompensationResult& result =
         control_.compensate(particles_.weight, stream(RandomPurpose::compensation));
     blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
+    odometry_errors_.blend(result.pairs);
     if (!options_.map.frozen) {
       store_.blend(result.pairs, control_.options().compensation.covariance);
     }
@@ -238,6 +252,7 @@ void FastSlam::select(const ResamplingResult& result) {
     for (Eigen::Index i = 0; i < ancestors.size(); ++i) work_[i] = (*array)[ancestors[i]];
     *array = work_.head(ancestors.size());
   }
+  odometry_errors_.select(ancestors);
   store_.select(ancestors);
   ancestry_.select(ancestors);
   particles_.ancestor = ancestors;

@@ -96,7 +96,8 @@ PF_RESAMPLING_INLINE double log_likelihood_of(double distance, double determinan
 }
 
 PF_RESAMPLING_VECTOR_CLONES
-void predict_clones(const double mean[3], const double q[6], std::int64_t count,
+void predict_clones(const double* __restrict mean_x, const double* __restrict mean_y,
+                    const double* __restrict mean_heading, const double q[6], std::int64_t count,
                     double* __restrict x, double* __restrict y, double* __restrict heading,
                     double* __restrict xx, double* __restrict xy, double* __restrict xh,
                     double* __restrict yy, double* __restrict yh, double* __restrict hh) {
@@ -105,9 +106,9 @@ void predict_clones(const double mean[3], const double q[6], std::int64_t count,
     double s;
     double c;
     sincos_vector(heading[i], &s, &c);
-    x[i] += c * mean[0] - s * mean[1];
-    y[i] += s * mean[0] + c * mean[1];
-    heading[i] = wrap_angle_vector(heading[i] + mean[2]);
+    x[i] += c * mean_x[i] - s * mean_y[i];
+    y[i] += s * mean_x[i] + c * mean_y[i];
+    heading[i] = wrap_angle_vector(heading[i] + mean_heading[i]);
     xx[i] = c * c * qxx - 2.0 * c * s * qxy + s * s * qyy;
     xy[i] = c * s * (qxx - qyy) + (c * c - s * s) * qxy;
     yy[i] = s * s * qxx + 2.0 * c * s * qxy + c * c * qyy;
@@ -217,6 +218,22 @@ void draw_clones(std::int64_t count, const double* __restrict z0, const double* 
 }
 
 PF_RESAMPLING_VECTOR_CLONES
+void motion_since_clones(std::int64_t count, const double* __restrict x, const double* __restrict y,
+                         const double* __restrict heading, double* __restrict motion_x,
+                         double* __restrict motion_y, double* __restrict motion_heading) {
+  for (std::int64_t i = 0; i < count; ++i) {
+    double sine;
+    double cosine;
+    sincos_vector(motion_heading[i], &sine, &cosine);
+    const double dx = x[i] - motion_x[i];
+    const double dy = y[i] - motion_y[i];
+    motion_x[i] = cosine * dx + sine * dy;
+    motion_y[i] = cosine * dy - sine * dx;
+    motion_heading[i] = wrap_angle_vector(heading[i] - motion_heading[i]);
+  }
+}
+
+PF_RESAMPLING_VECTOR_CLONES
 void update_clones(const Observation& observation, std::int64_t count, const double* __restrict x,
                    const double* __restrict y, const double* __restrict heading,
                    const double* __restrict accepted, double* __restrict lx, double* __restrict ly,
@@ -248,12 +265,11 @@ void update_clones(const Observation& observation, std::int64_t count, const dou
 
 }  // namespace
 
-void predict(const OdometryIncrement& odometry, std::int64_t count, const PoseGaussians& pose) {
-  const Eigen::Matrix3d& c = odometry.covariance;
-  const double mean[3] = {odometry.mean.x, odometry.mean.y, odometry.mean.heading};
+void predict(const Eigen::ArrayXXd& motion, const Eigen::Matrix3d& c, std::int64_t count,
+             const PoseGaussians& pose) {
   const double q[6] = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
-  predict_clones(mean, q, count, pose.x, pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy,
-                 pose.yh, pose.hh);
+  predict_clones(motion.col(0).data(), motion.col(1).data(), motion.col(2).data(), q, count, pose.x,
+                 pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy, pose.yh, pose.hh);
 }
 
 void match(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
@@ -275,6 +291,11 @@ void draw(std::int64_t count, const double* z0, const double* z1, const double* 
           const PoseGaussians& pose) {
   draw_clones(count, z0, z1, z2, pose.x, pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy,
               pose.yh, pose.hh);
+}
+
+void motion_since(std::int64_t count, const PoseGaussians& pose, double* x, double* y,
+                  double* heading) {
+  motion_since_clones(count, pose.x, pose.y, pose.heading, x, y, heading);
 }
 
 void update(const Observation& observation, std::int64_t count, const PoseGaussians& pose,

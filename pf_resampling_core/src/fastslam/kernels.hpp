@@ -29,9 +29,10 @@ struct Observation {
 Observation make_observation(const LandmarkSensorOptions& model, const RangeBearingObservation& z,
                              const Pose2& sensor);
 
-/// Moves every particle by the mean of the odometry and starts its proposal with the odometry's
-/// covariance.
-void predict(const OdometryIncrement& odometry, std::int64_t count, const PoseGaussians& pose);
+/// Moves every particle by its row of `motion` (x, y, heading in its body frame) and starts its
+/// proposal with the motion's covariance.
+void predict(const Eigen::ArrayXXd& motion, const Eigen::Matrix3d& covariance, std::int64_t count,
+             const PoseGaussians& pose);
 
 /// Squared Mahalanobis distance and log likelihood of the observation in each particle.
 void match(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
@@ -47,6 +48,11 @@ void propose(const Observation& observation, double gate, std::int64_t count,
 /// Draws the pose from the proposal, with normals z0 … z2; the proposal's mean becomes the draw.
 void draw(std::int64_t count, const double* z0, const double* z1, const double* z2,
           const PoseGaussians& pose);
+
+/// The motion from a former pose (x, y, heading) to the present one, in the body frame of the
+/// former, which it replaces.
+void motion_since(std::int64_t count, const PoseGaussians& pose, double* x, double* y,
+                  double* heading);
 
 /// Updates the landmark with the observation from the drawn pose (Joseph form), where accepted
 /// is 1.

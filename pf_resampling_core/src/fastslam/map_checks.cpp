@@ -116,6 +116,25 @@ std::string fault_of(const SavedParticle& particle) {
   return {};
 }
 
+std::string fault_of(const OdometryErrorState& errors, std::size_t particles) {
+  if (errors.means.rows() != static_cast<Eigen::Index>(particles) ||
+      (particles > 0 && errors.means.cols() != OdometryErrorEstimator::kCount)) {
+    return "the errors of the odometry are not " + std::to_string(OdometryErrorEstimator::kCount) +
+           " numbers per particle";
+  }
+  if (!errors.means.allFinite() || !errors.velocity.allFinite()) {
+    return "the errors of the odometry are not finite";
+  }
+  const OdometryErrorEstimator::Matrix& covariance = errors.covariance;
+  const char* const fault =
+      "the covariance of the errors of the odometry is not positive semidefinite";
+  if (!covariance.allFinite() || covariance != covariance.transpose()) return fault;
+  const Eigen::SelfAdjointEigenSolver<OdometryErrorEstimator::Matrix> solver(
+      covariance, Eigen::EigenvaluesOnly);
+  const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
+  return solver.eigenvalues().minCoeff() >= -kRounding * largest ? "" : fault;
+}
+
 std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, const SavedMap& map) {
   std::string fault = fault_of_id(landmark.id, previous);
   if (fault.empty()) fault = fault_of_gaussian(landmark.id, landmark.mean, landmark.covariance);
@@ -174,6 +193,7 @@ void check_saved_map(const SavedMap& map) {
       previous = landmark.id;
     }
   }
+  refuse_if(fault_of(map.odometry_errors, map.particles.size()));
   refuse_if(fault_of_whole(map));
 }
 

@@ -23,6 +23,8 @@ std::string fault_of(const SavedLandmark& landmark, std::int64_t previous);
 std::string fault_of(const SavedParticle& particle);
 /// `map`: with the landmarks that particles can have.
 std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, const SavedMap& map);
+/// Of so many particles.
+std::string fault_of(const OdometryErrorState& errors, std::size_t particles);
 /// What shows only when all is there: weights together, the next id.
 std::string fault_of_whole(const SavedMap& map);
 

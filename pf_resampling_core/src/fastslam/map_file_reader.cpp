@@ -200,6 +200,28 @@ SavedParticle read_particle(MapReader* reader, const SavedMap& map) {
   return particle;
 }
 
+void read_odometry_errors(MapReader* reader, SavedMap* map) {
+  OdometryErrorState& errors = map->odometry_errors;
+  reader->take("odometry_velocity", 3);
+  errors.velocity << reader->real(1), reader->real(2), reader->real(3);
+  for (int row = 0; row < OdometryErrorEstimator::kCount; ++row) {
+    reader->take("odometry_errors_covariance", static_cast<std::size_t>(row) + 1);
+    for (int column = 0; column <= row; ++column) {
+      errors.covariance(row, column) = errors.covariance(column, row) =
+          reader->real(static_cast<std::size_t>(column) + 1);
+    }
+  }
+  errors.means.setZero(static_cast<Eigen::Index>(map->particles.size()),
+                       OdometryErrorEstimator::kCount);
+  for (Eigen::Index i = 0; i < errors.means.rows(); ++i) {
+    reader->take("odometry_errors", OdometryErrorEstimator::kCount);
+    for (int error = 0; error < OdometryErrorEstimator::kCount; ++error) {
+      errors.means(i, error) = reader->real(static_cast<std::size_t>(error) + 1);
+    }
+  }
+  reader->refuse_if(fault_of(errors, map->particles.size()));
+}
+
 }  // namespace
 
 SavedMap read_map_file(const std::string& path) {
@@ -216,6 +238,7 @@ SavedMap read_map_file(const std::string& path) {
   reader.take("particles", 1);
   const std::int64_t particles = reader.integer(1, map_checks::kMostParticles);
   for (std::int64_t i = 0; i < particles; ++i) map.particles.push_back(read_particle(&reader, map));
+  read_odometry_errors(&reader, &map);
   reader.refuse_if(map_checks::fault_of_whole(map));
   reader.take_end();
   return map;

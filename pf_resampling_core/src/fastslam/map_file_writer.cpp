@@ -140,6 +140,27 @@ std::string line_of(const ParticleLandmark& landmark) {
                  c(0, 0), c(0, 1), c(1, 1), landmark.log_odds);
 }
 
+void write_odometry_errors(const SavedMap& map, MapWriter* writer) {
+  const OdometryErrorState& errors = map.odometry_errors;
+  writer->line(
+      "# errors of the odometry that stay: distance scale, turn scale, drift, yaw rate, delay;");
+  writer->line("# their covariance by rows up to the diagonal; last the mean of each particle");
+  writer->line(
+      line_of("odometry_velocity", errors.velocity.x(), errors.velocity.y(), errors.velocity.z()));
+  for (int row = 0; row < OdometryErrorEstimator::kCount; ++row) {
+    std::string text = "odometry_errors_covariance";
+    for (int column = 0; column <= row; ++column) append(errors.covariance(row, column), &text);
+    writer->line(text);
+  }
+  for (Eigen::Index i = 0; i < errors.means.rows(); ++i) {
+    std::string text = "odometry_errors";
+    for (int error = 0; error < OdometryErrorEstimator::kCount; ++error) {
+      append(errors.means(i, error), &text);
+    }
+    writer->line(text);
+  }
+}
+
 }  // namespace
 
 void write_map_file(const std::string& path, const SavedMap& map) {
@@ -175,6 +196,7 @@ void write_map_file(const std::string& path, const SavedMap& map) {
                 " " + std::to_string(particle.landmarks.size()));
     for (const ParticleLandmark& landmark : particle.landmarks) writer.line(line_of(landmark));
   }
+  write_odometry_errors(map, &writer);
   writer.finish();
 }
 

@@ -33,6 +33,8 @@ std::string to_string(DataAssociation association) {
 
 FastSlamOptions::FastSlamOptions() {
   population.threshold = 0.75;  // K section 4.2
+  // A wheeled robot of any size; what of its errors is constant is estimated (odometry_errors).
+  odometry.heading_per_time = 0.02;
   // The proposal spreads the poses already; K perturbs nothing.
   excitation.excitation = Excitation::none;
 }
@@ -48,6 +50,23 @@ ParameterList parameters_of(FastSlamOptions* options) {
       "What poses are drawn from: the odometry (1.0), or it and the observations (2.0)."));
   add_parameters(&options->population, &options->excitation, &list);
   add_parameters(&options->odometry, &list);
+
+  OdometryErrorOptions& errors = options->odometry_errors;
+  list.push_back(boolean_parameter("odometry_errors/estimate", &errors.estimate,
+                                   "Estimate errors of the odometry that stay the same for long; "
+                                   "the following are the prior's standard deviations."));
+  list.push_back(real_parameter("odometry_errors/distance_scale", &errors.distance_scale, 0.0, 1.0,
+                                "", "Relative error of distances."));
+  list.push_back(real_parameter("odometry_errors/turn_scale", &errors.turn_scale, 0.0, 1.0, "",
+                                "Relative error of turns."));
+  list.push_back(real_parameter("odometry_errors/drift", &errors.drift, 0.0, 10.0, "rad/m",
+                                "Turn per distance that is not in the odometry."));
+  list.push_back(real_parameter("odometry_errors/yaw_rate", &errors.yaw_rate, 0.0, 10.0, "rad/s",
+                                "Turn per time that is not in the odometry."));
+  list.push_back(real_parameter("odometry_errors/delay", &errors.delay, 0.0, 10.0, "s",
+                                "Delay of the observations against the odometry, or of it."));
+  list.push_back(real_parameter("odometry_errors/walk", &errors.walk, 0.0, 10.0, "1/sqrt(s)",
+                                "Share of these by which the errors wander in a second."));
 
   LandmarkSensorOptions& sensor = options->sensor;
   list.push_back(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",

@@ -89,6 +89,13 @@ SavedMap saved_map(FastSlam* filter, int particles) {
     map.particles.push_back(particle);
   }
 
+  const OdometryErrorState& errors = filter->odometry_errors_.state();
+  map.odometry_errors = errors;
+  map.odometry_errors.means.resize(chosen.size(), OdometryErrorEstimator::kCount);
+  for (Eigen::Index i = 0; i < chosen.size(); ++i) {
+    map.odometry_errors.means.row(i) = errors.means.row(chosen[i]);
+  }
+
   std::vector<int> rows = filter->rows();
   std::sort(rows.begin(), rows.end(),
             [&](int a, int b) { return filter->id_of(a) < filter->id_of(b); });
@@ -185,6 +192,8 @@ void FastSlam::load(const SavedMap& map) {
   particles_ = std::move(particles);
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(saved, 0, saved - 1);
   ancestry_.start(saved);
+  odometry_errors_.start(options_.odometry_errors, saved);
+  odometry_errors_.resume(map.odometry_errors);
   if (saved != options_.particles) {
     Resampler resampler;
     select(resampler.resample(particles_.weight, options_.particles,

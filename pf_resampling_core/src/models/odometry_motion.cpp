@@ -57,8 +57,21 @@ void append(const OdometryNoise& noise, const Pose2& motion, double duration,
   // A constant yaw-rate error turns the step, on average, by half of what it adds to the heading.
   const Eigen::Vector3d step_sensitivity(-0.5 * duration * motion.y, 0.5 * duration * motion.x,
                                          duration);
-  increment->yaw_rate_sensitivity =
-      by_past * increment->yaw_rate_sensitivity + by_step * step_sensitivity;
+  const auto propagate = [&](const Eigen::Vector3d& of_step, Eigen::Vector3d* sensitivity) {
+    *sensitivity = (by_past * *sensitivity + by_step * of_step).eval();
+  };
+  propagate(step_sensitivity, &increment->yaw_rate_sensitivity);
+  // So does an error of the turn, whatever it comes from.
+  const Eigen::Vector3d turning(-0.5 * motion.y, 0.5 * motion.x, 1.0);
+  propagate({motion.x, motion.y, 0.0}, &increment->distance_scale_sensitivity);
+  propagate(motion.heading * turning, &increment->turn_scale_sensitivity);
+  propagate(motion.x * turning, &increment->drift_sensitivity);
+  if (duration > 0.0) {
+    const double left = std::exp(-duration / OdometryIncrement::kVelocityMemory);
+    const Eigen::Vector3d now(motion.x / duration, motion.y / duration, motion.heading / duration);
+    increment->velocity = left * increment->velocity + (1.0 - left) * now;
+    increment->velocity_left *= left;
+  }
   increment->mean = compose(increment->mean, motion);
   increment->duration += duration;
 }

@@ -80,7 +80,10 @@ inline FastSlamOptions some_options(DataAssociation method = DataAssociation::au
   FastSlamOptions options;
   options.particles = 40;
   options.odometry = kOdometry;
+  options.odometry_errors.delay = 0.01;  // there is none, and the robot sets off at full speed
+  options.odometry_errors.drift = 0.001;
   options.sensor.range_sigma = kRangeSigma;
+  options.sensor.range_sigma_share = 0.0;
   options.sensor.bearing_sigma = kBearingSigma;
   options.association.method = method;
   return options;

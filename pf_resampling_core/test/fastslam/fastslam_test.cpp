@@ -67,6 +67,7 @@ FastSlamOptions quiet_options(int particles) {
   FastSlamOptions options;
   options.particles = particles;
   options.population.renewal = Renewal::none;
+  options.sensor.range_sigma_share = 0.0;
   return options;
 }
 

@@ -64,6 +64,10 @@ SavedMap small_map() {
     particle.log_weight = std::log(particle.weight);
     map.particles.push_back(particle);
   }
+  map.odometry_errors.velocity = {1.0 / 3.0, 0.0, -0.7};
+  map.odometry_errors.covariance.setConstant(1e-3 / 3.0);
+  map.odometry_errors.covariance.diagonal().setConstant(0.01 / 7.0);
+  map.odometry_errors.means.setConstant(2, OdometryErrorEstimator::kCount, -0.1 / 3.0);
   for (const SavedLandmark& landmark : map.landmarks) {
     map.particles[1].landmarks.push_back(
         {landmark.estimate.id, landmark.estimate.mean, landmark.estimate.covariance, 1.0 / 9.0});
@@ -85,6 +89,9 @@ std::vector<double> numbers_of(const SavedMap& map) {
     for (Eigen::Index i = 0; i < matrix.size(); ++i) all.push_back(matrix.data()[i]);
   };
   add(map.pose.covariance);
+  add(map.odometry_errors.velocity);
+  add(map.odometry_errors.covariance);
+  add(map.odometry_errors.means);
   for (const SavedLandmark& landmark : map.landmarks) {
     all.push_back(static_cast<double>(landmark.estimate.id));
     add(landmark.estimate.mean);
@@ -198,7 +205,17 @@ has 3 4.25 2.5 0.0625 -0.03125 0.0625 3.6
 particle 1.75 0.25 0.625 -0.69314718055994529 0.5 2
 has 3 3.75 2.5 0.0625 -0.03125 0.0625 3.6
 has 8 -1.75 0 0.5 0 0.5 -0.9
-end 26 fc5c7fa35ed76678
+# errors of the odometry that stay: distance scale, turn scale, drift, yaw rate, delay;
+# their covariance by rows up to the diagonal; last the mean of each particle
+odometry_velocity 0.5 0 -0.25
+odometry_errors_covariance 0.0625
+odometry_errors_covariance 0 0.125
+odometry_errors_covariance 0 0 0.25
+odometry_errors_covariance 0 -0.125 0 0.5
+odometry_errors_covariance 0 0 0 0 1
+odometry_errors 0.5 0 -0.5 0.25 0.125
+odometry_errors 0.25 0 1 -0.25 0.75
+end 36 9bea2d2b4450a0e0
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -230,6 +247,12 @@ end 26 fc5c7fa35ed76678
   EXPECT_EQ(map.particles[1].landmarks[0].mean, Eigen::Vector2d(3.75, 2.5));
   EXPECT_EQ(map.particles[1].landmarks[1].id, 8);
   EXPECT_EQ(map.particles[1].landmarks[1].log_odds, -0.9);
+  EXPECT_EQ(map.odometry_errors.velocity, Eigen::Vector3d(0.5, 0.0, -0.25));
+  EXPECT_EQ(map.odometry_errors.covariance(1, 3), -0.125);
+  EXPECT_EQ(map.odometry_errors.covariance(4, 4), 1.0);
+  ASSERT_EQ(map.odometry_errors.means.rows(), 2);
+  EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
+  EXPECT_EQ(map.odometry_errors.means(0, 4), 0.125);
   write_map_file(path_, map);
   EXPECT_EQ(content_of(path_), documented);
 }
@@ -237,6 +260,7 @@ end 26 fc5c7fa35ed76678
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
   SavedMap map = small_map();
   map.particles.clear();
+  map.odometry_errors.means.resize(0, OdometryErrorEstimator::kCount);
   write_map_file(path_, map);
   expect_same(map, read_map_file(path_));
   map.landmarks.clear();
@@ -340,6 +364,10 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {" 0.3 0\n", " 0.3 2\n", "stands where a line \"has\" has to be"},
       {" 0.3 0\n", " 0.3 9999999\n", "is not a whole number from 0 to 2"},
       {"\nhas 11 ", "\nhas 3 ", "landmark 3 is there twice"},
+      {"odometry_velocity 0.33", "odometry_velocity nan", "is not a number"},
+      {"odometry_errors_covariance 0.00142", "odometry_errors_covariance -0.00142",
+       "the covariance of the errors of the odometry is not positive semidefinite"},
+      {"\nodometry_errors -", "\nodometry_error -", "where a line \"odometry_errors\" has to be"},
       {"\nhas 11 ", "\nhas 7 ", "landmark 7 is not in the list of landmarks"},
   };
   for (const auto& test : cases) {

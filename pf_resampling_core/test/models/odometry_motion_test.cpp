@@ -208,6 +208,51 @@ TEST(OdometryIncrement, YawRateSensitivityIsTheDerivative) {
       << sensitivity.transpose() << " against " << derivative.transpose();
 }
 
+// Steps so short that what happens within one does not matter; the derivatives by central
+// differences of the whole drive.
+TEST(OdometryIncrement, SensitivitiesToScalesAndDriftAreTheDerivatives) {
+  const auto drive = [](double distance_scale, double turn_scale, double drift) {
+    std::vector<Step> steps;
+    for (int k = 0; k < 4000; ++k) {
+      Step step = arc(k < 3000 ? 0.7 : -0.4, k < 1500 ? 0.5 : -0.3, 1e-3);
+      const double ahead = step.motion.x;
+      step.motion.x *= distance_scale;
+      step.motion.y *= distance_scale;
+      step.motion.heading = turn_scale * step.motion.heading + drift * ahead;
+      steps.push_back(step);
+    }
+    return increment_of(no_noise(), steps);
+  };
+  const double h = 1e-4;
+  const auto derivative = [&](double distance_scale, double turn_scale, double drift) {
+    const Pose2 high = drive(1.0 + h * distance_scale, 1.0 + h * turn_scale, h * drift).mean;
+    const Pose2 low = drive(1.0 - h * distance_scale, 1.0 - h * turn_scale, -h * drift).mean;
+    return Eigen::Vector3d((high.x - low.x) / (2.0 * h), (high.y - low.y) / (2.0 * h),
+                           (high.heading - low.heading) / (2.0 * h));
+  };
+  const OdometryIncrement increment = drive(1.0, 1.0, 0.0);
+  EXPECT_LT((increment.distance_scale_sensitivity - derivative(1, 0, 0)).norm(), 1e-3);
+  EXPECT_LT((increment.turn_scale_sensitivity - derivative(0, 1, 0)).norm(), 1e-3);
+  EXPECT_LT((increment.drift_sensitivity - derivative(0, 0, 1)).norm(), 1e-3);
+  EXPECT_GT(increment.turn_scale_sensitivity.norm(), 0.3);
+}
+
+// A robot that starts off: the velocity with a memory T follows 1 - exp(-t / T), however the time
+// is cut; and increments one after the other are as one.
+TEST(OdometryIncrement, VelocityHasAMemory) {
+  const double speed = 0.8, yaw_rate = -0.2;
+  for (const double duration : {0.01, 0.05, 0.3}) {
+    OdometryIncrement increment;
+    for (int k = 0; k < 2; ++k) {
+      append(no_noise(), {speed * duration, 0.0, yaw_rate * duration}, duration, &increment);
+    }
+    const double left = std::exp(-2.0 * duration / OdometryIncrement::kVelocityMemory);
+    EXPECT_NEAR(increment.velocity_left, left, 1e-12);
+    EXPECT_NEAR(increment.velocity.x(), (1.0 - left) * speed, 1e-12);
+    EXPECT_NEAR(increment.velocity.z(), (1.0 - left) * yaw_rate, 1e-12);
+  }
+}
+
 TEST(OdometryIncrement, StandingStillOnlyTimePasses) {
   OdometryNoise noise = no_noise();
   noise.heading_per_time = 0.02;

@@ -9,6 +9,7 @@
 #include "pf_resampling_core/excitation/excitation.hpp"
 #include "pf_resampling_core/fastslam/landmark_index.hpp"
 #include "pf_resampling_core/fastslam/landmark_store.hpp"
+#include "pf_resampling_core/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/fastslam/options.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
@@ -107,12 +108,14 @@ class FastSlam {
   void set_poses(const PoseEstimate& poses);
 
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
-  /// count takes effect at the next update. Throws Error, changing nothing, on options that make no
-  /// sense.
+  /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
+  /// Error, changing nothing, on options that make no sense.
   void set_options(const FastSlamOptions& options);
 
   const FastSlamOptions& options() const { return options_; }
   const FastSlamParticles& particles() const { return particles_; }
+  /// Systematic errors of the odometry, of every particle.
+  const OdometryErrorEstimator& odometry_errors() const { return odometry_errors_; }
   const FastSlamStatus& status() const { return status_; }
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
@@ -145,6 +148,7 @@ class FastSlam {
   DataAssociation method_for(const std::vector<RangeBearingObservation>& observations) const;
   kernels::PoseGaussians proposal();
   void draw();
+  void learn_odometry_errors();
   void associate(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   void associate_known(const std::vector<RangeBearingObservation>& observations, std::size_t k);
   void associate_by_likelihood(const std::vector<RangeBearingObservation>& observations,
@@ -168,6 +172,7 @@ class FastSlam {
   DataAssociation association_ = DataAssociation::automatic;
   std::uint32_t step_ = 0;
   FastSlamParticles particles_;
+  OdometryErrorEstimator odometry_errors_;
   LandmarkStore store_;
   LandmarkIndex index_;
   std::unordered_map<std::int64_t, int> row_of_id_;
@@ -187,6 +192,7 @@ class FastSlam {
   std::vector<int> taken_;
   Eigen::ArrayXXd proposal_;  // covariance: a column per entry
   Eigen::ArrayXd work_;
+  Eigen::ArrayXXd drawn_;  // poses before the motion, then the motion itself: a row per particle
   ExcitationWorkspace excitation_workspace_;
 };
 

@@ -50,6 +50,7 @@ struct SavedMap {
   std::int64_t observations_since_renewal = 0;
   std::vector<SavedLandmark> landmarks;  ///< ids ascending
   std::vector<SavedParticle> particles;  ///< empty: there is only the map
+  OdometryErrorState odometry_errors;    ///< a row of means per particle
 };
 
 /// The filter as it is now; it is not changed. All particles if there are no more than `particles`,

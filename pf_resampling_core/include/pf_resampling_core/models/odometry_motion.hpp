@@ -30,7 +30,17 @@ struct OdometryIncrement {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
   /// Derivative of (x, y, heading) by a constant error of the yaw rate, in s·m, s·m, s.
   Eigen::Vector3d yaw_rate_sensitivity = Eigen::Vector3d::Zero();
+  /// Likewise by constant relative errors of distances and turns, and by a turn per distance (two
+  /// wheels of unequal size, a steering that is not centred).
+  Eigen::Vector3d distance_scale_sensitivity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn_scale_sensitivity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d drift_sensitivity = Eigen::Vector3d::Zero();  ///< in m·m, m·m, m
+  /// Velocity (x, y, heading) in the body frame of the end, with a memory of kVelocityMemory: this
+  /// increment's part of it, and the share of it from before that is left.
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  double velocity_left = 1.0;
 
+  static constexpr double kVelocityMemory = 0.2;  ///< s
   bool is_empty() const { return duration <= 0.0; }
 };
 
