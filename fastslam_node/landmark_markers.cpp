@@ -53,7 +53,7 @@ visualization_msgs::MarkerArray landmark_markers(const MarkerFrame& frame,
                                                  const std::vector<LandmarkEstimate>& map,
                                                  double width) {
   Marker points = make_marker(frame, "landmarks", 0, Marker::SPHERE_LIST);
-  points.scale.x = points.scale.y = points.scale.z = 5.0 * width;
+  points.scale.x = points.scale.y = points.scale.z = 3.5 * width;
   points.color = color_of(1.0F, 0.62F, 0.2F, 1.0F);
   Marker ellipses = make_marker(frame, "landmark_2_sigma", 0, Marker::LINE_LIST);
   ellipses.scale.x = width;
