@@ -137,7 +137,7 @@ TEST(PaperK, SaysWhatEveryParameterIsThatConcernsIt) {
     const std::string group = name.substr(0, name.find('/'));
     const bool concerns_it = group == "version" || group == "population" || group == "odometry" ||
                              group == "sensor" || group == "association" ||
-                             name == "excitation/method";
+                             name == "excitation/method" || name == "odometry_errors/estimate";
     const bool is_without_use = name == "population/every_n" || name == "sensor/maximum_range" ||
                                 name == "sensor/field_of_view" ||
                                 name.find("log_odds") != std::string::npos;
