@@ -41,9 +41,9 @@ def loop_closures(estimate):
     time, sigma = np.array(estimate["time"]), np.array(estimate["sigma"])
     if len(time) < 2 or not np.max(sigma) > 0.0:
         return []
-    before = np.searchsorted(time, time - 1.0)  # one second earlier
+    before = np.searchsorted(time, time - 2.0)  # two seconds earlier
     drop = np.array([np.max(sigma[first:i + 1]) for i, first in enumerate(before)]) - sigma
-    is_closure = (drop > sigma) & (drop > 0.2 * np.max(sigma))
+    is_closure = (drop > 0.67 * sigma) & (drop > 0.15 * np.max(sigma))
     closures = []
     for i in np.flatnonzero(is_closure):
         if closures and time[i] - time[closures[-1]] < 5.0:

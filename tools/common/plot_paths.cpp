@@ -168,6 +168,10 @@ double start_of(const PathPlot& plot) {
 json plot_json(const PathPlot& plot) {
   const double start = start_of(plot);
   const Pose2 alignment = plot.alignment.value_or(Pose2{});
+  // The map by its own alignment, where there is one: a path of poses as they were estimated at the
+  // time need not lie where the map has come to lie since.
+  const bool has_own = plot.alignment && plot.map && plot.map->rms_aligned;
+  const Pose2 map_alignment = has_own ? plot.map->alignment : alignment;
   json beacons = json::array();
   for (const Beacon& beacon : plot.beacons) {
     beacons.push_back({{"id", beacon.id}, {"x", beacon.position.x()}, {"y", beacon.position.y()}});
@@ -180,7 +184,7 @@ json plot_json(const PathPlot& plot) {
                  {"clipped_points", clipped_points(plot)},
                  {"dead_reckoning", path_json(plot.dead_reckoning, start)},
                  {"beacons", beacons},
-                 {"landmarks", map_json(moved(plot.landmarks, alignment))},
+                 {"landmarks", map_json(moved(plot.landmarks, map_alignment))},
                  {"true_landmarks", map_json(plot.true_landmarks)}};
   if (plot.errors) result["errors"] = errors_json(*plot.errors, start);
   if (plot.map) result["map"] = map_errors_json(*plot.map);

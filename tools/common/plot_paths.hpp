@@ -20,7 +20,8 @@ struct PathPlot {
   std::vector<PointLandmark> landmarks;  ///< estimated, with the ellipses of their covariances
   std::vector<PointLandmark> true_landmarks;
   bool is_slam = false;  ///< marks loop closures; `landmarks` is the map that belongs to the path
-  /// Estimate and map are drawn where this brings them (errors are those of where they were).
+  /// The estimate is drawn where this brings it, and the map too unless `map` has an alignment of
+  /// its own (errors are those of where they were).
   std::optional<Pose2> alignment;
   std::optional<MapErrors> map;              ///< which landmark is which, and how far it is off
   std::optional<PathErrors> errors;          ///< of the estimate, over time, with 3-sigma bands
