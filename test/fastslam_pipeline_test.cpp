@@ -338,5 +338,11 @@ TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
   EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
 }
 
+TEST(FastSlamPipeline, ByDefaultASavedMapHoldsAllParticles) {
+  // Else going on from it is not what it would have been.
+  const FastSlamPipelineOptions options;
+  EXPECT_GE(options.map_file_particles, options.filter.particles);
+}
+
 }  // namespace
 }  // namespace pf_resampling
