@@ -1,0 +1,145 @@
+#include "rviz_panel/filter_health.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kMinute = 60.0;        // s
+constexpr double kRejectSpacing = 5.0;  // s between remembered counts of rejects
+// A judgement over this time: one bad update is none.
+constexpr double kJudgement = 3.0;  // s
+// Below this share of the particles few of them carry the belief (N_eff), or came from few
+// (ancestors): it is a picture of these few, not of the distribution.
+constexpr double kFew = 0.1;
+
+double share(double part, double whole) {
+  return whole > 0.0 ? part / whole : 0.0;
+}
+
+std::string number(double value, int decimals) {
+  char buffer[60];
+  std::snprintf(buffer, sizeof(buffer), "%.*f", decimals, value);
+  return buffer;
+}
+
+std::string key_of(const RejectCount& reject) {
+  return reject.input + " " + reject.reason;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  if (seconds >= 9.95) return number(seconds, 0) + " s";
+  if (seconds >= 0.9995) return number(seconds, 1) + " s";
+  if (seconds >= 0.00995) return number(1e3 * seconds, 0) + " ms";
+  return number(1e3 * seconds, seconds >= 0.000995 ? 1 : 2) + " ms";
+}
+
+std::string percent_text(double share) {
+  return number(100.0 * share, share < 0.00995 ? 1 : 0) + " %";
+}
+
+std::string reject_text(const FilterHealth::Reject& reject) {
+  std::string reason = reject.reason;
+  std::replace(reason.begin(), reason.end(), '_', ' ');
+  return reject.input + ": " + reason + " " + std::to_string(reject.count) +
+         (reject.recent > 0 ? " (" + std::to_string(reject.recent) + " in the last minute)" : "");
+}
+
+void FilterHealth::add(const FilterStatus& status) {
+  const double now = status.header.stamp.toSec();
+  if (latest_ && now < latest_->header.stamp.toSec() - 1.0) clear();
+  timing_.add(status.update_time, status.header.stamp);
+  latest_ = status;
+  const double particles = status.particles;
+  sample_size_.add(now, share(status.effective_sample_size, particles));
+  ancestors_.add(now, share(status.distinct_ancestors, particles));
+  load_.add(now, share(status.update_time, timing_.observation_period()));
+  lost_.add(now, status.lost);
+  renewals_.add(now, status.renewed ? 1.0 : 0.0);
+
+  while (rejects_before_.size() > 1 && rejects_before_[1].first < now - kMinute) {
+    rejects_before_.erase(rejects_before_.begin());
+  }
+  if (rejects_before_.empty() || now - rejects_before_.back().first > kRejectSpacing) {
+    std::map<std::string, std::uint64_t> counts;
+    for (const RejectCount& reject : status.rejects) counts[key_of(reject)] = reject.count;
+    rejects_before_.emplace_back(now, counts);
+  }
+}
+
+void FilterHealth::clear() {
+  *this = FilterHealth();
+}
+
+FilterHealth::Verdict FilterHealth::verdict() const {
+  if (!latest_) return {Level::unknown, "No status yet"};
+  if (latest_->lost > lost_warning())
+    return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
+  const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
+  if (sample_size < kFew) {
+    return {Level::warning,
+            "Degenerate: the weight is on " + percent_text(sample_size) + " of the particles"};
+  }
+  const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
+  if (ancestors < kFew) {
+    return {Level::warning,
+            "Depleted: " + percent_text(ancestors) + " of the particles had descendants"};
+  }
+  if (!timing_.keeps_up()) return {Level::warning, "Too slow: updates take longer than allowed"};
+  return {Level::good, "Healthy"};
+}
+
+std::string FilterHealth::sample_size_text() const {
+  if (!latest_) return "";
+  return percent_text(share(latest_->effective_sample_size, latest_->particles)) + " of " +
+         std::to_string(latest_->particles);
+}
+
+std::string FilterHealth::ancestors_text() const {
+  if (!latest_) return "";
+  return std::to_string(latest_->distinct_ancestors) + " of " + std::to_string(latest_->particles);
+}
+
+std::string FilterHealth::load_text() const {
+  if (!latest_) return "";
+  if (timing_.observation_period() == 0.0) return duration_text(timing_.update_time());
+  return duration_text(timing_.update_time()) + " of " +
+         duration_text(timing_.observation_period());
+}
+
+std::string FilterHealth::lost_text() const {
+  return latest_ ? number(latest_->lost, 2) : "";
+}
+
+std::string FilterHealth::counts_text() const {
+  if (!latest_) return "";
+  std::string counts = std::to_string(latest_->particles) + " particles";
+  if (latest_->landmarks > 0) counts += ", " + std::to_string(latest_->landmarks) + " landmarks";
+  counts += ", " + std::to_string(latest_->updates) + " updates, " +
+            std::to_string(latest_->renewals) + " renewals";
+  if (latest_->queued > 0) counts += ", " + std::to_string(latest_->queued) + " waiting";
+  return counts;
+}
+
+std::vector<FilterHealth::Reject> FilterHealth::rejects() const {
+  std::vector<Reject> rejects;
+  if (!latest_) return rejects;
+  for (const RejectCount& reject : latest_->rejects) {
+    if (reject.count == 0) continue;
+    const auto& before = rejects_before_.front().second;
+    const auto known = before.find(key_of(reject));
+    const std::uint64_t earlier = known == before.end() ? 0 : known->second;
+    // Counts start again with the node.
+    const std::uint64_t recent = reject.count >= earlier ? reject.count - earlier : reject.count;
+    rejects.push_back({reject.input, reject.reason, reject.count, recent});
+  }
+  std::stable_sort(rejects.begin(), rejects.end(), [](const Reject& a, const Reject& b) {
+    return a.recent != b.recent ? a.recent > b.recent : a.count > b.count;
+  });
+  return rejects;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <pf_resampling/FilterStatus.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling/diagnostics.hpp"
+#include "rviz_panel/strip_buffer.hpp"
+
+namespace pf_resampling {
+
+/// What the messages on `status` of the last minute say, as curves and in words.
+class FilterHealth {
+ public:
+  enum class Level { unknown, good, warning, bad };
+  struct Verdict {
+    Level level = Level::unknown;
+    std::string text;
+  };
+  struct Reject {
+    std::string input, reason;
+    std::uint64_t count;   ///< since the node started
+    std::uint64_t recent;  ///< of these, in the last minute
+  };
+
+  /// Above this probability a filter counts as lost, as in the nodes' diagnostics.
+  static constexpr double lost_warning() { return 0.5; }
+
+  void add(const FilterStatus& status);
+  void clear();
+
+  const std::optional<FilterStatus>& latest() const { return latest_; }
+
+  const StripBuffer& sample_size() const { return sample_size_; }  ///< N_eff / particles
+  const StripBuffer& ancestors() const { return ancestors_; }      ///< distinct / particles
+  const StripBuffer& load() const { return load_; }                ///< update time / budget
+  const StripBuffer& lost() const { return lost_; }                ///< probability
+  const StripBuffer& renewals() const { return renewals_; }        ///< 1 where renewed, else 0
+
+  /// Whether the filter can be believed, and if not, why not.
+  Verdict verdict() const;
+  std::string sample_size_text() const;
+  std::string ancestors_text() const;
+  std::string load_text() const;
+  std::string lost_text() const;
+  /// Particles, landmarks, updates.
+  std::string counts_text() const;
+  /// Those of the last minute first, then by their number.
+  std::vector<Reject> rejects() const;
+
+ private:
+  std::optional<FilterStatus> latest_;
+  StripBuffer sample_size_, ancestors_, load_, lost_, renewals_;
+  UpdateTiming timing_;
+  // Rejects so far, at times (s) within the last minute, oldest first.
+  std::vector<std::pair<double, std::map<std::string, std::uint64_t>>> rejects_before_;
+};
+
+/// "ranges: unknown beacon 12 (3 in the last minute)".
+std::string reject_text(const FilterHealth::Reject& reject);
+
+/// "0.30 ms", "12 ms", "1.5 s".
+std::string duration_text(double seconds);
+
+/// "62 %", "0.4 %".
+std::string percent_text(double share);
+
+}  // namespace pf_resampling

@@ -1,0 +1,366 @@
+#include "rviz_panel/filter_panel.hpp"
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include <QAbstractItemView>
+#include <QComboBox>
+#include <QFileDialog>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QPushButton>
+#include <QScrollArea>
+#include <QTimer>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <cmath>
+#include <cstdlib>
+
+#include "pf_resampling/reconfigure_server.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kRefreshPeriod = 100;      // ms
+constexpr double kSilence = 3.0;         // s of wall time without a status that are mentioned
+constexpr std::size_t kMostRejects = 3;  // lines of them
+
+QString to_qt(const std::string& text) {
+  return QString::fromStdString(text);
+}
+
+QLabel* add_label(QVBoxLayout* layout) {
+  auto* label = new QLabel;
+  label->setWordWrap(true);
+  label->setTextFormat(Qt::PlainText);
+  label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Minimum);
+  layout->addWidget(label);
+  return label;
+}
+
+// White on the colour of the level.
+QString style_of(FilterHealth::Level level) {
+  const char* colour = "#707070";
+  if (level == FilterHealth::Level::good) colour = "#2a7d2e";
+  if (level == FilterHealth::Level::warning) colour = "#b35900";
+  if (level == FilterHealth::Level::bad) colour = "#b3221c";
+  return QString("background: %1; color: white; padding: 3px; font-weight: bold;").arg(colour);
+}
+
+}  // namespace
+
+FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
+  auto* outer = new QVBoxLayout(this);
+  outer->setContentsMargins(0, 0, 0, 0);
+  auto* scroll = new QScrollArea;
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  outer->addWidget(scroll);
+  auto* content = new QWidget;
+  scroll->setWidget(content);
+  auto* layout = new QVBoxLayout(content);
+  layout->setContentsMargins(6, 4, 6, 4);
+  layout->setSpacing(4);
+  add_names(layout);
+  add_health(layout);
+  add_buttons(layout);
+  controls_ = new ControlTree([this](const auto& values) { connection_->set(values); },
+                              [this] { Q_EMIT configChanged(); }, content);
+  controls_->setMinimumHeight(150);
+  layout->addWidget(controls_, 1);
+  setMinimumWidth(240);
+}
+
+void FilterPanel::add_names(QVBoxLayout* layout) {
+  auto* row = new QHBoxLayout;
+  node_ = new QComboBox;
+  node_->setEditable(true);
+  node_->setInsertPolicy(QComboBox::NoInsert);
+  node_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  node_->setToolTip("The filter's node. Those found are in the list");
+  auto* more = new QToolButton;
+  more->setText("Names");
+  more->setCheckable(true);
+  more->setToolTip("Topics and services, where they were remapped");
+  row->addWidget(new QLabel("Filter"));
+  row->addWidget(node_, 1);
+  row->addWidget(more);
+  layout->addLayout(row);
+
+  more_names_ = new QWidget;
+  more_names_->setVisible(false);
+  auto* form = new QFormLayout(more_names_);
+  form->setContentsMargins(0, 0, 0, 0);
+  const auto add = [&](const char* label) {
+    auto* edit = new QLineEdit;
+    connect(edit, &QLineEdit::editingFinished, this, [this] { take_names(); });
+    form->addRow(label, edit);
+    return edit;
+  };
+  status_ = add("Status");
+  global_localization_ = add("Global localization");
+  reset_ = add("Reset");
+  save_map_ = add("Save map");
+  layout->addWidget(more_names_);
+  connect(more, &QToolButton::toggled, more_names_, &QWidget::setVisible);
+  connect(node_->lineEdit(), &QLineEdit::editingFinished, this, [this] { take_names(); });
+  connect(node_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { take_names(); });
+}
+
+void FilterPanel::add_health(QVBoxLayout* layout) {
+  verdict_ = add_label(layout);
+  strategy_ = add_label(layout);
+  counts_ = add_label(layout);
+  counts_->setForegroundRole(QPalette::Dark);
+  const auto add = [&](const StripWidget::Appearance& appearance) {
+    auto* strip = new StripWidget(appearance, this);
+    layout->addWidget(strip);
+    return strip;
+  };
+  sample_size_strip_ = add({"Effective particles",
+                            "N_eff before each renewal, as share of the particles.\nDashed: below "
+                            "this the population is renewed (grey: the schedule does not ask).\n"
+                            "Ticks: renewals.",
+                            1.0});
+  ancestors_strip_ = add({"Distinct ancestors",
+                          "Particles that had descendants at the last renewal, as share of the "
+                          "particles.\nFew: the population is depleted.",
+                          1.0});
+  lost_strip_ = add({"Probability of being lost",
+                     "From the innovations and the spread of the belief.\nDashed: above this the "
+                     "filter warns.",
+                     1.0});
+  lost_strip_->show_threshold(FilterHealth::lost_warning(), true);
+  load_strip_ =
+      add({"Update time",
+           "Of computation, beside the time between observations.\nDashed: all of it.", 1.2, true});
+  load_strip_->show_threshold(1.0, true);
+  refused_ = add_label(layout);
+  refused_->setStyleSheet("color: #b3221c;");
+  rejects_ = add_label(layout);
+}
+
+void FilterPanel::add_buttons(QVBoxLayout* layout) {
+  auto* row = new QHBoxLayout;
+  row->setSpacing(4);
+  const auto add = [&](const char* text) {
+    auto* button = new QPushButton(text);
+    row->addWidget(button);
+    return button;
+  };
+  global_localization_button_ = add("Global localization");
+  reset_button_ = add("Reset");
+  save_map_button_ = add("Save map…");
+  layout->addLayout(row);
+  result_ = add_label(layout);
+  connect(global_localization_button_, &QPushButton::clicked, this,
+          [this] { connection_->global_localization(); });
+  connect(reset_button_, &QPushButton::clicked, this, [this] { ask_reset(); });
+  connect(save_map_button_, &QPushButton::clicked, this, [this] { ask_save_map(); });
+}
+
+void FilterPanel::onInitialize() {
+  connection_ = std::make_unique<FilterConnection>();
+  connect_to_filter();
+  auto* timer = new QTimer(this);
+  connect(timer, &QTimer::timeout, this, [this] { refresh(); });
+  timer->start(kRefreshPeriod);
+}
+
+// ---- names ------------------------------------------------------------------------------------
+
+void FilterPanel::load(const rviz::Config& config) {
+  rviz::Panel::load(config);
+  const auto get = [&](const char* key, std::string* name) {
+    QString text;
+    if (config.mapGetString(key, &text)) *name = text.toStdString();
+  };
+  get("Node", &names_.node);
+  get("Status Topic", &names_.status);
+  get("Global Localization Service", &names_.global_localization);
+  get("Reset Service", &names_.reset);
+  get("Save Map Service", &names_.save_map);
+  const rviz::Config groups = config.mapGetChild("Open Groups");
+  QStringList open;
+  for (int i = 0; i < groups.listLength(); ++i) open << groups.listChildAt(i).getValue().toString();
+  controls_->set_open_groups(open);
+  if (connection_) connect_to_filter();
+}
+
+void FilterPanel::save(rviz::Config config) const {
+  rviz::Panel::save(config);
+  config.mapSetValue("Node", to_qt(names_.node));
+  config.mapSetValue("Status Topic", to_qt(names_.status));
+  config.mapSetValue("Global Localization Service", to_qt(names_.global_localization));
+  config.mapSetValue("Reset Service", to_qt(names_.reset));
+  config.mapSetValue("Save Map Service", to_qt(names_.save_map));
+  rviz::Config groups = config.mapMakeChild("Open Groups");
+  for (const QString& group : controls_->open_groups()) groups.listAppendNew().setValue(group);
+}
+
+void FilterPanel::take_names() {
+  FilterNames names;
+  names.node = node_->currentText().trimmed().toStdString();
+  names.status = status_->text().trimmed().toStdString();
+  names.global_localization = global_localization_->text().trimmed().toStdString();
+  names.reset = reset_->text().trimmed().toStdString();
+  names.save_map = save_map_->text().trimmed().toStdString();
+  if (names == names_) return;
+  names_ = names;
+  connect_to_filter();
+  Q_EMIT configChanged();
+}
+
+void FilterPanel::connect_to_filter() {
+  const FilterNames usual =
+      completed({names_.node, "", "", "", ""}, [](const std::string& name) { return name; });
+  const auto show = [](QLineEdit* edit, const std::string& name, const std::string& otherwise) {
+    edit->setText(to_qt(name));
+    edit->setPlaceholderText(to_qt(otherwise));
+  };
+  node_->setEditText(to_qt(names_.node));
+  show(status_, names_.status, usual.status);
+  show(global_localization_, names_.global_localization, usual.global_localization);
+  show(reset_, names_.reset, usual.reset);
+  show(save_map_, names_.save_map, usual.save_map);
+  values_.clear();
+  controls_->show_controls({});
+  health_.clear();
+  last_status_ = ros::WallTime();
+  presence_ = FilterPresence();
+  result_->clear();
+  connection_->connect(names_);
+  show_presence(presence_);
+  show_health();
+}
+
+// ---- what is shown ----------------------------------------------------------------------------
+
+void FilterPanel::refresh() {
+  const FilterNews news = connection_->take_news();
+  show_presence(news.presence);
+  if (news.description) {
+    values_.clear();
+    controls_->show_controls(controls_of(*news.description));
+  }
+  if (news.values) {
+    values_ = values_of(*news.values);
+    controls_->show_values(values_);
+    show_threshold();
+  }
+  for (const FilterStatus& status : news.statuses) health_.add(status);
+  if (!news.statuses.empty()) {
+    last_status_ = ros::WallTime::now();
+    show_health();
+  }
+  show_verdict();
+  for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
+  if (news.is_calling) show_result(true, "Waiting for the node …");
+}
+
+void FilterPanel::show_presence(const FilterPresence& presence) {
+  const auto enable = [&](QPushButton* button, bool exists, const char* help) {
+    button->setEnabled(exists);
+    button->setToolTip(exists ? help : "The filter does not offer this");
+  };
+  enable(global_localization_button_, presence.global_localization,
+         "Forget where the robot is and search everywhere");
+  enable(reset_button_, presence.reset, "Start the filter anew");
+  enable(save_map_button_, presence.save_map, "Write the map to a file");
+  controls_->setEnabled(presence.node);
+  if (presence.filters != presence_.filters && !node_->view()->isVisible()) {
+    const QString text = node_->currentText();
+    node_->clear();
+    for (const std::string& filter : presence.filters) node_->addItem(to_qt(filter));
+    node_->setEditText(text);
+  }
+  presence_ = presence;
+}
+
+void FilterPanel::show_health() {
+  sample_size_strip_->show_values(health_.sample_size(), to_qt(health_.sample_size_text()),
+                                  &health_.renewals());
+  ancestors_strip_->show_values(health_.ancestors(), to_qt(health_.ancestors_text()));
+  lost_strip_->show_values(health_.lost(), to_qt(health_.lost_text()));
+  load_strip_->show_values(health_.load(), to_qt(health_.load_text()));
+  show_threshold();
+  show_rejects();
+  counts_->setText(to_qt(health_.counts_text()));
+  const auto& status = health_.latest();
+  strategy_->setText(status ? to_qt(status->strategy) : "");
+  refused_->setText(status && !status->refused.empty() ? "Refused: " + to_qt(status->refused) : "");
+  refused_->setVisible(!refused_->text().isEmpty());
+}
+
+void FilterPanel::show_verdict() {
+  FilterHealth::Verdict verdict = health_.verdict();
+  const double silence =
+      last_status_.isZero() ? 0.0 : (ros::WallTime::now() - last_status_).toSec();
+  if (!presence_.master) {
+    verdict = {FilterHealth::Level::unknown, "No ROS master"};
+  } else if (!presence_.node) {
+    verdict = {FilterHealth::Level::unknown, "No node " + names_.node};
+  } else if (silence > kSilence) {
+    verdict = {FilterHealth::Level::unknown, "No status for " + duration_text(std::floor(silence))};
+  }
+  verdict_->setText(to_qt(verdict.text));
+  verdict_->setStyleSheet(style_of(verdict.level));
+}
+
+// Drawn in while the parameters have it, as the nodes of this package call it.
+void FilterPanel::show_threshold() {
+  const auto threshold = values_.find("population/threshold");
+  const auto schedule = values_.find("population/schedule");
+  if (threshold == values_.end()) return sample_size_strip_->show_threshold(std::nullopt, false);
+  sample_size_strip_->show_threshold(
+      std::strtod(threshold->second.c_str(), nullptr),
+      schedule == values_.end() || schedule->second == "effective_sample_size");
+}
+
+void FilterPanel::show_rejects() {
+  QStringList lines;
+  for (const FilterHealth::Reject& reject : health_.rejects()) {
+    lines << to_qt(reject_text(reject));
+  }
+  rejects_->setToolTip(lines.join('\n'));
+  const int more = lines.size() - static_cast<int>(kMostRejects);
+  if (more > 0) {
+    lines = lines.mid(0, static_cast<int>(kMostRejects));
+    lines << QString("and %1 more reasons").arg(more);
+  }
+  rejects_->setText(lines.isEmpty() ? "Nothing rejected" : "Rejected\n" + lines.join('\n'));
+}
+
+void FilterPanel::show_result(bool success, const QString& text) {
+  result_->setText(text);
+  result_->setStyleSheet(success ? "" : "color: #b3221c;");
+}
+
+// ---- buttons ----------------------------------------------------------------------------------
+
+void FilterPanel::ask_reset() {
+  auto* box = new QMessageBox(QMessageBox::Question, "Reset",
+                              "Start the filter anew? Belief and map are lost.",
+                              QMessageBox::Ok | QMessageBox::Cancel, this);
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  connect(box, &QMessageBox::accepted, this, [this] { connection_->reset(); });
+  box->open();
+}
+
+void FilterPanel::ask_save_map() {
+  auto* dialog = new QFileDialog(this, "Save the map (on the node's machine)");
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setAcceptMode(QFileDialog::AcceptSave);
+  dialog->setFileMode(QFileDialog::AnyFile);
+  connect(dialog, &QFileDialog::fileSelected, this,
+          [this](const QString& file) { connection_->save_map(file.toStdString()); });
+  dialog->open();
+}
+
+}  // namespace pf_resampling
+
+PLUGINLIB_EXPORT_CLASS(pf_resampling::FilterPanel, rviz::Panel)

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <ros/time.h>
+#include <rviz/panel.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "rviz_panel/control_tree.hpp"
+#include "rviz_panel/filter_connection.hpp"
+#include "rviz_panel/filter_health.hpp"
+#include "rviz_panel/strip_widget.hpp"
+
+class QComboBox;
+class QLabel;
+class QLineEdit;
+class QPushButton;
+class QVBoxLayout;
+
+namespace pf_resampling {
+
+/// The rviz panel "pf_resampling/Filter Panel": how a filter of this package is, and what it can be
+/// set to.
+class FilterPanel : public rviz::Panel {
+ public:
+  explicit FilterPanel(QWidget* parent = nullptr);
+
+  void onInitialize() override;
+  void load(const rviz::Config& config) override;
+  void save(rviz::Config config) const override;
+
+ private:
+  void add_names(QVBoxLayout* layout);
+  void add_health(QVBoxLayout* layout);
+  void add_buttons(QVBoxLayout* layout);
+
+  void connect_to_filter();
+  void take_names();
+  void refresh();
+  void show_presence(const FilterPresence& presence);
+  void show_health();
+  void show_verdict();
+  void show_rejects();
+  void show_threshold();
+  void show_result(bool success, const QString& text);
+  void ask_reset();
+  void ask_save_map();
+
+  FilterNames names_;
+  std::unique_ptr<FilterConnection> connection_;
+  FilterHealth health_;
+  FilterPresence presence_;
+  std::map<std::string, std::string> values_;
+  ros::WallTime last_status_;
+
+  QComboBox* node_ = nullptr;
+  QWidget* more_names_ = nullptr;
+  QLineEdit *status_ = nullptr, *global_localization_ = nullptr, *reset_ = nullptr,
+            *save_map_ = nullptr;
+  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *refused_ = nullptr,
+         *rejects_ = nullptr, *result_ = nullptr;
+  StripWidget *sample_size_strip_ = nullptr, *ancestors_strip_ = nullptr, *lost_strip_ = nullptr,
+              *load_strip_ = nullptr;
+  QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,
+              *save_map_button_ = nullptr;
+  ControlTree* controls_ = nullptr;
+};
+
+}  // namespace pf_resampling
