@@ -93,7 +93,7 @@ void ControlTree::show_controls(const std::vector<ControlGroup>& groups) {
   is_filling_ = false;
   set_open_groups(open_);
   filter(search_->text());
-  tree_->header()->resizeSection(0, std::max(110, width() / 2));
+  tree_->header()->resizeSection(0, std::max(110, 2 * width() / 5));
 }
 
 QWidget* ControlTree::make_editor(const Control& control,

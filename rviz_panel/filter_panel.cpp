@@ -15,7 +15,6 @@
 #include <QTimer>
 #include <QToolButton>
 #include <QVBoxLayout>
-#include <cmath>
 #include <cstdlib>
 
 #include "pf_resampling/reconfigure_server.hpp"
@@ -115,13 +114,12 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
   verdict_ = add_label(layout);
   strategy_ = add_label(layout);
   counts_ = add_label(layout);
-  counts_->setForegroundRole(QPalette::Dark);
   const auto add = [&](const StripWidget::Appearance& appearance) {
     auto* strip = new StripWidget(appearance, this);
     layout->addWidget(strip);
     return strip;
   };
-  sample_size_strip_ = add({"Effective particles",
+  sample_size_strip_ = add({"Effective particles (N_eff)",
                             "N_eff before each renewal, as share of the particles.\nDashed: below "
                             "this the population is renewed (grey: the schedule does not ask).\n"
                             "Ticks: renewals.",
@@ -232,7 +230,7 @@ void FilterPanel::connect_to_filter() {
   health_.clear();
   last_status_ = ros::WallTime();
   presence_ = FilterPresence();
-  result_->clear();
+  show_result(true, "");
   connection_->connect(names_);
   show_presence(presence_);
   show_health();
@@ -260,6 +258,8 @@ void FilterPanel::refresh() {
   show_verdict();
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
+  if (was_calling_ && !news.is_calling && news.results.empty()) show_result(true, "");
+  was_calling_ = news.is_calling;
 }
 
 void FilterPanel::show_presence(const FilterPresence& presence) {
@@ -305,7 +305,8 @@ void FilterPanel::show_verdict() {
   } else if (!presence_.node) {
     verdict = {FilterHealth::Level::unknown, "No node " + names_.node};
   } else if (silence > kSilence) {
-    verdict = {FilterHealth::Level::unknown, "No status for " + duration_text(std::floor(silence))};
+    verdict = {FilterHealth::Level::unknown,
+               "No status for " + std::to_string(static_cast<int>(silence)) + " s"};
   }
   verdict_->setText(to_qt(verdict.text));
   verdict_->setStyleSheet(style_of(verdict.level));
@@ -337,6 +338,7 @@ void FilterPanel::show_rejects() {
 
 void FilterPanel::show_result(bool success, const QString& text) {
   result_->setText(text);
+  result_->setVisible(!text.isEmpty());
   result_->setStyleSheet(success ? "" : "color: #b3221c;");
 }
 

@@ -53,6 +53,7 @@ class FilterPanel : public rviz::Panel {
   FilterPresence presence_;
   std::map<std::string, std::string> values_;
   ros::WallTime last_status_;
+  bool was_calling_ = false;
 
   QComboBox* node_ = nullptr;
   QWidget* more_names_ = nullptr;
