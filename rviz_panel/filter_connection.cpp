@@ -7,7 +7,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <set>
+
+#include "pf_resampling/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -28,6 +32,23 @@ std::string run_id() {
   std::string id;
   ros::param::get("/run_id", id);
   return id;
+}
+
+// Parameters that are not what they were set to.
+std::vector<std::string> not_taken(const dynamic_reconfigure::Config& set,
+                                   const dynamic_reconfigure::Config& present) {
+  std::vector<std::string> names;
+  auto now = values_of(present);
+  for (const auto& [name, value] : values_of(set)) {
+    char* end = nullptr;
+    const double number = std::strtod(value.c_str(), &end);
+    const bool is_number = !value.empty() && *end == '\0';
+    const double difference = number - std::strtod(now[name].c_str(), nullptr);
+    if (is_number ? std::abs(difference) > 1e-9 * std::abs(number) : now[name] != value) {
+      names.push_back(name);
+    }
+  }
+  return names;
 }
 
 std::string parent_of(const std::string& name) {
@@ -103,6 +124,9 @@ void FilterConnection::set(const dynamic_reconfigure::Config& values) {
     dynamic_reconfigure::Reconfigure service;
     service.request.config = values;
     if (!call(names().node + "/set_parameters", &service)) return;
+    for (const std::string& name : not_taken(values, service.response.config)) {
+      report(false, name + " was refused");
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     news_.values = service.response.config;
   });

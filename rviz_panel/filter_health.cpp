@@ -45,7 +45,7 @@ std::string reject_text(const FilterHealth::Reject& reject) {
   std::string reason = reject.reason;
   std::replace(reason.begin(), reason.end(), '_', ' ');
   return reject.input + ": " + reason + " " + std::to_string(reject.count) +
-         (reject.recent > 0 ? " (" + std::to_string(reject.recent) + " in the last minute)" : "");
+         (reject.recent > 0 ? " (" + std::to_string(reject.recent) + ")" : "");
 }
 
 void FilterHealth::add(const FilterStatus& status) {
@@ -78,15 +78,15 @@ FilterHealth::Verdict FilterHealth::verdict() const {
   if (!latest_) return {Level::unknown, "No status yet"};
   if (latest_->lost > lost_warning())
     return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
-  const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
-  if (sample_size < kFew) {
-    return {Level::warning,
-            "Degenerate: the weight is on " + percent_text(sample_size) + " of the particles"};
-  }
   const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
   if (ancestors < kFew) {
     return {Level::warning,
             "Depleted: " + percent_text(ancestors) + " of the particles had descendants"};
+  }
+  const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
+  if (sample_size < kFew) {
+    return {Level::warning,
+            "Degenerate: the weight is on " + percent_text(sample_size) + " of the particles"};
   }
   if (!timing_.keeps_up()) return {Level::warning, "Too slow: updates take longer than allowed"};
   return {Level::good, "Healthy"};

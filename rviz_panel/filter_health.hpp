@@ -60,7 +60,7 @@ class FilterHealth {
   std::vector<std::pair<double, std::map<std::string, std::uint64_t>>> rejects_before_;
 };
 
-/// "ranges: unknown beacon 12 (3 in the last minute)".
+/// "ranges: unknown beacon 12 (3)": 12 in all, 3 in the last minute.
 std::string reject_text(const FilterHealth::Reject& reject);
 
 /// "0.30 ms", "12 ms", "1.5 s".

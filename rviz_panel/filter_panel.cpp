@@ -69,7 +69,7 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
   add_buttons(layout);
   controls_ = new ControlTree([this](const auto& values) { connection_->set(values); },
                               [this] { Q_EMIT configChanged(); }, content);
-  controls_->setMinimumHeight(150);
+  controls_->setMinimumHeight(120);
   layout->addWidget(controls_, 1);
   setMinimumWidth(240);
 }
@@ -333,7 +333,8 @@ void FilterPanel::show_rejects() {
     lines = lines.mid(0, static_cast<int>(kMostRejects));
     lines << QString("and %1 more reasons").arg(more);
   }
-  rejects_->setText(lines.isEmpty() ? "Nothing rejected" : "Rejected\n" + lines.join('\n'));
+  rejects_->setText(lines.isEmpty() ? "Nothing rejected"
+                                    : "Rejected (in the last minute)\n" + lines.join('\n'));
 }
 
 void FilterPanel::show_result(bool success, const QString& text) {

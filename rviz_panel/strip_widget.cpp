@@ -8,7 +8,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kCurveHeight = 38;  // pixels
+constexpr int kCurveHeight = 36;  // pixels
 const QColor kCurve(31, 119, 180);
 const QColor kThreshold(214, 39, 40);
 const QColor kMark(44, 160, 44);

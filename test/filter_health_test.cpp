@@ -89,7 +89,7 @@ TEST(FilterHealth, RejectsByReasonThoseOfTheLastMinuteFirst) {
   }
   const auto rejects = health.rejects();
   ASSERT_EQ(rejects.size(), 2u);
-  EXPECT_EQ(reject_text(rejects[0]), "ranges: gated 7 (7 in the last minute)");
+  EXPECT_EQ(reject_text(rejects[0]), "ranges: gated 7 (7)");
   EXPECT_EQ(reject_text(rejects[1]), "ranges: unknown beacon 40");
 }
 

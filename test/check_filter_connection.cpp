@@ -1,0 +1,228 @@
+// The panel's connection to a filter: beside a FastSLAM node in a namespace, and filters that are
+// missing, come back or do not answer.
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+
+#include "pf_resampling/reconfigure_server.hpp"
+#include "pf_resampling_core/parameters.hpp"
+#include "rviz_panel/controls.hpp"
+#include "rviz_panel/filter_connection.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kPatience = 10.0;  // s, for a busy machine
+
+// Everything that came until `done` says so.
+template <typename Done>
+FilterNews wait_for(FilterConnection* connection, const Done& done) {
+  FilterNews all;
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(kPatience);
+  while (ros::WallTime::now() < end) {
+    FilterNews news = connection->take_news();
+    all.presence = news.presence;
+    all.is_calling = news.is_calling;
+    if (news.description) all.description = news.description;
+    if (news.values) all.values = news.values;
+    all.statuses.insert(all.statuses.end(), news.statuses.begin(), news.statuses.end());
+    all.results.insert(all.results.end(), news.results.begin(), news.results.end());
+    if (done(all)) return all;
+    ros::WallDuration(0.02).sleep();
+  }
+  ADD_FAILURE() << "did not come within " << kPatience << " s";
+  return all;
+}
+
+FilterNames named(const std::string& node) {
+  FilterNames names;
+  names.node = node;
+  return names;
+}
+
+std::string value_of(const FilterNews& news, const std::string& name) {
+  if (!news.values) return "";
+  return values_of(*news.values)[name];
+}
+
+Control control_of(const FilterNews& news, const std::string& name) {
+  for (const ControlGroup& group : controls_of(*news.description)) {
+    for (const Control& control : group.controls) {
+      if (control.name == name) return control;
+    }
+  }
+  throw std::runtime_error(name);
+}
+
+bool is_complete(const FilterNews& news) {
+  return news.description && news.values;
+}
+
+TEST(FilterConnection, SetsAndSeesWhatOthersSet) {
+  FilterConnection connection;
+  connection.connect(named("/robot1/fastslam"));
+  const FilterNews start = wait_for(&connection, is_complete);
+  connection.set(request_of(control_of(start, "population/threshold"), "0.25"));
+  wait_for(&connection, [](const auto& news) {
+    return std::strtod(value_of(news, "population/threshold").c_str(), nullptr) == 0.25;
+  });
+  dynamic_reconfigure::Reconfigure elsewhere;
+  elsewhere.request.config = request_of(control_of(start, "particles"), "321");
+  ASSERT_TRUE(ros::service::call("/robot1/fastslam/set_parameters", elsewhere));
+  wait_for(&connection, [](const auto& news) { return value_of(news, "particles") == "321"; });
+}
+
+TEST(FilterConnection, RefusedValuesStayAndAreShown) {
+  FilterConnection connection;
+  connection.connect(named("/robot1/fastslam"));
+  const FilterNews start = wait_for(&connection, is_complete);
+  const std::string before = value_of(start, "population/threshold");
+  Control control = control_of(start, "population/threshold");
+  connection.set(request_of(control, "7"));
+  const FilterNews after =
+      wait_for(&connection, [](const auto& news) { return news.values && !news.results.empty(); });
+  ASSERT_FALSE(after.results.empty());
+  EXPECT_EQ(after.results[0].text, "population/threshold was refused");
+  EXPECT_EQ(value_of(after, "population/threshold"), before);
+}
+
+TEST(FilterConnection, KnowsWhatIsOffered) {
+  FilterConnection connection;
+  connection.connect(named("/robot1/fastslam"));
+  const FilterNews news = wait_for(&connection, [](const auto& all) {
+    return all.presence.save_map && !all.presence.filters.empty();
+  });
+  EXPECT_TRUE(news.presence.master);
+  EXPECT_TRUE(news.presence.node);
+  EXPECT_TRUE(news.presence.reset);
+  EXPECT_FALSE(news.presence.global_localization);  // FastSLAM has none
+  EXPECT_EQ(news.presence.filters, std::vector<std::string>{"/robot1/fastslam"});
+}
+
+TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
+  const TemporaryDirectory directory;
+  FilterConnection connection;
+  connection.connect(named("/robot1/fastslam"));
+  connection.reset();
+  FilterNews news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_TRUE(news.results[0].success) << news.results[0].text;
+  const std::string file = directory.file("saved.map");
+  connection.save_map(file);
+  news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_EQ(news.results[0].success, std::filesystem::exists(file)) << news.results[0].text;
+  connection.save_map("/there/is/no/such/folder/saved.map");
+  news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_FALSE(news.results[0].success);
+  EXPECT_NE(news.results[0].text, "");
+}
+
+TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {
+  FilterConnection connection;
+  const ros::WallTime start = ros::WallTime::now();
+  connection.connect(named("/nobody"));
+  connection.set(dynamic_reconfigure::Config());
+  connection.global_localization();
+  EXPECT_LT((ros::WallTime::now() - start).toSec(), 0.05);
+  const FilterNews news =
+      wait_for(&connection, [](const auto& all) { return all.results.size() == 2; });
+  EXPECT_EQ(news.results[0].text, "/nobody/set_parameters: nobody offers this service");
+  EXPECT_FALSE(news.presence.node);
+}
+
+TEST(FilterConnection, NamesThatAreNoneDoNoHarm) {
+  FilterConnection connection;
+  for (const char* name : {"", "/", "not a name", "~private", "//x//"}) {
+    connection.connect(named(name));
+    connection.reset();
+    ros::WallDuration(0.3).sleep();
+    connection.take_news();
+  }
+}
+
+// A filter in this process: what it describes can be changed, and it can be slow.
+class SmallFilter {
+ public:
+  explicit SmallFilter(double threshold) : threshold_(threshold), spinner_(1, &queue_) {
+    ros::NodeHandle node("/small");
+    node.setCallbackQueue(&queue_);
+    server_ = std::make_unique<ReconfigureServer>(
+        node,
+        [this] {
+          return ParameterList{
+              real_parameter("threshold", &threshold_, 0.0, 1.0, "", "A threshold")};
+        },
+        [this](const auto& values) {
+          ros::WallDuration(delay_).sleep();
+          threshold_ = std::strtod(values.at("threshold").c_str(), nullptr);
+        });
+    spinner_.start();
+  }
+  void be_slow(double seconds) { delay_ = seconds; }
+
+ private:
+  double threshold_;
+  std::atomic<double> delay_{0.0};
+  ros::CallbackQueue queue_;
+  std::unique_ptr<ReconfigureServer> server_;
+  ros::AsyncSpinner spinner_;
+};
+
+TEST(FilterConnection, AFilterThatComesBackIsFoundAgain) {
+  FilterConnection connection;
+  connection.connect(named("/small"));
+  {
+    SmallFilter filter(0.25);
+    const FilterNews first = wait_for(&connection, is_complete);
+    EXPECT_EQ(value_of(first, "threshold"), "0.25");
+    wait_for(&connection, [](const auto& news) { return news.presence.node; });
+  }
+  wait_for(&connection, [](const auto& news) { return !news.presence.node; });
+  SmallFilter filter(0.75);
+  const FilterNews second = wait_for(&connection, is_complete);
+  EXPECT_EQ(value_of(second, "threshold"), "0.75");
+}
+
+TEST(FilterConnection, NoAnswerIsGivenUp) {
+  SmallFilter filter(0.25);
+  FilterConnection connection(0.5);
+  connection.connect(named("/small"));
+  const FilterNews start = wait_for(&connection, is_complete);
+  filter.be_slow(3.0);
+  connection.set(request_of(control_of(start, "threshold"), "0.5"));
+  wait_for(&connection, [](const auto& news) { return news.is_calling; });
+  const FilterNews news =
+      wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_FALSE(news.results[0].success);
+  EXPECT_EQ(news.results[0].text, "/small/set_parameters: no answer");
+}
+
+TEST(FilterConnection, IsClosedWhileACallIsUnderWay) {
+  SmallFilter filter(0.25);
+  filter.be_slow(3.0);
+  ros::WallTime closed;
+  {
+    FilterConnection connection(60.0);
+    connection.connect(named("/small"));
+    const FilterNews start = wait_for(&connection, is_complete);
+    connection.set(request_of(control_of(start, "threshold"), "0.5"));
+    wait_for(&connection, [](const auto& news) { return news.is_calling; });
+    ros::WallDuration(0.2).sleep();
+    closed = ros::WallTime::now();
+  }
+  EXPECT_LT((ros::WallTime::now() - closed).toSec(), 1.0);
+}
+
+}  // namespace
+}  // namespace pf_resampling
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "check_filter_connection");
+  ros::NodeHandle node;
+  return RUN_ALL_TESTS();
+}
