@@ -51,7 +51,13 @@ void FastSlam::associate_known(const std::vector<RangeBearingObservation>& obser
   const auto found = row_of_id_.find(observations[k].id);
   if (found != row_of_id_.end()) {
     association.rows.push_back(found->second);
-    association.takes.setOnes(particles_.size(), 1);
+    const LandmarkRow landmark = store_.row(found->second);
+    association.takes.resize(particles_.size(), 1);
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      association.takes(i, 0) = landmark.held[i];
+    }
+    // Particles that gave the landmark up start it anew.
+    if (!options_.map.frozen) association.starts = 1.0 - association.takes.col(0);
     return;
   }
   // The first of two observations of a new landmark in one scan starts it; the other would know it
@@ -97,6 +103,21 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
     }
   }
   for (Eigen::Index i = 0; i < count; ++i) choose(i, distances, likelihoods);
+  weigh_new_landmarks();
+}
+
+// What matches nothing is as likely as a new landmark is, anywhere in view. Particles that have
+// matched it weigh more, so a robot that comes back finds its map instead of starting another.
+void FastSlam::weigh_new_landmarks() {
+  constexpr double kNarrowest = 1e-3;  // m, rad: all that was seen yet may be of one place
+  const double view = std::max(kNarrowest, view_range_) * 2.0 * std::max(kNarrowest, view_bearing_);
+  const double log_density = std::log(options_.association.new_landmark_share / view);
+  for (const Association& association : associations_) {
+    for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+      const bool is_matched = (association.takes.row(i) > 0.0).any();
+      if (!is_matched) particles_.log_weight[i] += log_density;
+    }
+  }
 }
 
 // One particle's decision: the likeliest pairs first; what is beyond the outer gate of all is new.
@@ -168,6 +189,7 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
       const int row = association.rows[c];
       const LandmarkRow landmark = store_.row(row);
       const auto accepted = association.accepted.col(static_cast<Eigen::Index>(c));
+      if (association_ == DataAssociation::known) doubt(k, observations[k], sensor);
       if (!(accepted > 0.0).any()) continue;
       for (Eigen::Index i = 0; i < particles_.size(); ++i) {
         landmark.log_odds[i] = std::min(options.largest_log_odds,
@@ -212,6 +234,41 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
       store_.remove(row);
       --status_.landmarks;
     }
+  }
+}
+
+// The id was read where its landmark cannot be. If most of the scan is not where it should be, the
+// robot is lost, and if another landmark is there, its id was misread. If neither, it was perhaps
+// misread when it was first seen: if that goes on, the landmark is given up, to be started anew
+// where the id is seen next.
+void FastSlam::doubt(std::size_t observation, const RangeBearingObservation& seen,
+                     const Pose2& sensor) {
+  const DataAssociationOptions& options = options_.association;
+  const Association& association = associations_[observation];
+  const Eigen::ArrayXd contradicted =
+      association.takes.col(0) * (1.0 - association.accepted.col(0));
+  if (!(contradicted > 0.0).any()) return;
+  const auto fit = std::count_if(
+      outcomes_.begin(), outcomes_.end(),
+      [](const ObservationOutcome& other) { return other.accepted > 0.5 && !other.is_new; });
+  if (2 * fit < static_cast<std::ptrdiff_t>(outcomes_.size())) return;
+  const int row = association.rows.front();
+  Eigen::Index heaviest = 0;
+  (particles_.weight * contradicted).maxCoeff(&heaviest);
+  const Pose2 eye = compose(
+      {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
+  const kernels::Observation z = kernels::make_observation(options_.sensor, seen, sensor);
+  const double sigma = std::sqrt(z.range_variance + z.range * z.range * z.bearing_variance);
+  std::vector<int> near;
+  index_.near({eye.x + z.range * std::cos(eye.heading + z.bearing),
+               eye.y + z.range * std::sin(eye.heading + z.bearing)},
+              std::sqrt(options.gate) * sigma, &near);
+  if (near.size() > 1 || (near.size() == 1 && near.front() != row)) return;
+  const LandmarkRow landmark = store_.row(row);
+  for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+    if (contradicted[i] == 0.0) continue;
+    landmark.log_odds[i] -= options.seen_log_odds;
+    if (landmark.log_odds[i] < options.removal_log_odds) landmark.held[i] = 0;
   }
 }
 

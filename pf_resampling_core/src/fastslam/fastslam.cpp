@@ -44,6 +44,8 @@ kernels::Observation kernels::make_observation(const LandmarkSensorOptions& mode
       z.range_variance > 0.0 ? z.range_variance : range_sigma * range_sigma;
   observation.bearing_variance =
       z.bearing_variance > 0.0 ? z.bearing_variance : model.bearing_sigma * model.bearing_sigma;
+  observation.range_variance = std::max(kernels::kSmallestVariance, observation.range_variance);
+  observation.bearing_variance = std::max(kernels::kSmallestVariance, observation.bearing_variance);
   observation.sensor_x = sensor.x;
   observation.sensor_y = sensor.y;
   observation.sensor_yaw = sensor.heading;
@@ -187,7 +189,9 @@ void FastSlam::start_landmark(std::size_t observation, const RangeBearingObserva
   if (!(association.starts > 0.0).any()) return;
   const bool known = association_ == DataAssociation::known;
   const std::int64_t id = known ? z.id : next_id_++;
-  const int row = store_.add(id);
+  const auto found = known ? row_of_id_.find(id) : row_of_id_.end();
+  const bool is_there = found != row_of_id_.end();  // some particles gave it up
+  const int row = is_there ? found->second : store_.add(id);
   const LandmarkRow landmark = store_.row(row);
   kernels::start(kernels::make_observation(options_.sensor, z, sensor), particles_.size(),
                  proposal(), association.starts.data(), options_.association.seen_log_odds,
@@ -197,6 +201,7 @@ void FastSlam::start_landmark(std::size_t observation, const RangeBearingObserva
     next_id_ = std::max(next_id_, id + 1);  // for landmarks found without ids from now on
   }
   associations_[observation].started_row = row;
+  if (is_there) return;
   ++status_.landmarks;
   if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
   has_landmarks_ = true;
@@ -292,8 +297,12 @@ bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
   const Eigen::Index count = particles_.size();
   Eigen::Index first = -1;
   double total = 0.0;
+  bool all_hold = true;
   for (Eigen::Index i = 0; i < count; ++i) {
-    if (data.held[i] == 0) continue;
+    if (data.held[i] == 0) {
+      all_hold = false;
+      continue;
+    }
     if (first < 0) first = i;
     total += particles_.weight[i];
   }
@@ -316,7 +325,7 @@ bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
     log_odds += share(i) * (data.log_odds[i] - data.log_odds[first]);
   }
   landmark->id = store_.birth(row);
-  landmark->held = std::min(1.0, total);
+  landmark->held = all_hold ? 1.0 : std::min(1.0, total);
   landmark->mean = Eigen::Vector2d(data.x[first], data.y[first]) + offset / shares;
   landmark->log_odds = data.log_odds[first] + log_odds / shares;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();

@@ -1,5 +1,6 @@
 #include "kernels.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -312,7 +313,8 @@ void start(const Observation& z, std::int64_t count, const PoseGaussians& pose,
         compose({pose.x[i], pose.y[i], pose.heading[i]}, {z.sensor_x, z.sensor_y, z.sensor_yaw});
     const double cosine = std::cos(sensor.heading + z.bearing);
     const double sine = std::sin(sensor.heading + z.bearing);
-    const double across = z.bearing_variance * z.range * z.range;
+    // Close to the sensor the direction hardly matters; a covariance has to be one all the same.
+    const double across = std::max(kSmallestVariance, z.bearing_variance * z.range * z.range);
     landmark.x[i] = sensor.x + z.range * cosine;
     landmark.y[i] = sensor.y + z.range * sine;
     landmark.xx[i] = z.range_variance * cosine * cosine + across * sine * sine;

@@ -12,6 +12,10 @@
 /// inverted).
 namespace pf_resampling::kernels {
 
+/// m^2, rad^2: a tenth of a millimetre, of a milliradian. Nothing is better known than that, and
+/// narrower Gaussians would be lost in rounding.
+inline constexpr double kSmallestVariance = 1e-8;
+
 /// Gaussian over the pose of each particle: its proposal distribution.
 struct PoseGaussians {
   double *x, *y, *heading;

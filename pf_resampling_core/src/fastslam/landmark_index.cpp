@@ -57,17 +57,24 @@ void LandmarkIndex::near(const Eigen::Vector2d& position, double radius,
   const auto column_of = [&](double value) {
     return static_cast<std::int64_t>(std::floor(value / cell_));
   };
-  for (std::int64_t column = column_of(position.x() - radius);
-       column <= column_of(position.x() + radius); ++column) {
-    for (std::int64_t line = column_of(position.y() - radius);
-         line <= column_of(position.y() + radius); ++line) {
-      const auto found = cells_.find(key(column, line));
-      if (found == cells_.end()) continue;
-      for (const int row : found->second) {
-        if ((positions_[static_cast<std::size_t>(row)] - position).squaredNorm() <=
-            radius * radius) {
-          rows->push_back(row);
-        }
+  const auto take_from = [&](const std::vector<int>& cell) {
+    for (const int row : cell) {
+      if ((positions_[static_cast<std::size_t>(row)] - position).squaredNorm() <= radius * radius) {
+        rows->push_back(row);
+      }
+    }
+  };
+  // A robot that is lost looks everywhere: through all landmarks then, not through all cells.
+  const double cells_wide = 2.0 * radius / cell_ + 1.0;
+  if (!(cells_wide * cells_wide < static_cast<double>(cells_.size()) + 16.0)) {
+    for (const auto& cell : cells_) take_from(cell.second);
+  } else {
+    for (std::int64_t column = column_of(position.x() - radius);
+         column <= column_of(position.x() + radius); ++column) {
+      for (std::int64_t line = column_of(position.y() - radius);
+           line <= column_of(position.y() + radius); ++line) {
+        const auto found = cells_.find(key(column, line));
+        if (found != cells_.end()) take_from(found->second);
       }
     }
   }

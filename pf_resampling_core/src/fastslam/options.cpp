@@ -93,12 +93,16 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(real_above_parameter(
       "association/new_landmark_gate", &association.new_landmark_gate, 0.0, 1e6, "",
       "Beyond this from every landmark an unknown observation is a new one."));
+  list.push_back(real_above_parameter(
+      "association/new_landmark_share", &association.new_landmark_share, 0.0, 1.0, "",
+      "Share of unknown observations that is expected to be of landmarks not seen before."));
   list.push_back(
       real_parameter("association/seen_log_odds", &association.seen_log_odds, 0.0, 100.0, "",
                      "Added to the log-odds of a landmark's existence when it is seen."));
-  list.push_back(
-      real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0, 100.0, "",
-                     "Taken off them when it should have been seen; 0 keeps all landmarks."));
+  list.push_back(real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0,
+                                100.0, "",
+                                "Taken off them when it should have been seen, or its id is seen "
+                                "elsewhere; 0 keeps all landmarks."));
   list.push_back(real_parameter("association/removal_log_odds", &association.removal_log_odds,
                                 -100.0, 0.0, "", "A landmark below this is removed."));
   list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,

@@ -157,6 +157,8 @@ class FastSlam {
               const std::vector<Eigen::ArrayXXd>& likelihoods);
   void start_landmark(std::size_t observation, const RangeBearingObservation& z,
                       const Pose2& sensor);
+  void weigh_new_landmarks();
+  void doubt(std::size_t observation, const RangeBearingObservation& seen, const Pose2& sensor);
   void note_outcomes(const std::vector<RangeBearingObservation>& observations);
   void update_existence(const std::vector<RangeBearingObservation>& observations,
                         const Pose2& sensor);

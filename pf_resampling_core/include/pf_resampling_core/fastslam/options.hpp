@@ -47,10 +47,11 @@ struct DataAssociationOptions {
   double gate = 13.8;  ///< squared Mahalanobis distance, two degrees of freedom: 99.9 % lie within
   double new_landmark_gate =
       25.0;  ///< beyond this from every landmark, an unknown observation is a new one
-  double seen_log_odds = 0.9;      ///< added to a landmark's existence when it is seen
-  double missed_log_odds = 0.4;    ///< taken off when it should have been seen
-  double removal_log_odds = -1.5;  ///< a landmark below this is removed
-  double largest_log_odds = 6.0;   ///< what a landmark that was often seen is trusted with
+  double new_landmark_share = 0.05;  ///< of the observations, of landmarks not seen before
+  double seen_log_odds = 0.9;        ///< added to a landmark's existence when it is seen
+  double missed_log_odds = 0.4;      ///< taken off when it should have been seen
+  double removal_log_odds = -1.5;    ///< a landmark below this is removed
+  double largest_log_odds = 6.0;     ///< what a landmark that was often seen is trusted with
 };
 
 struct MapOptions {
