@@ -213,17 +213,32 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
       {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
   std::vector<int> near;
   index_.near({eye.x, eye.y}, range, &near);
+  // The sensor of each particle, and where it looks: in view is what is within the angle of that.
+  const Eigen::Index count = particles_.size();
+  work_.resize(std::max<Eigen::Index>(work_.size(), 4 * count));
+  double* const eye_x = work_.data();
+  double* const eye_y = eye_x + count;
+  double* const look_x = eye_y + count;
+  double* const look_y = look_x + count;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Pose2 at = compose({particles_.x[i], particles_.y[i], particles_.heading[i]}, sensor);
+    eye_x[i] = at.x;
+    eye_y[i] = at.y;
+    look_x[i] = std::cos(at.heading);
+    look_y[i] = std::sin(at.heading);
+  }
+  const double least_cosine = std::cos(std::min(bearing, kPi));
   for (const int row : near) {
     if (std::find(seen.begin(), seen.end(), row) != seen.end()) continue;
     const LandmarkRow landmark = store_.row(row);
     double held = 0.0;
     for (Eigen::Index i = 0; i < particles_.size(); ++i) {
       if (landmark.held[i] == 0) continue;
-      const Pose2 at = compose({particles_.x[i], particles_.y[i], particles_.heading[i]}, sensor);
-      const double dx = landmark.x[i] - at.x;
-      const double dy = landmark.y[i] - at.y;
-      const bool in_view = std::hypot(dx, dy) < range &&
-                           std::abs(wrap_angle(std::atan2(dy, dx) - at.heading)) < bearing;
+      const double dx = landmark.x[i] - eye_x[i];
+      const double dy = landmark.y[i] - eye_y[i];
+      const double distance = std::sqrt(dx * dx + dy * dy);
+      const bool in_view =
+          distance < range && dx * look_x[i] + dy * look_y[i] > least_cosine * distance;
       if (in_view) landmark.log_odds[i] -= options.missed_log_odds;
       if (landmark.log_odds[i] < options.removal_log_odds) landmark.held[i] = 0;
       held += landmark.held[i] != 0 ? particles_.weight[i] : 0.0;
