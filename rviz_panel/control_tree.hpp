@@ -32,6 +32,9 @@ class ControlTree : public QWidget {
   QStringList open_groups() const { return open_; }
   void set_open_groups(const QStringList& names);
 
+  /// Takes what room is left; scrolls.
+  QSize sizeHint() const override { return {280, 120}; }
+
  private:
   struct Row {
     Control control;

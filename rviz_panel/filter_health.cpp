@@ -79,14 +79,12 @@ FilterHealth::Verdict FilterHealth::verdict() const {
   if (latest_->lost > lost_warning())
     return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
   const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
-  if (ancestors < kFew) {
-    return {Level::warning,
-            "Depleted: " + percent_text(ancestors) + " of the particles had descendants"};
+  if (!counts_from_start() && ancestors < kFew) {
+    return {Level::warning, "Depleted: " + percent_text(ancestors) + " have descendants"};
   }
   const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
   if (sample_size < kFew) {
-    return {Level::warning,
-            "Degenerate: the weight is on " + percent_text(sample_size) + " of the particles"};
+    return {Level::warning, "Degenerate: " + percent_text(sample_size) + " carry the weight"};
   }
   if (!timing_.keeps_up()) return {Level::warning, "Too slow: updates take longer than allowed"};
   return {Level::good, "Healthy"};
@@ -100,7 +98,12 @@ std::string FilterHealth::sample_size_text() const {
 
 std::string FilterHealth::ancestors_text() const {
   if (!latest_) return "";
-  return std::to_string(latest_->distinct_ancestors) + " of " + std::to_string(latest_->particles);
+  return std::to_string(latest_->distinct_ancestors) + " of " + std::to_string(latest_->particles) +
+         (counts_from_start() ? " at the start" : "");
+}
+
+bool FilterHealth::counts_from_start() const {
+  return latest_ && latest_->landmarks > 0;
 }
 
 std::string FilterHealth::load_text() const {

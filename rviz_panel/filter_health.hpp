@@ -53,6 +53,10 @@ class FilterHealth {
   std::vector<Reject> rejects() const;
 
  private:
+  // Filters with a map count the particles of the start that have descendants. That number can only
+  // fall, in a filter that is well, too.
+  bool counts_from_start() const;
+
   std::optional<FilterStatus> latest_;
   StripBuffer sample_size_, ancestors_, load_, lost_, renewals_;
   UpdateTiming timing_;

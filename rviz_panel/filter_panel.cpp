@@ -69,7 +69,7 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
   add_buttons(layout);
   controls_ = new ControlTree([this](const auto& values) { connection_->set(values); },
                               [this] { Q_EMIT configChanged(); }, content);
-  controls_->setMinimumHeight(120);
+  controls_->setMinimumHeight(controls_->sizeHint().height());
   layout->addWidget(controls_, 1);
   setMinimumWidth(240);
 }
@@ -124,10 +124,12 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
                             "this the population is renewed (grey: the schedule does not ask).\n"
                             "Ticks: renewals.",
                             1.0});
-  ancestors_strip_ = add({"Distinct ancestors",
-                          "Particles that had descendants at the last renewal, as share of the "
-                          "particles.\nFew: the population is depleted.",
-                          1.0});
+  ancestors_strip_ =
+      add({"Distinct ancestors",
+           "Particles that had descendants at the last renewal, as share of the "
+           "particles.\nFew: the population is depleted. With a map it is those of the "
+           "start, whose number can only fall.",
+           1.0});
   lost_strip_ = add({"Probability of being lost",
                      "From the innovations and the spread of the belief.\nDashed: above this the "
                      "filter warns.",

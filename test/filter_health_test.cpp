@@ -39,13 +39,13 @@ TEST(FilterHealth, SaysWhatIsWrong) {
   status.effective_sample_size = 4.0;
   degenerate.add(status);
   EXPECT_EQ(degenerate.verdict().level, Level::warning);
-  EXPECT_EQ(degenerate.verdict().text, "Degenerate: the weight is on 0.4 % of the particles");
+  EXPECT_EQ(degenerate.verdict().text, "Degenerate: 0.4 % carry the weight");
 
   FilterHealth depleted;
   status = status_at(1.0);
   status.distinct_ancestors = 30;
   depleted.add(status);
-  EXPECT_EQ(depleted.verdict().text, "Depleted: 3 % of the particles had descendants");
+  EXPECT_EQ(depleted.verdict().text, "Depleted: 3 % have descendants");
 
   FilterHealth lost;
   status.lost = 0.97;  // is worse than that
@@ -62,6 +62,17 @@ TEST(FilterHealth, OneBadUpdateIsNoDepletion) {
   bad.effective_sample_size = 1.0;
   health.add(bad);
   EXPECT_EQ(health.verdict().level, Level::good);
+}
+
+// FastSLAM counts the particles of the start, of which few are left sooner or later.
+TEST(FilterHealth, FewParticlesOfTheStartAreNoDepletion) {
+  FilterHealth health;
+  FilterStatus status = status_at(1.0);
+  status.landmarks = 30;
+  status.distinct_ancestors = 2;
+  health.add(status);
+  EXPECT_EQ(health.verdict().level, Level::good);
+  EXPECT_EQ(health.ancestors_text(), "2 of 1000 at the start");
 }
 
 TEST(FilterHealth, UpdateTimeBesideTheTimeBetweenObservations) {
