@@ -16,6 +16,9 @@ namespace pf_resampling {
 namespace {
 
 constexpr int kGroupName = Qt::UserRole;
+// Widths of the columns, in pixels.
+constexpr int kSmallestName = 90;
+constexpr int kSmallestValue = 130;
 
 // What is shown and what is written need not be the same digits.
 bool same_value(const Control& control, const std::string& a, const std::string& b) {
@@ -46,7 +49,7 @@ ControlTree::ControlTree(std::function<void(const dynamic_reconfigure::Config&)>
   tree_->setFocusPolicy(Qt::NoFocus);
   tree_->setVerticalScrollMode(QAbstractItemView::ScrollPerPixel);
   tree_->header()->setStretchLastSection(true);
-  tree_->header()->setMinimumSectionSize(90);
+  tree_->header()->setMinimumSectionSize(kSmallestName);
   connect(search_, &QLineEdit::textChanged, this, [this](const QString& words) { filter(words); });
   connect(tree_, &QTreeWidget::itemExpanded, this, [this] { take_open_groups(); });
   connect(tree_, &QTreeWidget::itemCollapsed, this, [this] { take_open_groups(); });
@@ -93,7 +96,18 @@ void ControlTree::show_controls(const std::vector<ControlGroup>& groups) {
   is_filling_ = false;
   set_open_groups(open_);
   filter(search_->text());
-  tree_->header()->resizeSection(0, std::max(110, 2 * width() / 5));
+}
+
+// Names as wide as those that are seen need, while the values keep room.
+void ControlTree::fit_columns() {
+  tree_->resizeColumnToContents(0);
+  const int most = std::max(kSmallestName, tree_->viewport()->width() - kSmallestValue);
+  if (tree_->columnWidth(0) > most) tree_->setColumnWidth(0, most);
+}
+
+void ControlTree::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  fit_columns();
 }
 
 QWidget* ControlTree::make_editor(const Control& control,
@@ -174,7 +188,9 @@ void ControlTree::show_values(const std::map<std::string, std::string>& values) 
     const auto value = values.find(row.control.name);
     if (value == values.end()) continue;
     // What is being typed is not typed over.
-    const auto* line = tree_->itemWidget(row.item, 1)->findChild<QLineEdit*>();
+    QWidget* editor = tree_->itemWidget(row.item, 1);
+    const auto* line = qobject_cast<QLineEdit*>(editor);
+    if (line == nullptr) line = editor->findChild<QLineEdit*>();
     if (line == nullptr || !line->hasFocus() || !line->isModified()) row.show(value->second);
     QFont font = tree_->font();
     font.setBold(!same_value(row.control, value->second, row.control.initial));
@@ -189,9 +205,11 @@ void ControlTree::set_open_groups(const QStringList& names) {
     if (group != nullptr) group->setExpanded(names.contains(group->data(0, kGroupName).toString()));
   }
   is_filling_ = false;
+  fit_columns();
 }
 
 void ControlTree::take_open_groups() {
+  if (!is_filling_) fit_columns();
   if (is_filling_ || !search_->text().isEmpty()) return;
   QStringList open;
   for (const QTreeWidgetItem* group : groups_) {
@@ -221,6 +239,7 @@ void ControlTree::filter(const QString& words) {
   }
   is_filling_ = false;
   if (wanted.isEmpty()) set_open_groups(open_);
+  fit_columns();
 }
 
 }  // namespace pf_resampling

@@ -35,6 +35,9 @@ class ControlTree : public QWidget {
   /// Takes what room is left; scrolls.
   QSize sizeHint() const override { return {280, 120}; }
 
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
  private:
   struct Row {
     Control control;
@@ -46,6 +49,7 @@ class ControlTree : public QWidget {
   void set(const Control& control, const std::string& value);
   void filter(const QString& words);
   void take_open_groups();
+  void fit_columns();
 
   std::function<void(const dynamic_reconfigure::Config&)> set_;
   std::function<void()> groups_changed_;
