@@ -12,6 +12,10 @@
 namespace pf_resampling {
 namespace {
 
+// Weight of a new range in the running means of a beacon, and what its squared innovation is
+// bounded by in them.
+constexpr double kHealthRate = 0.1;
+constexpr double kWildInnovation = 100.0;
 // Share of the extent of the beacons above which the position counts as not known.
 constexpr double kUnknownPosition = 0.1;
 
@@ -43,6 +47,7 @@ void BeaconMclPipeline::start_filter(const std::vector<Beacon>& beacons) {
   filter_ = std::make_unique<BeaconMcl>(options_.filter, beacons,
                                         static_cast<std::uint64_t>(options_.seed), calibration);
   latest_ranges_.clear();
+  beacon_health_.clear();
   publisher_.clear_path();
   lost_.reset();
   odometry_.restart_at_oldest(options_.filter.odometry);
@@ -248,8 +253,22 @@ void BeaconMclPipeline::update(const std::vector<BeaconRange>& group) {
   if (status.innovation_sigma > 0.0) {
     const double ratio = status.innovation / status.innovation_sigma;
     lost_.observe(ratio * ratio, 1, since_last);
+    note_health(stamp, status.observation, ratio * ratio);
   }
   publish_status(stamp, update_time);
+}
+
+void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double normalized_innovation) {
+  BeaconHealth& health = beacon_health_[beacon];
+  // A single wild range says little.
+  const double bounded = std::min(normalized_innovation, kWildInnovation);
+  health.normalized_innovation += kHealthRate * (bounded - health.normalized_innovation);
+  if (!health.last.isZero() && stamp > health.last) {
+    const double period = (stamp - health.last).toSec();
+    health.period =
+        health.period == 0.0 ? period : health.period + kHealthRate * (period - health.period);
+  }
+  health.last = stamp;
 }
 
 std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRange& range) {
@@ -298,6 +317,7 @@ void BeaconMclPipeline::forget_time() {
   }
   ranges_.clear();
   latest_ranges_.clear();
+  beacon_health_.clear();
   last_range_ = ros::Time();
   publisher_.clear_path();
   if (filter_ && options_.restart_after_jump_back) {

@@ -86,12 +86,20 @@ class BeaconMclPipeline {
     double antenna_height = 0.0;
   };
 
+  /// How a beacon does, as running means.
+  struct BeaconHealth {
+    double normalized_innovation = 1.0;  ///< squared innovation over its expected variance
+    double period = 0.0;                 ///< s between its ranges; 0 until there were two
+    ros::Time last;
+  };
+
   void start_filter(const std::vector<Beacon>& beacons);
   void start_about(const PoseEstimate& start, ros::Time stamp);
   void process_ready();
   void drop_late();
   void update(const std::vector<BeaconRange>& group);
   std::optional<RangeObservation> to_observation(const BeaconRange& range);
+  void note_health(ros::Time stamp, int beacon, double normalized_innovation);
   void carry_belief_forward();
   void take_belief();
   void forget_time();
@@ -104,6 +112,7 @@ class BeaconMclPipeline {
   void publish_status(ros::Time stamp, double update_time);
   void publish_markers(ros::Time stamp);
   void publish_diagnostics(ros::Time stamp);
+  diagnostic_msgs::DiagnosticStatus beacons_diagnostic(ros::Time stamp) const;
 
   BeaconMclPipelineOptions options_;
   BeaconMclSinks sinks_;
@@ -120,6 +129,7 @@ class BeaconMclPipeline {
 
   RejectCounter rejects_;
   std::map<int, LatestRange> latest_ranges_;
+  std::map<int, BeaconHealth> beacon_health_;
   BeliefPublisher publisher_;
   LostDetector lost_;
   UpdateTiming timing_;

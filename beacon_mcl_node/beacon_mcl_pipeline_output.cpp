@@ -13,6 +13,12 @@ namespace {
 constexpr double kBeaconMarkerPeriod = 5.0;  // s
 // Above this probability of being lost there is a warning.
 constexpr double kLostWarning = 0.5;
+// A running mean of squared innovations over their expected variance, 1 for a good beacon, that
+// says that its ranges do not fit.
+constexpr double kMisfitLimit = 6.0;
+// A beacon is silent after so long, and so many of its usual periods.
+constexpr double kBeaconSilence = 5.0;  // s
+constexpr double kSilentPeriods = 8.0;
 
 bool is_finite(const FilterStatus& status) {
   bool finite = std::isfinite(status.effective_sample_size) &&
@@ -171,9 +177,36 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
   array.status.push_back(inputs_diagnostic("beacon_mcl: inputs", stamp, odometry_, "ranges",
                                            last_range_, ranges_.size(), rejects_,
                                            &reported_rejects_));
+  array.status.push_back(beacons_diagnostic(stamp));
   array.status.push_back(timing_diagnostic("beacon_mcl: timing", timing_, latency_, rejects_,
                                            "ranges", &reported_drops_));
   sinks_.diagnostics(array);
+}
+
+// One that fails shows beside the others; when all do not fit, it is the belief that is wrong.
+diagnostic_msgs::DiagnosticStatus BeaconMclPipeline::beacons_diagnostic(ros::Time stamp) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus status = make_diagnostic("beacon_mcl: beacons");
+  const bool is_lost = lost_.probability() > kLostWarning;
+  for (const auto& [id, health] : beacon_health_) {
+    const std::string beacon = "beacon " + std::to_string(id);
+    const double silence = (stamp - health.last).toSec();
+    const bool others_are_heard = (stamp - last_range_).toSec() < kBeaconSilence;
+    if (others_are_heard && health.period > 0.0 &&
+        silence > kBeaconSilence + kSilentPeriods * health.period) {
+      worsen(DiagnosticStatus::WARN,
+             beacon + " has not been heard for " + number_text(silence) + " s", &status);
+    }
+    if (!is_lost && health.normalized_innovation > kMisfitLimit) {
+      worsen(DiagnosticStatus::WARN,
+             "the ranges of " + beacon + " do not fit: moved, reflected, or lying?", &status);
+    }
+    add_value(beacon + ": normalized innovation (1 expected)",
+              number_text(health.normalized_innovation), &status);
+    add_value(beacon + ": last range [s ago]", number_text(silence), &status);
+  }
+  if (status.message.empty()) status.message = "fine";
+  return status;
 }
 
 void BeaconMclPipeline::report_silence(ros::Time now) {

@@ -67,7 +67,7 @@ void FastSlamPipeline::start_filter_anew() {
   if (start_map_) filter_.load(*start_map_);
   latest_ = LatestScan{};
   lost_.reset();
-  publisher_.clear_path();
+  path_stamps_.clear();
   belief_ = filter_.estimate();
 }
 
@@ -160,11 +160,11 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   options_.filter = options;
   latest_ = LatestScan{};
   lost_.reset();
-  publisher_.clear_path();
+  path_stamps_.clear();
   belief_ = filter_.estimate();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
                        options_.filter.odometry);
-  publish_map();
+  publish_results();
   return std::to_string(map.landmarks.size()) + " landmarks loaded from " + path +
          (frozen ? ", frozen" : "");
 }
@@ -199,7 +199,7 @@ void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
   odometry_.restart_at(stamp, options_.filter.odometry);
   latest_ = LatestScan{};
   lost_.reset();
-  publisher_.clear_path();
+  path_stamps_.clear();
   belief_ = filter_.estimate();
 }
 
@@ -252,6 +252,7 @@ void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
   }
   const double update_time = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
 
+  path_stamps_.push_back(used.stamp);
   odometry_.use_until(used.stamp, options_.filter.odometry);
   belief_ = filter_.estimate();
   const double since_last =
@@ -328,6 +329,7 @@ void FastSlamPipeline::carry_belief_forward() {
   const std::optional<ros::Time> stamp = odometry_.overdue();
   if (!stamp) return;
   filter_.update(odometry_.until(*stamp, options_.filter.odometry), {});
+  path_stamps_.push_back(*stamp);
   odometry_.use_until(*stamp, options_.filter.odometry);
   belief_ = filter_.estimate();
 }
@@ -339,7 +341,6 @@ void FastSlamPipeline::forget_time() {
   scans_.clear();
   latest_ = LatestScan{};
   last_scan_ = ros::Time();
-  publisher_.clear_path();
   if (options_.restart_after_jump_back) start_filter_anew();
 }
 
@@ -349,7 +350,7 @@ double FastSlamPipeline::lost_probability() const {
 
 std::optional<PoseEstimate> FastSlamPipeline::estimate() const {
   if (odometry_.empty()) return std::nullopt;
-  return moved_by(belief_, odometry_.since());
+  return moved_by(belief_, filter_.corrected(odometry_.since()));
 }
 
 void FastSlamPipeline::reject(const std::string& input, const Rejection& rejection) {

@@ -61,8 +61,8 @@ class FastSlamPipeline {
   std::string save_map(const std::string& path);
   std::string load_map(const std::string& path, bool frozen);
 
-  /// Gives out the map as it is at the newest odometry. For the end of a bag.
-  void publish_map();
+  /// Gives out map and path as they are at the newest odometry. For the end of a bag.
+  void publish_results();
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next
@@ -114,6 +114,7 @@ class FastSlamPipeline {
 
   void publish_pictures(ros::Time stamp);
   void publish_map(ros::Time stamp);
+  void publish_path(ros::Time stamp);
   void publish_status(ros::Time stamp, double update_time);
   void publish_markers(ros::Time stamp);
   void publish_diagnostics(ros::Time stamp);
@@ -128,6 +129,7 @@ class FastSlamPipeline {
   FastSlam filter_;
   DeadReckoning odometry_;
   std::deque<LandmarkObservationArray> scans_;  // in order of time
+  std::vector<ros::Time> path_stamps_;          // of the filter's path
   PoseEstimate belief_;                         // of the particles
 
   RejectCounter rejects_;

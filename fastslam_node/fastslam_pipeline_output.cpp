@@ -12,6 +12,8 @@ namespace {
 
 // Above this probability of being lost there is a warning.
 constexpr double kLostWarning = 0.5;
+// Weights add up to one but for this.
+constexpr double kRounding = 1e-9;
 // How long, s, a scan is shown at least.
 constexpr double kScanShown = 1.0;
 
@@ -28,7 +30,7 @@ void FastSlamPipeline::publish_pictures(ros::Time stamp) {
     const FastSlamParticles& particles = filter_.particles();
     publisher_.publish_clouds(
         stamp, {particles.x, particles.y, particles.heading, particles.weight, particles.ancestor},
-        odometry_.since().mean);
+        filter_.corrected(odometry_.since()).mean);
   }
   if ((sinks_.landmark_map || sinks_.markers) && is_due(options_.map_period, stamp, &last_map_)) {
     publish_map(stamp);
@@ -36,14 +38,17 @@ void FastSlamPipeline::publish_pictures(ros::Time stamp) {
   if (sinks_.markers && is_due(options_.output.marker_period, stamp, &last_markers_)) {
     publish_markers(stamp);
   }
-  publisher_.publish_path(stamp);
+  publish_path(stamp);
   if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, stamp, &last_diagnostics_)) {
     publish_diagnostics(stamp);
   }
 }
 
-void FastSlamPipeline::publish_map() {
-  if (!odometry_.empty()) publish_map(odometry_.newest());
+void FastSlamPipeline::publish_results() {
+  if (odometry_.empty()) return;
+  publish_map(odometry_.newest());
+  publisher_.hurry_path();
+  publish_path(odometry_.newest());
 }
 
 void FastSlamPipeline::publish_map(ros::Time stamp) {
@@ -51,7 +56,7 @@ void FastSlamPipeline::publish_map(ros::Time stamp) {
   for (const LandmarkEstimate& landmark : filter_.map()) {
     if (!landmark.mean.allFinite() || !landmark.covariance.allFinite()) {
       publisher_.hold_back();
-    } else if (landmark.held >= options_.map_min_held) {
+    } else if (landmark.held >= options_.map_min_held - kRounding) {
       map_.push_back(landmark);
     }
   }
@@ -69,6 +74,11 @@ void FastSlamPipeline::publish_map(ros::Time stamp) {
     message.landmarks.push_back(landmark);
   }
   sinks_.landmark_map(message);
+}
+
+// The whole path as it is believed now: what came later corrects what was driven before.
+void FastSlamPipeline::publish_path(ros::Time stamp) {
+  publisher_.publish_path(stamp, path_stamps_, [this] { return filter_.path(); });
 }
 
 void FastSlamPipeline::publish_markers(ros::Time stamp) {

@@ -31,7 +31,7 @@ struct FastSlamPipelineOptions {
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
   std::string map_file;          ///< read at the start; empty: none
-  int map_file_particles = 500;  ///< that a saved map holds at most
+  int map_file_particles = 1000;  ///< that a saved map holds at most
 
   /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.
   std::map<std::string, Pose2> sensors;

@@ -92,4 +92,16 @@ void BeliefPublisher::publish_path(ros::Time stamp) {
   if (is_due(options_.path_period, stamp, &last_path_)) sinks_->path(path_.path());
 }
 
+void BeliefPublisher::publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
+                                   const std::function<std::vector<Pose2>()>& poses) {
+  if (!sinks_->path || stamps.empty() || !is_due(options_.path_period, stamp, &last_path_)) return;
+  const std::vector<Pose2> all = poses();
+  PathRecorder path(options_.path_spacing, options_.path_length);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!is_finite(all[i])) return hold_back();
+    path.add(stamps[i], frames_.map, all[i]);
+  }
+  sinks_->path(path.path());
+}
+
 }  // namespace pf_resampling

@@ -365,5 +365,91 @@ TEST(BeaconMclPipeline, AnotherParticleCountTakesEffectAtTheNextUpdate) {
   EXPECT_LT(run.error(), 0.5);
 }
 
+// The message of a diagnostic at the end.
+std::string said(const Outputs& out, const std::string& name) {
+  for (const auto& status : out.diagnostics.back().status) {
+    if (status.name == name) return status.message;
+  }
+  return "there is no " + name;
+}
+
+TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
+  const int third = BeaconMclDrive::beacons()[2].id;
+  const std::string name = "beacon " + std::to_string(third);
+  Rig lying;
+  Rig silent;
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
+    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
+    const bool is_late = range != nullptr && (*range)->header.stamp.toSec() > kStart + 20.0;
+    if (is_late && (*range)->beacon == third) {
+      BeaconRange lie = **range;
+      lie.range += 5.0;
+      lying.pipeline.handle(lie);
+    } else {
+      handle(message, &lying.pipeline);
+      handle(message, &silent.pipeline);
+    }
+  }
+  EXPECT_NE(said(lying.out, "beacon_mcl: beacons").find(name + " do not fit"), std::string::npos)
+      << said(lying.out, "beacon_mcl: beacons");
+  EXPECT_NE(said(silent.out, "beacon_mcl: beacons").find(name + " has not been heard"),
+            std::string::npos)
+      << said(silent.out, "beacon_mcl: beacons");
+  Rig good;
+  good.feed(BeaconMclDrive::messages(60.0));
+  EXPECT_EQ(said(good.out, "beacon_mcl: beacons"), "fine");
+  // Neither is lost for it: the others hold the belief.
+  EXPECT_LT(lying.error(), 1.0);
+  EXPECT_LT(silent.error(), 0.5);
+  EXPECT_LT(lying.out.statuses.back().lost, 0.5);
+}
+
+// Put elsewhere by hand, far from where it believes to be: it says so within seconds, and no more
+// when it is back.
+TEST(BeaconMclPipeline, SaysWhenItIsLost) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.recovery.enabled = false;
+  Rig run(options);
+  run.feed(BeaconMclDrive::messages(0.0, 20.0));
+  EXPECT_LT(run.out.statuses.back().lost, 0.05);
+  geometry_msgs::PoseWithCovarianceStamped wrong;
+  wrong.header.frame_id = "map";
+  wrong.header.stamp = ros::Time(kStart + 20.0);
+  wrong.pose.pose = to_pose_message({-20.0, 15.0, 0.0});
+  wrong.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
+  run.pipeline.handle(wrong);
+  run.feed(BeaconMclDrive::messages(20.0, 25.0));
+  EXPECT_GT(run.out.statuses.back().lost, 0.9);
+  EXPECT_GT(run.out.statuses.back().normalized_innovation, 6.0);
+  EXPECT_NE(said(run.out, "beacon_mcl: localization").find("lost?"), std::string::npos);
+}
+
+// Computation that does not keep up: what waits is bounded, the oldest goes first and is counted,
+// and the pose keeps coming.
+TEST(BeaconMclPipeline, DropsTheOldestWhenItCannotKeepUp) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.deferred = true;
+  options.max_latency = 1.0;
+  Rig run(options);
+  // 5 ranges a second come, one is worked off.
+  int processed = 0;
+  double largest_latency = 0.0;
+  int messages = 0;
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
+    handle(message, &run.pipeline);
+    if (++messages % 15 == 0 && run.pipeline.process_next()) {
+      ++processed;
+      largest_latency = std::max(largest_latency, run.out.statuses.back().latency);
+    }
+  }
+  const auto dropped = run.pipeline.rejects().count("ranges", RejectReason::overload);
+  EXPECT_LT(largest_latency, 1.0 + 0.2);
+  EXPECT_LE(run.pipeline.queued(), 7);
+  EXPECT_EQ(processed + static_cast<int>(dropped) + run.pipeline.queued(), 301);
+  EXPECT_GT(dropped, 200u);
+  EXPECT_NE(said(run.out, "beacon_mcl: timing").find("does not keep up"), std::string::npos);
+  EXPECT_LT(run.error(), 1.0);
+}
+
 }  // namespace
 }  // namespace pf_resampling

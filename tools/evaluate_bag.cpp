@@ -50,6 +50,8 @@ CommandLine command_line() {
       "true map")("landmarks",
                   po::value<std::string>()->default_value("/landmarks")->value_name("TOPIC"),
                   "observations, for --batch")(
+      "path", po::value<std::string>()->default_value("/path")->value_name("TOPIC"),
+      "a mapper's whole path as it was believed at the end; its last message is judged")(
       "status", po::value<std::string>()->default_value("/status")->value_name("TOPIC"),
       "the filter's status, for its particles")(
       "particle-errors",
@@ -65,7 +67,9 @@ CommandLine command_line() {
       "map and no /initialpose")(
       "batch", po::bool_switch(),
       "compare with the least-squares solution of odometry and observations with ids (Ceres)")(
-      "quiet", po::bool_switch(), "print nothing");
+      "batch-online", po::value<double>()->value_name("SECONDS"),
+      "so often, solve with the data so far alone: what no filter, which knows the past only, can "
+      "be better than; takes minutes")("quiet", po::bool_switch(), "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");
   return line;
@@ -119,10 +123,63 @@ LandmarkMatching matching_from(const std::string& name) {
   throw UsageError("--match " + name + ": known are auto, id and nearest");
 }
 
+/// The truth at the stamps of a path; not inside its gaps.
+std::vector<TruePose> truth_at(const std::vector<EstimatedPose>& path,
+                               const std::vector<TruePose>& truth) {
+  const double max_gap = usual_max_gap(truth);
+  std::vector<TruePose> there;
+  for (const EstimatedPose& pose : path) {
+    if (const auto true_pose = interpolate(truth, pose.time, max_gap)) there.push_back(*true_pose);
+  }
+  return there;
+}
+
+/// The newest pose of the solution with the data until then, every `period` seconds.
+std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double period) {
+  std::vector<EstimatedPose> poses;
+  const double last = problem.odometry.back().time;
+  for (double time = problem.odometry.front().time + period; time < last; time += period) {
+    BatchProblem past = problem;
+    const auto is_later = [time](const auto& entry) { return entry.time > time; };
+    past.odometry.erase(std::find_if(past.odometry.begin(), past.odometry.end(), is_later),
+                        past.odometry.end());
+    past.scans.erase(std::find_if(past.scans.begin(), past.scans.end(), is_later),
+                     past.scans.end());
+    const bool sees_any = std::any_of(past.scans.begin(), past.scans.end(), [](const auto& scan) {
+      return std::any_of(scan.landmarks.begin(), scan.landmarks.end(),
+                         [](const auto& seen) { return seen.id >= 0; });
+    });
+    poses.push_back(
+        sees_any ? solve_batch(past).path.back()
+                 : EstimatedPose{past.odometry.back().time,
+                                 relative(problem.odometry.front().pose, past.odometry.back().pose),
+                                 Eigen::Matrix3d::Zero()});
+  }
+  return poses;
+}
+
+/// Both on line, at the same times, each aligned there.
+OnlineComparison compare_online(const BatchProblem& problem, double period,
+                                const std::vector<TruePose>& truth,
+                                const std::vector<EstimatedPose>& estimate) {
+  const std::vector<EstimatedPose> poses = solve_online(problem, period);
+  PathErrorOptions options;
+  options.max_gap = std::numeric_limits<double>::max();
+  const std::vector<TruePose> there = truth_at(poses, truth);
+  OnlineComparison online;
+  online.period = period;
+  online.batch = evaluate_aligned_path(there, poses, options);
+  online.filter = evaluate_aligned_path(there, estimate, options);
+  return online;
+}
+
 /// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
 BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& odom_topic,
                                    const std::string& landmarks_topic,
                                    const std::vector<TruePose>& truth,
+                                   const std::vector<TruePose>& path_truth,
+                                   const std::vector<EstimatedPose>& estimate,
+                                   const std::optional<double>& online_period,
                                    const std::optional<std::vector<PointLandmark>>& true_map,
                                    const PathErrorOptions& options, const Evaluation& evaluation) {
   BatchProblem problem;
@@ -153,10 +210,19 @@ BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& od
     if (!(by > 0.0)) return std::nullopt;
     return of / by;
   };
-  batch.path_ratio =
+  batch.online_ratio =
       ratio(evaluation.estimate_aligned.cartesian.mean, batch.aligned.cartesian.mean);
+  batch.path_ratio = batch.online_ratio;
+  if (evaluation.path_aligned) {
+    batch.path_aligned = evaluate_aligned_path(path_truth, solution.path, options);
+    batch.path_ratio =
+        ratio(evaluation.path_aligned->cartesian.mean, batch.path_aligned->cartesian.mean);
+  }
   if (batch.map && batch.map->rms_aligned && evaluation.map && evaluation.map->rms_aligned) {
     batch.map_ratio = ratio(*evaluation.map->rms_aligned, *batch.map->rms_aligned);
+  }
+  if (online_period) {
+    batch.online = compare_online(problem, *online_period, truth, estimate);
   }
   return batch;
 }
@@ -192,6 +258,12 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
     throw UsageError("--frame " + wanted_frame + ": known are auto, given, start and fit");
   }
   const bool with_batch = line.get<bool>("batch");
+  std::optional<double> online_period;
+  if (line.has("batch-online")) {
+    online_period = line.get<double>("batch-online");
+    if (!with_batch) throw UsageError("--batch-online belongs to --batch");
+    if (!(*online_period > 0.0)) throw UsageError("--batch-online has to be above 0 s");
+  }
   if (with_batch && !with_odometry) throw UsageError("--batch needs the odometry (--odom)");
   if (line.has("plot")) check_plot_file(line.get<std::string>("plot"));
 
@@ -241,6 +313,15 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   evaluation.is_slam = map.has_value();
   evaluation.estimate = evaluate_path(plot.truth, plot.estimate, options);
   evaluation.estimate_aligned = evaluate_aligned_path(plot.truth, plot.estimate, options);
+  std::vector<TruePose> path_truth;
+  if (const auto believed = map ? read_path(bag, topic("path")) : std::nullopt) {
+    path_truth = truth_at(*believed, plot.truth);
+    PathErrorOptions path_options = options;
+    path_options.max_gap = std::numeric_limits<double>::max();  // at its own stamps
+    if (!path_truth.empty()) {
+      evaluation.path_aligned = evaluate_aligned_path(path_truth, *believed, path_options);
+    }
+  }
   if (with_odometry) {
     plot.dead_reckoning = align_at_start(plot.dead_reckoning, plot.truth);
     evaluation.dead_reckoning = evaluate_path(plot.truth, plot.dead_reckoning, options);
@@ -255,8 +336,9 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
                                    end_of_clipped(evaluation.estimate));
   evaluation.filter = read_filter_summary(bag, topic("status"));
   if (with_batch) {
-    evaluation.batch = compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth,
-                                          true_map, options, evaluation);
+    evaluation.batch =
+        compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth, path_truth,
+                           plot.estimate, online_period, true_map, options, evaluation);
   }
   plot.map = evaluation.map;
   if (evaluation.is_slam && evaluation.frame != "given") {

@@ -8,8 +8,10 @@
 #include "common/beacon_mcl_options.hpp"
 #include "common/command_line.hpp"
 #include "common/files.hpp"
+#include "common/filter_options.hpp"
 #include "common/progress_bar.hpp"
 #include "studies/compensation_study.hpp"
+#include "studies/fault_study.hpp"
 #include "studies/resampling_study.hpp"
 #include "worlds/world_file.hpp"
 
@@ -176,6 +178,36 @@ int study_compensation(const std::vector<std::string>& arguments) {
   return 0;
 }
 
+int study_faults(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "study faults",
+      "What a filter does, and what it says, when robots do what robots do: each fault\n"
+      "is put into the recording in turn.");
+  line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
+  line.options()("share", po::value<double>()->default_value(0.4)->value_name("SHARE"),
+                 "share of the drive before the fault");
+  add_study_options(&line, 20);
+  add_filter_options(&line);
+  line.example("study faults plaza2.bag --markdown faults.md");
+  if (!line.parse(arguments)) return 0;
+  const auto path = line.get<std::string>("bag");
+  const RecordedDrive drive = read_drive(path);
+  FaultStudyOptions options;
+  if (drive.beacons.empty()) {
+    apply_filter_options(line, &options.fastslam);
+  } else {
+    apply_filter_options(line, &options.beacon_mcl);
+  }
+  options.share = line.get<double>("share");
+  options.seeds = line.get<int>("seeds");
+  options.jobs = jobs_of(line);
+  ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));
+  const FaultStudy result = run_fault_study(path.substr(path.find_last_of('/') + 1), drive, options,
+                                            [&](std::uint64_t done) { bar.update(done); });
+  write(line, to_markdown(result), to_json_text(result));
+  return 0;
+}
+
 const char* const kHelp =
     "Usage: rosrun pf_resampling study STUDY [arguments]\n"
     "\n"
@@ -183,11 +215,12 @@ const char* const kHelp =
     "\n"
     "Studies (study STUDY --help says more):\n"
     "  resampling     resampling schemes in range-beacon localization, on a recording (paper M)\n"
-    "  compensation   compensation and resampling in FastSLAM, on simulated drives (paper K)\n";
+    "  compensation   compensation and resampling in FastSLAM, on simulated drives (paper K)\n"
+    "  faults         what filters do, and say, when something goes wrong on a recording\n";
 
 int study(const std::vector<std::string>& arguments) {
   if (arguments.empty()) {
-    throw UsageError("which study? resampling or compensation; see study --help");
+    throw UsageError("which study? resampling, compensation or faults; see study --help");
   }
   const std::string& name = arguments.front();
   if (name == "--help") {
@@ -197,7 +230,8 @@ int study(const std::vector<std::string>& arguments) {
   const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
   if (name == "resampling") return study_resampling(rest);
   if (name == "compensation") return study_compensation(rest);
-  throw UsageError("study '" + name + "' is unknown; known: resampling, compensation");
+  if (name == "faults") return study_faults(rest);
+  throw UsageError("study '" + name + "' is unknown; known: resampling, compensation, faults");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <vector>
 
 #include "pf_resampling/conversions.hpp"
 #include "pf_resampling/frame_names.hpp"
@@ -46,8 +48,14 @@ class BeliefPublisher {
   /// The particles, each moved by `motion`, in its own frame; when they are due.
   void publish_clouds(ros::Time stamp, const ParticleView& particles, const Pose2& motion);
   bool wants_clouds() const { return sinks_->particlecloud || sinks_->particles; }
-  /// When it is due.
+  /// The path driven as it was believed at the time, when it is due.
   void publish_path(ros::Time stamp);
+  /// Likewise a path that is known otherwise: `poses` at `stamps`, as many. Poses nearer to the one
+  /// before than path_spacing are left out.
+  void publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
+                    const std::function<std::vector<Pose2>()>& poses);
+  /// The next path is due, whenever the last one was.
+  void hurry_path() { last_path_ = ros::Time(); }
 
   void clear_path() { path_.clear(); }
   /// Counts a message that was not given out for being not finite.

@@ -4,6 +4,7 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
 #include <pf_resampling/FilterStatus.h>
@@ -208,6 +209,22 @@ std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& b
   }
   check_map(landmarks, topic.c_str());
   return landmarks;
+}
+
+std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
+                                                    const std::string& topic) {
+  nav_msgs::Path::ConstPtr last;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    if (const auto path = instance.instantiate<nav_msgs::Path>()) last = path;
+  });
+  if (!last) return std::nullopt;
+  std::vector<EstimatedPose> poses;
+  for (const geometry_msgs::PoseStamped& pose : last->poses) {
+    poses.push_back(estimated_pose(pose.header.stamp.toSec(), pose.pose));
+  }
+  sort_by_time(&poses);
+  if (!poses.empty()) check_path(poses, topic.c_str());
+  return poses;
 }
 
 std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic) {

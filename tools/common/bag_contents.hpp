@@ -52,6 +52,10 @@ std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string&
 std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
                                                             const std::string& topic);
 
+/// The poses of the last message on a topic of nav_msgs/Path; nothing if there is none.
+std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
+                                                    const std::string& topic);
+
 /// What a sensor saw of one landmark.
 struct SeenLandmark {
   std::int32_t id = -1;           ///< -1: unknown

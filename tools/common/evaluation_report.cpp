@@ -70,6 +70,7 @@ json to_json(const BatchComparison& batch) {
           {"cartesian_aligned", to_json(batch.aligned.cartesian)},
           {"map", batch.map ? to_json(*batch.map) : json(nullptr)},
           {"path_ratio", to_json(batch.path_ratio)},
+          {"online_ratio", to_json(batch.online_ratio)},
           {"map_ratio", to_json(batch.map_ratio)},
           {"distance_scale", batch.distance_scale},
           {"yaw_scale", batch.yaw_scale},
@@ -130,10 +131,20 @@ void print(const BatchComparison& batch) {
   std::printf("  batch solution of the same data:           path aligned %s",
               metres(batch.aligned.cartesian.mean).c_str());
   if (batch.map) std::printf(", map aligned %s", metres(batch.map->rms_aligned).c_str());
-  std::printf("\n  filter error over batch error (aligned):   path %s",
-              batch.path_ratio ? fixed(*batch.path_ratio, 2).c_str() : "-");
+  const auto text_of = [](const std::optional<double>& ratio) {
+    return ratio ? fixed(*ratio, 2) : std::string("-");
+  };
+  std::printf("\n  filter error over batch error (aligned):   path %s, poses as given %s",
+              text_of(batch.path_ratio).c_str(), text_of(batch.online_ratio).c_str());
   if (batch.map_ratio) std::printf(", map %s", fixed(*batch.map_ratio, 2).c_str());
   std::printf("\n");
+  if (batch.online) {
+    const double filter = batch.online->filter.cartesian.mean;
+    const double bound = batch.online->batch.cartesian.mean;
+    std::printf("  on line, every %.0f s (data so far):        filter %s, batch %s, ratio %s\n",
+                batch.online->period, metres(filter).c_str(), metres(bound).c_str(),
+                fixed(filter / bound, 2).c_str());
+  }
 }
 
 class SeriesSummary {
@@ -195,6 +206,9 @@ nlohmann::json to_json(const Evaluation& evaluation) {
   part["coverage_3sigma"] = to_json(estimate.coverage_3sigma);
   part["normalized_error"] = to_json(estimate.normalized_error);
   part["cartesian_aligned"] = to_json(evaluation.estimate_aligned.cartesian);
+  if (evaluation.path_aligned) {
+    part["path_aligned"] = to_json(evaluation.path_aligned->cartesian);
+  }
   result["dead_reckoning"] =
       evaluation.dead_reckoning ? to_json(*evaluation.dead_reckoning) : json(nullptr);
   if (evaluation.dead_reckoning_aligned) {
@@ -206,6 +220,12 @@ nlohmann::json to_json(const Evaluation& evaluation) {
   if (evaluation.particles) result["particles"] = to_json(*evaluation.particles);
   if (evaluation.batch) {
     result["batch"] = to_json(*evaluation.batch);
+    if (evaluation.batch->online) {
+      const OnlineComparison& online = *evaluation.batch->online;
+      result["batch"]["online"] = {{"period", online.period},
+                                   {"batch", to_json(online.batch.cartesian)},
+                                   {"filter", to_json(online.filter.cartesian)}};
+    }
     result["batch_ratio"] = to_json(evaluation.batch->path_ratio);
   }
   return result;
@@ -266,6 +286,11 @@ void print(const std::string& bag, const Evaluation& evaluation) {
     std::printf("  median distance to the truth:              %s, aligned %s\n",
                 metres(estimate.cartesian.median).c_str(),
                 metres(evaluation.estimate_aligned.cartesian.median).c_str());
+  }
+  if (evaluation.path_aligned) {
+    std::printf("  the path as believed at the end, aligned:  mean %s, max %s\n",
+                metres(evaluation.path_aligned->cartesian.mean).c_str(),
+                metres(evaluation.path_aligned->cartesian.max).c_str());
   }
   if (evaluation.map) print(*evaluation.map);
   if (evaluation.filter) print(*evaluation.filter);

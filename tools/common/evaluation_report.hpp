@@ -11,13 +11,26 @@
 
 namespace pf_resampling {
 
+/// The same on line: at one time after another, with the data until then.
+struct OnlineComparison {
+  double period = 0.0;       ///< s between the poses that are compared
+  AlignedPathErrors batch;   ///< of the newest pose of the solution with the data so far
+  AlignedPathErrors filter;  ///< at the same times
+};
+
 /// The least-squares solution of the same data, judged in the same way, beside the filter.
 struct BatchComparison {
   PathErrors errors;
   AlignedPathErrors aligned;
+  /// At the stamps of the filter's path, and aligned there.
+  std::optional<AlignedPathErrors> path_aligned;
   std::optional<MapErrors> map;
-  /// The filter's error over the solution's, both aligned: mean Cartesian, RMS of the map.
+  /// The filter's error over the solution's, both aligned: mean Cartesian of the whole path as it
+  /// was believed at the end, which like the solution knows all data; of the poses as they were
+  /// given out, which knew the past only; RMS of the map.
   std::optional<double> path_ratio;
+  std::optional<double> online_ratio;
+  std::optional<OnlineComparison> online;
   std::optional<double> map_ratio;
   double distance_scale = 1.0;  ///< of the odometry, measured over true
   double yaw_scale = 1.0;
@@ -47,6 +60,8 @@ struct Evaluation {
   bool is_slam = false;         ///< there is an estimated map
   PathErrors estimate;
   AlignedPathErrors estimate_aligned;
+  /// The whole path as it was believed at the end, if a mapper gave one: at its own stamps.
+  std::optional<AlignedPathErrors> path_aligned;
   std::optional<PathErrors> dead_reckoning;
   std::optional<AlignedPathErrors> dead_reckoning_aligned;
   std::optional<MapErrors> map;

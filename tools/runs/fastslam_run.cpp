@@ -67,6 +67,7 @@ int run_fastslam_bag(const CommandLine& line) {
   FastSlamSinks sinks;
   run.connect(&sinks);
   if (run.with_status()) {
+    sinks.path = [&](const nav_msgs::Path& path) { run.writer().write("/path", run.now(), path); };
     sinks.landmark_map = [&](const LandmarkMap& map) {
       run.writer().write_latched("/landmark_map", run.now(), map);
     };
@@ -87,7 +88,7 @@ int run_fastslam_bag(const CommandLine& line) {
   run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
     if (const auto input = to_fastslam_message(message, topics)) handle(*input, &pipeline);
   });
-  pipeline.publish_map();
+  pipeline.publish_results();
   run.finish([&] {
     const std::string reasons = text_of(pipeline.rejects());
     return reasons.empty() ? "there is no odometry" : reasons;

@@ -250,6 +250,11 @@ void BeaconMcl::renew() {
   const Eigen::Index before = particles_.size();
   status_.renewed =
       control_.is_due(status_.effective_sample_size, static_cast<int>(before), requested_size_);
+  // Of a cloud that is all wrong every particle fits as badly as the others: their weights stay
+  // equal, and N_eff says that all is well.
+  const bool may_renew =
+      control_.options().schedule != Schedule::never && control_.options().renewal != Renewal::none;
+  status_.renewed = status_.renewed || (may_renew && recovery_is_due());
   if (!status_.renewed) return;
   if (control_.options().renewal == Renewal::compensation && requested_size_ == before) {
     blend(control_.compensate(particles_.weight, stream(RandomPurpose::compensation)));
@@ -365,9 +370,14 @@ void BeaconMcl::resize_population(Eigen::Index size) {
   }
 }
 
-void BeaconMcl::inject() {
+bool BeaconMcl::recovery_is_due() const {
   const RecoveryOptions& recovery = options_.recovery;
-  if (!recovery.enabled || !(fast_likelihood_ < recovery.threshold * slow_likelihood_)) return;
+  return recovery.enabled && fast_likelihood_ < recovery.threshold * slow_likelihood_;
+}
+
+void BeaconMcl::inject() {
+  if (!recovery_is_due()) return;
+  const RecoveryOptions& recovery = options_.recovery;
   const double drop = 1.0 - fast_likelihood_ / (recovery.threshold * slow_likelihood_);
   const Eigen::Index size = particles_.size();
   const int count = static_cast<int>(

@@ -80,6 +80,7 @@ void FastSlam::reset() {
   status_ = FastSlamStatus{};
   status_.particles = status_.distinct_ancestors = options_.particles;
   outcomes_.clear();
+  paths_.clear();
   view_range_ = view_bearing_ = 0.0;
 }
 
@@ -147,13 +148,17 @@ void FastSlam::update(const OdometryIncrement& odometry,
     }
   }
   for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
-  if (observations.empty()) return;
+  if (observations.empty()) {
+    paths_.append(particles_.x, particles_.y, particles_.heading);
+    return;
+  }
 
   status_.log_likelihood = 0.0;
   normalize_weights();
   note_outcomes(observations);
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
+  paths_.append(particles_.x, particles_.y, particles_.heading);
   renew();
   status_.particles = static_cast<int>(particles_.size());
 }
@@ -260,6 +265,7 @@ void FastSlam::select(const ResamplingResult& result) {
   odometry_errors_.select(ancestors);
   store_.select(ancestors);
   ancestry_.select(ancestors);
+  paths_.select(ancestors);
   particles_.ancestor = ancestors;
   particles_.log_weight = result.log_weights;
 }

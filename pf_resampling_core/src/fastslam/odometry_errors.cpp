@@ -19,23 +19,48 @@ void OdometryErrorEstimator::start(const OdometryErrorOptions& options, Eigen::I
   state_.velocity.setZero();
 }
 
+// With a delay of the observations they are of poses before the end and the start: the motion
+// between them gains what was driven before the start, ...
+Eigen::Matrix<double, 3, OdometryErrorEstimator::kCount> OdometryErrorEstimator::sensitivity_of(
+    const OdometryIncrement& odometry, const Eigen::Vector3d& velocity_before) {
+  const Pose2& mean = odometry.mean;
+  const Eigen::Vector3d& velocity = velocity_before;
+  Eigen::Matrix<double, 3, kCount> sensitivity;
+  sensitivity.col(0) = odometry.distance_scale_sensitivity;
+  sensitivity.col(1) = odometry.turn_scale_sensitivity;
+  sensitivity.col(2) = odometry.drift_sensitivity;
+  sensitivity.col(3) = odometry.yaw_rate_sensitivity;
+  sensitivity.col(4) << velocity.x() - velocity.z() * mean.y, velocity.y() + velocity.z() * mean.x,
+      velocity.z();
+  return sensitivity;
+}
+
+OdometryIncrement OdometryErrorEstimator::corrected(const OdometryIncrement& since,
+                                                    ConstArray weights) const {
+  if (!estimate_) return since;
+  const Eigen::Matrix<double, 3, kCount> sensitivity = sensitivity_of(since, state_.velocity);
+  Vector errors;
+  for (int error = 0; error < kCount; ++error) {
+    errors[error] = (weights * state_.means.col(error)).sum();
+  }
+  OdometryIncrement corrected = since;
+  const Eigen::Vector3d change = sensitivity * errors;
+  corrected.mean = {since.mean.x + change.x(), since.mean.y + change.y(),
+                    wrap_angle(since.mean.heading + change.z())};
+  corrected.covariance += sensitivity * state_.covariance * sensitivity.transpose();
+  return corrected;
+}
+
 void OdometryErrorEstimator::predict(const OdometryIncrement& odometry) {
   state_.covariance.diagonal() += odometry.duration * walk_;
   const Eigen::Vector3d velocity = odometry.velocity_left * state_.velocity + odometry.velocity;
   const Pose2& mean = odometry.mean;
   const double cosine = std::cos(mean.heading);
   const double sine = std::sin(mean.heading);
-  sensitivity_.col(0) = odometry.distance_scale_sensitivity;
-  sensitivity_.col(1) = odometry.turn_scale_sensitivity;
-  sensitivity_.col(2) = odometry.drift_sensitivity;
-  sensitivity_.col(3) = odometry.yaw_rate_sensitivity;
-  // With a delay of the observations they are of poses before the end and the start: the motion
-  // between them gains what was driven before the start and loses what was driven before the end.
-  sensitivity_.col(4) << state_.velocity.x() - state_.velocity.z() * mean.y -
-                             cosine * velocity.x() + sine * velocity.y(),
-      state_.velocity.y() + state_.velocity.z() * mean.x - sine * velocity.x() -
-          cosine * velocity.y(),
-      state_.velocity.z() - velocity.z();
+  sensitivity_ = sensitivity_of(odometry, state_.velocity);
+  // It loses what was driven before the end.
+  sensitivity_.col(4) -= Eigen::Vector3d(cosine * velocity.x() - sine * velocity.y(),
+                                         sine * velocity.x() + cosine * velocity.y(), velocity.z());
   state_.velocity = velocity;
 
   covariance_ = odometry.covariance;

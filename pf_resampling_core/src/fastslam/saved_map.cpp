@@ -209,6 +209,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   if (fault.empty()) fault = map_checks::fault_of_pose_covariance(poses.covariance);
   if (!fault.empty()) throw Error("poses to set: " + fault + "; give a place and its covariance");
   ++step_;  // for a draw of its own
+  paths_.clear();
   const Eigen::Index count = particles_.size();
   const Eigen::Matrix3d root = lower_root(poses.covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);

@@ -152,6 +152,7 @@ class BeaconMcl {
   void weigh(const RangeObservation& range);
   void normalize_weights();
   void renew();
+  bool recovery_is_due() const;
   void inject();
   void learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
                          ConstArray innovation_variance, ConstArray inlier);

@@ -11,6 +11,7 @@
 #include "pf_resampling_core/fastslam/landmark_store.hpp"
 #include "pf_resampling_core/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/fastslam/options.hpp"
+#include "pf_resampling_core/fastslam/particle_paths.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -88,6 +89,12 @@ class FastSlam {
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
 
+  /// The motion since the last update as the filter sees it: without the systematic errors of the
+  /// odometry that it has learnt. From estimate() on, by the odometry's clock.
+  OdometryIncrement corrected(const OdometryIncrement& since) const {
+    return odometry_errors_.corrected(since, particles_.weight);
+  }
+
   /// The weighted-mean map. Brings every landmark up to date: O(M·N).
   std::vector<LandmarkEstimate> map();
 
@@ -117,6 +124,9 @@ class FastSlam {
   /// Systematic errors of the odometry, of every particle.
   const OdometryErrorEstimator& odometry_errors() const { return odometry_errors_; }
   const FastSlamStatus& status() const { return status_; }
+  /// The robot's path as it is believed now, a pose for every call of update() since the start, the
+  /// last load() or set_poses(), the oldest first: the particles' own paths, weighted.
+  std::vector<Pose2> path() const { return paths_.mean(particles_.weight); }
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
   /// Of the last update's observations, in their order.
@@ -180,6 +190,7 @@ class FastSlam {
   std::unordered_map<std::int64_t, int> row_of_id_;
   std::int64_t next_id_ = 0;
   Ancestry ancestry_;
+  ParticlePaths paths_;
   bool has_landmarks_ = false;
   PopulationControl control_;
   int requested_size_ = 0;

@@ -6,6 +6,7 @@
 #include "pf_resampling_core/compensation/compensation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
 
@@ -54,6 +55,10 @@ class OdometryErrorEstimator {
   /// Takes in what the particles did: the same as motion(), as drawn.
   void condition(const Eigen::ArrayXXd& motion);
 
+  /// The motion since the last condition(), by the odometry's own clock, with the errors' weighted
+  /// mean taken out and what is not known of them in its covariance. Changes nothing.
+  OdometryIncrement corrected(const OdometryIncrement& since, ConstArray weights) const;
+
   /// See LandmarkStore.
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
@@ -67,6 +72,9 @@ class OdometryErrorEstimator {
   bool estimate_ = false;
   Vector walk_ = Vector::Zero();  // variance per second
   OdometryErrorState state_;
+  static Eigen::Matrix<double, 3, kCount> sensitivity_of(const OdometryIncrement& odometry,
+                                                         const Eigen::Vector3d& velocity_before);
+
   Eigen::Matrix<double, 3, kCount> sensitivity_ = Eigen::Matrix<double, 3, kCount>::Zero();
   Eigen::ArrayXXd motion_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();

@@ -63,7 +63,7 @@ struct MapOptions {
 /// Everything FastSlam can be told, with the only defaults there are. Names, units and ranges:
 /// parameters_of().
 struct FastSlamOptions {
-  int particles = 500;
+  int particles = 1000;
   int threads = 1;
   FastSlamVersion version = FastSlamVersion::fastslam_2;
   PopulationControlOptions population;

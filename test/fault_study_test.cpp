@@ -1,0 +1,144 @@
+#include "studies/fault_study.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pf_resampling/conversions.hpp"
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Straight along x at 1 m/s for 100 s among four beacons; odometry begins elsewhere.
+RecordedDrive straight_drive() {
+  RecordedDrive drive;
+  for (int i = 0; i < 4; ++i) {
+    Beacon beacon;
+    beacon.id = i + 1;
+    beacon.is_planar = true;
+    beacon.position = {i % 2 == 0 ? -10.0 : 110.0, i < 2 ? -20.0 : 20.0, 0.0};
+    drive.beacons.push_back(beacon);
+  }
+  BeaconArray beacons;
+  beacons.header.frame_id = "map";
+  for (const Beacon& beacon : drive.beacons) {
+    BeaconPosition position;
+    position.id = beacon.id;
+    position.position.x = beacon.position.x();
+    position.position.y = beacon.position.y();
+    position.position.z = std::nan("");
+    beacons.beacons.push_back(position);
+  }
+  drive.messages.emplace_back(beacons);
+  tf2_msgs::TFMessage antenna;
+  antenna.transforms.resize(1);
+  antenna.transforms[0].header.frame_id = "base_link";
+  antenna.transforms[0].child_frame_id = "antenna";
+  antenna.transforms[0].transform.rotation.w = 1.0;
+  drive.messages.emplace_back(antenna);
+  for (int step = 0; step <= 1000; ++step) {
+    const double time = 0.1 * step;
+    const ros::Time stamp(1000.0 + time);
+    drive.truth.push_back({1000.0 + time, time, 0.0, 0.0});
+    if (step % 2 == 0) {
+      const Beacon& beacon = drive.beacons[static_cast<std::size_t>(step / 2 % 4)];
+      BeaconRange range;
+      range.header.stamp = stamp;
+      range.header.frame_id = "antenna";
+      range.beacon = beacon.id;
+      range.range = std::hypot(time - beacon.position.x(), beacon.position.y());
+      drive.messages.emplace_back(range);
+    }
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = stamp;
+    odometry.header.frame_id = "odom";
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose = to_pose_message(compose({3.0, 4.0, 1.0}, {time, 0.0, 0.0}));
+    drive.messages.emplace_back(odometry);
+  }
+  return drive;
+}
+
+// Cut where the robot is 40 m on: time goes on without a gap, odometry without a step.
+TEST(FaultStudy, KidnappingJoinsTheDriveSeamlessly) {
+  const Fault fault = kidnapped(straight_drive(), 1030.0, 40.0);
+  double time = 0.0;
+  Pose2 before;
+  bool first = true;
+  for (const DriveMessage& message : fault.drive.messages) {
+    const auto* odometry = std::get_if<nav_msgs::Odometry>(&message);
+    if (odometry == nullptr) continue;
+    const Pose2 pose = to_pose2(odometry->pose.pose);
+    const double stamp = odometry->header.stamp.toSec();
+    if (!first) {
+      EXPECT_LE(stamp - time, 0.1 + 1e-6);
+      const Pose2 step = relative(before, pose);
+      EXPECT_LE(std::hypot(step.x, step.y), 0.1 + 1e-6) << stamp;
+      EXPECT_NEAR(step.heading, 0.0, 1e-9);
+    }
+    first = false;
+    time = stamp;
+    before = pose;
+  }
+  EXPECT_NEAR(time, 1060.0, 0.2);
+  const auto truth = interpolate(fault.drive.truth, 1040.0, 1.0);
+  ASSERT_TRUE(truth);
+  EXPECT_NEAR(truth->x, 80.0, 0.2);
+  EXPECT_THROW(kidnapped(straight_drive(), 1030.0, 500.0), Error);
+}
+
+// By hand: of the four pairs of a lost and a good second, three are in order, one is a tie.
+TEST(FaultStudy, AreaUnderTheCurveByHand) {
+  const std::vector<FaultRun::Sample> samples = {
+      {0.0, 0.1, 0.2}, {1.0, 0.1, 0.6}, {2.0, 9.0, 0.6}, {3.0, 9.0, 0.9}};
+  const LostCharacteristic characteristic = characteristic_of(samples, 1.0);
+  EXPECT_DOUBLE_EQ(characteristic.area, 3.5 / 4.0);
+  EXPECT_DOUBLE_EQ(characteristic.detected, 1.0);
+  EXPECT_DOUBLE_EQ(characteristic.false_alarms, 0.5);
+  EXPECT_EQ(characteristic.lost_samples, 2);
+}
+
+TEST(FaultStudy, GoodAgainIsTenSecondsBelowTheLimit) {
+  FaultRun run;
+  for (int second = 0; second < 60; ++second) {
+    const bool is_bad = (second >= 10 && second < 20) || second == 25;
+    run.samples.push_back({static_cast<double>(second), is_bad ? 5.0 : 0.1, 0.0});
+  }
+  EXPECT_DOUBLE_EQ(run.back_after(10.0, 1.0).value(), 16.0);
+  EXPECT_DOUBLE_EQ(run.largest_error(10.0, 20.0), 5.0);
+  EXPECT_FALSE(run.back_after(55.0, 1.0));
+}
+
+// On a drive with exact ranges every fault is one that the filter comes back from, nothing that is
+// published is not finite, and what is said of bad messages comes at once.
+TEST(FaultStudy, TheFilterComesBackFromEveryFault) {
+  FaultStudyOptions options;
+  options.seeds = 2;
+  options.share = 0.25;
+  options.beacon_mcl.filter.particles = 300;
+  std::uint64_t runs = 0;
+  const FaultStudy study = run_fault_study("straight", straight_drive(), options,
+                                           [&](std::uint64_t done) { runs = done; });
+  EXPECT_GE(study.results.size(), 25u);
+  EXPECT_EQ(runs, 2 * study.results.size());
+  for (const FaultResult& result : study.results) {
+    for (const FaultRun& run : result.runs) {
+      EXPECT_TRUE(run.all_finite) << result.name;
+      EXPECT_TRUE(run.back_after(result.begin, study.lost_error)) << result.name;
+      if (result.name.find("one in ten: ranges of NaN") != std::string::npos) {
+        ASSERT_TRUE(run.alarm);
+        EXPECT_LT(run.alarm->delay, 10.0);
+      }
+    }
+  }
+  EXPECT_NE(to_markdown(study).find("| kidnapped by"), std::string::npos);
+  options.jobs = 2;
+  EXPECT_EQ(to_json_text(run_fault_study("straight", straight_drive(), options, [](auto) {})),
+            to_json_text(study));
+  options.share = 2.0;
+  EXPECT_THROW(run_fault_study("straight", straight_drive(), options, [](auto) {}), Error);
+}
+
+}  // namespace
+}  // namespace pf_resampling

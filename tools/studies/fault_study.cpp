@@ -1,0 +1,239 @@
+#include "fault_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <set>
+
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "for_each_index.hpp"
+#include "pf_resampling/conversions.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/path_errors.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Seconds before a fault whose diagnostics are the usual ones.
+constexpr double kUsual = 30.0;
+constexpr double kSamplePeriod = 1.0;
+constexpr double kStaysGood = 10.0;
+
+// "12 messages rejected" and "13 messages rejected" are the same alarm.
+std::string without_numbers(const std::string& text) {
+  std::string result;
+  for (const char character : text) {
+    const bool is_digit = character >= '0' && character <= '9';
+    if (is_digit && !result.empty() && result.back() == 'N') continue;
+    if (character == '.' && !result.empty() && result.back() == 'N') continue;
+    result += is_digit ? 'N' : character;
+  }
+  return result;
+}
+
+/// Watches a pipeline.
+class Recorder {
+ public:
+  Recorder(const Fault& fault, FaultRun* run)
+      : fault_(fault), run_(run), max_gap_(usual_max_gap(fault.drive.truth)) {}
+
+  void connect(PipelineSinks* sinks, std::function<double()> lost) {
+    lost_ = std::move(lost);
+    sinks->estimate = [this](ros::Time stamp, const PoseEstimate& estimate) {
+      take(stamp.toSec(), estimate);
+    };
+    sinks->diagnostics = [this](const auto& array) { take(array); };
+  }
+
+ private:
+  void take(double time, const PoseEstimate& estimate) {
+    run_->all_finite =
+        run_->all_finite && is_finite(estimate.mean) && estimate.covariance.allFinite();
+    auto& samples = run_->samples;
+    // A bag that loops: what was is no longer.
+    while (!samples.empty() && samples.back().time > time) samples.pop_back();
+    if (!samples.empty() && time - samples.back().time < kSamplePeriod) return;
+    const auto truth = interpolate(fault_.drive.truth, time, max_gap_);
+    if (!truth) return;
+    if (!to_truth_) to_truth_ = frame_of(*truth, estimate);
+    const Pose2 pose = compose(*to_truth_, estimate.mean);
+    samples.push_back({time, std::hypot(pose.x - truth->x, pose.y - truth->y), lost_()});
+  }
+
+  // Beacons give the frame. A map's frame is the robot's at the start.
+  Pose2 frame_of(const TruePose& truth, const PoseEstimate& estimate) const {
+    if (!fault_.drive.beacons.empty()) return {};
+    const Pose2 start = {truth.x, truth.y, truth.heading.value_or(0.0)};
+    return compose(start, relative(estimate.mean, {}));
+  }
+
+  void take(const diagnostic_msgs::DiagnosticArray& array) {
+    const double time = array.header.stamp.toSec();
+    for (const auto& status : array.status) {
+      if (status.level == diagnostic_msgs::DiagnosticStatus::OK) continue;
+      const std::string text = status.name + ": " + without_numbers(status.message);
+      if (time < fault_.begin) {
+        if (time > fault_.begin - kUsual) usual_.insert(text);
+      } else if (!run_->alarm && usual_.count(text) == 0) {
+        run_->alarm = FaultRun::Alarm{time - fault_.begin, text};
+      }
+    }
+  }
+
+  const Fault& fault_;
+  FaultRun* run_;
+  double max_gap_;
+  std::function<double()> lost_;
+  std::optional<Pose2> to_truth_;
+  std::set<std::string> usual_;
+};
+
+template <typename Pipeline, typename Sinks, typename Options, typename Other>
+void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) {
+  options.seed = seed;
+  Recorder recorder(fault, run);
+  Sinks sinks;
+  std::unique_ptr<Pipeline> pipeline;
+  recorder.connect(&sinks, [&] { return pipeline->lost_probability(); });
+  pipeline = std::make_unique<Pipeline>(options, sinks);
+  for (const DriveMessage& message : fault.drive.messages) {
+    std::visit(
+        [&](const auto& given) {
+          using Given = std::decay_t<decltype(given)>;
+          if constexpr (!std::is_same_v<Given, Other>) pipeline->handle(given);
+        },
+        message);
+  }
+}
+
+}  // namespace
+
+// FastSLAM takes neither ranges nor beacons; they are not on a drive among landmarks.
+namespace {
+
+struct NoBeaconsPipeline : FastSlamPipeline {
+  using FastSlamPipeline::FastSlamPipeline;
+  using FastSlamPipeline::handle;
+  void handle(const BeaconRange& /*range*/) {}
+  void handle(const BeaconArray& /*beacons*/) {}
+};
+
+void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, FaultRun* run) {
+  if (!fault.drive.beacons.empty()) {
+    run_pipeline<BeaconMclPipeline, BeaconMclSinks, BeaconMclPipelineOptions,
+                 LandmarkObservationArray>(fault, options.beacon_mcl, seed, run);
+  } else {
+    run_pipeline<NoBeaconsPipeline, FastSlamSinks, FastSlamPipelineOptions, void>(
+        fault, options.fastslam, seed, run);
+  }
+}
+
+}  // namespace
+
+double FaultRun::mean_error(double begin, double end) const {
+  double sum = 0.0;
+  int count = 0;
+  for (const Sample& sample : samples) {
+    if (sample.time < begin || sample.time > end) continue;
+    sum += sample.error;
+    ++count;
+  }
+  return count > 0 ? sum / count : std::nan("");
+}
+
+double FaultRun::largest_error(double begin, double end) const {
+  double largest = std::nan("");
+  for (const Sample& sample : samples) {
+    if (sample.time >= begin && sample.time <= end && !(sample.error <= largest)) {
+      largest = sample.error;
+    }
+  }
+  return largest;
+}
+
+std::optional<double> FaultRun::back_after(double time, double limit) const {
+  std::optional<double> since;
+  for (const Sample& sample : samples) {
+    if (sample.time < time) continue;
+    if (sample.error > limit) {
+      since.reset();
+    } else if (!since) {
+      since = sample.time;
+    }
+    if (since && sample.time - *since >= kStaysGood) return *since - time;
+  }
+  return std::nullopt;
+}
+
+LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit) {
+  LostCharacteristic result;
+  std::vector<std::pair<double, bool>> scores;
+  for (const FaultRun::Sample& sample : samples) {
+    const bool is_lost = sample.error > limit;
+    (is_lost ? result.lost_samples : result.good_samples) += 1;
+    if (sample.lost > 0.5) (is_lost ? result.detected : result.false_alarms) += 1.0;
+    scores.emplace_back(sample.lost, is_lost);
+  }
+  if (result.lost_samples == 0 || result.good_samples == 0) return result;
+  result.detected /= result.lost_samples;
+  result.false_alarms /= result.good_samples;
+  // The area is the chance that a lost second scores above a good one, ties counting half (Hanley,
+  // McNeil 1982): from the ranks, those of ties being shared.
+  std::sort(scores.begin(), scores.end());
+  double rank_sum = 0.0;
+  for (std::size_t i = 0; i < scores.size();) {
+    std::size_t end = i;
+    int lost = 0;
+    while (end < scores.size() && scores[end].first == scores[i].first) {
+      lost += scores[end++].second ? 1 : 0;
+    }
+    rank_sum += lost * 0.5 * static_cast<double>(i + 1 + end);
+    i = end;
+  }
+  const double lost = result.lost_samples;
+  result.area = (rank_sum - 0.5 * lost * (lost + 1.0)) / (lost * result.good_samples);
+  return result;
+}
+
+FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
+                           const FaultStudyOptions& options,
+                           const std::function<void(std::uint64_t)>& progress) {
+  if (options.seeds < 1 || options.jobs < 1) {
+    throw Error("seeds is " + std::to_string(options.seeds) + " and jobs " +
+                std::to_string(options.jobs) + ": both have to be at least 1");
+  }
+  if (!(options.share > 0.0 && options.share < 1.0)) {
+    throw Error("share is " + std::to_string(options.share) + ": it has to be in (0, 1)");
+  }
+  FaultStudy study;
+  study.recording = recording;
+  study.options = options;
+  study.lost_error = usual_lost_error(drive.truth);
+  const std::vector<Fault> faults =
+      all_faults(drive, options.share, RandomStream(1, RandomPurpose::simulation_observation, 0));
+  const std::size_t seeds = static_cast<std::size_t>(options.seeds);
+  for (const Fault& fault : faults) {
+    study.results.push_back(
+        {fault.name, fault.begin, fault.end, fault.drive.truth.back().time, {}});
+    study.results.back().runs.resize(seeds);
+  }
+  std::uint64_t done = 0;
+  std::mutex progress_mutex;
+  for_each_index(faults.size() * seeds, options.jobs, [&](std::size_t i) {
+    run_fault(faults[i / seeds], options, static_cast<int>(i % seeds) + 1,
+              &study.results[i / seeds].runs[i % seeds]);
+    const std::lock_guard<std::mutex> lock(progress_mutex);
+    progress(++done);
+  });
+  std::vector<FaultRun::Sample> samples;
+  for (std::size_t f = 0; f < 2; ++f) {  // nothing, kidnapped
+    for (const FaultRun& run : study.results[f].runs) {
+      samples.insert(samples.end(), run.samples.begin(), run.samples.end());
+    }
+  }
+  study.characteristic = characteristic_of(samples, study.lost_error);
+  return study;
+}
+
+}  // namespace pf_resampling
