@@ -10,6 +10,7 @@
 #include "for_each_index.hpp"
 #include "pf_resampling/conversions.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 
 namespace pf_resampling {
@@ -18,6 +19,9 @@ namespace {
 // Seconds before a fault whose diagnostics are the usual ones.
 constexpr double kUsual = 30.0;
 constexpr double kSamplePeriod = 1.0;
+// Seconds before a fault in which a map's frame is laid on the truth's, and samples that takes.
+constexpr double kFramePeriod = 120.0;
+constexpr std::size_t kFewestForFrame = 10;
 constexpr double kStaysGood = 10.0;
 
 // "12 messages rejected" and "13 messages rejected" are the same alarm.
@@ -46,6 +50,26 @@ class Recorder {
     sinks->diagnostics = [this](const auto& array) { take(array); };
   }
 
+  /// The errors, when the drive is over. Beacons give the frame; that of a map is the filter's own,
+  /// and is laid on the truth where it fits best before the fault.
+  void judge() {
+    Pose2 to_truth;
+    if (fault_.drive.beacons.empty() && !estimated_.empty()) {
+      std::vector<Eigen::Vector2d> from, to;
+      for (std::size_t i = 0; i < estimated_.size(); ++i) {
+        const double before = fault_.begin - run_->samples[i].time;
+        if (before < 0.0 || before > kFramePeriod) continue;
+        from.push_back(estimated_[i]);
+        to.push_back(true_[i]);
+      }
+      const bool too_few = from.size() < kFewestForFrame;
+      to_truth = too_few ? align_points(estimated_, true_) : align_points(from, to);
+    }
+    for (std::size_t i = 0; i < estimated_.size(); ++i) {
+      run_->samples[i].error = (moved(estimated_[i], to_truth) - true_[i]).norm();
+    }
+  }
+
  private:
   void take(double time, const PoseEstimate& estimate) {
     run_->all_finite =
@@ -56,16 +80,11 @@ class Recorder {
     if (!samples.empty() && time - samples.back().time < kSamplePeriod) return;
     const auto truth = interpolate(fault_.drive.truth, time, max_gap_);
     if (!truth) return;
-    if (!to_truth_) to_truth_ = frame_of(*truth, estimate);
-    const Pose2 pose = compose(*to_truth_, estimate.mean);
-    samples.push_back({time, std::hypot(pose.x - truth->x, pose.y - truth->y), lost_()});
-  }
-
-  // Beacons give the frame. A map's frame is the robot's at the start.
-  Pose2 frame_of(const TruePose& truth, const PoseEstimate& estimate) const {
-    if (!fault_.drive.beacons.empty()) return {};
-    const Pose2 start = {truth.x, truth.y, truth.heading.value_or(0.0)};
-    return compose(start, relative(estimate.mean, {}));
+    samples.push_back({time, 0.0, lost_()});
+    estimated_.resize(samples.size());
+    true_.resize(samples.size());
+    estimated_.back() = {estimate.mean.x, estimate.mean.y};
+    true_.back() = {truth->x, truth->y};
   }
 
   void take(const diagnostic_msgs::DiagnosticArray& array) {
@@ -85,7 +104,7 @@ class Recorder {
   FaultRun* run_;
   double max_gap_;
   std::function<double()> lost_;
-  std::optional<Pose2> to_truth_;
+  std::vector<Eigen::Vector2d> estimated_, true_;  // places, of every sample
   std::set<std::string> usual_;
 };
 
@@ -105,6 +124,7 @@ void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) 
         },
         message);
   }
+  recorder.judge();
 }
 
 }  // namespace
