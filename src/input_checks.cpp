@@ -9,6 +9,9 @@ namespace pf_resampling {
 
 namespace {
 
+// With more than this, m^2 or rad^2, nothing is known: no belief is worth being spread so far.
+constexpr double kLargestVariance = 1e12;
+
 std::optional<Rejection> check_pose(const geometry_msgs::Pose& pose) {
   if (!is_finite(pose))
     return rejection(RejectReason::not_finite, "the pose has a NaN or infinity");
@@ -29,6 +32,10 @@ std::optional<Rejection> check_covariance(const boost::array<double, 36>& covari
     return rejection(RejectReason::impossible_variance,
                      "the covariance is not symmetric, or negative "
                      "in some direction");
+  }
+  if (planar.diagonal().maxCoeff() > kLargestVariance) {
+    return rejection(RejectReason::impossible_variance, "the covariance has a variance of ",
+                     planar.diagonal().maxCoeff(), ", more than ", kLargestVariance);
   }
   return std::nullopt;
 }

@@ -1,15 +1,14 @@
 // What BeaconMclPipeline does with messages that it cannot use.
 #include <gtest/gtest.h>
 
-#include <limits>
-
+#include "bad_inputs.hpp"
 #include "beacon_mcl_rig.hpp"
 
 namespace pf_resampling {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using bad_inputs::kInfinity;
+using bad_inputs::kNan;
 constexpr double kStart = BeaconMclDrive::kStart;
 
 /// A bad message, put in after 12 s of the drive, and what has to be counted.
@@ -33,40 +32,11 @@ BadMessage bad_range(const std::string& name, RejectReason reason, Change change
 }
 
 template <typename Change>
-BadMessage bad_odometry(const std::string& name, RejectReason reason, Change change) {
-  nav_msgs::Odometry odometry = BeaconMclDrive::odometry(now() + ros::Duration(0.05));
-  change(&odometry);
-  return {name, boost::make_shared<nav_msgs::Odometry>(odometry), "odom", reason};
-}
-
-template <typename Change>
 BadMessage bad_beacons(const std::string& name, RejectReason reason, Change change) {
   BeaconArray beacons = BeaconMclDrive::beacon_array();
   beacons.beacons[0].position.x += 1.0;
   change(&beacons);
   return {name, boost::make_shared<BeaconArray>(beacons), "beacons", reason};
-}
-
-template <typename Change>
-BadMessage bad_initial_pose(const std::string& name, RejectReason reason, Change change) {
-  geometry_msgs::PoseWithCovarianceStamped pose;
-  pose.header.stamp = now();
-  pose.header.frame_id = "map";
-  pose.pose.pose.orientation.w = 1.0;
-  change(&pose);
-  return {name, boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(pose), "initialpose",
-          reason};
-}
-
-BadMessage bad_transform(const std::string& name, double x, double quaternion_w) {
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = "base_link";
-  transform.child_frame_id = "mast";
-  transform.transform.translation.x = x;
-  transform.transform.rotation.w = quaternion_w;
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform);
-  return {name, boost::make_shared<tf2_msgs::TFMessage>(message), "tf", RejectReason::not_finite};
 }
 
 std::vector<BadMessage> bad_messages() {
@@ -85,46 +55,13 @@ std::vector<BadMessage> bad_messages() {
   bad.push_back(bad_range("unknown frame", R::unknown_frame,
                           [](auto* m) { m->header.frame_id = "somewhere"; }));
   bad.push_back(bad_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
+  bad.push_back(bad_range("after 2038", R::impossible_stamp,
+                          [](auto* m) { m->header.stamp = ros::TIME_MAX; }));
   bad.push_back(bad_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); }));
   bad.push_back(bad_range("far ahead", R::ahead_of_odometry,
                           [](auto* m) { m->header.stamp += ros::Duration(1e6); }));
   bad.push_back(bad_range("before the start", R::before_odometry,
                           [](auto* m) { m->header.stamp -= ros::Duration(50.0); }));
-
-  bad.push_back(
-      bad_odometry("NaN position", R::not_finite, [](auto* m) { m->pose.pose.position.x = kNan; }));
-  bad.push_back(bad_odometry("infinite position", R::not_finite,
-                             [](auto* m) { m->pose.pose.position.y = kInfinity; }));
-  bad.push_back(bad_odometry("NaN orientation", R::not_finite,
-                             [](auto* m) { m->pose.pose.orientation.w = kNan; }));
-  bad.push_back(bad_odometry("no orientation", R::not_unit_quaternion, [](auto* m) {
-    m->pose.pose.orientation = geometry_msgs::Quaternion();
-  }));
-  bad.push_back(bad_odometry("long quaternion", R::not_unit_quaternion,
-                             [](auto* m) { m->pose.pose.orientation.w = 2.0; }));
-  bad.push_back(
-      bad_odometry("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "world"; }));
-  bad.push_back(bad_odometry("wrong child frame", R::wrong_frame,
-                             [](auto* m) { m->child_frame_id = "wheel"; }));
-  bad.push_back(
-      bad_odometry("NaN covariance", R::not_finite, [](auto* m) { m->pose.covariance[7] = kNan; }));
-  bad.push_back(bad_odometry("negative covariance", R::impossible_variance,
-                             [](auto* m) { m->pose.covariance[0] = -1.0; }));
-  bad.push_back(bad_odometry("crooked covariance", R::impossible_variance,
-                             [](auto* m) { m->pose.covariance[1] = 1.0; }));
-  bad.push_back(
-      bad_odometry("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
-  bad.push_back(bad_odometry("again", R::out_of_order, [](auto* m) { m->header.stamp = now(); }));
-  bad.push_back(bad_odometry("late", R::out_of_order,
-                             [](auto* m) { m->header.stamp -= ros::Duration(0.3); }));
-  bad.push_back(bad_odometry("from the past", R::time_jump,
-                             [](auto* m) { m->header.stamp -= ros::Duration(60.0); }));
-  bad.push_back(bad_odometry("from the future", R::time_gap,
-                             [](auto* m) { m->header.stamp += ros::Duration(60.0); }));
-  bad.push_back(
-      bad_odometry("jumping", R::pose_jump, [](auto* m) { m->pose.pose.position.x += 100.0; }));
-  bad.push_back(bad_odometry("at the end of the world", R::pose_jump,
-                             [](auto* m) { m->pose.pose.position.x = 1e300; }));
 
   bad.push_back(bad_beacons("none", R::empty, [](auto* m) { m->beacons.clear(); }));
   bad.push_back(
@@ -136,19 +73,14 @@ std::vector<BadMessage> bad_messages() {
   bad.push_back(
       bad_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; }));
 
-  bad.push_back(
-      bad_initial_pose("NaN", R::not_finite, [](auto* m) { m->pose.pose.position.x = kNan; }));
-  bad.push_back(bad_initial_pose("wrong frame", R::wrong_frame,
-                                 [](auto* m) { m->header.frame_id = "odom"; }));
-  bad.push_back(bad_initial_pose("no orientation", R::not_unit_quaternion,
-                                 [](auto* m) { m->pose.pose.orientation.w = 0.0; }));
-  bad.push_back(bad_initial_pose("negative covariance", R::impossible_variance,
-                                 [](auto* m) { m->pose.covariance[35] = -0.1; }));
-  bad.push_back(bad_initial_pose("infinite covariance", R::not_finite,
-                                 [](auto* m) { m->pose.covariance[0] = kInfinity; }));
-
-  bad.push_back(bad_transform("NaN", kNan, 1.0));
-  bad.push_back(bad_transform("no rotation", 0.0, 0.0));
+  for (const bad_inputs::BadInput& input :
+       bad_inputs::all(now(), BeaconMclDrive::odometry(now() + ros::Duration(0.05)))) {
+    std::visit(
+        [&](const auto& message) {
+          bad.push_back({input.name, message, input.input, input.reason});
+        },
+        input.message);
+  }
   return bad;
 }
 

@@ -6,6 +6,15 @@
 namespace pf_resampling {
 namespace {
 
+// Which column or line of cells a coordinate is in, in units of cells. What is farther out than
+// integers reach, where only nonsense is, is in the outermost: it is still found, by its distance.
+std::int64_t number_of(double coordinate) {
+  constexpr double kOutermost = 1e9;
+  const double number = std::floor(coordinate);
+  if (!(number > -kOutermost)) return -static_cast<std::int64_t>(kOutermost);
+  return static_cast<std::int64_t>(std::min(number, kOutermost));
+}
+
 std::int64_t key(std::int64_t column, std::int64_t row) {
   return static_cast<std::int64_t>((static_cast<std::uint64_t>(column) << 32) ^
                                    (static_cast<std::uint64_t>(row) & 0xffffffffu));
@@ -20,8 +29,7 @@ void LandmarkIndex::clear() {
 }
 
 std::int64_t LandmarkIndex::cell_of(const Eigen::Vector2d& position) const {
-  return key(static_cast<std::int64_t>(std::floor(position.x() / cell_)),
-             static_cast<std::int64_t>(std::floor(position.y() / cell_)));
+  return key(number_of(position.x() / cell_), number_of(position.y() / cell_));
 }
 
 void LandmarkIndex::place(int row, const Eigen::Vector2d& position) {
@@ -54,9 +62,7 @@ void LandmarkIndex::remove(int row) {
 void LandmarkIndex::near(const Eigen::Vector2d& position, double radius,
                          std::vector<int>* rows) const {
   const std::size_t before = rows->size();
-  const auto column_of = [&](double value) {
-    return static_cast<std::int64_t>(std::floor(value / cell_));
-  };
+  const auto column_of = [&](double value) { return number_of(value / cell_); };
   const auto take_from = [&](const std::vector<int>& cell) {
     for (const int row : cell) {
       if ((positions_[static_cast<std::size_t>(row)] - position).squaredNorm() <= radius * radius) {

@@ -46,5 +46,33 @@ TEST(LandmarkIndex, FindsWhatLookingAtAllFinds) {
   }
 }
 
+// Beyond what integers can count cells of: a filter that was told nonsense goes there.
+TEST(LandmarkIndex, FindsWhatIsBeyondAllCells) {
+  for (const double far : {1e10, 1e18, 3.7e19, 2.3e78, 1e300}) {
+    for (const double sign : {-1.0, 1.0}) {
+      SCOPED_TRACE(sign * far);
+      LandmarkIndex index;
+      const Eigen::Vector2d place(sign * far, -sign * far);
+      index.place(0, {1.0, 2.0});
+      index.place(1, place);
+      index.place(2, {sign * far, sign * far});
+      std::vector<int> found;
+      index.near(place, 5.0, &found);
+      EXPECT_EQ(found, std::vector<int>{1});
+      found.clear();
+      index.near({0.0, 0.0}, 5.0, &found);
+      EXPECT_EQ(found, std::vector<int>{0});
+      index.place(1, {0.0, 0.0});
+      index.remove(2);
+      found.clear();
+      index.near({0.0, 0.0}, 10.0 * far, &found);
+      EXPECT_EQ(found, (std::vector<int>{0, 1}));
+      found.clear();
+      index.near(place, 5.0, &found);
+      EXPECT_TRUE(found.empty());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pf_resampling

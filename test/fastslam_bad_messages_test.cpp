@@ -1,0 +1,266 @@
+// What FastSlamPipeline does with messages that it cannot use.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "bad_inputs.hpp"
+#include "fastslam_rig.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using Drive = FastSlamDrive;
+using bad_inputs::kInfinity;
+using bad_inputs::kNan;
+
+/// A bad message, and what has to be counted.
+struct BadMessage {
+  std::string name;
+  FastSlamMessage message;
+  std::string input;
+  RejectReason reason;
+};
+
+/// A scan between the last that was used and the newest odometry, at `now`, that is rejected whole.
+template <typename Change>
+BadMessage bad_scan(ros::Time now, const std::string& name, RejectReason reason, Change change) {
+  LandmarkObservationArray scan = Drive::scan(now - ros::Duration(0.01));
+  change(&scan);
+  return {name, boost::make_shared<LandmarkObservationArray>(scan), "landmarks", reason};
+}
+
+/// Such a scan of one observation.
+template <typename Change>
+BadMessage bad_observation(ros::Time now, const std::string& name, RejectReason reason,
+                           Change change) {
+  return bad_scan(now, name, reason, [&](LandmarkObservationArray* scan) {
+    scan->observations.resize(1);
+    change(&scan->observations.front());
+  });
+}
+
+std::vector<BadMessage> bad_messages(ros::Time now) {
+  using R = RejectReason;
+  std::vector<BadMessage> bad;
+  const auto add = [&](const char* name, RejectReason reason, auto change) {
+    bad.push_back(bad_observation(now, name, reason, change));
+  };
+  add("NaN range", R::not_finite, [](auto* z) { z->range = kNan; });
+  add("infinite range", R::not_finite, [](auto* z) { z->range = kInfinity; });
+  add("NaN bearing", R::not_finite, [](auto* z) { z->bearing = kNan; });
+  add("infinite bearing", R::not_finite, [](auto* z) { z->bearing = -kInfinity; });
+  add("range zero", R::not_positive, [](auto* z) { z->range = 0.0; });
+  add("range negative", R::not_positive, [](auto* z) { z->range = -2.0; });
+  add("range out of this world", R::impossible_range, [](auto* z) { z->range = 1e9; });
+  add("NaN variance", R::not_finite, [](auto* z) { z->range_variance = kNan; });
+  add("infinite variance", R::not_finite, [](auto* z) { z->bearing_variance = kInfinity; });
+  add("negative variance", R::impossible_variance, [](auto* z) { z->range_variance = -0.01; });
+  add("negative variance of the bearing", R::impossible_variance,
+      [](auto* z) { z->bearing_variance = -1e-9; });
+  add("tiny variance", R::impossible_variance, [](auto* z) { z->range_variance = 1e-300; });
+  add("huge variance", R::impossible_variance, [](auto* z) { z->bearing_variance = 1e300; });
+  add("no id", R::unknown_id, [](auto* z) { z->id = -1; });
+  const auto add_scan = [&](const char* name, RejectReason reason, auto change) {
+    bad.push_back(bad_scan(now, name, reason, change));
+  };
+  add_scan("unknown frame", R::unknown_frame, [](auto* m) { m->header.frame_id = "somewhere"; });
+  add_scan("no frame", R::unknown_frame, [](auto* m) { m->header.frame_id = ""; });
+  add_scan("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
+  add_scan("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
+  add_scan("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
+  add_scan("far ahead", R::ahead_of_odometry,
+           [](auto* m) { m->header.stamp += ros::Duration(1e6); });
+  add_scan("before the start", R::before_odometry,
+           [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
+  for (const bad_inputs::BadInput& input :
+       bad_inputs::all(now, Drive::odometry(now + ros::Duration(0.05)))) {
+    std::visit(
+        [&](const auto& message) {
+          bad.push_back({input.name, message, input.input, input.reason});
+        },
+        input.message);
+  }
+  return bad;
+}
+
+TEST(FastSlamPipeline, ABadMessageIsCountedReportedAndChangesNothing) {
+  const auto drive = Drive::messages(20.0);
+  FastSlamRig good;
+  good.feed(drive);
+  ASSERT_EQ(good.pipeline.rejects().total(), 0u);
+  ASSERT_LT(good.error(), 0.5);
+
+  const ros::Time now = Drive::at(12.0);
+  const auto first = Drive::messages(0.0, 11.9);
+  const std::vector<FastSlamMessage> middle = {drive.begin(),
+                                               drive.begin() + static_cast<long>(first.size() + 1)};
+  const std::vector<FastSlamMessage> last = {drive.begin() + static_cast<long>(first.size() + 1),
+                                             drive.end()};
+  for (const BadMessage& bad : bad_messages(now)) {
+    SCOPED_TRACE(bad.input + ", " + bad.name);
+    FastSlamRig run;
+    run.feed(middle);
+    ASSERT_EQ(run.out.poses.back().header.stamp, now);
+    const FastSlamParticles before = run.pipeline.filter().particles();
+    const std::size_t poses = run.out.poses.size();
+    handle(bad.message, &run.pipeline);
+    EXPECT_TRUE(same_particles(before, run.pipeline.filter().particles()));
+    EXPECT_EQ(run.out.poses.size(), poses) << "it was answered with a pose";
+    EXPECT_EQ(run.rejected(bad.input, bad.reason), 1u);
+    EXPECT_EQ(run.pipeline.rejects().total(), 1u);
+
+    run.feed(last);
+    EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+    EXPECT_TRUE(same_bytes(run.out.maps, good.out.maps));
+    EXPECT_TRUE(same_bytes(run.out.clouds, good.out.clouds));
+    const FilterStatus& status = run.out.statuses.back();
+    ASSERT_EQ(status.rejects.size(), 1u);
+    EXPECT_EQ(status.rejects[0].input, bad.input);
+    EXPECT_EQ(status.rejects[0].reason, to_string(bad.reason));
+    EXPECT_EQ(status.rejects[0].count, 1u);
+    const std::string key = "rejected " + bad.input + " " + to_string(bad.reason);
+    EXPECT_EQ(value_of(run.out.diagnostics.back(), key).substr(0, 2), "1,");
+    bool warned = false;
+    for (const auto& diagnostics : run.out.diagnostics) {
+      warned = warned ||
+               (diagnostics.status[1].level == diagnostic_msgs::DiagnosticStatus::WARN &&
+                diagnostics.status[1].message.find("1 messages rejected") != std::string::npos);
+    }
+    EXPECT_TRUE(warned);
+    ASSERT_EQ(run.out.log.size(), 1u);
+    EXPECT_NE(run.out.log[0].find(to_string(bad.reason)), std::string::npos);
+  }
+}
+
+TEST(FastSlamPipeline, AnyNumberOfThemAtAnyTimeChangesNothing) {
+  const auto drive = Drive::messages(30.0);
+  FastSlamRig good;
+  good.feed(drive);
+  FastSlamRig run;
+  std::mt19937 random(7);
+  std::uint64_t given = 0;
+  for (const FastSlamMessage& message : drive) {
+    handle(message, &run.pipeline);
+    // From when a scan was used: before, the filter does not know yet that all have ids.
+    if (run.out.updates.empty()) continue;
+    const auto bad = bad_messages(run.out.poses.back().header.stamp);
+    for (int count = static_cast<int>(random() % 3); count > 0; --count) {
+      const BadMessage& chosen = bad[random() % bad.size()];
+      // What comes twice from another time or place is believed: that is no bad message.
+      const RejectReason reason = chosen.reason;
+      if (reason == RejectReason::time_jump || reason == RejectReason::time_gap ||
+          reason == RejectReason::pose_jump) {
+        continue;
+      }
+      handle(chosen.message, &run.pipeline);
+      ++given;
+    }
+  }
+  EXPECT_GT(given, 300u);
+  EXPECT_EQ(run.pipeline.rejects().total(), given);
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+  EXPECT_TRUE(same_bytes(run.out.maps, good.out.maps));
+  EXPECT_TRUE(all_finite(run.out));
+}
+
+TEST(FastSlamPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
+  const TemporaryDirectory directory;
+  // Absurd but finite numbers: what passes the checks has to be such as the filter can take.
+  for (const bool with_ids : {true, false}) {
+    for (const double absurd : {1e-300, 1e-150, 1e-20, 1e-9, 1e3, 1e6, 1e9, 1e30, 1e160, 1.7e308}) {
+      SCOPED_TRACE(absurd);
+      FastSlamRig run;
+      int id = 100;
+      const auto observe = [&](ros::Time stamp, double range, double bearing, double range_variance,
+                               double bearing_variance) {
+        LandmarkObservationArray scan = Drive::scan(stamp);
+        LandmarkObservation z;
+        z.range = range;
+        z.bearing = bearing;
+        z.range_variance = range_variance;
+        z.bearing_variance = bearing_variance;
+        // Once as a new landmark, once as one that is there.
+        for (const int of : {id++, 1}) {
+          z.id = of;
+          scan.observations.push_back(z);
+        }
+        for (auto& seen : scan.observations) seen.id = with_ids ? seen.id : -1;
+        run.pipeline.handle(scan);
+      };
+      for (int i = 0; i <= 60; ++i) {
+        const ros::Time stamp = Drive::at(0.1 * i);
+        run.pipeline.handle(Drive::odometry(stamp));
+        if (i % 6 == 1) observe(stamp, absurd, 0.3, 0.0, 0.0);
+        if (i % 6 == 2) observe(stamp, 3.0, absurd, 0.0, 0.0);
+        if (i % 6 == 3) observe(stamp, 3.0, -0.5, absurd, 0.0);
+        if (i % 6 == 4) observe(stamp, 3.0, 1.0, 0.0, absurd);
+        if (i % 6 == 5) observe(stamp, absurd, -absurd, absurd, absurd);
+      }
+      EXPECT_TRUE(all_finite(run.out));
+      EXPECT_EQ(run.out.poses.size(), 61u);
+      EXPECT_EQ(value_of(run.out.diagnostics.back(), "messages held back"), "0");
+      EXPECT_NO_THROW(run.pipeline.save_map(directory.file("map")));
+
+      geometry_msgs::PoseWithCovarianceStamped start;
+      start.header.frame_id = "map";
+      start.pose.pose.position.x = absurd;
+      start.pose.pose.orientation.w = 1.0;
+      for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = absurd;
+      run.pipeline.handle(start);
+      nav_msgs::Odometry odometry = Drive::odometry(Drive::at(6.0));
+      for (int i = 1; i < 40; ++i) {
+        odometry = Drive::odometry(Drive::at(6.0 + 0.1 * i));
+        for (const std::size_t k : {0u, 7u, 35u}) {
+          odometry.pose.covariance[k] = absurd * static_cast<double>(i);
+        }
+        run.pipeline.handle(odometry);
+        run.pipeline.handle(Drive::scan(odometry.header.stamp));
+      }
+      EXPECT_TRUE(all_finite(run.out));
+    }
+  }
+}
+
+TEST(FastSlamPipeline, AnObservationThatIsBadDoesNotTakeTheOthersOfItsScanAlong) {
+  const auto drive = Drive::messages(20.0);
+  FastSlamRig good;
+  good.feed(drive);
+  FastSlamRig run;
+  for (const FastSlamMessage& message : drive) {
+    const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
+    if (scan == nullptr) {
+      handle(message, &run.pipeline);
+      continue;
+    }
+    LandmarkObservationArray more = **scan;
+    LandmarkObservation bad = more.observations.front();
+    bad.range = kNan;
+    more.observations.insert(more.observations.begin(), bad);
+    run.pipeline.handle(more);
+  }
+  EXPECT_EQ(run.rejected("landmarks", RejectReason::not_finite), good.out.updates.size());
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+}
+
+TEST(FastSlamPipeline, BearingsBeyondAHalfTurnAreTheSameDirections) {
+  FastSlamRig good;
+  FastSlamRig run;
+  for (const FastSlamMessage& message : Drive::messages(10.0)) {
+    handle(message, &good.pipeline);
+    const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
+    if (scan == nullptr) {
+      handle(message, &run.pipeline);
+      continue;
+    }
+    LandmarkObservationArray positive = **scan;
+    for (auto& seen : positive.observations) {
+      if (seen.bearing < 0.0) seen.bearing += 2.0 * kPi;
+    }
+    run.pipeline.handle(positive);
+  }
+  EXPECT_LT(distance(run.pose(), good.pose()), 1e-6);
+}
+
+}  // namespace
+}  // namespace pf_resampling
