@@ -32,7 +32,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
     case OdometryBuffer::Addition::time_jumped_back:
       ++time_jumps_;
       taken.time_jumped_back = true;
-      taken.warning = "time jumped back by " + seconds_text((before - odometry.stamp).toSec()) +
+      taken.warning = "time jumped back by " + seconds_text((before - buffer_.oldest()).toSec()) +
                       ": buffers are reset";
       first_ = ros::Time();
       break;

@@ -42,9 +42,12 @@ ParameterList parameters_of(OdometryBufferOptions* options) {
       real_above_parameter("odometry_input/max_turn_rate", &options->max_turn_rate, 0.0, 1e4,
                            "rad/s", "Odometry that turns faster jumped: it is no motion."),
       real_above_parameter("odometry_input/max_gap", &options->max_gap, 0.0, 1e4, "s",
-                           "After a longer silence a message has to be confirmed by the next."),
+                           "After a longer silence messages have to confirm one another."),
       real_above_parameter("odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
                            "Odometry older by more than this means that time jumped back."),
+      integer_parameter("odometry_input/confirmations", &options->confirmations, 1, 1000,
+                        "Messages in a row that jump alike, in time or in pose, before the jump is "
+                        "believed."),
       boolean_parameter("odometry_input/use_covariance", &options->use_covariance,
                         "Take the noise of the motion from the covariance of the odometry "
                         "messages where that grows, instead of the motion model."),
@@ -114,45 +117,57 @@ OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry) {
   }
   const Sample& last = samples_.back();
   if (continues(last.stamp, last.received, odometry)) {
-    suspect_.reset();
+    suspects_.clear();
     push(odometry, true);
     return Addition::added;
   }
-  if (suspect_ && continues(suspect_->stamp, suspect_->pose, odometry)) {
-    const StampedOdometry first = *suspect_;
-    suspect_.reset();
-    if (suspicion_ == Addition::time_jump) {
-      clear();
-      push(first, false);
-      push(odometry, true);
-      return Addition::time_jumped_back;
-    }
-    if (first.stamp > last.stamp) {
-      const bool moved = suspicion_ == Addition::time_gap;
-      push(first, moved);
-      push(odometry, true);
-      return moved ? Addition::gap_closed : Addition::pose_jumped;
-    }
+  return suspect(odometry);
+}
+
+OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry) {
+  const auto comes_late_after = [&](ros::Time stamp) {
+    const double duration = (odometry.stamp - stamp).toSec();
+    return duration <= 0.0 && duration >= -options_.jump_back;
+  };
+  const Sample& last = samples_.back();
+  if (comes_late_after(last.stamp)) return Addition::out_of_order;
+  if (!suspects_.empty()) {
+    const StampedOdometry& newest = suspects_.back();
+    if (comes_late_after(newest.stamp)) return Addition::out_of_order;
+    if (!continues(newest.stamp, newest.pose, odometry)) suspects_.clear();
   }
-  const double duration = (odometry.stamp - last.stamp).toSec();
-  if (duration <= 0.0 && duration >= -options_.jump_back) return Addition::out_of_order;
-  suspect_ = odometry;
-  if (duration < 0.0) {
-    suspicion_ = Addition::time_jump;
-  } else {
+  if (suspects_.empty()) {
+    const double duration = (odometry.stamp - last.stamp).toSec();
     const double distance =
         std::hypot(odometry.pose.x - last.received.x, odometry.pose.y - last.received.y);
-    suspicion_ =
-        duration > options_.max_gap && distance <= options_.max_speed * duration + kPositionSlack
-            ? Addition::time_gap
-            : Addition::pose_jump;
+    const bool is_gap =
+        duration > options_.max_gap && distance <= options_.max_speed * duration + kPositionSlack;
+    suspicion_ = duration < 0.0 ? Addition::time_jump
+                 : is_gap       ? Addition::time_gap
+                                : Addition::pose_jump;
   }
-  return suspicion_;
+  suspects_.push_back(odometry);
+  const bool is_confirmed = static_cast<int>(suspects_.size()) >= options_.confirmations;
+  return is_confirmed ? believe_suspects() : suspicion_;
+}
+
+OdometryBuffer::Addition OdometryBuffer::believe_suspects() {
+  const std::vector<StampedOdometry> believed = std::move(suspects_);
+  if (suspicion_ == Addition::time_jump) samples_.clear();
+  suspects_.clear();
+  bool moved = suspicion_ == Addition::time_gap;
+  for (const StampedOdometry& odometry : believed) {
+    push(odometry, moved);
+    moved = true;
+  }
+  return suspicion_ == Addition::time_jump  ? Addition::time_jumped_back
+         : suspicion_ == Addition::time_gap ? Addition::gap_closed
+                                            : Addition::pose_jumped;
 }
 
 void OdometryBuffer::clear() {
   samples_.clear();
-  suspect_.reset();
+  suspects_.clear();
 }
 
 void OdometryBuffer::forget_before(ros::Time stamp) {

@@ -136,6 +136,16 @@ TEST(FaultStudy, TheFilterComesBackFromEveryFault) {
   options.jobs = 2;
   EXPECT_EQ(to_json_text(run_fault_study("straight", straight_drive(), options, [](auto) {})),
             to_json_text(study));
+  options.only = "an hour ahead";
+  const FaultStudy few = run_fault_study("straight", straight_drive(), options, [](auto) {});
+  ASSERT_EQ(few.results.size(), 4u);  // nothing, kidnapped, of ranges and of odometry
+  EXPECT_EQ(few.results[3].name, "one in ten: odometry an hour ahead");
+  for (const FaultRun& run : few.results[3].runs) {
+    EXPECT_LT(run.largest_error(few.results[3].begin, few.results[3].last), study.lost_error);
+  }
+  options.only = "no such thing";
+  EXPECT_THROW(run_fault_study("straight", straight_drive(), options, [](auto) {}), Error);
+  options.only.clear();
   options.share = 2.0;
   EXPECT_THROW(run_fault_study("straight", straight_drive(), options, [](auto) {}), Error);
 }

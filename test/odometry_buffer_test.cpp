@@ -93,47 +93,101 @@ TEST(OdometryBuffer, DropsWhatIsNotNewer) {
   EXPECT_EQ(buffer.add(at(10.3, 0.3)), Addition::added);
 }
 
-TEST(OdometryBuffer, OneMessageFromThePastChangesNothingTwoStartOver) {
+/// Adds messages 0.1 s and 0.1 m apart, from `first` and `x` on; what became of the last.
+Addition add_in_a_row(int count, double first, double x, OdometryBuffer* buffer) {
+  Addition last = Addition::added;
+  for (int i = 0; i < count; ++i) last = buffer->add(at(first + 0.1 * i, x + 0.1 * i));
+  return last;
+}
+
+TEST(OdometryBuffer, AFewMessagesFromThePastChangeNothingFiveStartOver) {
   OdometryBuffer buffer;
-  buffer.add(at(100.0, 0.0));
-  buffer.add(at(100.1, 0.1));
-  EXPECT_EQ(buffer.add(at(10.0, 5.0)), Addition::time_jump);
+  add_in_a_row(2, 100.0, 0.0, &buffer);
+  EXPECT_EQ(add_in_a_row(4, 10.0, 5.0, &buffer), Addition::time_jump);
   EXPECT_EQ(buffer.add(at(100.2, 0.2)), Addition::added);
   EXPECT_EQ(buffer.newest(), ros::Time(100.2));
 
-  EXPECT_EQ(buffer.add(at(10.0, 5.0)), Addition::time_jump);
-  EXPECT_EQ(buffer.add(at(10.1, 5.1)), Addition::time_jumped_back);
-  EXPECT_EQ(buffer.oldest(), ros::Time(10.0));
-  EXPECT_EQ(buffer.newest(), ros::Time(10.1));
+  // What continued the old time took the four back: it takes five again.
+  EXPECT_EQ(add_in_a_row(4, 10.4, 5.4, &buffer), Addition::time_jump);
+  EXPECT_EQ(buffer.newest(), ros::Time(100.2));
+  EXPECT_EQ(buffer.add(at(10.8, 5.8)), Addition::time_jumped_back);
+  EXPECT_EQ(buffer.oldest(), ros::Time(10.4));
+  EXPECT_EQ(buffer.newest(), ros::Time(10.8));
+  EXPECT_EQ(buffer.add(at(10.9, 5.9)), Addition::added);
+}
+
+TEST(OdometryBuffer, MessagesAnHourAheadInPairsAndMoreAreNotBelieved) {
+  // 50 Hz, and of every ten messages four in a row have a clock that is an hour ahead.
+  OdometryBuffer buffer;
+  int accepted = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const bool is_ahead = i % 10 >= 3 && i % 10 < 7;
+    const double time = 100.0 + 0.02 * i;
+    const Addition addition = buffer.add(at(time + (is_ahead ? 3600.0 : 0.0), 0.01 * i));
+    EXPECT_EQ(addition, is_ahead ? Addition::time_gap : Addition::added) << i;
+    accepted += addition == Addition::added ? 1 : 0;
+  }
+  EXPECT_EQ(accepted, 600);
+  EXPECT_EQ(buffer.newest(), ros::Time(100.0 + 0.02 * 999));
+  // Nothing of the way is lost, as the messages between are not needed to know it.
+  const OdometryIncrement increment =
+      buffer.integrate(ros::Time(100.0), buffer.newest(), OdometryNoise{});
+  EXPECT_NEAR(increment.mean.x, 9.99, 1e-9);
+}
+
+TEST(OdometryBuffer, ABagThatLoopsIsFollowedAlthoughItsMessagesComeTwice) {
+  OdometryBuffer buffer;
+  add_in_a_row(100, 100.0, 0.0, &buffer);
+  int needed = 0;
+  for (int i = 0; i < 20 && buffer.newest() > ros::Time(105.0); ++i) {
+    buffer.add(at(100.0 + 0.1 * i, 0.1 * i));
+    EXPECT_NE(buffer.add(at(100.0 + 0.1 * i, 0.1 * i)), Addition::added);
+    ++needed;
+  }
+  EXPECT_EQ(needed, 5);
+}
+
+TEST(OdometryBuffer, MessagesThatDoNotContinueOneAnotherAreNotBelieved) {
+  OdometryBuffer buffer;
+  add_in_a_row(2, 100.0, 0.0, &buffer);
+  for (int i = 0; i < 100; ++i) {  // each from a time of its own
+    EXPECT_EQ(buffer.add(at(1000.0 + 100.0 * i, 0.0)), Addition::time_gap);
+  }
+  EXPECT_EQ(buffer.newest(), ros::Time(100.1));
 }
 
 TEST(OdometryBuffer, AJumpOfThePoseIsNoMotion) {
-  OdometryBuffer buffer;
+  OdometryBufferOptions options;
+  options.confirmations = 3;
+  OdometryBuffer buffer(options);
   buffer.add(at(100.0, 0.0));
   buffer.add(at(100.1, 0.1));
-  // A single false pose.
+  // Two false poses.
   EXPECT_EQ(buffer.add(at(100.2, 500.0)), Addition::pose_jump);
-  EXPECT_EQ(buffer.add(at(100.3, 0.3)), Addition::added);
-  // The odometry starts again at the origin, turned.
-  EXPECT_EQ(buffer.add(at(100.4, 500.0, 0.0, kPi / 2)), Addition::pose_jump);
-  EXPECT_EQ(buffer.add(at(100.5, 500.0, 0.1, kPi / 2)), Addition::pose_jumped);
+  EXPECT_EQ(buffer.add(at(100.3, 500.1)), Addition::pose_jump);
+  EXPECT_EQ(buffer.add(at(100.4, 0.4)), Addition::added);
+  // The odometry starts again somewhere else, turned.
+  EXPECT_EQ(buffer.add(at(100.5, 500.0, 0.0, kPi / 2)), Addition::pose_jump);
+  EXPECT_EQ(buffer.add(at(100.6, 500.0, 0.1, kPi / 2)), Addition::pose_jump);
+  EXPECT_EQ(buffer.add(at(100.7, 500.0, 0.2, kPi / 2)), Addition::pose_jumped);
   EXPECT_DOUBLE_EQ(buffer.newest_pose().x, 500.0);
   const OdometryIncrement increment =
-      buffer.integrate(ros::Time(100.0), ros::Time(100.5), OdometryNoise{});
-  EXPECT_NEAR(increment.mean.x, 0.4, 1e-9);  // 0.3 before the jump and 0.1 after it
+      buffer.integrate(ros::Time(100.0), ros::Time(100.7), OdometryNoise{});
+  EXPECT_NEAR(increment.mean.x, 0.6, 1e-9);  // 0.4 before the jump and 0.2 after it
   EXPECT_NEAR(increment.mean.y, 0.0, 1e-9);
-  EXPECT_NEAR(increment.duration, 0.5, 1e-9);
+  EXPECT_NEAR(increment.duration, 0.7, 1e-9);
 }
 
 TEST(OdometryBuffer, ASilenceIsBridgedOnceConfirmed) {
   OdometryBuffer buffer;
   buffer.add(at(100.0, 0.0));
   buffer.add(at(100.1, 0.1));
-  EXPECT_EQ(buffer.add(at(140.0, 8.0)), Addition::time_gap);
-  EXPECT_EQ(buffer.add(at(140.1, 8.1)), Addition::gap_closed);
+  EXPECT_EQ(add_in_a_row(4, 140.0, 8.0, &buffer), Addition::time_gap);
+  EXPECT_EQ(buffer.newest(), ros::Time(100.1));
+  EXPECT_EQ(buffer.add(at(140.4, 8.4)), Addition::gap_closed);
   const OdometryIncrement increment =
-      buffer.integrate(ros::Time(100.0), ros::Time(140.1), OdometryNoise{});
-  EXPECT_NEAR(increment.mean.x, 8.1, 1e-9);
+      buffer.integrate(ros::Time(100.0), ros::Time(140.4), OdometryNoise{});
+  EXPECT_NEAR(increment.mean.x, 8.4, 1e-9);
 }
 
 TEST(CovarianceGrowth, RecoversTheNoiseOfAStep) {

@@ -185,10 +185,13 @@ int study_faults(const std::vector<std::string>& arguments) {
       "is put into the recording in turn.");
   line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
   line.options()("share", po::value<double>()->default_value(0.4)->value_name("SHARE"),
-                 "share of the drive before the fault");
+                 "share of the drive before the fault")(
+      "fault", po::value<std::string>()->default_value("")->value_name("WORDS"),
+      "besides no fault and kidnapping, only those whose name contains this");
   add_study_options(&line, 20);
   add_filter_options(&line);
   line.example("study faults plaza2.bag --markdown faults.md");
+  line.example("study faults plaza2.bag --fault 'an hour ahead' --seeds 3");
   if (!line.parse(arguments)) return 0;
   const auto path = line.get<std::string>("bag");
   const RecordedDrive drive = read_drive(path);
@@ -199,6 +202,7 @@ int study_faults(const std::vector<std::string>& arguments) {
     apply_filter_options(line, &options.beacon_mcl);
   }
   options.share = line.get<double>("share");
+  options.only = line.get<std::string>("fault");
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);
   ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));

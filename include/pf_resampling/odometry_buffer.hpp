@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters.hpp"
@@ -16,10 +17,11 @@ struct OdometryBufferOptions {
   double length = 30.0;         ///< s of odometry that are kept
   double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion
   double max_turn_rate = 20.0;  ///< rad/s, likewise
-  double max_gap = 5.0;        ///< s; silence after which a message has to be confirmed by the next
-  double jump_back = 1.0;      ///< s; older by more than this means that time itself jumped back
-  bool use_covariance = true;  ///< take the noise of a step from the growth of the messages'
-                               ///< covariance, where it grows
+  double max_gap = 5.0;         ///< s; silence after which messages have to confirm one another
+  double jump_back = 1.0;       ///< s; older by more than this means that time itself jumped back
+  int confirmations = 5;        ///< messages in a row that are believed when they all jump alike
+  bool use_covariance = true;   ///< take the noise of a step from the growth of the messages'
+                                ///< covariance, where it grows
 };
 
 /// The parameters of the buffer, in the group "odometry_input".
@@ -35,20 +37,22 @@ struct StampedOdometry {
 /// Recent odometry, to be integrated between any two stamps within it.
 ///
 /// A message that cannot be the continuation of the last one (it jumps in time or space) is held
-/// back until the next message confirms it: one false message then changes nothing, while a
-/// restarted odometry, or a bag played again, costs one message.
+/// back until so many in a row (options.confirmations) continue one another, and none between them
+/// continues what was there before: false messages that come in pairs then change nothing, while
+/// a restarted odometry, or a bag played again, is believed after a few messages.
 class OdometryBuffer {
  public:
   enum class Addition {
     added,
     out_of_order,      ///< not newer than the last; dropped
-    time_jump,         ///< older by more than jump_back: held back until the next confirms it
+    time_jump,         ///< older by more than jump_back: held back until others confirm it
     time_gap,          ///< newer by more than max_gap: likewise
     pose_jump,         ///< faster than max_speed or max_turn_rate: likewise
-    time_jumped_back,  ///< the second message after a jump back: the buffer starts over with both
-    gap_closed,        ///< the second message after a gap: both were added
-    pose_jumped,       ///< the second message after a jump of the pose: both were added, the jump
-                       ///< counts as no motion
+    time_jumped_back,  ///< the message that confirms a jump back: the buffer starts over with
+                       ///< those held back
+    gap_closed,        ///< the message that confirms a gap: those held back were added
+    pose_jumped,       ///< the message that confirms a jump of the pose: those held back were
+                       ///< added, the jump counts as no motion
   };
 
   explicit OdometryBuffer(const OdometryBufferOptions& options = {}) : options_(options) {}
@@ -93,14 +97,16 @@ class OdometryBuffer {
 
   bool continues(ros::Time stamp, const Pose2& pose, const StampedOdometry& next) const;
   void push(const StampedOdometry& odometry, bool moved);
+  Addition suspect(const StampedOdometry& odometry);
+  Addition believe_suspects();
   void forget_before(ros::Time stamp);
   Pose2 pose_within(const Sample& first, const Sample& second, double share) const;
 
   OdometryBufferOptions options_;
   std::deque<Sample> samples_;
   Pose2 offset_;  // from poses as received to continuous ones: nothing until the odometry jumps
-  std::optional<StampedOdometry> suspect_;
-  Addition suspicion_ = Addition::added;
+  std::vector<StampedOdometry> suspects_;  // held back: each continues the one before it
+  Addition suspicion_ = Addition::added;   // of the first of them
 };
 
 /// Growth of the covariance of dead reckoning over one step from `from` to `to`, in the frame of

@@ -23,6 +23,8 @@ constexpr double kSamplePeriod = 1.0;
 constexpr double kFramePeriod = 120.0;
 constexpr std::size_t kFewestForFrame = 10;
 constexpr double kStaysGood = 10.0;
+// Of the first faults, nothing and kidnapping: by them the probability of being lost is judged.
+constexpr int kJudged = 2;
 
 // "12 messages rejected" and "13 messages rejected" are the same alarm.
 std::string without_numbers(const std::string& text) {
@@ -230,8 +232,18 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   study.recording = recording;
   study.options = options;
   study.lost_error = usual_lost_error(drive.truth);
-  const std::vector<Fault> faults =
+  std::vector<Fault> faults =
       all_faults(drive, options.share, RandomStream(1, RandomPurpose::simulation_observation, 0));
+  const auto is_unwanted = [&](const Fault& fault) {
+    return fault.name.find(options.only) == std::string::npos;
+  };
+  const auto first = std::min(faults.begin() + kJudged, faults.end());
+  faults.erase(std::remove_if(first, faults.end(), is_unwanted), faults.end());
+  if (!options.only.empty() && static_cast<int>(faults.size()) <= kJudged) {
+    throw Error("fault '" + options.only +
+                "' is unknown; give a part of a name in the first "
+                "column of doc/study_faults.md");
+  }
   const std::size_t seeds = static_cast<std::size_t>(options.seeds);
   for (const Fault& fault : faults) {
     study.results.push_back(
@@ -247,7 +259,7 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
     progress(++done);
   });
   std::vector<FaultRun::Sample> samples;
-  for (std::size_t f = 0; f < 2; ++f) {  // nothing, kidnapped
+  for (std::size_t f = 0; f < static_cast<std::size_t>(kJudged); ++f) {
     for (const FaultRun& run : study.results[f].runs) {
       samples.insert(samples.end(), run.samples.begin(), run.samples.end());
     }

@@ -18,6 +18,7 @@ struct FaultStudyOptions {
   double share = 0.4;                   ///< of the drive, before the fault
   int seeds = 20;                       ///< 1 to this
   int jobs = 1;                         ///< runs at a time; the result does not depend on it
+  std::string only;                     ///< part of the names of the faults wanted; empty: all
 };
 
 /// A run, second by second.
