@@ -25,6 +25,8 @@ class BeaconMclNode {
         node->subscribe("odom", kNodeInputQueue, &BeaconMclNode::take<nav_msgs::Odometry>, this,
                         hints),
         node->subscribe("ranges", kNodeInputQueue, &BeaconMclNode::take<BeaconRange>, this, hints),
+        node->subscribe("sensor_ranges", kNodeInputQueue,
+                        &BeaconMclNode::take<sensor_msgs::Range>, this, hints),
         node->subscribe("beacons", 10, &BeaconMclNode::take<BeaconArray>, this),
         node->subscribe("initialpose", 10,
                         &BeaconMclNode::take<geometry_msgs::PoseWithCovarianceStamped>, this),

@@ -26,11 +26,17 @@ bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& s
                     });
 }
 
+BeaconNames names_of(const BeaconMclPipelineOptions& options) {
+  return {options.beacon_frames, FramePattern(options.frame_pattern),
+          options.antenna.empty() ? options.frames.base : options.antenna};
+}
+
 }  // namespace
 
 BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options, BeaconMclSinks sinks)
     : options_(options),
       sinks_(std::move(sinks)),
+      names_(names_of(options)),
       strategy_(strategy_of(options.filter.population, options.filter.excitation)),
       odometry_(options.odometry_input),
       publisher_(options.frames, options.output, &sinks_) {
@@ -95,6 +101,12 @@ void BeaconMclPipeline::handle(const BeaconRange& range) {
     ranges_.pop_front();
   }
   process_ready();
+}
+
+void BeaconMclPipeline::handle(const sensor_msgs::Range& message) {
+  const RangeReading reading = read_range(message, names_);
+  if (reading.rejection) return reject("sensor_ranges", *reading.rejection);
+  if (reading.range) handle(*reading.range);
 }
 
 void BeaconMclPipeline::handle(const BeaconArray& message) {

@@ -4,6 +4,7 @@
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
+#include <sensor_msgs/Range.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "beacon_mcl_node/pipeline_options.hpp"
+#include "beacon_mcl_node/range_sensor.hpp"
 #include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/dead_reckoning.hpp"
 #include "pf_resampling/diagnostics.hpp"
@@ -41,6 +43,8 @@ class BeaconMclPipeline {
 
   void handle(const nav_msgs::Odometry& odometry);
   void handle(const BeaconRange& range);
+  /// A range whose frame_id names the beacon; on its way to handle(BeaconRange).
+  void handle(const sensor_msgs::Range& range);
   /// The beacons, once. Other ones later start the filter anew; ignored if the options have
   /// beacons.
   void handle(const BeaconArray& beacons);
@@ -116,6 +120,7 @@ class BeaconMclPipeline {
 
   BeaconMclPipelineOptions options_;
   BeaconMclSinks sinks_;
+  const BeaconNames names_;
   std::string strategy_;
   std::string refused_;  // why parameters were refused last; empty once some were taken
   StaticFrames frames_;

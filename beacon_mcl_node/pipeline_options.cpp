@@ -1,5 +1,8 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 
+#include "pf_resampling/frame_pattern.hpp"
+#include "pf_resampling/text_parameter.hpp"
+
 namespace pf_resampling {
 ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   ParameterList list = parameters_of(&options->filter);
@@ -18,6 +21,12 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   list.push_back(real_above_parameter(
       "range_input/max_latency", &options->max_latency, 0.0, 1e6, "s",
       "Live: when computation does not keep up, what has waited longer is dropped."));
+  list.push_back(pattern_parameter(
+      "range_input/frame_pattern", &options->frame_pattern,
+      "sensor_ranges: regular expression that finds the beacon's id in frame_id."));
+  list.push_back(text_parameter("range_input/antenna", &options->antenna,
+                                "sensor_ranges: frame of the antenna on the robot, which they "
+                                "do not name; empty: frames/base."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief."));
@@ -33,7 +42,10 @@ ParameterList live_parameters_of(BeaconMclPipelineOptions* options) {
 
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options) {
   apply_values(configuration, parameters_of(options));
-  if (!configuration.beacons.empty()) options->beacons = configuration.beacons;
+  if (!configuration.beacons.empty()) {
+    options->beacons = configuration.beacons;
+    options->beacon_frames = configuration.beacon_frames;
+  }
   for (const auto& [beacon, calibration] : configuration.calibration) {
     options->calibration[beacon] = calibration;
   }

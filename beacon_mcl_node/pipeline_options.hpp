@@ -26,14 +26,17 @@ struct BeaconMclPipelineOptions {
   OutputOptions output;
   double ring_lifetime = 1.5;  ///< s a range ring is shown
 
-  int queue_length = 100;               ///< ranges that may wait for odometry or beacons
-  double max_ahead = 10.0;              ///< s a range may be newer than the newest odometry
-  double simultaneous = 0.001;          ///< s; ranges closer than this are one update
-  double max_latency = 1.0;             ///< s; see process_next()
+  int queue_length = 100;                       ///< ranges that may wait for odometry or beacons
+  double max_ahead = 10.0;                      ///< s a range may be newer than the newest odometry
+  double simultaneous = 0.001;                  ///< s; ranges closer than this are one update
+  double max_latency = 1.0;                     ///< s; see process_next()
+  std::string frame_pattern = "beacon_(\\d+)";  ///< of sensor_msgs/Range: id in the frame's name
+  std::string antenna;                  ///< frame they are measured from; empty: frames.base
   bool deferred = false;                ///< what is observed waits for process_next()
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief
 
-  std::vector<Beacon> beacons;  ///< if there are any, the `beacons` message is ignored
+  std::vector<Beacon> beacons;               ///< if there are any, the `beacons` message is ignored
+  std::map<std::string, int> beacon_frames;  ///< names of beacons, of sensor_msgs/Range
   std::map<int, RangeCalibration> calibration;      ///< known, by id of beacon; -1: all others
   std::map<std::string, Eigen::Vector3d> antennas;  ///< frame -> place on the robot, m
 };

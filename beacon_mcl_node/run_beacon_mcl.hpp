@@ -11,8 +11,9 @@ namespace pf_resampling {
 
 /// A message that the pipeline takes in.
 using BeaconMclMessage =
-    std::variant<nav_msgs::Odometry::ConstPtr, BeaconRange::ConstPtr, BeaconArray::ConstPtr,
-                 geometry_msgs::PoseWithCovarianceStamped::ConstPtr, tf2_msgs::TFMessage::ConstPtr>;
+    std::variant<nav_msgs::Odometry::ConstPtr, BeaconRange::ConstPtr, sensor_msgs::Range::ConstPtr,
+                 BeaconArray::ConstPtr, geometry_msgs::PoseWithCovarianceStamped::ConstPtr,
+                 tf2_msgs::TFMessage::ConstPtr>;
 
 /// Hands a message to the pipeline.
 void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline);

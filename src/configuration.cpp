@@ -8,6 +8,7 @@
 #include <functional>
 #include <set>
 
+#include "pf_resampling/conversions.hpp"
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
@@ -74,7 +75,7 @@ double number_or(const Entry& entry, const std::string& key, double otherwise) {
 
 void add_entry(const std::string& list, const Entry& entry, Configuration* configuration) {
   if (list == "beacons") {
-    check_keys(entry, {"id", "x", "y"}, {"z"});
+    check_keys(entry, {"id", "x", "y"}, {"z", "frame"});
     Beacon beacon;
     beacon.id = id_of(entry, "id");
     beacon.position = {number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
@@ -83,6 +84,11 @@ void add_entry(const std::string& list, const Entry& entry, Configuration* confi
       if (other.id == beacon.id) {
         throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " stands there twice");
       }
+    }
+    const auto frame = entry.fields.find("frame");
+    if (frame != entry.fields.end() &&
+        !configuration->beacon_frames.emplace(without_slash(frame->second), beacon.id).second) {
+      throw Error(entry.where + ": the frame '" + frame->second + "' stands there twice");
     }
     configuration->beacons.push_back(beacon);
   } else if (list == "calibration") {
@@ -259,7 +265,10 @@ void merge(const Configuration& later, Configuration* configuration) {
   for (const auto& [beacon, value] : later.calibration) configuration->calibration[beacon] = value;
   for (const auto& [frame, place] : later.antennas) configuration->antennas[frame] = place;
   for (const auto& [frame, place] : later.sensors) configuration->sensors[frame] = place;
-  if (!later.beacons.empty()) configuration->beacons = later.beacons;
+  if (!later.beacons.empty()) {
+    configuration->beacons = later.beacons;
+    configuration->beacon_frames = later.beacon_frames;
+  }
 }
 
 Configuration parse_assignment(const std::string& text) {

@@ -1,8 +1,10 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
+#include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
 #include <pf_resampling/LandmarkObservationArray.h>
+#include <sensor_msgs/Range.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <functional>
@@ -430,6 +432,45 @@ TEST(CheckBagProgram, BadFilesAndMisuseAreOneLine) {
   const ProgramResult help = run_program("check_bag --help");
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_NE(help.out.find("Usage: rosrun pf_resampling check_bag in.bag"), std::string::npos);
+}
+
+/// A bag whose ranges are sensor_msgs/Range on `topic`, of the beacons 1 to 3 and of a sonar.
+void write_sensor_ranges(const std::string& topic, BagWriter* bag) {
+  BeaconArray beacons;
+  beacons.header.stamp = ros::Time(10.0);
+  beacons.header.frame_id = "map";
+  for (int id = 1; id <= 3; ++id) {
+    beacons.beacons.emplace_back();
+    beacons.beacons.back().id = id;
+    beacons.beacons.back().position.x = 5.0 * id;
+    beacons.beacons.back().position.y = id == 2 ? 5.0 : 0.0;
+  }
+  bag->write_latched("/beacons", beacons.header.stamp, beacons);
+  for (int i = 0; i <= 100; ++i) {
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = ros::Time(10.0 + 0.1 * i);
+    odometry.header.frame_id = "odom";
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose.orientation.w = 1.0;
+    bag->write("/odom", odometry.header.stamp, odometry);
+    sensor_msgs::Range range;
+    range.header.stamp = odometry.header.stamp;
+    range.header.frame_id = i % 4 == 3 ? "sonar" : "beacon_" + std::to_string(1 + i % 4);
+    range.range = 4.0F;
+    range.max_range = 10.0F;
+    bag->write(topic, range.header.stamp, range);
+  }
+}
+
+TEST(CheckBag, RangesMayBeOfSensorMsgs) {
+  const BagCheck found =
+      check_of_written([](BagWriter* bag) { write_sensor_ranges("/sensor_ranges", bag); });
+  EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
+  EXPECT_TRUE(has(found.remarks, "/sensor_ranges: frame 'sonar' names no beacon"));
+
+  const BagCheck elsewhere =
+      check_of_written([](BagWriter* bag) { write_sensor_ranges("/radio", bag); });
+  EXPECT_TRUE(has(elsewhere.beacon_mcl.problems, "/radio could be it (--sensor-ranges /radio"));
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("beacons:\n- {id: 1.5, x: 0, y: 0}"), {"id", "1.5", "integer"});
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0}\n- {id: 1, x: 0, y: 0}"),
                {"file.yaml:3", "1", "twice"});
-  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"), {"'q'", "id, x, y, z"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"), {"'q'", "id, x, y, frame, z"});
   expect_words(error_of("calibration: [{beacon: 1, scale: 0}]"), {"scale", "above 0"});
   expect_words(error_of("calibration: [{beacon: 1, sigma: -1}]"), {"sigma", "0 or more"});
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});

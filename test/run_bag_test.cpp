@@ -17,6 +17,7 @@ struct Content {
   bool odometry = true;
   bool ranges = true;
   bool beacons = true;
+  bool sensor_ranges = false;  // as sensor_msgs/Range
 };
 
 void write_drive(const std::string& path, double seconds, const Content& content = {}) {
@@ -40,6 +41,12 @@ void write_drive(const std::string& path, double seconds, const Content& content
       bag.write("/tf", stamp, tf);
     } else if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&message)) {
       if (content.ranges) bag.write("/ranges", (*range)->header.stamp, **range);
+      if (!content.sensor_ranges) continue;
+      sensor_msgs::Range sensed;
+      sensed.header.stamp = (*range)->header.stamp;
+      sensed.header.frame_id = "beacon_" + std::to_string((*range)->beacon);
+      sensed.range = static_cast<float>((*range)->range);
+      bag.write("/sensor_ranges", sensed.header.stamp, sensed);
     }
   }
   bag.finish();
@@ -228,6 +235,17 @@ TEST_F(RunBag, BeaconsMayComeFromAFile) {
   const ProgramResult result = run("beacon_mcl " + poor + " " + out_ + " --config " + beacons);
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_GT(counts_of(out_)["/pose"], 90u);
+}
+
+TEST_F(RunBag, RangesMayBeOfSensorMsgs) {
+  ASSERT_EQ(run("beacon_mcl " + in_ + " " + out_).exit_code, 0);
+  const auto poses = counts_of(out_)["/pose"];
+  write_drive(in_, 20.0, {true, false, true, true});
+  const ProgramResult result = run("beacon_mcl " + in_ + " " + out_);
+  ASSERT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(counts_of(out_)["/pose"], poses);
+  EXPECT_EQ(result.out.find("rejected"), std::string::npos) << result.out;
+  EXPECT_EQ(counts_of(out_)["/sensor_ranges"], counts_of(in_)["/sensor_ranges"]);
 }
 
 TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {

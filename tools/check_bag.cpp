@@ -26,6 +26,7 @@ int check(const std::vector<std::string>& arguments) {
   };
   topic_option("odom", &topics.odom, "odometry");
   topic_option("ranges", &topics.ranges, "ranges to beacons");
+  topic_option("sensor-ranges", &topics.sensor_ranges, "ranges as sensor_msgs/Range");
   topic_option("beacons", &topics.beacons, "where the beacons are");
   topic_option("landmarks", &topics.landmarks, "observations of landmarks");
   topic_option("ground-truth", &topics.ground_truth, "true poses");
@@ -33,8 +34,8 @@ int check(const std::vector<std::string>& arguments) {
   line.example("check_bag robot.bag --odom /robot/odom --ranges /uwb/ranges");
   line.example("check_bag slam.bag --landmarks /camera/landmarks");
   if (!line.parse(arguments)) return 0;
-  for (std::string* topic :
-       {&topics.odom, &topics.ranges, &topics.beacons, &topics.landmarks, &topics.ground_truth}) {
+  for (std::string* topic : {&topics.odom, &topics.ranges, &topics.sensor_ranges, &topics.beacons,
+                             &topics.landmarks, &topics.ground_truth}) {
     *topic = absolute_topic(*topic);
   }
 

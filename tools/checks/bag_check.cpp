@@ -86,7 +86,21 @@ class Checker {
 
   void check_presence() {
     need(names_.odom, kOdometryType, "odom", {beacon_mcl(), fastslam()});
-    need(names_.ranges, kRangeType, "ranges", {beacon_mcl()});
+    if (survey_.ranges.topic == names_.ranges) {
+      std::string instead;
+      for (const BagTopic& topic : survey_.topics) {
+        if (topic.type != "sensor_msgs/Range") continue;
+        instead += ", " + topic.name + " could be it (--sensor-ranges " + topic.name +
+                   "; for the node sensor_ranges:=" + topic.name + ")";
+      }
+      need(names_.ranges, kRangeType, "ranges", {beacon_mcl()}, instead);
+    } else {
+      for (const std::string& frame : survey_.unnamed) {
+        remark(survey_.ranges.topic + ": frame " + quoted(frame) +
+               " names no beacon: range_input/frame_pattern has to fit it, or a `frame` in the "
+               "list `beacons`");
+      }
+    }
     need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl()},
          " (or give the beacons in the configuration)");
     need(names_.landmarks, kLandmarksType, "landmarks", {fastslam()});
@@ -195,7 +209,7 @@ class Checker {
 
   void check_beacons() {
     if (survey_.ranges_by_beacon.empty() && survey_.ranges.stamps.summary().messages > 0) {
-      beacon_mcl()->push_back(names_.ranges + " has no range that can be used");
+      beacon_mcl()->push_back(survey_.ranges.topic + " has no range that can be used");
     }
     if (survey_.topic_named(names_.beacons) == nullptr) return;
     for (const std::int32_t id : survey_.beacons_twice) {
@@ -266,6 +280,7 @@ class Checker {
       option("landmarks", names_.landmarks, usual.landmarks);
     } else {
       option("ranges", names_.ranges, usual.ranges);
+      option("sensor-ranges", names_.sensor_ranges, usual.sensor_ranges);
       option("beacons", names_.beacons, usual.beacons);
     }
     return text + settings_;

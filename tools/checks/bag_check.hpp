@@ -11,6 +11,7 @@ namespace pf_resampling {
 struct BagCheckTopics {
   std::string odom = "/odom";
   std::string ranges = "/ranges";
+  std::string sensor_ranges = "/sensor_ranges";  ///< looked at where there are no `ranges`
   std::string beacons = "/beacons";
   std::string landmarks = "/landmarks";
   std::string ground_truth = "/ground_truth";

@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "beacon_mcl_node/range_sensor.hpp"
 #include "common/bag_contents.hpp"
 #include "common/progress_bar.hpp"
 #include "pf_resampling_core/error.hpp"
@@ -52,6 +54,11 @@ class Surveyor {
 
   BagSurvey survey() {
     survey_.topics = topics_of(bag_);
+    const BagTopic* sensor_ranges = survey_.topic_named(names_.sensor_ranges);
+    if (survey_.topic_named(names_.ranges) == nullptr && sensor_ranges != nullptr &&
+        sensor_ranges->type == "sensor_msgs/Range") {
+      survey_.ranges.topic = names_.sensor_ranges;
+    }
     read();
     if (survey_.base_frames.size() == 1) survey_.base = *survey_.base_frames.begin();
     survey_.on_robot = read_frames_on_robot(bag_, survey_.base);
@@ -80,6 +87,8 @@ class Surveyor {
       read_odometry(instance);
     } else if (topic == names_.ranges) {
       read_range(instance);
+    } else if (topic == survey_.ranges.topic) {
+      read_sensor_range(instance);
     } else if (topic == names_.beacons) {
       read_beacons(instance);
     } else if (topic == names_.landmarks) {
@@ -120,6 +129,24 @@ class Surveyor {
       ++survey_.ranges.impossible;
     } else {
       survey_.ranges_by_beacon[range->beacon].push_back(range->range);
+    }
+  }
+
+  void read_sensor_range(const rosbag::MessageInstance& instance) {
+    const auto message = instance.instantiate<sensor_msgs::Range>();
+    if (message == nullptr) return;
+    const std::optional<int> beacon = beacon_names_.id_of(message->header.frame_id);
+    survey_.ranges.stamps.add(message->header.stamp, instance.getTime(), beacon.value_or(-1));
+    if (!beacon) {
+      survey_.unnamed.insert(without_slash(message->header.frame_id));
+      return;
+    }
+    const RangeReading reading = pf_resampling::read_range(*message, beacon_names_);
+    if (reading.rejection) {
+      ++(reading.rejection->reason == RejectReason::not_finite ? survey_.ranges.not_finite
+                                                               : survey_.ranges.impossible);
+    } else if (reading.range && reading.range->range > 0.0) {
+      survey_.ranges_by_beacon[*beacon].push_back(reading.range->range);
     }
   }
 
@@ -191,6 +218,7 @@ class Surveyor {
 
   const rosbag::Bag& bag_;
   const BagCheckTopics& names_;
+  const BeaconNames beacon_names_{{}, FramePattern(BeaconMclPipelineOptions().frame_pattern), ""};
   BagSurvey survey_;
 };
 

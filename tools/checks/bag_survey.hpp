@@ -43,7 +43,7 @@ struct LandmarkSurvey {
 struct BagSurvey {
   std::vector<BagTopic> topics;
   TopicSurvey odom;
-  TopicSurvey ranges;
+  TopicSurvey ranges;  ///< of sensor_msgs/Range where there are no others
   TopicSurvey landmarks;
   TopicSurvey truth;
   std::set<std::string> base_frames;                  ///< child frames of the odometry
@@ -53,6 +53,7 @@ struct BagSurvey {
   std::string beacon_frame;
   std::map<std::int32_t, geometry_msgs::Point> beacons;
   std::vector<std::int32_t> beacons_twice;
+  std::set<std::string> unnamed;  ///< frames of sensor_msgs/Range that are no beacon's by default
   std::map<std::int32_t, std::vector<double>> ranges_by_beacon;  ///< those that can be used, m
   LandmarkSurvey seen;
 

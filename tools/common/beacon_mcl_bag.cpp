@@ -4,10 +4,25 @@
 #include "common/ordered_bag.hpp"
 
 namespace pf_resampling {
+namespace {
+
+bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
+  for (const BagTopic& topic : topics_of(bag)) {
+    if (topic.name == name && topic.type == type) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
                                const BeaconMclTopics& topics, bool needs_beacons) {
-  std::vector<NeededTopic> needed = {{topics.odom, {"nav_msgs/Odometry"}, "--odom"},
-                                     {topics.ranges, {"pf_resampling/BeaconRange"}, "--ranges"}};
+  std::vector<NeededTopic> needed = {{topics.odom, {"nav_msgs/Odometry"}, "--odom"}};
+  if (!has_topic(bag, topics.sensor_ranges, "sensor_msgs/Range")) {
+    needed.push_back({topics.ranges,
+                      {"pf_resampling/BeaconRange"},
+                      "--sensor-ranges for sensor_msgs/Range, --ranges"});
+  }
   if (needs_beacons) {
     needed.push_back({topics.beacons,
                       {"pf_resampling/BeaconArray"},
@@ -21,6 +36,9 @@ std::optional<BeaconMclMessage> to_beacon_mcl_message(const rosbag::MessageInsta
   const std::string& topic = message.getTopic();
   if (topic == topics.odom) return instantiate_as<nav_msgs::Odometry, BeaconMclMessage>(message);
   if (topic == topics.ranges) return instantiate_as<BeaconRange, BeaconMclMessage>(message);
+  if (topic == topics.sensor_ranges) {
+    return instantiate_as<sensor_msgs::Range, BeaconMclMessage>(message);
+  }
   if (topic == topics.beacons) return instantiate_as<BeaconArray, BeaconMclMessage>(message);
   if (topic == topics.initial_pose) {
     return instantiate_as<geometry_msgs::PoseWithCovarianceStamped, BeaconMclMessage>(message);

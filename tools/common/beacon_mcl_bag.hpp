@@ -15,16 +15,18 @@ namespace pf_resampling {
 struct BeaconMclTopics {
   std::string odom = "/odom";
   std::string ranges = "/ranges";
+  std::string sensor_ranges = "/sensor_ranges";  ///< of sensor_msgs/Range
   std::string beacons = "/beacons";
   std::string initial_pose = "/initialpose";
 
   /// In which messages of the same time are taken.
   std::vector<std::string> order() const {
-    return {"/tf_static", "/tf", beacons, initial_pose, ranges, odom};
+    return {"/tf_static", "/tf", beacons, initial_pose, ranges, sensor_ranges, odom};
   }
 };
 
-/// Throws Error unless the bag has odometry and ranges, and beacons where `needs_beacons`.
+/// Throws Error unless the bag has odometry and ranges of either type, and beacons where
+/// `needs_beacons`.
 void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
                                const BeaconMclTopics& topics, bool needs_beacons);
 

@@ -9,6 +9,9 @@ void add_beacon_mcl_topics(CommandLine* line) {
   namespace po = boost::program_options;
   line->options()("ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"),
                   "ranges")(
+      "sensor-ranges",
+      po::value<std::string>()->default_value("/sensor_ranges")->value_name("TOPIC"),
+      "ranges as sensor_msgs/Range")(
       "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
       "beacons");
 }
@@ -31,6 +34,7 @@ BeaconMclTopics beacon_mcl_topics(const CommandLine& line) {
   BeaconMclTopics topics;
   topics.odom = absolute_topic(line.get<std::string>("odom"));
   topics.ranges = absolute_topic(line.get<std::string>("ranges"));
+  topics.sensor_ranges = absolute_topic(line.get<std::string>("sensor-ranges"));
   topics.beacons = absolute_topic(line.get<std::string>("beacons"));
   return topics;
 }
