@@ -48,6 +48,7 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options, FastS
       sinks_(std::move(sinks)),
       strategy_(strategy_of(options.filter.population, options.filter.excitation)),
       starts_frozen_(options.filter.map.frozen),
+      tags_(FramePattern(options.tag_pattern), options.frames),
       filter_(options.filter, static_cast<std::uint64_t>(options.seed)),
       odometry_(options.odometry_input),
       publisher_(options.frames, options.output, &sinks_) {
@@ -82,6 +83,7 @@ void FastSlamPipeline::handle(const nav_msgs::Odometry& message) {
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
   }
   if (taken.time_jumped_back) forget_time();
+  take_tag_scans();
   process_ready();
   carry_belief_forward();
   publisher_.publish_pose(odometry_.newest(), *estimate(), odometry_.newest_pose());
@@ -117,6 +119,12 @@ void FastSlamPipeline::handle(const geometry_msgs::PoseWithCovarianceStamped& me
 
 void FastSlamPipeline::handle(const tf2_msgs::TFMessage& message) {
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    if (tags_.is_tag(transform)) {
+      const ros::Time newest = odometry_.empty() ? ros::Time() : odometry_.newest();
+      const auto rejection = tags_.take(transform, newest, &frames_);
+      if (rejection) reject("landmarks", *rejection);
+      continue;
+    }
     // Where the robot is is not ours to learn from tf.
     const std::string child = without_slash(transform.child_frame_id);
     if (child == options_.frames.base || child == options_.frames.odom) continue;
@@ -125,6 +133,7 @@ void FastSlamPipeline::handle(const tf2_msgs::TFMessage& message) {
                                                   "' is no rigid motion from another frame"});
     }
   }
+  take_tag_scans();
 }
 
 // ---- services ---------------------------------------------------------------------------------
@@ -201,6 +210,11 @@ void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
   lost_.reset();
   path_stamps_.clear();
   belief_ = filter_.estimate();
+}
+
+void FastSlamPipeline::take_tag_scans() {
+  const ros::Time newest = odometry_.empty() ? ros::Time() : odometry_.newest();
+  for (const LandmarkObservationArray& scan : tags_.take_complete(newest)) handle(scan);
 }
 
 void FastSlamPipeline::process_ready() {
@@ -339,6 +353,7 @@ void FastSlamPipeline::forget_time() {
     log(LogLevel::info, std::to_string(scans_.size()) + " waiting scans are dropped");
   }
   scans_.clear();
+  tags_.clear();
   latest_ = LatestScan{};
   last_scan_ = ros::Time();
   if (options_.restart_after_jump_back) start_filter_anew();

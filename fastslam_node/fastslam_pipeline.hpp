@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "fastslam_node/pipeline_options.hpp"
+#include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/dead_reckoning.hpp"
 #include "pf_resampling/diagnostics.hpp"
@@ -51,7 +52,7 @@ class FastSlamPipeline {
   void handle(const LandmarkObservationArray& scan);
   /// What rviz calls initialpose: the robot is put there; the map stays.
   void handle(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
-  /// Of /tf_static and /tf: where the sensors are.
+  /// Of /tf_static and /tf: where the sensors are, and where tags were seen, which become scans.
   void handle(const tf2_msgs::TFMessage& transforms);
 
   /// Services. save_map and load_map return what they did in one line, or throw Error with nothing
@@ -100,6 +101,7 @@ class FastSlamPipeline {
   };
 
   void start_about(const PoseEstimate& start, ros::Time stamp);
+  void take_tag_scans();
   void process_ready();
   void drop_late();
   void update(const LandmarkObservationArray& scan);
@@ -126,6 +128,7 @@ class FastSlamPipeline {
   bool starts_frozen_;
   std::optional<SavedMap> start_map_;
   StaticFrames frames_;
+  TagScans tags_;
   FastSlam filter_;
   DeadReckoning odometry_;
   std::deque<LandmarkObservationArray> scans_;  // in order of time

@@ -1,5 +1,6 @@
 #include "fastslam_node/pipeline_options.hpp"
 
+#include "pf_resampling/frame_pattern.hpp"
 #include "pf_resampling/text_parameter.hpp"
 
 namespace pf_resampling {
@@ -19,6 +20,10 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
   list.push_back(real_above_parameter(
       "landmark_input/max_latency", &options->max_latency, 0.0, 1e6, "s",
       "Live: when computation does not keep up, what has waited longer is dropped."));
+  list.push_back(pattern_parameter(
+      "landmark_input/tag_pattern", &options->tag_pattern,
+      "Takes the tf frames of detected tags as landmarks: regular expression that finds the id in "
+      "the frame's name, as tag_(\\d+); empty: none are taken."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief and map."));

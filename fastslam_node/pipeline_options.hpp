@@ -27,10 +27,11 @@ struct FastSlamPipelineOptions {
   int queue_length = 100;               ///< scans that may wait for odometry
   double max_ahead = 10.0;              ///< s a scan may be newer than the newest odometry
   double max_latency = 1.0;             ///< s; see process_next()
+  std::string tag_pattern;              ///< id in the names of tf frames of tags; empty: none
   bool deferred = false;                ///< what is observed waits for process_next()
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
-  std::string map_file;          ///< read at the start; empty: none
+  std::string map_file;           ///< read at the start; empty: none
   int map_file_particles = 1000;  ///< that a saved map holds at most
 
   /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.

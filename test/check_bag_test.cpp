@@ -473,5 +473,21 @@ TEST(CheckBag, RangesMayBeOfSensorMsgs) {
   EXPECT_TRUE(has(elsewhere.beacon_mcl.problems, "/radio could be it (--sensor-ranges /radio"));
 }
 
+TEST(CheckBag, TagsOnTfAreSuggestedAsLandmarks) {
+  const auto write = [](const std::string& parent, BagWriter* bag) {
+    tf2_msgs::TFMessage tf;
+    tf.transforms.resize(1);
+    tf.transforms[0].header.stamp = ros::Time(10.0);
+    tf.transforms[0].header.frame_id = parent;
+    tf.transforms[0].child_frame_id = "ar_marker_12";
+    tf.transforms[0].transform.rotation.w = 1.0;
+    bag->write("/tf", ros::Time(10.0), tf);
+  };
+  const BagCheck seen = check_of_written([&](BagWriter* bag) { write("camera", bag); });
+  EXPECT_TRUE(has(seen.fastslam.problems, "--set 'landmark_input/tag_pattern=ar_marker_(\\d+)'"));
+  const BagCheck placed = check_of_written([&](BagWriter* bag) { write("map", bag); });
+  EXPECT_FALSE(has(placed.fastslam.problems, "tag_pattern"));
+}
+
 }  // namespace
 }  // namespace pf_resampling

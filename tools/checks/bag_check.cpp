@@ -1,6 +1,7 @@
 #include "bag_check.hpp"
 
 #include <cmath>
+#include <regex>
 #include <set>
 
 #include "bag_survey.hpp"
@@ -103,7 +104,22 @@ class Checker {
     }
     need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl()},
          " (or give the beacons in the configuration)");
-    need(names_.landmarks, kLandmarksType, "landmarks", {fastslam()});
+    need(names_.landmarks, kLandmarksType, "landmarks", {fastslam()}, tags_instead());
+  }
+
+  /// What frames with a number in /tf could be, as detectors of tags publish them.
+  std::string tags_instead() const {
+    static const std::regex kNumbered("(.*\\D)(\\d+)");
+    for (const auto& [parent, child] : survey_.transforms) {
+      std::smatch match;
+      const bool is_seen = parent != "map" && survey_.odom.frames.count(parent) == 0 &&
+                           survey_.base_frames.count(parent) == 0;
+      if (!is_seen || !std::regex_match(child, match, kNumbered)) continue;
+      return ", " + quoted(child) +
+             " on /tf could be a tag (--set 'landmark_input/tag_pattern=" + match[1].str() +
+             "(\\d+)')";
+    }
+    return "";
   }
 
   /// Stamps and numbers of one topic.

@@ -6,10 +6,12 @@
 namespace pf_resampling {
 
 void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
-                             const FastSlamTopics& topics) {
-  require_topics(bag, path,
-                 {{topics.odom, {"nav_msgs/Odometry"}, "--odom"},
-                  {topics.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"}});
+                             const FastSlamTopics& topics, bool needs_landmarks) {
+  std::vector<NeededTopic> needed = {{topics.odom, {"nav_msgs/Odometry"}, "--odom"}};
+  if (needs_landmarks) {
+    needed.push_back({topics.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
+  }
+  require_topics(bag, path, needed);
 }
 
 std::optional<FastSlamMessage> to_fastslam_message(const rosbag::MessageInstance& message,

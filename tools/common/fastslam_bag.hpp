@@ -23,9 +23,9 @@ struct FastSlamTopics {
   }
 };
 
-/// Throws Error unless the bag has odometry and landmark observations.
+/// Throws Error unless the bag has odometry and, where `needs_landmarks`, landmark observations.
 void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
-                             const FastSlamTopics& topics);
+                             const FastSlamTopics& topics, bool needs_landmarks);
 
 /// The message as the pipeline takes it; nothing if it takes none of its topic and type.
 std::optional<FastSlamMessage> to_fastslam_message(const rosbag::MessageInstance& message,

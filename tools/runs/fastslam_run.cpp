@@ -63,7 +63,7 @@ int run_fastslam_bag(const CommandLine& line) {
   const FastSlamPipelineOptions options = read_options(line);
   const FastSlamTopics topics = topics_of(line);
   BagRun run(line);
-  require_fastslam_topics(run.in(), run.in_path(), topics);
+  require_fastslam_topics(run.in(), run.in_path(), topics, options.tag_pattern.empty());
   FastSlamSinks sinks;
   run.connect(&sinks);
   if (run.with_status()) {
