@@ -1,4 +1,5 @@
 // Range-beacon localization as a node: subscribes, hands on to the pipeline, publishes.
+#include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
 #include <cstdio>
@@ -36,6 +37,7 @@ class BeaconMclNode {
     services_ = {
         node->advertiseService("global_localization", &BeaconMclNode::global_localization, this),
         node->advertiseService("reset", &BeaconMclNode::reset, this),
+        node->advertiseService("set_particles", &BeaconMclNode::set_particles, this),
     };
   }
 
@@ -61,6 +63,11 @@ class BeaconMclNode {
 
   bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
     pipeline_.reset();
+    return true;
+  }
+
+  bool set_particles(SetParticles::Request& request, SetParticles::Response& response) {
+    answer([&] { return pipeline_.set_particles(request.particles, request.weights); }, &response);
     return true;
   }
 

@@ -4,6 +4,7 @@
 
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "pf_resampling/conversions.hpp"
+#include "pf_resampling/given_particles_message.hpp"
 #include "pf_resampling/input_checks.hpp"
 #include "pf_resampling/markers.hpp"
 #include "pf_resampling/strategy.hpp"
@@ -164,6 +165,23 @@ void BeaconMclPipeline::reset() {
   lost_.reset();
   publisher_.clear_path();
   take_belief();
+}
+
+std::string BeaconMclPipeline::set_particles(const geometry_msgs::PoseArray& poses,
+                                             const std::vector<double>& weights) {
+  const GivenParticles particles = to_given_particles(poses, weights, options_.frames);
+  if (!filter_) {
+    throw Error(
+        "set_particles: the beacons are not known yet; give them on the topic or in the "
+        "configuration first");
+  }
+  const ros::Time stamp = stamp_of_given(poses.header.stamp, odometry_);
+  filter_->set_particles(particles);
+  odometry_.restart_at(stamp, options_.filter.odometry);
+  publisher_.clear_path();
+  lost_.reset();
+  take_belief();
+  return std::to_string(particles.poses.size()) + " particles set";
 }
 
 void BeaconMclPipeline::set_parameters(const std::map<std::string, std::string>& values) {

@@ -56,6 +56,10 @@ class BeaconMclPipeline {
   /// Services: starts anew from the ranges or over the area; starts from nothing.
   void global_localization();
   void reset();
+  /// Puts particles in place of the present ones; returns what was set in one line, or throws Error
+  /// with nothing changed.
+  std::string set_particles(const geometry_msgs::PoseArray& poses,
+                            const std::vector<double>& weights);
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next

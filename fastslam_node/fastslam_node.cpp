@@ -1,6 +1,7 @@
 // FastSLAM as a node: subscribes, hands on to the pipeline, publishes.
 #include <pf_resampling/LoadMap.h>
 #include <pf_resampling/SaveMap.h>
+#include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
 #include <cstdio>
@@ -38,6 +39,7 @@ class FastSlamNode {
         node->advertiseService("reset", &FastSlamNode::reset, this),
         node->advertiseService("save_map", &FastSlamNode::save_map, this),
         node->advertiseService("load_map", &FastSlamNode::load_map, this),
+        node->advertiseService("set_particles", &FastSlamNode::set_particles, this),
     };
   }
 
@@ -73,17 +75,9 @@ class FastSlamNode {
     return true;
   }
 
-  template <typename Work, typename Response>
-  void answer(const Work& work, Response* response) {
-    try {
-      response->message = work();
-      response->success = true;
-      ROS_INFO("%s", response->message.c_str());
-    } catch (const Error& error) {
-      response->message = error.what();
-      response->success = false;
-      ROS_ERROR("%s", error.what());
-    }
+  bool set_particles(SetParticles::Request& request, SetParticles::Response& response) {
+    answer([&] { return pipeline_.set_particles(request.particles, request.weights); }, &response);
+    return true;
   }
 
   FilterPublishers publishers_;

@@ -5,6 +5,7 @@
 
 #include "fastslam_node/landmark_checks.hpp"
 #include "pf_resampling/conversions.hpp"
+#include "pf_resampling/given_particles_message.hpp"
 #include "pf_resampling/input_checks.hpp"
 #include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
@@ -176,6 +177,19 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   publish_results();
   return std::to_string(map.landmarks.size()) + " landmarks loaded from " + path +
          (frozen ? ", frozen" : "");
+}
+
+std::string FastSlamPipeline::set_particles(const geometry_msgs::PoseArray& poses,
+                                            const std::vector<double>& weights) {
+  const GivenParticles particles = to_given_particles(poses, weights, options_.frames);
+  const ros::Time stamp = stamp_of_given(poses.header.stamp, odometry_);
+  filter_.set_particles(particles);
+  odometry_.restart_at(stamp, options_.filter.odometry);
+  latest_ = LatestScan{};
+  lost_.reset();
+  path_stamps_.clear();
+  belief_ = filter_.estimate();
+  return std::to_string(particles.poses.size()) + " particles set";
 }
 
 void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& values) {

@@ -55,12 +55,15 @@ class FastSlamPipeline {
   /// Of /tf_static and /tf: where the sensors are, and where tags were seen, which become scans.
   void handle(const tf2_msgs::TFMessage& transforms);
 
-  /// Services. save_map and load_map return what they did in one line, or throw Error with nothing
+  /// Services. Those with a result return what they did in one line, or throw Error with nothing
   /// changed. What is saved is the filter as it is at the newest odometry; a loaded map is given
   /// out at once. After reset() all is as after construction, but for what was counted.
   void reset();
   std::string save_map(const std::string& path);
   std::string load_map(const std::string& path, bool frozen);
+  /// Puts particles in place of the present ones, each with a map of those that are there.
+  std::string set_particles(const geometry_msgs::PoseArray& poses,
+                            const std::vector<double>& weights);
 
   /// Gives out map and path as they are at the newest odometry. For the end of a bag.
   void publish_results();

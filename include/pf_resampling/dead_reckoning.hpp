@@ -35,6 +35,9 @@ class DeadReckoning {
   ros::Time newest() const { return buffer_.newest(); }
   const Pose2& newest_pose() const { return buffer_.newest_pose(); }
 
+  /// Whether `stamp` lies between the oldest odometry that is kept and the newest.
+  bool covers(ros::Time stamp) const { return buffer_.covers(stamp); }
+
   /// The stamp that the filter is at, and the motion from there to the newest odometry.
   ros::Time used() const { return used_; }
   const OdometryIncrement& since() const { return since_; }

@@ -7,6 +7,7 @@
 
 #include "pf_resampling/configuration.hpp"
 #include "pf_resampling/pipeline_sinks.hpp"
+#include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 
@@ -24,6 +25,20 @@ void for_each_configuration(const ros::NodeHandle& private_node,
 /// (`process_next`, which says whether there was one), and so on; so what is out of date can be
 /// told and dropped, however long an update takes.
 void spin(const std::function<bool()>& process_next);
+
+/// Answers a service: `work` returns what it did, or throws Error.
+template <typename Work, typename Response>
+void answer(const Work& work, Response* response) {
+  try {
+    response->message = work();
+    response->success = true;
+    ROS_INFO("%s", response->message.c_str());
+  } catch (const Error& error) {
+    response->message = error.what();
+    response->success = false;
+    ROS_ERROR("%s", error.what());
+  }
+}
 
 /// The topics that the nodes of both filters give out.
 class FilterPublishers {

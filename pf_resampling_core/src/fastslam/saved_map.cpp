@@ -9,6 +9,7 @@
 #include "map_checks.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
+#include "pf_resampling_core/population/weights.hpp"
 #include "pf_resampling_core/resampling/resampling.hpp"
 
 namespace pf_resampling {
@@ -225,6 +226,28 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   particles_.log_weight.setConstant(-std::log(static_cast<double>(count)));
   particles_.weight.setConstant(1.0 / static_cast<double>(count));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+}
+
+void FastSlam::set_particles(const GivenParticles& particles) {
+  check_given_particles(particles);
+  ++step_;  // for a draw of its own
+  const int count = static_cast<int>(particles.poses.size());
+  Resampler resampler;
+  select(resampler.resample(particles_.weight, count, stream(RandomPurpose::selection)));
+  paths_.clear();
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
+    particles_.x[i] = pose.x;
+    particles_.y[i] = pose.y;
+    particles_.heading[i] = wrap_angle(pose.heading);
+  }
+  particles_.log_weight = log_weights_of(particles);
+  particles_.weight.resize(count);
+  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, count - 1);
+  status_.particles = count;
+  status_.effective_sample_size = summary.effective_sample_size;
+  status_.entropy_sample_size = summary.entropy_sample_size;
 }
 
 }  // namespace pf_resampling

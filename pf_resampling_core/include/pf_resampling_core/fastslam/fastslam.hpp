@@ -15,6 +15,7 @@
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/population_control.hpp"
 
@@ -113,6 +114,13 @@ class FastSlam {
   /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
   /// and keep their maps. Throws Error, changing nothing, for what is no Gaussian.
   void set_poses(const PoseEstimate& poses);
+
+  /// Puts other particles in place of the present ones, poses and weights as given, in the frame of
+  /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
+  /// their weights: what is known of the map stays, what tied it to the present poses is given up.
+  /// Another number of them than the filter is to have is redrawn at the next update. Throws Error,
+  /// changing nothing, for what is no population.
+  void set_particles(const GivenParticles& particles);
 
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
   /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
