@@ -303,42 +303,7 @@ TEST(FastSlamPipeline, ResetStartsAnew) {
   EXPECT_TRUE(same_bytes(run.out.poses, fresh.out.poses));
 }
 
-// ---- strategies -------------------------------------------------------------------------------
-
-TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
-  FastSlamPipelineOptions options = Drive::options();
-  options.filter.population.schedule = Schedule::every_n;
-  options.filter.population.every_n = 5;
-  options.filter.population.renewal = Renewal::resampling;
-  options.filter.population.resampling.scheme = ResamplingScheme::stratified;
-  FastSlamRig resampling(options);
-  resampling.feed(Drive::messages(40.0));
-  EXPECT_EQ(resampling.out.statuses.back().strategy, "every_n 5, resampling stratified, none");
-  EXPECT_LT(resampling.error(), kLost);
-  EXPECT_LT(resampling.map_error(), kLost);
-
-  options.filter.population.renewal = Renewal::compensation;
-  options.filter.population.compensation.pairing = Pairing::roulette;
-  options.filter.population.compensation.ratio = 0.5;
-  FastSlamRig compensation(options);
-  compensation.feed(Drive::messages(40.0));
-  EXPECT_EQ(compensation.out.statuses.back().strategy,
-            "every_n 5, compensation roulette 50 %, none");
-  EXPECT_LT(compensation.error(), kLost);
-  EXPECT_LT(compensation.map_error(), kLost);
-
-  for (const FastSlamRig* run : {&resampling, &compensation}) {
-    const auto& statuses = run->out.statuses;
-    EXPECT_EQ(statuses.back().updates, statuses.size());
-    EXPECT_EQ(statuses.back().renewals, statuses.size() / 5);
-    for (std::size_t i = 0; i < statuses.size(); ++i) {
-      EXPECT_EQ(static_cast<bool>(statuses[i].renewed), i % 5 == 4) << i;
-    }
-  }
-  // Compensation blends; nobody's line ends.
-  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors, 60u);
-  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
-}
+// ---- maps -------------------------------------------------------------------------------------
 
 TEST(FastSlamPipeline, ByDefaultASavedMapHoldsAllParticles) {
   // Else going on from it is not what it would have been.

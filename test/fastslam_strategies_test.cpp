@@ -1,0 +1,140 @@
+// Strategies of FastSlamPipeline, and switching between them while it runs.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "common/files.hpp"
+#include "fastslam_rig.hpp"
+#include "temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using Drive = FastSlamDrive;
+
+// As in fastslam_pipeline_test.cpp: odometry and scans are exact, so this is lost.
+constexpr double kLost = 0.5;  // m
+
+TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.population.schedule = Schedule::every_n;
+  options.filter.population.every_n = 5;
+  options.filter.population.renewal = Renewal::resampling;
+  options.filter.population.resampling.scheme = ResamplingScheme::stratified;
+  FastSlamRig resampling(options);
+  resampling.feed(Drive::messages(40.0));
+  EXPECT_EQ(resampling.out.statuses.back().strategy, "every_n 5, resampling stratified, none");
+  EXPECT_LT(resampling.error(), kLost);
+  EXPECT_LT(resampling.map_error(), kLost);
+
+  options.filter.population.renewal = Renewal::compensation;
+  options.filter.population.compensation.pairing = Pairing::roulette;
+  options.filter.population.compensation.ratio = 0.5;
+  FastSlamRig compensation(options);
+  compensation.feed(Drive::messages(40.0));
+  EXPECT_EQ(compensation.out.statuses.back().strategy,
+            "every_n 5, compensation roulette 50 %, none");
+  EXPECT_LT(compensation.error(), kLost);
+  EXPECT_LT(compensation.map_error(), kLost);
+
+  for (const FastSlamRig* run : {&resampling, &compensation}) {
+    const auto& statuses = run->out.statuses;
+    EXPECT_EQ(statuses.back().updates, statuses.size());
+    EXPECT_EQ(statuses.back().renewals, statuses.size() / 5);
+    for (std::size_t i = 0; i < statuses.size(); ++i) {
+      EXPECT_EQ(static_cast<bool>(statuses[i].renewed), i % 5 == 4) << i;
+    }
+  }
+  // Compensation blends; nobody's line ends.
+  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors, 60u);
+  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
+}
+
+using Values = std::map<std::string, std::string>;
+
+/// Settings that give every choice of every strategy its turn, each followed by the default.
+std::vector<Values> all_strategies() {
+  FastSlamPipelineOptions defaults = Drive::options();
+  std::vector<Values> strategies;
+  for (const Parameter& parameter : live_parameters_of(&defaults)) {
+    const auto is_in = [&](const char* group) { return parameter.name.rfind(group, 0) == 0; };
+    if (parameter.choices.empty() || !(is_in("population/") || is_in("excitation/"))) continue;
+    for (const std::string& choice : parameter.choices) {
+      Values values = {{parameter.name, choice}};
+      // What belongs to another strategy comes with that.
+      if (is_in("population/compensation/")) values["population/renewal"] = "compensation";
+      if (is_in("population/resampling/inner_scheme")) {
+        values["population/resampling/scheme"] = "rank_based";
+      }
+      if (is_in("population/resampling/weights_after")) {
+        values["population/resampling/scheme"] = "partial";
+      }
+      strategies.push_back(values);
+      Values back;
+      for (const Parameter& other : live_parameters_of(&defaults)) {
+        if (values.count(other.name) > 0) back[other.name] = other.get();
+      }
+      strategies.push_back(back);
+    }
+  }
+  return strategies;
+}
+
+// All particles with their weights and landmarks are in the file of a map, to the last bit: a
+// filter that loads it goes on as if nothing had happened.
+TEST(FastSlamPipeline, ASwitchOfStrategyLeavesEveryParticleAndLandmarkAsItIs) {
+  const TemporaryDirectory directory;
+  const auto strategies = all_strategies();
+  ASSERT_GE(strategies.size(), 50u);
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.population.threshold = 1.0;  // renews with every scan
+  FastSlamRig run(options);
+  const auto contents = [&] {
+    run.pipeline.save_map(directory.file("map"));
+    return read_file(directory.file("map"));
+  };
+  double seconds = 10.0;
+  run.feed(Drive::messages(seconds));
+  std::string last;
+  for (const Values& strategy : strategies) {
+    SCOPED_TRACE(strategy.begin()->first + " = " + strategy.begin()->second);
+    const std::string before = contents();
+    EXPECT_FALSE(before == last) << "nothing happened";
+    const FastSlamParticles particles = run.pipeline.filter().particles();
+    run.pipeline.set_parameters(strategy);
+    EXPECT_TRUE(same_particles(particles, run.pipeline.filter().particles()));
+    last = contents();
+    EXPECT_TRUE(before == last);
+
+    run.feed(Drive::messages(seconds + 0.1, seconds + 1.0));
+    seconds += 1.0;
+    EXPECT_LT(run.error(), kLost);
+  }
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+  EXPECT_LT(run.map_error(), kLost);
+  EXPECT_EQ(run.out.statuses.back().weight_resets, 0u);
+  EXPECT_EQ(run.pipeline.rejects().total(), 0u);
+}
+
+TEST(FastSlamPipeline, ASwitchAndBackIsAsIfNothingHadHappened) {
+  const auto drive = Drive::messages(20.0);
+  FastSlamRig good;
+  good.feed(drive);
+  FastSlamRig run;
+  const auto strategies = all_strategies();
+  std::size_t next = 0;
+  for (const FastSlamMessage& message : drive) {
+    handle(message, &run.pipeline);
+    for (int i = 0; i < 2; ++i) {
+      run.pipeline.set_parameters(strategies[next++ % strategies.size()]);
+    }
+  }
+  EXPECT_GT(next, 2 * strategies.size());
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+  EXPECT_TRUE(same_bytes(run.out.maps, good.out.maps));
+  EXPECT_TRUE(same_bytes(run.out.clouds, good.out.clouds));
+}
+
+}  // namespace
+}  // namespace pf_resampling
