@@ -1,0 +1,144 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/bag.hpp"
+#include "common/bag_contents.hpp"
+#include "common/files.hpp"
+#include "run_program.hpp"
+
+/// What the tests of `run_bag fastslam` share: the reference world, and what comes out of a run.
+namespace pf_resampling {
+constexpr double kForever = std::numeric_limits<double>::infinity();
+
+/// The messages of a bag between two times, without the topics `left_out`. At both cuts odometry is
+/// included, so that no motion is lost, a scan only at the end. What is latched comes along.
+inline void cut(const std::string& in, const std::string& out, double from, double until,
+                const std::set<std::string>& left_out = {}) {
+  const rosbag::Bag bag = open_bag(in);
+  rosbag::View view(bag);
+  BagWriter writer(out);
+  for (const rosbag::MessageInstance& message : view) {
+    const double time = message.getTime().toSec();
+    const std::string& topic = message.getTopic();
+    if (left_out.count(topic) > 0) continue;
+    const bool is_latched = topic == "/tf_static" || topic == "/ground_truth_landmarks";
+    const bool is_within =
+        time <= until + 1e-6 &&
+        (topic == "/landmarks" && from > view.getBeginTime().toSec() ? time > from + 1e-6
+                                                                     : time >= from - 1e-6);
+    if (is_latched || is_within) writer.copy(message);
+  }
+  writer.finish();
+}
+
+inline std::map<std::string, std::uint64_t> counts_of(const std::string& path) {
+  std::map<std::string, std::uint64_t> counts;
+  for (const BagTopic& topic : topics_of(open_bag(path))) counts[topic.name] = topic.messages;
+  return counts;
+}
+
+inline double distance(const TruePose& truth, const EstimatedPose& pose) {
+  return std::hypot(truth.x - pose.pose.x, truth.y - pose.pose.y);
+}
+
+/// Of the poses of a run's output, from a time on, against the truth at the same times: m.
+struct PoseErrors {
+  double mean = 0.0;
+  double worst = 0.0;
+  double last = 0.0;
+};
+inline PoseErrors pose_errors(const std::string& path, double from = 0.0) {
+  const rosbag::Bag bag = open_bag(path);
+  const std::vector<TruePose> truth = read_truth(bag, "/ground_truth");
+  const std::vector<EstimatedPose> poses = read_poses(bag, "/pose");
+  EXPECT_EQ(truth.size(), poses.size());
+  PoseErrors errors;
+  int count = 0;
+  for (std::size_t i = 0; i < std::min(truth.size(), poses.size()); ++i) {
+    EXPECT_NEAR(truth[i].time, poses[i].time, 1e-6);
+    if (poses[i].time < from) continue;
+    errors.last = distance(truth[i], poses[i]);
+    errors.worst = std::max(errors.worst, errors.last);
+    errors.mean += errors.last;
+    ++count;
+  }
+  errors.mean /= count;
+  return errors;
+}
+
+/// RMS of the last map against the landmarks of the same ids, m: the filter begins where the truth
+/// does, so both have the same frame.
+inline double map_rms(const std::string& path) {
+  const rosbag::Bag bag = open_bag(path);
+  const auto map = read_landmark_map(bag, "/landmark_map").value();
+  const auto truth = read_landmark_map(bag, "/ground_truth_landmarks").value();
+  EXPECT_FALSE(map.empty());
+  double sum = 0.0;
+  for (const PointLandmark& landmark : map) {
+    const auto same = std::find_if(truth.begin(), truth.end(), [&](const PointLandmark& other) {
+      return other.id == landmark.id;
+    });
+    EXPECT_NE(same, truth.end()) << "landmark " << landmark.id;
+    if (same != truth.end()) sum += (landmark.position - same->position).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(map.size()));
+}
+
+inline ProgramResult run(const std::string& arguments) {
+  return run_program("run_bag fastslam " + arguments);
+}
+
+inline void expect_success(const std::string& arguments) {
+  const ProgramResult result = run(arguments);
+  ASSERT_EQ(result.exit_code, 0) << arguments << "\n" << result.error;
+  EXPECT_EQ(result.error, "") << arguments;
+}
+
+inline void simulate(const std::string& path, const std::string& more) {
+  ASSERT_EQ(run_program("simulate_bag indoor_two_loops " + path + " " + more).exit_code, 0);
+}
+
+inline const std::vector<std::string> kMethods = {"known", "maximum_likelihood",
+                                                  "mutual_exclusion"};
+
+inline std::string with_method(const std::string& method) {
+  return " --set association/method=" + method;
+}
+
+class RunBagFastSlam : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = std::make_unique<TemporaryDirectory>();
+    world_ = shared_->file("world.bag");
+    simulate(world_, "--seed 1");
+  }
+  static void TearDownTestSuite() { shared_.reset(); }
+
+  void expect_error(const std::string& arguments, const std::vector<std::string>& words) const {
+    const ProgramResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_TRUE(result.is_one_line_error("run_bag")) << result.out << result.error;
+    for (const std::string& word : words) {
+      EXPECT_NE(result.error.find(word), std::string::npos) << word << " in " << result.error;
+    }
+  }
+
+  inline static std::unique_ptr<TemporaryDirectory> shared_;
+  inline static std::string world_;
+  TemporaryDirectory directory_;
+  std::string out_ = directory_.file("out.bag");
+  std::string map_ = directory_.file("a.map");
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,161 @@
+// Maps that run_bag fastslam saves and goes on from, with the help of run_program.hpp.
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/fastslam/saved_map.hpp"
+#include "run_bag_fastslam.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Odometry comes at 40 Hz from 1 s on, scans at every fifth of a second; both have the stamp 20 s.
+constexpr double kAtAScan = 20.0;
+constexpr double kBetweenScans = 20.1;
+
+TEST_F(RunBagFastSlam, TheOutputHoldsPosesAndTheMapThatIsSaved) {
+  expect_success(world_ + " " + out_ + " --save-map " + map_);
+  auto counts = counts_of(out_);
+  for (const auto& [topic, count] : counts_of(world_)) {
+    if (topic == "/tf") continue;
+    EXPECT_EQ(counts[topic], count) << topic;
+  }
+  EXPECT_EQ(counts["/pose"], counts["/odom"]);
+  EXPECT_EQ(counts["/tf"], 2 * counts["/odom"]);
+  EXPECT_EQ(counts["/status"], counts["/landmarks"]);
+  const auto published = read_landmark_map(open_bag(out_), "/landmark_map").value();
+  const SavedMap saved = read_map_file(map_);
+  EXPECT_EQ(saved.frame, "map");
+  EXPECT_EQ(saved.particles.size(), 1000u);
+  ASSERT_EQ(published.size(), 30u);
+  ASSERT_EQ(saved.landmarks.size(), 30u);
+  for (std::size_t i = 0; i < published.size(); ++i) {
+    EXPECT_EQ(published[i].id, saved.landmarks[i].estimate.id);
+    EXPECT_EQ(published[i].position, saved.landmarks[i].estimate.mean);
+  }
+  // In the last two seconds dead reckoning is off by 1.0 to 1.6 m; both loops are closed then.
+  EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);
+  // What is left after alignment is of the size of one sighting's noise at 5 m: 0.13 m.
+  const auto truth = read_landmark_map(open_bag(out_), "/ground_truth_landmarks").value();
+  EXPECT_LT(evaluate_map(published, truth).rms_aligned.value(), 0.4);
+}
+
+// Interrupted at a scan, everything is in the file: what comes then is the same to the bit.
+TEST_F(RunBagFastSlam, GoingOnFromASavedMapIsAsIfNothingHadHappened) {
+  const std::string before = directory_.file("before.bag");
+  const std::string after = directory_.file("after.bag");
+  cut(world_, before, 0.0, kAtAScan);
+  cut(world_, after, kAtAScan, kForever);
+  const std::string whole_out = directory_.file("whole_out.bag");
+  const std::string whole_map = directory_.file("whole.map");
+  const std::string end_map = directory_.file("end.map");
+  for (const std::string& method : kMethods) {
+    SCOPED_TRACE(method);
+    const std::string options = " --no-clouds --seed 3" + with_method(method);
+    expect_success(world_ + " " + whole_out + " --save-map " + whole_map + options);
+    expect_success(before + " " + out_ + " --save-map " + map_ + options);
+    expect_success(after + " " + out_ + " --load-map " + map_ + " --save-map " + end_map + options);
+    EXPECT_TRUE(read_file(end_map) == read_file(whole_map));
+    EXPECT_FALSE(read_file(end_map) == read_file(map_));
+
+    const auto poses = read_poses(open_bag(out_), "/pose");
+    const auto whole = read_poses(open_bag(whole_out), "/pose");
+    ASSERT_GT(poses.size(), 600u);
+    ASSERT_GT(whole.size(), poses.size());
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const EstimatedPose& expected = whole[whole.size() - poses.size() + i];
+      ASSERT_EQ(poses[i].time, expected.time);
+      ASSERT_EQ(poses[i].pose.x, expected.pose.x) << poses[i].time;
+      ASSERT_EQ(poses[i].pose.y, expected.pose.y) << poses[i].time;
+      ASSERT_EQ(poses[i].pose.heading, expected.pose.heading) << poses[i].time;
+    }
+  }
+}
+
+struct Moments {
+  explicit Moments(const std::vector<double>& values) {
+    const double count = static_cast<double>(values.size());
+    for (const double value : values) mean += value / count;
+    for (const double value : values) variance += std::pow(value - mean, 2) / (count - 1.0);
+  }
+  double mean = 0.0;
+  double variance = 0.0;
+};
+
+// Interrupted anywhere else, each particle draws how it got from its last scan to where the map
+// was saved: errors are as large as uninterrupted, but not the same. Twelve seeds each; with 22
+// degrees of freedom a difference of 6.7 standard errors is one of 1e-6.
+TEST_F(RunBagFastSlam, ErrorsAfterGoingOnAreThoseOfUninterruptedRuns) {
+  const std::string before = directory_.file("before.bag");
+  const std::string after = directory_.file("after.bag");
+  cut(world_, before, 0.0, kBetweenScans);
+  cut(world_, after, kBetweenScans, kForever);
+  std::vector<double> map_errors[2], position_errors[2];
+  for (int i = 0; i < 12; ++i) {
+    const auto options = [&](int seed) { return " --no-clouds --seed " + std::to_string(seed); };
+    expect_success(world_ + " " + out_ + options(1 + i));
+    map_errors[0].push_back(map_rms(out_));
+    position_errors[0].push_back(pose_errors(out_, kBetweenScans).mean);
+    expect_success(before + " " + out_ + " --save-map " + map_ + options(101 + i));
+    expect_success(after + " " + out_ + " --load-map " + map_ + options(201 + i));
+    EXPECT_EQ(read_landmark_map(open_bag(out_), "/landmark_map")->size(), 30u);
+    map_errors[1].push_back(map_rms(out_));
+    position_errors[1].push_back(pose_errors(out_, kBetweenScans).mean);
+  }
+  for (const auto* errors : {&map_errors, &position_errors}) {
+    const Moments uninterrupted((*errors)[0]);
+    const Moments interrupted((*errors)[1]);
+    std::printf("uninterrupted %.3f m (sigma %.3f m), interrupted %.3f m (sigma %.3f m)\n",
+                uninterrupted.mean, std::sqrt(uninterrupted.variance), interrupted.mean,
+                std::sqrt(interrupted.variance));
+    EXPECT_LT(std::abs(interrupted.mean - uninterrupted.mean),
+              6.7 * std::sqrt((uninterrupted.variance + interrupted.variance) / 12.0));
+  }
+}
+
+TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
+  expect_success(world_ + " " + out_ + " --no-clouds --save-map " + map_);
+  // Another day: other noise, and the robot starts where it did the first time.
+  const std::string other = directory_.file("other.bag");
+  simulate(other, "--seed 2");
+  const std::string in = directory_.file("in.bag");
+  {
+    const rosbag::Bag bag = open_bag(other);
+    rosbag::View view(bag);
+    geometry_msgs::PoseWithCovarianceStamped start;
+    start.header.stamp = ros::Time(1.0);
+    start.header.frame_id = "map";
+    start.pose.pose.orientation.w = 1.0;
+    start.pose.covariance[0] = start.pose.covariance[7] = 0.01;
+    start.pose.covariance[35] = 1e-4;
+    BagWriter writer(in);
+    bool is_written = false;
+    for (const rosbag::MessageInstance& message : view) {
+      if (!is_written && message.getTime() >= start.header.stamp) {
+        writer.write("/initialpose", start.header.stamp, start);
+        is_written = true;
+      }
+      writer.copy(message);
+    }
+    writer.finish();
+  }
+  const std::string map_after = directory_.file("after.map");
+  const std::string frozen = " --no-clouds --load-map " + map_ + " --save-map " + map_after +
+                             " --seed 5 --set map/frozen=true";
+  expect_success(in + " " + out_ + frozen);
+  const SavedMap before = read_map_file(map_);
+  const SavedMap after = read_map_file(map_after);
+  ASSERT_EQ(after.landmarks.size(), before.landmarks.size());
+  for (std::size_t i = 0; i < after.landmarks.size(); ++i) {
+    EXPECT_EQ(after.landmarks[i].estimate.id, before.landmarks[i].estimate.id);
+    EXPECT_EQ(after.landmarks[i].estimate.mean, before.landmarks[i].estimate.mean);
+    EXPECT_EQ(after.landmarks[i].estimate.covariance, before.landmarks[i].estimate.covariance);
+  }
+  // Localized to what the map is worth, all the time.
+  const PoseErrors errors = pose_errors(out_);
+  std::printf("in the frozen map: error mean %.3f m, maximum %.3f m\n", errors.mean, errors.worst);
+  EXPECT_LT(errors.mean, 0.4);
+  EXPECT_LT(errors.worst, 1.0);
+}
+
+}  // namespace
+}  // namespace pf_resampling
