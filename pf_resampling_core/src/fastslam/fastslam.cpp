@@ -31,6 +31,24 @@ void check(const RangeBearingObservation& observation, DataAssociation method) {
   }
 }
 
+bool is_finite(const Pose2& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
+}
+
+// One number that is none, and all particles would be nowhere for ever.
+void check(const OdometryIncrement& odometry, const Pose2& sensor) {
+  if (!is_finite(odometry.mean) || !odometry.covariance.allFinite()) {
+    throw Error("odometry (" + std::to_string(odometry.mean.x) + " m, " +
+                std::to_string(odometry.mean.y) + " m, " + std::to_string(odometry.mean.heading) +
+                " rad) cannot be used: it and its covariance have to be finite");
+  }
+  if (!is_finite(sensor)) {
+    throw Error("the sensor's place on the robot, (" + std::to_string(sensor.x) + " m, " +
+                std::to_string(sensor.y) + " m, " + std::to_string(sensor.heading) +
+                " rad), cannot be used: it has to be finite");
+  }
+}
+
 }  // namespace
 
 kernels::Observation kernels::make_observation(const LandmarkSensorOptions& model,
@@ -108,6 +126,7 @@ DataAssociation FastSlam::method_for(
 void FastSlam::update(const OdometryIncrement& odometry,
                       const std::vector<RangeBearingObservation>& observations,
                       const Pose2& sensor) {
+  check(odometry, sensor);
   const DataAssociation method = method_for(observations);
   for (const RangeBearingObservation& observation : observations) check(observation, method);
   association_ = method;

@@ -306,6 +306,26 @@ TEST(FastSlam, RefusesObservationsItCannotUseAndChangesNothing) {
   EXPECT_TRUE((filter.particles().log_weight == before.log_weight).all());
 }
 
+TEST(FastSlam, RefusesOdometryThatIsNotFiniteAndChangesNothing) {
+  const RangeBearingObservation good = exact_observation({}, {}, {3.0, 1.0}, 0);
+  FastSlam filter(quiet_options(10), 1);
+  filter.update({}, {good});
+  const FastSlamParticles before = filter.particles();
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    std::vector<OdometryIncrement> motions(4, some_motion());
+    motions[0].mean.x = motions[1].mean.y = motions[2].mean.heading = bad;
+    motions[3].covariance(2, 1) = bad;
+    for (const OdometryIncrement& motion : motions) {
+      EXPECT_THROW(filter.update(motion, {good}), Error);
+      EXPECT_THROW(filter.update(motion, {}), Error);
+    }
+    EXPECT_THROW(filter.update(some_motion(), {good}, {bad, 0.0, 0.0}), Error);
+    EXPECT_THROW(filter.update(some_motion(), {good}, {0.0, 0.0, bad}), Error);
+  }
+  EXPECT_TRUE((filter.particles().x == before.x).all());
+  EXPECT_TRUE((filter.particles().log_weight == before.log_weight).all());
+}
+
 TEST(FastSlam, AutomaticAssociationGoesByTheFirstObservations) {
   const auto named = exact_observation({}, {}, {3.0, 1.0}, 7);
   const auto far_away = exact_observation({}, {}, {-4.0, 9.0}, 8);

@@ -83,7 +83,7 @@ class FastSlam {
   /// One step of the filter: draws the poses from odometry and observations, updates the landmarks,
   /// weighs, renews. All observations are of one scan, taken at the end of the odometry by a sensor
   /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
-  /// changing nothing, on observations that cannot be used.
+  /// changing nothing, on odometry or observations that cannot be used.
   void update(const OdometryIncrement& odometry,
               const std::vector<RangeBearingObservation>& observations, const Pose2& sensor = {});
 
