@@ -1,4 +1,5 @@
 // Range-beacon localization as a node: subscribes, hands on to the pipeline, publishes.
+#include <pf_resampling/Checkpoint.h>
 #include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
@@ -17,17 +18,20 @@ class BeaconMclNode {
   BeaconMclNode(ros::NodeHandle* node, const BeaconMclPipelineOptions& options)
       : publishers_(node),
         pipeline_(options, sinks()),
+        checkpoints_(options.checkpoint, sinks().log),
         parameters_(
             ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
             [this](const auto& values) { pipeline_.set_parameters(values); }),
         silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
+    checkpoints_.start(
+        [this](const std::string& path) { pipeline_.resume(read_beacon_mcl_checkpoint(path)); });
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_ = {
         node->subscribe("odom", kNodeInputQueue, &BeaconMclNode::take<nav_msgs::Odometry>, this,
                         hints),
         node->subscribe("ranges", kNodeInputQueue, &BeaconMclNode::take<BeaconRange>, this, hints),
-        node->subscribe("sensor_ranges", kNodeInputQueue,
-                        &BeaconMclNode::take<sensor_msgs::Range>, this, hints),
+        node->subscribe("sensor_ranges", kNodeInputQueue, &BeaconMclNode::take<sensor_msgs::Range>,
+                        this, hints),
         node->subscribe("beacons", 10, &BeaconMclNode::take<BeaconArray>, this),
         node->subscribe("initialpose", 10,
                         &BeaconMclNode::take<geometry_msgs::PoseWithCovarianceStamped>, this),
@@ -38,15 +42,30 @@ class BeaconMclNode {
         node->advertiseService("global_localization", &BeaconMclNode::global_localization, this),
         node->advertiseService("reset", &BeaconMclNode::reset, this),
         node->advertiseService("set_particles", &BeaconMclNode::set_particles, this),
+        node->advertiseService("checkpoint", &BeaconMclNode::checkpoint, this),
     };
   }
 
-  bool process_next() { return pipeline_.process_next(); }
+  /// Also writes a checkpoint when one is due: a copy of the population, which a thread writes.
+  bool process_next() {
+    if (checkpoints_.is_due()) {
+      if (auto checkpoint = pipeline_.checkpoint()) {
+        checkpoints_.write([state = std::move(*checkpoint)](const std::string& path) {
+          write_checkpoint(path, state);
+        });
+      }
+    }
+    return pipeline_.process_next();
+  }
 
  private:
   BeaconMclSinks sinks() {
     BeaconMclSinks sinks;
     publishers_.connect(&sinks);
+    sinks.more_diagnostics = [this](diagnostic_msgs::DiagnosticArray* array) {
+      if (!checkpoints_.is_used()) return;
+      array->status.push_back(checkpoints_.diagnostic("beacon_mcl: checkpoint"));
+    };
     return sinks;
   }
 
@@ -66,6 +85,16 @@ class BeaconMclNode {
     return true;
   }
 
+  bool checkpoint(Checkpoint::Request& request, Checkpoint::Response& response) {
+    const auto write = [this](const std::string& path) {
+      const auto state = pipeline_.checkpoint();
+      if (!state) throw Error("checkpoint: there is nothing to save yet; wait for the first pose");
+      write_checkpoint(path, *state);
+    };
+    answer([&] { return checkpoints_.write_now(request.file, write); }, &response);
+    return true;
+  }
+
   bool set_particles(SetParticles::Request& request, SetParticles::Response& response) {
     answer([&] { return pipeline_.set_particles(request.particles, request.weights); }, &response);
     return true;
@@ -73,6 +102,7 @@ class BeaconMclNode {
 
   FilterPublishers publishers_;
   BeaconMclPipeline pipeline_;
+  CheckpointKeeper checkpoints_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;

@@ -48,11 +48,16 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options, Be
   if (!options_.beacons.empty()) start_filter(options_.beacons);
 }
 
-void BeaconMclPipeline::start_filter(const std::vector<Beacon>& beacons) {
+std::unique_ptr<BeaconMcl> BeaconMclPipeline::make_filter(
+    const std::vector<Beacon>& beacons) const {
   const std::vector<std::pair<int, RangeCalibration>> calibration(options_.calibration.begin(),
                                                                   options_.calibration.end());
-  filter_ = std::make_unique<BeaconMcl>(options_.filter, beacons,
-                                        static_cast<std::uint64_t>(options_.seed), calibration);
+  return std::make_unique<BeaconMcl>(options_.filter, beacons,
+                                     static_cast<std::uint64_t>(options_.seed), calibration);
+}
+
+void BeaconMclPipeline::start_filter(const std::vector<Beacon>& beacons) {
+  filter_ = make_filter(beacons);
   latest_ranges_.clear();
   beacon_health_.clear();
   publisher_.clear_path();

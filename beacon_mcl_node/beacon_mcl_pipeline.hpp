@@ -24,6 +24,7 @@
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
 #include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 
 namespace pf_resampling {
@@ -60,6 +61,12 @@ class BeaconMclPipeline {
   /// with nothing changed.
   std::string set_particles(const geometry_msgs::PoseArray& poses,
                             const std::vector<double>& weights);
+
+  /// All that is needed to go on as if nothing had happened, but for observations that wait;
+  /// nothing while there is nothing to save. resume() goes on from there; it throws Error, with
+  /// nothing changed, for a checkpoint that makes no sense or does not fit the options.
+  std::optional<BeaconMclCheckpoint> checkpoint() const;
+  void resume(const BeaconMclCheckpoint& checkpoint);
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next
@@ -101,6 +108,7 @@ class BeaconMclPipeline {
     ros::Time last;
   };
 
+  std::unique_ptr<BeaconMcl> make_filter(const std::vector<Beacon>& beacons) const;
   void start_filter(const std::vector<Beacon>& beacons);
   void start_about(const PoseEstimate& start, ros::Time stamp);
   void process_ready();

@@ -180,6 +180,7 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
   array.status.push_back(beacons_diagnostic(stamp));
   array.status.push_back(timing_diagnostic("beacon_mcl: timing", timing_, latency_, rejects_,
                                            "ranges", &reported_drops_));
+  if (sinks_.more_diagnostics) sinks_.more_diagnostics(&array);
   sinks_.diagnostics(array);
 }
 

@@ -30,6 +30,7 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief."));
+  add_parameters(&options->checkpoint, &list);
   add_parameters(&options->output, &list);
   list.push_back(real_parameter("output/ring_lifetime", &options->ring_lifetime, 0.0, 1e6, "s",
                                 "How long a range ring is shown."));

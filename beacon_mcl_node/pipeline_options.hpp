@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pf_resampling/belief_publisher.hpp"
+#include "pf_resampling/checkpoint_keeper.hpp"
 #include "pf_resampling/configuration.hpp"
 #include "pf_resampling/frame_names.hpp"
 #include "pf_resampling/odometry_buffer.hpp"
@@ -22,6 +23,7 @@ struct BeaconMclPipelineOptions {
   OdometryBufferOptions odometry_input;
   int seed = 1;  ///< of all random numbers
 
+  CheckpointOptions checkpoint;
   FrameNames frames;
   OutputOptions output;
   double ring_lifetime = 1.5;  ///< s a range ring is shown

@@ -1,4 +1,5 @@
 // FastSLAM as a node: subscribes, hands on to the pipeline, publishes.
+#include <pf_resampling/Checkpoint.h>
 #include <pf_resampling/LoadMap.h>
 #include <pf_resampling/SaveMap.h>
 #include <pf_resampling/SetParticles.h>
@@ -20,10 +21,13 @@ class FastSlamNode {
       : publishers_(node),
         landmark_map_(node->advertise<LandmarkMap>("landmark_map", 1, true)),
         pipeline_(options, sinks()),
+        checkpoints_(options.checkpoint, sinks().log),
         parameters_(
             ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
             [this](const auto& values) { pipeline_.set_parameters(values); }),
         silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
+    checkpoints_.start(
+        [this](const std::string& path) { pipeline_.resume(read_fastslam_checkpoint(path)); });
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_ = {
         node->subscribe("odom", kNodeInputQueue, &FastSlamNode::take<nav_msgs::Odometry>, this,
@@ -40,15 +44,30 @@ class FastSlamNode {
         node->advertiseService("save_map", &FastSlamNode::save_map, this),
         node->advertiseService("load_map", &FastSlamNode::load_map, this),
         node->advertiseService("set_particles", &FastSlamNode::set_particles, this),
+        node->advertiseService("checkpoint", &FastSlamNode::checkpoint, this),
     };
   }
 
-  bool process_next() { return pipeline_.process_next(); }
+  /// Also writes a checkpoint when one is due: a copy of the population, which a thread writes.
+  bool process_next() {
+    if (checkpoints_.is_due()) {
+      if (auto checkpoint = pipeline_.checkpoint()) {
+        checkpoints_.write([state = std::move(*checkpoint)](const std::string& path) {
+          write_checkpoint(path, state);
+        });
+      }
+    }
+    return pipeline_.process_next();
+  }
 
  private:
   FastSlamSinks sinks() {
     FastSlamSinks sinks;
     publishers_.connect(&sinks);
+    sinks.more_diagnostics = [this](diagnostic_msgs::DiagnosticArray* array) {
+      if (!checkpoints_.is_used()) return;
+      array->status.push_back(checkpoints_.diagnostic("fastslam: checkpoint"));
+    };
     sinks.landmark_map = [this](const auto& message) { landmark_map_.publish(message); };
     return sinks;
   }
@@ -75,6 +94,16 @@ class FastSlamNode {
     return true;
   }
 
+  bool checkpoint(Checkpoint::Request& request, Checkpoint::Response& response) {
+    const auto write = [this](const std::string& path) {
+      const auto state = pipeline_.checkpoint();
+      if (!state) throw Error("checkpoint: there is nothing to save yet; wait for the first pose");
+      write_checkpoint(path, *state);
+    };
+    answer([&] { return checkpoints_.write_now(request.file, write); }, &response);
+    return true;
+  }
+
   bool set_particles(SetParticles::Request& request, SetParticles::Response& response) {
     answer([&] { return pipeline_.set_particles(request.particles, request.weights); }, &response);
     return true;
@@ -83,6 +112,7 @@ class FastSlamNode {
   FilterPublishers publishers_;
   ros::Publisher landmark_map_;
   FastSlamPipeline pipeline_;
+  CheckpointKeeper checkpoints_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;

@@ -23,6 +23,7 @@
 #include "pf_resampling/pipeline_sinks.hpp"
 #include "pf_resampling/rejects.hpp"
 #include "pf_resampling/static_frames.hpp"
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/fastslam/fastslam.hpp"
 #include "pf_resampling_core/fastslam/saved_map.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
@@ -67,6 +68,12 @@ class FastSlamPipeline {
 
   /// Gives out map and path as they are at the newest odometry. For the end of a bag.
   void publish_results();
+
+  /// All that is needed to go on as if nothing had happened, but for observations that wait;
+  /// nothing while there is nothing to save. resume() goes on from there; it throws Error, with
+  /// nothing changed, for a checkpoint that makes no sense or does not fit the options.
+  std::optional<FastSlamCheckpoint> checkpoint();
+  void resume(const FastSlamCheckpoint& checkpoint);
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next

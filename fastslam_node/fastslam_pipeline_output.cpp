@@ -186,6 +186,7 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
                                            &reported_rejects_));
   array.status.push_back(timing_diagnostic("fastslam: timing", timing_, latency_, rejects_,
                                            "landmarks", &reported_drops_));
+  if (sinks_.more_diagnostics) sinks_.more_diagnostics(&array);
   sinks_.diagnostics(array);
 }
 

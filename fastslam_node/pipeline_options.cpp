@@ -32,6 +32,7 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
   list.push_back(integer_parameter("map_file/particles", &options->map_file_particles, 0, 1000000,
                                    "Particles whose own maps a saved map holds at most; with all "
                                    "of them, going on from it is as if nothing had happened."));
+  add_parameters(&options->checkpoint, &list);
   add_parameters(&options->output, &list);
   list.push_back(real_parameter("output/map_period", &options->map_period, 0.0, 1e6, "s",
                                 "Between landmark maps."));

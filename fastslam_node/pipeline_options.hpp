@@ -4,6 +4,7 @@
 #include <string>
 
 #include "pf_resampling/belief_publisher.hpp"
+#include "pf_resampling/checkpoint_keeper.hpp"
 #include "pf_resampling/configuration.hpp"
 #include "pf_resampling/frame_names.hpp"
 #include "pf_resampling/odometry_buffer.hpp"
@@ -18,6 +19,7 @@ struct FastSlamPipelineOptions {
   OdometryBufferOptions odometry_input;
   int seed = 1;  ///< of all random numbers
 
+  CheckpointOptions checkpoint;
   FrameNames frames;
   OutputOptions output;
   double map_period = 1.0;    ///< s between landmark maps

@@ -97,6 +97,19 @@ void DeadReckoning::restart_at(ros::Time stamp, const OdometryNoise& noise) {
   if (!buffer_.empty()) use_until(buffer_.covers(stamp) ? stamp : buffer_.newest(), noise);
 }
 
+void DeadReckoning::save(SavedProgress* progress) const {
+  progress->first_odometry = static_cast<std::int64_t>(first_.toNSec());
+  progress->used = static_cast<std::int64_t>(used_.toNSec());
+  buffer_.save(used_, progress);
+}
+
+void DeadReckoning::resume(const SavedProgress& progress, const OdometryNoise& noise) {
+  buffer_.resume(progress);
+  first_.fromNSec(static_cast<std::uint64_t>(progress.first_odometry));
+  used_.fromNSec(static_cast<std::uint64_t>(progress.used));
+  use_until(used_, noise);
+}
+
 std::optional<ros::Time> DeadReckoning::overdue() const {
   if (buffer_.empty() || (buffer_.newest() - used_).toSec() < 0.5 * length_) return std::nullopt;
   return buffer_.newest() - ros::Duration(0.25 * length_);

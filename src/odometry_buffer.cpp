@@ -170,6 +170,31 @@ void OdometryBuffer::clear() {
   suspects_.clear();
 }
 
+void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
+  progress->odometry_offset = offset_;
+  progress->odometry.clear();
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (i + 1 < samples_.size() && samples_[i + 1].stamp <= from) continue;
+    const Sample& sample = samples_[i];
+    progress->odometry.push_back({static_cast<std::int64_t>(sample.stamp.toNSec()), sample.received,
+                                  sample.pose, sample.covariance, sample.step_covariance});
+  }
+}
+
+void OdometryBuffer::resume(const SavedProgress& progress) {
+  clear();
+  offset_ = progress.odometry_offset;
+  for (const SavedOdometry& saved : progress.odometry) {
+    Sample sample;
+    sample.stamp.fromNSec(static_cast<std::uint64_t>(saved.stamp));
+    sample.received = saved.received;
+    sample.pose = saved.pose;
+    sample.covariance = saved.covariance;
+    sample.step_covariance = saved.step_covariance;
+    samples_.push_back(sample);
+  }
+}
+
 void OdometryBuffer::forget_before(ros::Time stamp) {
   while (samples_.size() > 2 && samples_[1].stamp <= stamp) samples_.pop_front();
 }

@@ -265,5 +265,55 @@ TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {
   }
 }
 
+// ---- checkpoints --------------------------------------------------------------------------------
+
+// All of a bag until `cut`, s after its start, and the rest; where sensors are goes into both.
+void split(const std::string& path, double cut, const std::string& first, const std::string& rest) {
+  const rosbag::Bag bag = open_bag(path);
+  rosbag::View view(bag);
+  BagWriter before(first);
+  BagWriter after(rest);
+  const ros::Time end = view.getBeginTime() + ros::Duration(cut);
+  for (const rosbag::MessageInstance& message : view) {
+    const bool is_static = message.getTopic() == "/tf_static";
+    if (is_static || message.getTime() <= end) before.copy(message);
+    if (is_static || message.getTime() > end) after.copy(message);
+  }
+  before.finish();
+  after.finish();
+}
+
+// The whole bag at once, and in two runs: what the filter knows at the end is the same, byte for
+// byte.
+TEST_F(RunBag, GoesOnFromACheckpointToTheSameBytes) {
+  ASSERT_EQ(run_program("simulate_bag indoor_two_loops " + directory_.file("slam.bag") +
+                        " --duration 30 --seed 4")
+                .exit_code,
+            0);
+  const struct {
+    std::string filter, bag;
+  } cases[] = {{"beacon_mcl", in_}, {"fastslam --set particles=40", directory_.file("slam.bag")}};
+  const auto file = [&](const char* name) { return directory_.file(name); };
+  for (const auto& [filter, bag] : cases) {
+    SCOPED_TRACE(filter);
+    split(bag, 12.0, file("first.bag"), file("rest.bag"));
+    const std::string options = " --seed 3 --pose-only ";
+    const auto run_one = [&](const std::string& in, const std::string& more) {
+      const ProgramResult result = run(filter + " " + in + " " + out_ + options + more);
+      EXPECT_EQ(result.exit_code, 0) << result.error;
+      EXPECT_NE(result.out.find("checkpoint written to "), std::string::npos) << result.out;
+    };
+    run_one(bag, "--save-checkpoint " + file("whole"));
+    run_one(file("first.bag"), "--save-checkpoint " + file("half"));
+    run_one(file("rest.bag"), "--resume " + file("half") + " --save-checkpoint " + file("both"));
+    EXPECT_GT(read_file(file("whole")).size(), 1000u);
+    EXPECT_TRUE(read_file(file("whole")) == read_file(file("both")));
+    EXPECT_FALSE(read_file(file("whole")) == read_file(file("half")));
+  }
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --resume " + file("half"),
+               {"is one of fastslam, not of beacon_mcl"});
+  expect_error("beacon_mcl " + in_ + " " + out_ + " --resume " + file("none"), {"cannot be read"});
+}
+
 }  // namespace
 }  // namespace pf_resampling

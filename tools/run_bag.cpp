@@ -33,12 +33,16 @@ CommandLine command_line() {
       "fastslam: go on from a saved map; with --set map/frozen=true localize in it")(
       "save-map", po::value<std::string>()->value_name("FILE"),
       "fastslam: save the map at the end")(
+      "resume", po::value<std::string>()->value_name("FILE"),
+      "go on from a checkpoint; with the configuration of the run that wrote it")(
+      "save-checkpoint", po::value<std::string>()->value_name("FILE"), "write one at the end")(
       "parameters", po::value<std::string>()->implicit_value("yaml")->value_name("FORMAT"),
       "print all parameters with the values that the other options give, and end: as a YAML file, "
       "or with =markdown as a table");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml --pose-only");
   line.example("run_bag fastslam mrclam.bag out.bag --save-map lab.map");
+  line.example("run_bag beacon_mcl monday.bag m.bag --save-checkpoint monday.checkpoint");
   line.example("run_bag fastslam --parameters > my.yaml");
   return line;
 }

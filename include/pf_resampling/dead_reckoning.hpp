@@ -57,6 +57,10 @@ class DeadReckoning {
   void restart_at_oldest(const OdometryNoise& noise);
   void restart_at(ros::Time stamp, const OdometryNoise& noise);
 
+  /// Saves it, but for the counts; goes on from what was saved, which has to be without fault.
+  void save(SavedProgress* progress) const;
+  void resume(const SavedProgress& progress, const OdometryNoise& noise);
+
   /// The odometry kept is bounded. When that which the filter has not used gets long: the stamp
   /// until which it has to go on without observations.
   std::optional<ros::Time> overdue() const;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters.hpp"
 
@@ -62,6 +63,10 @@ class OdometryBuffer {
   Addition add(const StampedOdometry& odometry);
 
   void clear();
+
+  /// Saves what is kept from the last pose that is not after `from` on; goes on from there.
+  void save(ros::Time from, SavedProgress* progress) const;
+  void resume(const SavedProgress& progress);
 
   bool empty() const { return samples_.empty(); }
   int size() const { return static_cast<int>(samples_.size()); }

@@ -28,6 +28,8 @@ struct PipelineSinks {
   std::function<void(const visualization_msgs::MarkerArray&)> markers;
   std::function<void(const FilterStatus&)> status;
   std::function<void(const diagnostic_msgs::DiagnosticArray&)> diagnostics;
+  /// Called before diagnostics are given out, to add entries to them.
+  std::function<void(diagnostic_msgs::DiagnosticArray*)> more_diagnostics;
   std::function<void(const geometry_msgs::TransformStamped&)> transform;  ///< map -> odom
   std::function<void(LogLevel, const std::string&)> log;
   /// Seconds since some time, to measure updates with. Empty in runs that have to be reproducible:

@@ -12,6 +12,8 @@
 #include "pf_resampling/frame_names.hpp"
 #include "pf_resampling/pipeline_sinks.hpp"
 #include "pf_resampling/rejects.hpp"
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
+#include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 
@@ -61,6 +63,23 @@ class BagRun {
   std::uint64_t poses_ = 0;
   std::vector<std::string> log_;
 };
+
+/// Lets the pipeline go on from the checkpoint of --resume, if there is one.
+template <typename Read, typename Pipeline>
+void resume_if_wanted(const CommandLine& line, const Read& read, Pipeline* pipeline) {
+  if (line.has("resume")) pipeline->resume(read(line.get<std::string>("resume")));
+}
+
+/// Writes that of --save-checkpoint, if there is one; what was done, in a line with its end.
+template <typename Pipeline>
+std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipeline) {
+  if (!line.has("save-checkpoint")) return "";
+  const auto checkpoint = pipeline->checkpoint();
+  if (!checkpoint) throw Error("checkpoint: there is nothing to save at the end of the bag");
+  const auto path = line.get<std::string>("save-checkpoint");
+  write_checkpoint(path, *checkpoint);
+  return "checkpoint written to " + path + "\n";
+}
 
 /// "; "-separated: what was rejected, why, and the latest case of each.
 std::string text_of(const RejectCounter& rejects);

@@ -27,14 +27,17 @@ int run_beacon_mcl_bag(const CommandLine& line) {
   const BeaconMclPipelineOptions options = read_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   BagRun run(line);
-  require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.beacons.empty());
+  require_beacon_mcl_topics(run.in(), run.in_path(), topics,
+                            options.beacons.empty() && !line.has("resume"));
   BeaconMclSinks sinks;
   run.connect(&sinks);
   BeaconMclPipeline pipeline(options, sinks);
+  resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
   run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
     if (const auto input = to_beacon_mcl_message(message, topics)) handle(*input, &pipeline);
   });
   run.finish([&] { return why_no_pose(pipeline); });
+  std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();
   run.report(pipeline.rejects(),
              std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +

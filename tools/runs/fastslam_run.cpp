@@ -72,8 +72,9 @@ int run_fastslam_bag(const CommandLine& line) {
       run.writer().write_latched("/landmark_map", run.now(), map);
     };
   }
-  ParticleJudge judge(run.in(), topics.odom,
-                      has_initial_pose(run.in(), topics) || !options.map_file.empty());
+  ParticleJudge judge(
+      run.in(), topics.odom,
+      has_initial_pose(run.in(), topics) || !options.map_file.empty() || line.has("resume"));
   RunErrors errors;
   if (run.with_status() && judge.can_judge()) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
@@ -85,6 +86,7 @@ int run_fastslam_bag(const CommandLine& line) {
     };
   }
   FastSlamPipeline pipeline(options, sinks);
+  resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
   run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
     if (const auto input = to_fastslam_message(message, topics)) handle(*input, &pipeline);
   });
@@ -93,6 +95,7 @@ int run_fastslam_bag(const CommandLine& line) {
     const std::string reasons = text_of(pipeline.rejects());
     return reasons.empty() ? "there is no odometry" : reasons;
   });
+  std::cout << save_checkpoint_if_wanted(line, &pipeline);
   if (line.has("save-map")) {
     std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
   }

@@ -4,8 +4,8 @@
 #include <array>
 #include <set>
 
+#include "../files/text_file.hpp"
 #include "map_checks.hpp"
-#include "map_file.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/fastslam/saved_map.hpp"
 
@@ -33,7 +33,7 @@ SavedLandmark saved(const SurveyedLandmark& surveyed) {
 class ListReader {
  public:
   explicit ListReader(const std::string& path) : path_(path) {
-    map_file::open("landmark list", path, &stream_);
+    text_file::open("landmark list", path, &stream_);
   }
 
   [[noreturn]] void refuse(const std::string& fault) const {
@@ -89,7 +89,7 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
   for (std::size_t i = 0; i < header.size(); ++i) {
     const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
     if (known == kColumns.end()) {
-      reader.refuse(map_file::printable(header[i]) + " is none of id, x, y, xx, xy, yy");
+      reader.refuse(text_file::printable(header[i]) + " is none of id, x, y, xx, xy, yy");
     }
     std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
     if (place != kNone) reader.refuse("column " + header[i] + " is there twice");
@@ -121,7 +121,7 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 }
 
 SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
-  const map_file::ClassicLocale locale;
+  const text_file::ClassicLocale locale;
   ListReader reader(path);
   std::vector<std::string> words;
   if (!reader.take(&words)) reader.refuse("there is no header line id,x,y");
@@ -139,10 +139,10 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
     for (std::size_t k = 0; k < kColumns.size(); ++k) {
       if (columns[k] == kNone) continue;
       const std::string& word = words[columns[k]];
-      const bool is_number = k == 0 ? map_file::parse(word, map_checks::kLargestId, &landmark.id)
-                                    : map_file::parse(word, &values[k]);
+      const bool is_number = k == 0 ? text_file::parse(word, map_checks::kLargestId, &landmark.id)
+                                    : text_file::parse(word, &values[k]);
       if (!is_number) {
-        reader.refuse(map_file::printable(word) + " is no " + kColumns[k]);
+        reader.refuse(text_file::printable(word) + " is no " + kColumns[k]);
       }
     }
     if (!ids.insert(landmark.id).second) {

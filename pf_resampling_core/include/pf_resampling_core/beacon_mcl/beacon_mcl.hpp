@@ -19,6 +19,8 @@
 
 namespace pf_resampling {
 
+struct SavedBeaconMcl;
+
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
   int particles = 0;
@@ -109,8 +111,8 @@ class BeaconMcl {
 
   /// Puts other particles in place of the present ones, poses and weights as given; what is known
   /// of calibration and bias is drawn for them from the present ones, by their weights. Another
-  /// number of them than the filter is to have is redrawn at the next update. Throws Error, changing
-  /// nothing, for what is no population.
+  /// number of them than the filter is to have is redrawn at the next update. Throws Error,
+  /// changing nothing, for what is no population.
   void set_particles(const GivenParticles& particles);
 
   /// Starts anew over the whole area or from the latest ranges, as the options say; keeps
@@ -119,6 +121,15 @@ class BeaconMcl {
 
   /// As after construction.
   void reset();
+
+  /// The filter as it is now. Only when is_initialized().
+  SavedBeaconMcl saved() const;
+
+  /// Goes on from there, to the bit with the same options and seed; if the options say another
+  /// number of particles, so many are drawn at the next update. Counts of the status start anew.
+  /// Throws Error, changing nothing, for what makes no sense, was saved with other beacons, or with
+  /// calibrations for others than are estimated.
+  void load(const SavedBeaconMcl& saved);
 
   /// Takes over other options. Particles and weights stay bit-identical; another particle count
   /// takes effect at the next update. Only where an error is from now on estimated for others than

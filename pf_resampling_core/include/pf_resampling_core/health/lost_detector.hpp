@@ -32,6 +32,12 @@ class LostDetector {
   /// As after construction: the filter started anew.
   void reset();
 
+  /// Goes on from what probability() and normalized_innovation() gave.
+  void resume(double probability, double normalized_innovation) {
+    probability_ = probability;
+    normalized_innovation_ = normalized_innovation;
+  }
+
  private:
   LostDetectorOptions options_;
   double probability_ = 0.0;

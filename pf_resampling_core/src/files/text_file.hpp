@@ -7,11 +7,37 @@
 #include <fstream>
 #include <string>
 
-/// What readers and writer of map files share. The format is described in doc/map_format.md.
-namespace pf_resampling::map_file {
+/// What readers and writers of the text files of this package share: maps and checkpoints,
+/// described in doc/map_format.md and doc/checkpoints.md.
+namespace pf_resampling::text_file {
 
-inline constexpr const char* kFirstLine = "pf_resampling map 1";
-inline constexpr const char* kFirstWords = "pf_resampling map ";
+/// What a file is, and what is said of one that is not.
+struct Kind {
+  const char* name;         ///< "map file"
+  const char* content;      ///< "map"
+  const char* first_words;  ///< of the first line, up to the version
+  const char* version;
+  const char* if_other;    ///< remedy where it is something else
+  const char* if_version;  ///< where it is of another version
+  const char* if_damaged;
+
+  std::string first_line() const { return std::string(first_words) + version; }
+};
+
+inline constexpr Kind kMap = {"map file",
+                              "map",
+                              "pf_resampling map ",
+                              "1",
+                              "name one that save_map wrote",
+                              "save the map again with this program",
+                              "save the map again or take another copy"};
+inline constexpr Kind kCheckpoint = {"checkpoint",
+                                     "checkpoint",
+                                     "pf_resampling checkpoint ",
+                                     "1",
+                                     "name one that was written as a checkpoint",
+                                     "write a new one with this program",
+                                     "take another copy or start without"};
 
 /// Numbers are written and read with a point, whatever the locale of the program.
 class ClassicLocale {
@@ -60,4 +86,4 @@ bool parse(const std::string& word, std::int64_t most, std::int64_t* value);
 /// Opens a file to be read. Throws Error that names it: `what` is what it is ("map file").
 void open(const std::string& what, const std::string& path, std::ifstream* stream);
 
-}  // namespace pf_resampling::map_file
+}  // namespace pf_resampling::text_file

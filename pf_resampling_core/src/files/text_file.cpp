@@ -1,4 +1,4 @@
-#include "map_file.hpp"
+#include "text_file.hpp"
 
 #include <cerrno>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "pf_resampling_core/error.hpp"
 
-namespace pf_resampling::map_file {
+namespace pf_resampling::text_file {
 
 std::string printable(const std::string& text) {
   std::string shown = text.substr(0, 40);
@@ -47,4 +47,4 @@ void open(const std::string& what, const std::string& path, std::ifstream* strea
   }
 }
 
-}  // namespace pf_resampling::map_file
+}  // namespace pf_resampling::text_file

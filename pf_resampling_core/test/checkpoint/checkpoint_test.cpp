@@ -1,0 +1,308 @@
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+class CheckpointFile : public testing::Test {
+ protected:
+  CheckpointFile() {
+    std::string folder = testing::TempDir() + "checkpoint_XXXXXX";
+    folder_ = mkdtemp(folder.data());
+    path_ = folder_ + "/a.checkpoint";
+  }
+  ~CheckpointFile() override { std::filesystem::remove_all(folder_); }
+
+  std::string folder_;
+  std::string path_;
+};
+
+std::string content_of(const std::string& path) {
+  std::ostringstream content;
+  content << std::ifstream(path, std::ios::binary).rdbuf();
+  return content.str();
+}
+
+SavedProgress some_progress() {
+  SavedProgress progress;
+  progress.first_odometry = 100000000001;
+  progress.used = 112040000000;
+  progress.last_observation = 112040000000;
+  progress.lost_probability = 1.0 / 3.0;
+  progress.normalized_innovation = 1.1;
+  progress.odometry_offset = {0.1, -0.2, 0.3};
+  for (int i = 0; i < 3; ++i) {
+    SavedOdometry odometry;
+    odometry.stamp = 112000000000 + 100000000 * i;
+    odometry.received = {i / 3.0, -i / 7.0, 0.1 * i};
+    odometry.pose = {i / 9.0, i / 11.0, -0.1 * i};
+    if (i > 0) odometry.covariance = Eigen::Matrix3d(0.1 * i * Eigen::Matrix3d::Identity());
+    if (i > 1) {
+      Eigen::Matrix3d step;
+      step << 0.2, 0.01, 0.02, 0.01, 0.3, 0.03, 0.02, 0.03, 0.4 / 3.0;
+      odometry.step_covariance = step;
+    }
+    progress.odometry.push_back(odometry);
+  }
+  return progress;
+}
+
+void expect_same(const SavedProgress& a, const SavedProgress& b) {
+  EXPECT_EQ(a.first_odometry, b.first_odometry);
+  EXPECT_EQ(a.used, b.used);
+  EXPECT_EQ(a.last_observation, b.last_observation);
+  EXPECT_EQ(a.lost_probability, b.lost_probability);
+  EXPECT_EQ(a.normalized_innovation, b.normalized_innovation);
+  EXPECT_EQ(a.odometry_offset.heading, b.odometry_offset.heading);
+  ASSERT_EQ(a.odometry.size(), b.odometry.size());
+  for (std::size_t i = 0; i < a.odometry.size(); ++i) {
+    EXPECT_EQ(a.odometry[i].stamp, b.odometry[i].stamp);
+    EXPECT_EQ(a.odometry[i].received.x, b.odometry[i].received.x);
+    EXPECT_EQ(a.odometry[i].received.heading, b.odometry[i].received.heading);
+    EXPECT_EQ(a.odometry[i].pose.y, b.odometry[i].pose.y);
+    EXPECT_EQ(a.odometry[i].covariance, b.odometry[i].covariance);
+    EXPECT_EQ(a.odometry[i].step_covariance, b.odometry[i].step_covariance);
+  }
+}
+
+const std::vector<Beacon> kBeacons = {
+    {-1, {0.0, 0.0, 0.5}, false}, {2, {20.0, 0.0, 0.0}, true}, {30, {8.0, 1.0 / 3.0, 0.0}, true}};
+
+BeaconMclOptions learning_options(CalibrationEstimation estimation) {
+  BeaconMclOptions options;
+  options.particles = 60;
+  options.initialization.method = Initialization::from_ranges;
+  options.calibration.estimation = estimation;
+  options.yaw_rate_bias.estimate = true;
+  options.noise_estimation.ranges = options.noise_estimation.odometry = true;
+  options.recovery.enabled = true;
+  options.population.schedule = Schedule::every_n;
+  options.population.every_n = 3;
+  return options;
+}
+
+// One step on a circle; from the 120th on somewhere else, so that particles are injected.
+void step(int t, BeaconMcl* filter) {
+  const double angle = 0.1 * t;
+  const Pose2 truth = {(t < 120 ? 5.0 : 17.0) + 3.0 * std::cos(angle), 4.0 + 3.0 * std::sin(angle),
+                       angle + kPi / 2};
+  OdometryIncrement odometry;
+  if (t > 0) append(OdometryNoise{}, {0.3, 0.015, 0.1}, 0.5, &odometry);
+  const Beacon& beacon = kBeacons[static_cast<std::size_t>(t) % 3];
+  const double range =
+      0.3 + std::hypot(beacon.position.x() - truth.x, beacon.position.y() - truth.y);
+  filter->update(odometry, {{beacon.id, range, 0.0, Eigen::Vector3d(0.1, 0.0, 0.4)}});
+}
+
+void expect_same(const BeaconMclParticles& a, const BeaconMclParticles& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto column :
+       {&BeaconMclParticles::x, &BeaconMclParticles::y, &BeaconMclParticles::heading,
+        &BeaconMclParticles::log_weight, &BeaconMclParticles::weight,
+        &BeaconMclParticles::yaw_rate_bias, &BeaconMclParticles::yaw_rate_bias_variance,
+        &BeaconMclParticles::translation_factor, &BeaconMclParticles::heading_factor}) {
+    EXPECT_TRUE(((a.*column) == (b.*column)).all());
+  }
+  EXPECT_TRUE((a.ancestor == b.ancestor).all());
+  for (const auto table :
+       {&BeaconMclParticles::scale, &BeaconMclParticles::bias, &BeaconMclParticles::scale_variance,
+        &BeaconMclParticles::scale_bias_covariance, &BeaconMclParticles::bias_variance}) {
+    ASSERT_EQ((a.*table).cols(), (b.*table).cols());
+    EXPECT_TRUE(((a.*table) == (b.*table)).all());
+  }
+}
+
+// Saved at any of some steps, written, read and loaded by another filter: from there on to the bit
+// what the first one does, whatever it learns.
+TEST_F(CheckpointFile, BeaconMclGoesOnToTheBit) {
+  for (const CalibrationEstimation estimation :
+       {CalibrationEstimation::off, CalibrationEstimation::shared,
+        CalibrationEstimation::per_beacon}) {
+    const BeaconMclOptions options = learning_options(estimation);
+    for (const int cut : {10, 79, 101}) {
+      BeaconMcl first(options, kBeacons, 3);
+      EXPECT_THROW(first.saved(), Error);
+      for (int t = 0; t < cut; ++t) step(t, &first);
+      ASSERT_TRUE(first.is_initialized());
+      write_checkpoint(path_, BeaconMclCheckpoint{some_progress(), first.saved()});
+      const BeaconMclCheckpoint checkpoint = read_beacon_mcl_checkpoint(path_);
+      expect_same(checkpoint.progress, some_progress());
+      BeaconMcl second(options, kBeacons, 3);
+      second.load(checkpoint.filter);
+      expect_same(first.particles(), second.particles());
+      for (int t = cut; t < 160; ++t) {
+        step(t, &first);
+        step(t, &second);
+      }
+      EXPECT_GT(second.status().injected, 0);
+      expect_same(first.particles(), second.particles());
+      EXPECT_EQ(first.noise_factors().range, second.noise_factors().range);
+      EXPECT_EQ(first.estimate().mean.x, second.estimate().mean.x);
+      // Whole again, it writes the same file.
+      const std::string written = content_of(path_);
+      write_checkpoint(path_, checkpoint);
+      EXPECT_EQ(content_of(path_), written);
+    }
+  }
+}
+
+TEST_F(CheckpointFile, AnotherCountIsDrawnAtTheNextUpdate) {
+  const BeaconMclOptions options = learning_options(CalibrationEstimation::shared);
+  BeaconMcl first(options, kBeacons, 3);
+  for (int t = 0; t < 50; ++t) step(t, &first);
+  BeaconMclOptions more = options;
+  more.particles = 100;
+  BeaconMcl second(more, kBeacons, 3);
+  second.load(first.saved());
+  EXPECT_EQ(second.particles().size(), 60);
+  step(50, &second);
+  EXPECT_EQ(second.particles().size(), 100);
+}
+
+TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
+  const BeaconMclOptions options = learning_options(CalibrationEstimation::shared);
+  BeaconMcl filter(options, kBeacons, 3);
+  for (int t = 0; t < 50; ++t) step(t, &filter);
+  const SavedBeaconMcl good = filter.saved();
+  step(50, &filter);
+  const BeaconMclParticles before = filter.particles();
+  const auto refusal = [&](const std::function<void(SavedBeaconMcl*)>& change) {
+    SavedBeaconMcl saved = good;
+    change(&saved);
+    try {
+      filter.load(saved);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  const std::pair<std::string, std::string> cases[] = {
+      {refusal([](auto* s) { s->beacons[1].position.x() += 0.01; }), "with other beacons"},
+      {refusal([](auto* s) { s->beacons.pop_back(); }), "is not listed"},
+      {refusal([](auto* s) { s->particles = {}; }), "there are no particles"},
+      {refusal([](auto* s) { s->particles.x[3] = std::nan(""); }), "is not finite"},
+      {refusal([](auto* s) { s->particles.weight[3] += 0.1; }), "what its logarithm says"},
+      {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }), "not of one size"},
+      {refusal([](auto* s) { s->particles.translation_factor[0] = 0.0; }), "is not above 0"},
+      {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "not one per radio"},
+      {refusal([](auto* s) { s->slow_likelihood = INFINITY; }), "is not finite"},
+  };
+  for (const auto& [said, expected] : cases) {
+    EXPECT_NE(said.find(expected), std::string::npos) << said << " instead of " << expected;
+    EXPECT_EQ(said.find('\n'), std::string::npos);
+  }
+  BeaconMclOptions other = options;
+  other.calibration.estimation = CalibrationEstimation::per_beacon;
+  BeaconMcl differently(other, kBeacons, 3);
+  EXPECT_THROW(differently.load(good), Error);
+  expect_same(filter.particles(), before);
+}
+
+SavedMap small_map() {
+  FastSlamOptions options;
+  options.particles = 3;
+  FastSlam filter(options, 1);
+  RangeBearingObservation seen;
+  seen.id = 4;
+  seen.range = 3.0;
+  seen.bearing = 0.5;
+  for (int i = 0; i < 3; ++i) filter.update({}, {seen});
+  return saved_map(&filter, 3);
+}
+
+// That the map itself comes back is tested with the files of maps.
+TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
+  const FastSlamCheckpoint checkpoint = {some_progress(), small_map()};
+  write_checkpoint(path_, checkpoint);
+  const FastSlamCheckpoint read = read_fastslam_checkpoint(path_);
+  expect_same(read.progress, checkpoint.progress);
+  ASSERT_EQ(read.filter.particles.size(), 3u);
+  EXPECT_EQ(read.filter.particles[2].pose.x, checkpoint.filter.particles[2].pose.x);
+  EXPECT_EQ(read.filter.particles[2].landmarks[0].mean,
+            checkpoint.filter.particles[2].landmarks[0].mean);
+  const std::string written = content_of(path_);
+  write_checkpoint(path_, read);
+  EXPECT_EQ(content_of(path_), written);
+}
+
+template <typename Read>
+std::string refusal(const Read& read, const std::string& path) {
+  try {
+    read(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
+  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), small_map()});
+  EXPECT_EQ(
+      refusal(read_beacon_mcl_checkpoint, path_),
+      "checkpoint " + path_ + " is one of fastslam, not of beacon_mcl; name one of that filter");
+  write_map_file(path_, small_map());
+  EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("is not how a checkpoint begins"),
+            std::string::npos);
+  EXPECT_NE(refusal(read_fastslam_checkpoint, folder_ + "/none").find("cannot be read"),
+            std::string::npos);
+  EXPECT_THROW(
+      write_checkpoint(folder_ + "/none/a", FastSlamCheckpoint{some_progress(), small_map()}),
+      Error);
+  SavedProgress progress = some_progress();
+  progress.used += 1000000000;
+  EXPECT_THROW(write_checkpoint(path_, FastSlamCheckpoint{progress, small_map()}), Error);
+}
+
+// Every byte: cut off before it, each bit turned over, a byte put in, the byte left out.
+template <typename Read>
+void expect_damage_refused(const Read& read, const std::string& path) {
+  const std::string whole = content_of(path);
+  const auto expect_refused = [&](const std::string& content, std::size_t place) {
+    std::ofstream(path, std::ios::binary) << content;
+    const std::string said = refusal(read, path);
+    ASSERT_NE(said, "") << "damage at byte " << place;
+    ASSERT_EQ(said.find_first_of("\n\r"), std::string::npos) << said;
+    ASSERT_EQ(said.rfind("checkpoint " + path, 0), 0u) << said;
+    ASSERT_NE(said.find("; "), std::string::npos) << said;
+  };
+  for (std::size_t place = 0; place < whole.size(); ++place) {
+    expect_refused(whole.substr(0, place), place);
+    std::string content = whole;
+    for (int bit = 0; bit < 8; ++bit) {
+      content[place] = static_cast<char>(whole[place] ^ (1 << bit));
+      expect_refused(content, place);
+    }
+    content = whole;
+    content.insert(place, 1, '0');
+    expect_refused(content, place);
+    content = whole;
+    content.erase(place, 1);
+    expect_refused(content, place);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  expect_refused(whole + "\n", whole.size());
+}
+
+TEST_F(CheckpointFile, AnyDamageIsRefused) {
+  BeaconMclOptions options = learning_options(CalibrationEstimation::shared);
+  options.particles = 4;
+  BeaconMcl filter(options, kBeacons, 3);
+  for (int t = 0; t < 12; ++t) step(t, &filter);
+  write_checkpoint(path_, BeaconMclCheckpoint{some_progress(), filter.saved()});
+  expect_damage_refused(read_beacon_mcl_checkpoint, path_);
+  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), small_map()});
+  expect_damage_refused(read_fastslam_checkpoint, path_);
+}
+
+}  // namespace
+}  // namespace pf_resampling
