@@ -101,9 +101,13 @@ void BeaconMclPipeline::handle(const BeaconRange& range) {
       [](const ros::Time& stamp, const BeaconRange& other) { return stamp < other.header.stamp; });
   ranges_.insert(place, range);
   if (queued() > options_.queue_length) {
-    reject("ranges", {RejectReason::queue_full,
+    const bool is_late = filter_ && odometry_.covers(ranges_.front().header.stamp);
+    reject("ranges", {is_late ? RejectReason::overload : RejectReason::queue_full,
                       "more than " + std::to_string(options_.queue_length) + " wait for " +
-                          (filter_ ? "odometry" : "the beacons") + ": the oldest is dropped"});
+                          (is_late   ? "computation"
+                           : filter_ ? "odometry"
+                                     : "the beacons") +
+                          ": the oldest is dropped"});
     ranges_.pop_front();
   }
   process_ready();

@@ -101,10 +101,10 @@ void FastSlamPipeline::handle(const LandmarkObservationArray& scan) {
       [](const ros::Time& stamp, const auto& other) { return stamp < other.header.stamp; });
   scans_.insert(place, scan);
   if (queued() > options_.queue_length) {
-    reject("landmarks",
-           {RejectReason::queue_full, "more than " + std::to_string(options_.queue_length) +
-                                          " scans wait for odometry: the oldest is "
-                                          "dropped"});
+    const bool is_late = odometry_.covers(scans_.front().header.stamp);
+    reject("landmarks", {is_late ? RejectReason::overload : RejectReason::queue_full,
+                         "more than " + std::to_string(options_.queue_length) + " scans wait for " +
+                             (is_late ? "computation" : "odometry") + ": the oldest is dropped"});
     scans_.pop_front();
   }
   process_ready();

@@ -30,6 +30,7 @@ class NodeProcess {
   NodeProcess(const NodeProcess&) = delete;
   NodeProcess& operator=(const NodeProcess&) = delete;
 
+  pid_t pid() const { return process_; }
   bool is_running() const { return process_ > 0 && waitpid(process_, nullptr, WNOHANG) == 0; }
 
   void kill_it() {
