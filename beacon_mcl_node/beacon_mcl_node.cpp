@@ -118,6 +118,7 @@ int main(int argc, char** argv) {
   try {
     pf_resampling::BeaconMclPipelineOptions options;
     options.deferred = true;
+    options.name = pf_resampling::name_of_this_node();
     pf_resampling::for_each_configuration(ros::NodeHandle("~"),
                                           [&](const auto& part) { apply(part, &options); });
     pf_resampling::BeaconMclNode localization(&node, options);

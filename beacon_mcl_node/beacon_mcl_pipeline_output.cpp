@@ -134,7 +134,7 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = stamp;
 
-  DiagnosticStatus localization = make_diagnostic("beacon_mcl: localization");
+  DiagnosticStatus localization = make_diagnostic(options_.name + ": localization");
   const std::optional<PoseEstimate> belief = estimate();
   if (!filter_) {
     worsen(DiagnosticStatus::WARN, "waiting for the beacons", &localization);
@@ -174,11 +174,11 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
   if (localization.message.empty()) localization.message = "localized";
   array.status.push_back(localization);
 
-  array.status.push_back(inputs_diagnostic("beacon_mcl: inputs", stamp, odometry_, "ranges",
+  array.status.push_back(inputs_diagnostic(options_.name + ": inputs", stamp, odometry_, "ranges",
                                            last_range_, ranges_.size(), rejects_,
                                            &reported_rejects_));
   array.status.push_back(beacons_diagnostic(stamp));
-  array.status.push_back(timing_diagnostic("beacon_mcl: timing", timing_, latency_, rejects_,
+  array.status.push_back(timing_diagnostic(options_.name + ": timing", timing_, latency_, rejects_,
                                            "ranges", &reported_drops_));
   if (sinks_.more_diagnostics) sinks_.more_diagnostics(&array);
   sinks_.diagnostics(array);
@@ -187,7 +187,7 @@ void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {
 // One that fails shows beside the others; when all do not fit, it is the belief that is wrong.
 diagnostic_msgs::DiagnosticStatus BeaconMclPipeline::beacons_diagnostic(ros::Time stamp) const {
   using diagnostic_msgs::DiagnosticStatus;
-  DiagnosticStatus status = make_diagnostic("beacon_mcl: beacons");
+  DiagnosticStatus status = make_diagnostic(options_.name + ": beacons");
   const bool is_lost = lost_.probability() > kLostWarning;
   for (const auto& [id, health] : beacon_health_) {
     const std::string beacon = "beacon " + std::to_string(id);

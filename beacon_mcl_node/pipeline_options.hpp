@@ -21,7 +21,8 @@ namespace pf_resampling {
 struct BeaconMclPipelineOptions {
   BeaconMclOptions filter;
   OdometryBufferOptions odometry_input;
-  int seed = 1;  ///< of all random numbers
+  int seed = 1;                     ///< of all random numbers
+  std::string name = "beacon_mcl";  ///< in the diagnostics
 
   CheckpointOptions checkpoint;
   FrameNames frames;

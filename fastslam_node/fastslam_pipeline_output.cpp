@@ -145,7 +145,7 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   using diagnostic_msgs::DiagnosticStatus;
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = stamp;
-  DiagnosticStatus mapping = make_diagnostic("fastslam: mapping");
+  DiagnosticStatus mapping = make_diagnostic(options_.name + ": mapping");
   const FastSlamStatus& status = filter_.status();
   const std::optional<PoseEstimate> belief = estimate();
   const double sigma = belief ? position_sigma(*belief) : 0.0;
@@ -181,10 +181,10 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   add_value("strategy", strategy_, &mapping);
   add_value("messages held back", std::to_string(publisher_.held_back()), &mapping);
   array.status.push_back(mapping);
-  array.status.push_back(inputs_diagnostic("fastslam: inputs", stamp, odometry_, "landmarks",
-                                           last_scan_, scans_.size(), rejects_,
+  array.status.push_back(inputs_diagnostic(options_.name + ": inputs", stamp, odometry_,
+                                           "landmarks", last_scan_, scans_.size(), rejects_,
                                            &reported_rejects_));
-  array.status.push_back(timing_diagnostic("fastslam: timing", timing_, latency_, rejects_,
+  array.status.push_back(timing_diagnostic(options_.name + ": timing", timing_, latency_, rejects_,
                                            "landmarks", &reported_drops_));
   if (sinks_.more_diagnostics) sinks_.more_diagnostics(&array);
   sinks_.diagnostics(array);

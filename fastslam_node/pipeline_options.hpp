@@ -17,7 +17,8 @@ namespace pf_resampling {
 struct FastSlamPipelineOptions {
   FastSlamOptions filter;
   OdometryBufferOptions odometry_input;
-  int seed = 1;  ///< of all random numbers
+  int seed = 1;                   ///< of all random numbers
+  std::string name = "fastslam";  ///< in the diagnostics
 
   CheckpointOptions checkpoint;
   FrameNames frames;

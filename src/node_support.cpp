@@ -6,6 +6,10 @@
 
 namespace pf_resampling {
 
+std::string name_of_this_node() {
+  return ros::this_node::getName().substr(1);
+}
+
 void for_each_configuration(const ros::NodeHandle& private_node,
                             const std::function<void(const Configuration&)>& take) {
   XmlRpc::XmlRpcValue parameters;

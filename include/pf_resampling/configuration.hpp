@@ -27,10 +27,10 @@ struct Configuration {
 
 /// Reads a YAML file: nested maps are groups of parameters, and the lists
 ///
-///     beacons: [{id: 1, x: 0.0, y: 0.0, z: 0.0}]                        # z may be left out; frame: its name
-///     calibration: [{beacon: 1, scale: 1.07, bias: 0.01, sigma: 0.56}]  # beacon -1: all others
-///     antennas: [{frame: antenna, x: 0.1, y: 0.0, z: 0.5}]
-///     sensors: [{frame: laser, x: 0.2, y: 0.0, yaw: 0.0}]               # yaw may be left out
+///     beacons: [{id: 1, x: 0.0, y: 0.0, z: 0.0}]                        # z may be left out;
+///     frame: its name calibration: [{beacon: 1, scale: 1.07, bias: 0.01, sigma: 0.56}]  # beacon
+///     -1: all others antennas: [{frame: antenna, x: 0.1, y: 0.0, z: 0.5}] sensors: [{frame: laser,
+///     x: 0.2, y: 0.0, yaw: 0.0}]               # yaw may be left out
 ///
 /// Throws Error naming file, line and what is wrong there.
 Configuration read_configuration(const std::string& path);

@@ -11,6 +11,10 @@
 
 namespace pf_resampling {
 
+/// With its namespace and without a slash in front: "robot1/fastslam". Diagnostics of all nodes
+/// come together on one topic.
+std::string name_of_this_node();
+
 /// Queues long enough for a bag played at many times its speed.
 constexpr std::uint32_t kNodeInputQueue = 2000;
 constexpr std::uint32_t kNodeOutputQueue = 200;

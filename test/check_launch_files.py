@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""Calls the launch files as users do, with names relative to a folder of their own, and looks at what they leave."""
+
+import glob
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import rosbag
+import rospkg
+import rospy
+import rostest
+
+PACKAGE = rospkg.RosPack().get_path('pf_resampling')
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(('localhost', 0))
+        return str(listener.getsockname()[1])
+
+
+def counts_of(name):
+    """Messages by topic."""
+    with rosbag.Bag(name) as bag:
+        return {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
+
+
+class LaunchFiles(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = tempfile.TemporaryDirectory()
+        cls.folder = cls.directory.name
+        subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8',
+                               os.path.join(cls.folder, 'long.bag')], stdout=subprocess.DEVNULL)
+        # 60 s of it, and the same without ranges.
+        with rosbag.Bag(os.path.join(cls.folder, 'long.bag')) as bag, \
+                rosbag.Bag(os.path.join(cls.folder, 'drive.bag'), 'w') as drive, \
+                rosbag.Bag(os.path.join(cls.folder, 'deaf.bag'), 'w') as deaf:
+            for topic, message, time, header in bag.read_messages(
+                    end_time=rospy.Time(bag.get_start_time() + 60.0), return_connection_header=True):
+                drive.write(topic, message, time, connection_header=header)
+                if topic != '/ranges':
+                    deaf.write(topic, message, time, connection_header=header)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.directory.cleanup()
+
+    def run_in_folder(self, *words, **environment):
+        """Runs a command in the folder; with a roscore of its own, if it is roslaunch."""
+        environment = dict(os.environ, PWD=self.folder, **environment)
+        environment.pop('ROS_NAMESPACE', None)
+        return subprocess.run(words, cwd=self.folder, env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
+
+    def roslaunch(self, *words):
+        port = free_port()
+        return self.run_in_folder('roslaunch', '-p', port, 'pf_resampling', *words,
+                                  ROS_MASTER_URI='http://localhost:' + port)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def test_every_argument_says_what_it_is(self):
+        files = [name for pattern in ('*.launch', '*.test', 'recipes/*.launch')
+                 for name in glob.glob(os.path.join(PACKAGE, 'launch', pattern))]
+        self.assertGreaterEqual(len(files), 9)
+        for name in files:
+            for argument in xml.etree.ElementTree.parse(name).getroot().iter('arg'):
+                if 'doc' in argument.attrib or 'value' in argument.attrib and argument.get('name') is not None:
+                    continue
+                self.fail(f'{name}: argument {argument.get("name")} has no doc')
+
+    def test_offline(self):
+        done = self.roslaunch('offline.launch', 'bag:=drive.bag', 'out:=out.bag', 'seed:=3',
+                              'options:=--set particles=300 --no-clouds')
+        self.assertTrue(os.path.exists(self.path('out.bag')), done.stdout)
+        counts = counts_of(self.path('out.bag'))
+        self.assertGreater(counts['/pose'], 500)
+        self.assertNotIn('/particles', counts)
+        self.assertIn('300 particles', done.stdout)
+
+    def test_a_bag_that_is_played_in_a_namespace_and_recorded(self):
+        done = self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=15', 'rviz:=false', 'record:=record.bag',
+                              'stop_with_bag:=true', '__ns:=robot1')
+        self.assertTrue(os.path.exists(self.path('record.bag')), done.stdout)
+        self.assertIn('/robot1/', done.stdout)
+        counts = counts_of(self.path('record.bag'))
+        for topic in ('/odom', '/ranges', '/beacons', '/ground_truth', '/tf', '/pose', '/status', '/particles'):
+            self.assertGreater(counts.get(topic, 0), 0, f'{topic} in {counts}')
+        self.assertGreater(counts['/pose'], 400)
+        # What was recorded is good for run_bag, whatever namespace it came from.
+        again = self.run_in_folder('rosrun', 'pf_resampling', 'run_bag', 'beacon_mcl', 'record.bag', 'again.bag')
+        self.assertEqual(again.returncode, 0, again.stdout)
+
+    def test_odometry_of_another_name(self):
+        # The bag is played under that name, and the node listens to it.
+        self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=30', 'rviz:=false', 'record:=vesc.bag',
+                       'stop_with_bag:=true', 'odom:=/vesc/odom')
+        self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
+
+    def test_recording_for_continuous_integration(self):
+        rate = ('rate:=20', 'timeout:=15')
+        good = self.run_in_folder('rostest', 'pf_resampling', 'recording.test', 'bag:=drive.bag', *rate)
+        self.assertEqual(good.returncode, 0, good.stdout)
+        bad = self.run_in_folder('rostest', 'pf_resampling', 'recording.test', 'bag:=deaf.bag', *rate)
+        self.assertNotEqual(bad.returncode, 0, bad.stdout)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('pf_resampling', 'launch_files', LaunchFiles, sys.argv)
