@@ -1,6 +1,10 @@
 #include "pf_resampling/checkpoint_keeper.hpp"
 
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
+#include <vector>
 
 #include "pf_resampling/diagnostics.hpp"
 #include "pf_resampling/text_parameter.hpp"
@@ -19,11 +23,34 @@ void add_parameters(CheckpointOptions* options, ParameterList* list) {
                                     "Live: go on from that file at the start, if it is there."));
 }
 
+namespace {
+
+// What a process that was killed while it wrote has left beside the file:
+// "<file>.part-<process>-1".
+void remove_unfinished(const std::string& file) {
+  const std::filesystem::path path(file);
+  const std::string beginning = path.filename().string() + ".part-";
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code unknown;
+  std::vector<std::filesystem::path> unfinished;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unknown)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(beginning, 0) != 0) continue;
+    const int process = std::atoi(name.c_str() + beginning.size());
+    const bool is_alive = process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
+    if (!is_alive) unfinished.push_back(entry.path());
+  }
+  for (const std::filesystem::path& left : unfinished) std::filesystem::remove(left, unknown);
+}
+
+}  // namespace
+
 CheckpointKeeper::~CheckpointKeeper() {
   take_result(true);
 }
 
 void CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
+  if (is_used()) remove_unfinished(options_.file);
   std::error_code unknown;
   if (!is_used() || !options_.resume || !std::filesystem::exists(options_.file, unknown)) return;
   try {

@@ -1,5 +1,6 @@
 // Checkpoints of both pipelines, and what keeps them for the nodes.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -235,6 +236,24 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   kept.wait();
   EXPECT_EQ(kept.status().message, "fine");
   EXPECT_EQ(kept.value("started"), "anew");
+}
+
+TEST(CheckpointKeeper, WhatAKilledProcessLeftIsRemoved) {
+  const TemporaryDirectory directory;
+  CheckpointOptions options;
+  options.file = directory.file("a");
+  const std::string own = std::to_string(getpid());
+  // No process has the largest number that there can be.
+  for (const char* name : {"a.part-4194304-1", "b.part-4194304-1", "a.other"}) {
+    write_text(directory.file(name));
+  }
+  write_text(directory.file("a.part-" + own + "-1"));
+  Kept kept(options);
+  kept.keeper.start([](const std::string&) { FAIL() << "there is none"; });
+  EXPECT_FALSE(std::ifstream(directory.file("a.part-4194304-1")).good());
+  EXPECT_TRUE(std::ifstream(directory.file("b.part-4194304-1")).good());
+  EXPECT_TRUE(std::ifstream(directory.file("a.other")).good());
+  EXPECT_TRUE(std::ifstream(directory.file("a.part-" + own + "-1")).good());
 }
 
 TEST(CheckpointKeeper, WhatCannotBeWrittenIsToldOf) {
