@@ -17,6 +17,8 @@ namespace {
 
 // Squared distance that two standard normal numbers have on average.
 constexpr double kBelievedDistance = 2.0;
+// Squared distance that one counts with that was not believed: far out, for a filter that is right.
+constexpr double kUnbelievedDistance = 25.0;
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -69,6 +71,7 @@ void FastSlamPipeline::start_filter_anew() {
   if (start_map_) filter_.load(*start_map_);
   latest_ = LatestScan{};
   lost_.reset();
+  sightings_.clear();
   path_stamps_.clear();
   belief_ = filter_.estimate();
 }
@@ -170,6 +173,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   options_.filter = options;
   latest_ = LatestScan{};
   lost_.reset();
+  sightings_.clear();
   path_stamps_.clear();
   belief_ = filter_.estimate();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
@@ -187,6 +191,7 @@ std::string FastSlamPipeline::set_particles(const geometry_msgs::PoseArray& pose
   odometry_.restart_at(stamp, options_.filter.odometry);
   latest_ = LatestScan{};
   lost_.reset();
+  sightings_.clear();
   path_stamps_.clear();
   belief_ = filter_.estimate();
   return std::to_string(particles.poses.size()) + " particles set";
@@ -222,6 +227,7 @@ void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
   odometry_.restart_at(stamp, options_.filter.odometry);
   latest_ = LatestScan{};
   lost_.reset();
+  sightings_.clear();
   path_stamps_.clear();
   belief_ = filter_.estimate();
 }
@@ -291,6 +297,7 @@ void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
   used.robot = belief_.mean;
   used.outcomes = filter_.outcomes();
   note_outcomes(used, since_last);
+  recover(used);
   latest_ = used;
   if (sinks_.updated) sinks_.updated(used.stamp, &filter_);
   publish_status(used.stamp, update_time);
@@ -340,8 +347,7 @@ void FastSlamPipeline::note_outcomes(const LatestScan& scan, double duration) {
     const ObservationOutcome& outcome = scan.outcomes[k];
     if (outcome.is_new) continue;
     const bool is_believed = outcome.accepted >= 0.5;
-    lost_.observe(is_believed ? kBelievedDistance : options_.filter.association.new_landmark_gate,
-                  2, duration);
+    lost_.observe(is_believed ? kBelievedDistance : kUnbelievedDistance, 2, duration);
     duration = 0.0;
     if (is_believed) continue;
     const RangeBearingObservation& z = scan.observations[k];
@@ -350,6 +356,28 @@ void FastSlamPipeline::note_outcomes(const LatestScan& scan, double duration) {
                            z.bearing, " rad")
                      .detail);
   }
+}
+
+// A robot that was carried away sees known landmarks where they cannot be; where they all can be,
+// it is.
+void FastSlamPipeline::recover(const LatestScan& scan) {
+  if (!options_.recovers || filter_.association() != DataAssociation::known) return;
+  const bool is_lost = lost_probability() > 0.5;
+  if (!is_lost && fits(scan.outcomes)) return sightings_.clear();
+  sightings_.add(scan.stamp, compose(scan.robot, scan.sensor), scan.observations,
+                 options_.filter.sensor, &filter_);
+  if (!is_lost || !sightings_.suffice()) return;
+  const std::optional<PoseEstimate> found = relocalize(sightings_.all(), belief_.mean);
+  if (!found) return;
+  log(LogLevel::warning, "lost: the landmarks seen of late fit the map from (" +
+                             std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +
+                             "), where the robot is put");
+  filter_.set_poses(*found);
+  injected_ += static_cast<std::uint64_t>(filter_.particles().size());
+  sightings_.clear();
+  lost_.reset();
+  path_stamps_.clear();
+  belief_ = filter_.estimate();
 }
 
 // The odometry kept is bounded: without scans the particles move on by odometry alone.

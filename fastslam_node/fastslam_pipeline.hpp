@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "fastslam_node/pipeline_options.hpp"
+#include "fastslam_node/recent_sightings.hpp"
 #include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling/belief_publisher.hpp"
 #include "pf_resampling/dead_reckoning.hpp"
@@ -117,6 +118,7 @@ class FastSlamPipeline {
   void update(const LandmarkObservationArray& scan);
   std::optional<Pose2> sensor_of(const std::string& frame);
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
+  void recover(const LatestScan& scan);
   void note_outcomes(const LatestScan& scan, double duration);
   void carry_belief_forward();
   void forget_time();
@@ -150,11 +152,14 @@ class FastSlamPipeline {
   std::vector<LandmarkEstimate> map_;  // the last that was given out
   std::set<std::int64_t> labels_;      // ids that have a marker
   LostDetector lost_;
+  RecentSightings sightings_;
+  std::uint64_t injected_ = 0;  // particles, where a lost robot was found
   UpdateTiming timing_;
   double latency_ = 0.0;
   std::uint64_t reported_drops_ = 0;
   BeliefPublisher publisher_;
   std::uint64_t reported_rejects_ = 0;
+  std::uint64_t reported_injected_ = 0;
   std::int64_t reported_weight_resets_ = 0;
   ros::Time last_scan_;
   ros::Time last_markers_, last_map_, last_diagnostics_;

@@ -126,6 +126,7 @@ void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
   message.updates = static_cast<std::uint64_t>(filter.updates);
   message.renewals = static_cast<std::uint64_t>(filter.renewals);
   message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
+  message.injected = injected_;
   message.log_likelihood = filter.log_likelihood;
   message.observation = -1;
   message.update_time = update_time;
@@ -158,6 +159,11 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   if (lost_probability() > kLostWarning) {
     worsen(DiagnosticStatus::WARN, "the observations do not fit the map: lost?", &mapping);
   }
+  if (injected_ > reported_injected_) {
+    worsen(DiagnosticStatus::WARN, "was lost: the robot was put where the landmarks seen fit",
+           &mapping);
+  }
+  reported_injected_ = injected_;
   if (status.weight_resets > reported_weight_resets_) {
     worsen(DiagnosticStatus::ERROR, "all weights vanished and were reset", &mapping);
   }
@@ -177,6 +183,7 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   add_value("updates", std::to_string(status.updates), &mapping);
   add_value("renewals", std::to_string(status.renewals), &mapping);
   add_value("weight resets", std::to_string(status.weight_resets), &mapping);
+  add_value("injected particles", std::to_string(injected_), &mapping);
   add_value("data association", to_string(filter_.association()), &mapping);
   add_value("strategy", strategy_, &mapping);
   add_value("messages held back", std::to_string(publisher_.held_back()), &mapping);

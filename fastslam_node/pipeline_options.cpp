@@ -28,6 +28,10 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
                                    "When time jumps back (a bag played again) start anew, instead "
                                    "of with the last belief and map."));
   list.push_back(
+      boolean_parameter("recovery/enabled", &options->recovers,
+                        "Put the robot where most of the landmarks with ids that it sees "
+                        "fit the map, once they do not fit its belief."));
+  list.push_back(
       text_parameter("map_file/load", &options->map_file, "Map file to start with; empty: none."));
   list.push_back(integer_parameter("map_file/particles", &options->map_file_particles, 0, 1000000,
                                    "Particles whose own maps a saved map holds at most; with all "

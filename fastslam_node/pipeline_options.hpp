@@ -34,6 +34,8 @@ struct FastSlamPipelineOptions {
   bool deferred = false;                ///< what is observed waits for process_next()
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
+  bool recovers = true;  ///< once lost, the robot is looked for where landmarks with ids are seen
+
   std::string map_file;           ///< read at the start; empty: none
   int map_file_particles = 1000;  ///< that a saved map holds at most
 

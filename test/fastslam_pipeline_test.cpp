@@ -276,6 +276,57 @@ TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
 }
 
+// ---- carried away -----------------------------------------------------------------------------
+
+// The robot is carried 12 s ahead on its circle, which odometry does not notice.
+void kidnap(FastSlamRig* run, double from, double until) {
+  const ros::Duration ahead(12.0);
+  for (double time = from; time < until; time += 0.2) {
+    const ros::Time stamp = Drive::at(time);
+    run->pipeline.handle(Drive::odometry(stamp));
+    LandmarkObservationArray scan = Drive::scan(stamp + ahead);
+    scan.header.stamp = stamp;
+    run->pipeline.handle(scan);
+  }
+}
+
+TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
+  FastSlamRig run;
+  run.feed(Drive::messages(45.0));
+  kidnap(&run, 45.2, 50.0);
+  EXPECT_LT(
+      distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + ros::Duration(12.0))),
+      kLost);
+  EXPECT_TRUE(run.has_said("lost: the landmarks seen of late fit the map"));
+  EXPECT_EQ(run.out.statuses.back().injected, 60u);
+  run.pipeline.publish_results();
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+  EXPECT_LT(run.map_error(), kLost);
+}
+
+TEST(FastSlamPipeline, AScanThatIsWrongAllOverCarriesNobodyAway) {
+  FastSlamRig run;
+  run.feed(Drive::messages(45.0));
+  LandmarkObservationArray turned = Drive::scan(Drive::at(45.1));
+  for (LandmarkObservation& seen : turned.observations) seen.bearing += 1.0;
+  run.pipeline.handle(turned);
+  run.feed(Drive::messages(45.2, 50.0));
+  EXPECT_EQ(run.out.statuses.back().injected, 0u);
+  EXPECT_LT(run.error(), kLost);
+}
+
+TEST(FastSlamPipeline, WithoutRecoveryACarriedRobotStaysLostAndSaysSo) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.recovers = false;
+  FastSlamRig run(options);
+  run.feed(Drive::messages(45.0));
+  kidnap(&run, 45.2, 50.0);
+  EXPECT_GT(
+      distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + ros::Duration(12.0))),
+      2.0);
+  EXPECT_GT(run.out.statuses.back().lost, 0.5);
+}
+
 TEST(FastSlamPipeline, AnInitialPoseCanComeBeforeAllOdometry) {
   const Pose2 start{4.0, -3.0, 1.0};
   FastSlamRig run;

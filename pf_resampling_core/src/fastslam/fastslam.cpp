@@ -54,16 +54,11 @@ void check(const OdometryIncrement& odometry, const Pose2& sensor) {
 kernels::Observation kernels::make_observation(const LandmarkSensorOptions& model,
                                                const RangeBearingObservation& z,
                                                const Pose2& sensor) {
-  const double range_sigma = model.range_sigma + model.range_sigma_share * z.range;
   kernels::Observation observation{};
   observation.range = z.range;
   observation.bearing = z.bearing;
-  observation.range_variance =
-      z.range_variance > 0.0 ? z.range_variance : range_sigma * range_sigma;
-  observation.bearing_variance =
-      z.bearing_variance > 0.0 ? z.bearing_variance : model.bearing_sigma * model.bearing_sigma;
-  observation.range_variance = std::max(kernels::kSmallestVariance, observation.range_variance);
-  observation.bearing_variance = std::max(kernels::kSmallestVariance, observation.bearing_variance);
+  observation.range_variance = std::max(kernels::kSmallestVariance, range_variance(model, z));
+  observation.bearing_variance = std::max(kernels::kSmallestVariance, bearing_variance(model, z));
   observation.sensor_x = sensor.x;
   observation.sensor_y = sensor.y;
   observation.sensor_yaw = sensor.heading;
@@ -301,6 +296,13 @@ std::vector<int> FastSlam::rows() const {
     if (store_.is_used(row)) used.push_back(row);
   }
   return used;
+}
+
+std::optional<LandmarkEstimate> FastSlam::landmark(std::int64_t id) {
+  const auto found = row_of_id_.find(id);
+  LandmarkEstimate landmark;
+  if (found == row_of_id_.end() || !summarize(found->second, &landmark)) return std::nullopt;
+  return landmark;
 }
 
 std::vector<LandmarkEstimate> FastSlam::map() {

@@ -114,6 +114,15 @@ ParameterList parameters_of(FastSlamOptions* options) {
   return list;
 }
 
+double range_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z) {
+  const double sigma = model.range_sigma + model.range_sigma_share * z.range;
+  return z.range_variance > 0.0 ? z.range_variance : sigma * sigma;
+}
+
+double bearing_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z) {
+  return z.bearing_variance > 0.0 ? z.bearing_variance : model.bearing_sigma * model.bearing_sigma;
+}
+
 void validate(const FastSlamOptions& options) {
   FastSlamOptions copy = options;
   for (const Parameter& parameter : parameters_of(&copy)) parameter.set_checked(parameter.get());

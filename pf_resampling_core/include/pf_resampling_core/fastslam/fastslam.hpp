@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -95,6 +96,10 @@ class FastSlam {
   OdometryIncrement corrected(const OdometryIncrement& since) const {
     return odometry_errors_.corrected(since, particles_.weight);
   }
+
+  /// A landmark of the weighted-mean map by its id; nothing if the map has none of that id, or
+  /// data association is not by ids. O(M).
+  std::optional<LandmarkEstimate> landmark(std::int64_t id);
 
   /// The weighted-mean map. Brings every landmark up to date: O(M·N).
   std::vector<LandmarkEstimate> map();

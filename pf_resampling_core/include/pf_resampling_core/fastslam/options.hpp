@@ -6,6 +6,7 @@
 #include "pf_resampling_core/beacon_mcl/options.hpp"
 #include "pf_resampling_core/excitation/excitation.hpp"
 #include "pf_resampling_core/fastslam/odometry_errors.hpp"
+#include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters.hpp"
 #include "pf_resampling_core/population_control.hpp"
@@ -42,11 +43,17 @@ struct LandmarkSensorOptions {
       0.0;  ///< rad, about the sensor's x axis; 0: as wide as anything was seen yet
 };
 
+/// m^2 and rad^2, of an observation: its own where it has one, else the model's.
+double range_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z);
+double bearing_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z);
+
 struct DataAssociationOptions {
   DataAssociation method = DataAssociation::automatic;
   double gate = 13.8;  ///< squared Mahalanobis distance, two degrees of freedom: 99.9 % lie within
-  double new_landmark_gate =
-      25.0;  ///< beyond this from every landmark, an unknown observation is a new one
+  /// Beyond this from every landmark, an unknown observation is a new one. Wide: particles know
+  /// where they are worse than they believe, above all after a while without landmarks (Bailey,
+  /// Nieto, Nebot 2006), and a landmark started twice bends the map.
+  double new_landmark_gate = 64.0;
   double new_landmark_share = 0.05;  ///< of the observations, of landmarks not seen before
   double seen_log_odds = 0.9;        ///< added to a landmark's existence when it is seen
   double missed_log_odds = 0.4;      ///< taken off when it should have been seen

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
+
+namespace pf_resampling {
+
+/// A landmark that was seen and is in the map: where a belief that may be wrong puts the
+/// observation, and where the map has the landmark.
+struct LandmarkSighting {
+  std::int64_t id = 0;
+  Eigen::Vector2d seen = Eigen::Vector2d::Zero();    ///< m, map frame, by the belief
+  Eigen::Vector2d mapped = Eigen::Vector2d::Zero();  ///< m, map frame
+  double sigma = 0.1;  ///< m, expected deviation of the difference, but for the belief's error
+};
+
+struct RelocalizationOptions {
+  double gate = 3.0;         ///< sigmas within which a sighting agrees
+  double least_share = 0.6;  ///< of the sightings that have to agree
+  int least_landmarks = 2;   ///< different ones that have to be among these
+};
+
+/// Where a robot is that was carried away: the pose from which most of what it has seen since is
+/// where the map has it. Two sightings of different landmarks, as far from each other as these are,
+/// place the robot; all such pairs are tried, the one that most others agree with is refined by
+/// least squares over the landmarks (random sample consensus, Fischler & Bolles 1981, without the
+/// randomness). `belief`: the pose that the sightings are seen from, as believed; the sightings'
+/// beliefs may be earlier ones if odometry alone lies between them. Nothing if too few agree, or
+/// if they do not tell the heading.
+std::optional<PoseEstimate> relocalize(const std::vector<LandmarkSighting>& sightings,
+                                       const Pose2& belief,
+                                       const RelocalizationOptions& options = {});
+
+}  // namespace pf_resampling
