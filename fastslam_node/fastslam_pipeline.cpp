@@ -69,11 +69,7 @@ void FastSlamPipeline::start_filter_anew() {
   }
   filter_.reset();
   if (start_map_) filter_.load(*start_map_);
-  latest_ = LatestScan{};
-  lost_.reset();
-  sightings_.clear();
-  path_stamps_.clear();
-  belief_ = filter_.estimate();
+  take_new_belief();
 }
 
 // ---- messages in ------------------------------------------------------------------------------
@@ -171,11 +167,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
     throw;
   }
   options_.filter = options;
-  latest_ = LatestScan{};
-  lost_.reset();
-  sightings_.clear();
-  path_stamps_.clear();
-  belief_ = filter_.estimate();
+  take_new_belief();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
                        options_.filter.odometry);
   publish_results();
@@ -189,11 +181,7 @@ std::string FastSlamPipeline::set_particles(const geometry_msgs::PoseArray& pose
   const ros::Time stamp = stamp_of_given(poses.header.stamp, odometry_);
   filter_.set_particles(particles);
   odometry_.restart_at(stamp, options_.filter.odometry);
-  latest_ = LatestScan{};
-  lost_.reset();
-  sightings_.clear();
-  path_stamps_.clear();
-  belief_ = filter_.estimate();
+  take_new_belief();
   return std::to_string(particles.poses.size()) + " particles set";
 }
 
@@ -225,11 +213,7 @@ void FastSlamPipeline::start_about(const PoseEstimate& start, ros::Time stamp) {
     return reject("initialpose", {RejectReason::filter_error, error.what()});
   }
   odometry_.restart_at(stamp, options_.filter.odometry);
-  latest_ = LatestScan{};
-  lost_.reset();
-  sightings_.clear();
-  path_stamps_.clear();
-  belief_ = filter_.estimate();
+  take_new_belief();
 }
 
 void FastSlamPipeline::take_tag_scans() {
@@ -374,8 +358,14 @@ void FastSlamPipeline::recover(const LatestScan& scan) {
                              "), where the robot is put");
   filter_.set_poses(*found);
   injected_ += static_cast<std::uint64_t>(filter_.particles().size());
-  sightings_.clear();
+  take_new_belief();
+}
+
+// The filter was put elsewhere: what was before says nothing of it.
+void FastSlamPipeline::take_new_belief() {
+  latest_ = LatestScan{};
   lost_.reset();
+  sightings_.clear();
   path_stamps_.clear();
   belief_ = filter_.estimate();
 }

@@ -119,6 +119,7 @@ class FastSlamPipeline {
   std::optional<Pose2> sensor_of(const std::string& frame);
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
   void recover(const LatestScan& scan);
+  void take_new_belief();
   void note_outcomes(const LatestScan& scan, double duration);
   void carry_belief_forward();
   void forget_time();

@@ -23,6 +23,7 @@ void FastSlamPipeline::resume(const FastSlamCheckpoint& checkpoint) {
 
   scans_.clear();
   latest_ = LatestScan{};
+  sightings_.clear();
   path_stamps_.clear();
   reported_weight_resets_ = 0;
   odometry_.resume(checkpoint.progress, options_.filter.odometry);
