@@ -1,10 +1,9 @@
 // What FastSlamPipeline does with messages that it cannot use.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "bad_inputs.hpp"
 #include "fastslam_rig.hpp"
+#include "pf_resampling_core/population/random_stream.hpp"
 #include "temporary_directory.hpp"
 
 namespace pf_resampling {
@@ -138,15 +137,19 @@ TEST(FastSlamPipeline, AnyNumberOfThemAtAnyTimeChangesNothing) {
   FastSlamRig good;
   good.feed(drive);
   FastSlamRig run;
-  std::mt19937 random(7);
+  const RandomStream random(7, RandomPurpose::test, 0);
+  std::uint64_t draws = 0;
+  const auto below = [&](std::size_t limit) {
+    return static_cast<std::size_t>(random.uniform(draws++) * static_cast<double>(limit));
+  };
   std::uint64_t given = 0;
   for (const FastSlamMessage& message : drive) {
     handle(message, &run.pipeline);
     // From when a scan was used: before, the filter does not know yet that all have ids.
     if (run.out.updates.empty()) continue;
     const auto bad = bad_messages(run.out.poses.back().header.stamp);
-    for (int count = static_cast<int>(random() % 3); count > 0; --count) {
-      const BadMessage& chosen = bad[random() % bad.size()];
+    for (std::size_t count = below(3); count > 0; --count) {
+      const BadMessage& chosen = bad[below(bad.size())];
       // What comes twice from another time or place is believed: that is no bad message.
       const RejectReason reason = chosen.reason;
       if (reason == RejectReason::time_jump || reason == RejectReason::time_gap ||

@@ -24,8 +24,8 @@ struct SavedBeaconMcl;
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
   int particles = 0;
-  double effective_sample_size =
-      0.0;  ///< after the last update's weighing, before its renewal if there was one
+  /// After the last update's weighing, before its renewal if there was one.
+  double effective_sample_size = 0.0;
   double entropy_sample_size = 0.0;  ///< likewise
   int distinct_ancestors = 0;        ///< particles before the last renewal that have descendants
   bool renewed = false;              ///< whether the last update renewed the population
@@ -35,8 +35,8 @@ struct BeaconMclStatus {
   std::int64_t injected = 0;       ///< particles injected
   double log_likelihood = 0.0;     ///< of the last update's ranges
   int observation = -1;            ///< beacon of the last range
-  double innovation =
-      0.0;  ///< m, last range minus its prediction, weighted mean over the particles
+  /// m, last range minus its prediction, weighted mean over the particles.
+  double innovation = 0.0;
   double innovation_sigma = 0.0;  ///< m, its expected standard deviation
 };
 
@@ -71,8 +71,8 @@ struct BeaconMclParticles {
   Eigen::ArrayXi ancestor;                ///< slot before the last renewal
   Eigen::ArrayXd yaw_rate_bias;           ///< rad/s, mean of the particle's Kalman filter
   Eigen::ArrayXd yaw_rate_bias_variance;  ///< and its variance
-  Eigen::ArrayXd translation_factor,
-      heading_factor;           ///< of the dead reckoning's standard deviations
+  /// Of the dead reckoning's standard deviations.
+  Eigen::ArrayXd translation_factor, heading_factor;
   Eigen::ArrayXXd scale, bias;  ///< means of the particle's Kalman filters
   Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
 
@@ -214,8 +214,8 @@ class BeaconMcl {
   std::deque<RecentRange> recent_;
   std::optional<double> first_range_time_;  // s, since the start
   double last_log_sum_ = 0.0;
-  double range_squares_ =
-      0.0;  // of the ranges' noise, in units of the nominal variance, and how many
+  // Of the ranges' noise, in units of the nominal variance, and how many.
+  double range_squares_ = 0.0;
   double range_count_ = 0.0;
   double slow_likelihood_ = 0.0;
   double fast_likelihood_ = 0.0;
