@@ -78,10 +78,10 @@ void BeaconMclPipeline::handle(const nav_msgs::Odometry& message) {
   const DeadReckoning::Taken taken = odometry_.take(message, options_.filter.odometry);
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
-    const bool anew = taken.time_jumped_back && options_.restart_after_jump_back;
+    const bool anew = taken.began_again && options_.restart_after_jump_back;
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
   }
-  if (taken.time_jumped_back) forget_time();
+  if (taken.time_jumped_back) forget_time(taken);
   process_ready();
   carry_belief_forward();
   if (const auto belief = estimate()) {
@@ -350,7 +350,7 @@ void BeaconMclPipeline::take_belief() {
   yaw_rate_bias_ = filter_->yaw_rate_bias();
 }
 
-void BeaconMclPipeline::forget_time() {
+void BeaconMclPipeline::forget_time(const DeadReckoning::Taken& jump) {
   if (!ranges_.empty()) {
     log(LogLevel::info, std::to_string(ranges_.size()) + " waiting ranges are dropped");
   }
@@ -359,9 +359,11 @@ void BeaconMclPipeline::forget_time() {
   beacon_health_.clear();
   last_range_ = ros::Time();
   publisher_.clear_path();
-  if (filter_ && options_.restart_after_jump_back) {
+  if (filter_ && jump.began_again && options_.restart_after_jump_back) {
     filter_->reset();
     lost_.reset();
+  } else if (filter_ && jump.time_jumped_back) {
+    filter_->update(jump.until_jump, {});
   }
   take_belief();
 }

@@ -118,7 +118,7 @@ class BeaconMclPipeline {
   void note_health(ros::Time stamp, int beacon, double normalized_innovation);
   void carry_belief_forward();
   void take_belief();
-  void forget_time();
+  void forget_time(const DeadReckoning::Taken& jump = {});
   bool knows_beacon(int id) const;
   Rejection unknown_beacon(int id) const;
   void reject(const std::string& input, const Rejection& rejection);

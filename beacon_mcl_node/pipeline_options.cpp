@@ -28,8 +28,8 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
                                 "sensor_ranges: frame of the antenna on the robot, which they "
                                 "do not name; empty: frames/base."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
-                                   "When time jumps back (a bag played again) start anew, instead "
-                                   "of with the last belief."));
+                                   "When time jumps back to about where it began (a bag played "
+                                   "again) start anew, instead of with the last belief."));
   add_parameters(&options->checkpoint, &list);
   add_parameters(&options->output, &list);
   list.push_back(real_parameter("output/ring_lifetime", &options->ring_lifetime, 0.0, 1e6, "s",

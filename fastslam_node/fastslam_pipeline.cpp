@@ -79,10 +79,10 @@ void FastSlamPipeline::handle(const nav_msgs::Odometry& message) {
   const DeadReckoning::Taken taken = odometry_.take(message, options_.filter.odometry);
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
-    const bool anew = taken.time_jumped_back && options_.restart_after_jump_back;
+    const bool anew = taken.began_again && options_.restart_after_jump_back;
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
   }
-  if (taken.time_jumped_back) forget_time();
+  if (taken.time_jumped_back) forget_time(taken);
   take_tag_scans();
   process_ready();
   carry_belief_forward();
@@ -380,7 +380,7 @@ void FastSlamPipeline::carry_belief_forward() {
   belief_ = filter_.estimate();
 }
 
-void FastSlamPipeline::forget_time() {
+void FastSlamPipeline::forget_time(const DeadReckoning::Taken& jump) {
   if (!scans_.empty()) {
     log(LogLevel::info, std::to_string(scans_.size()) + " waiting scans are dropped");
   }
@@ -388,7 +388,11 @@ void FastSlamPipeline::forget_time() {
   tags_.clear();
   latest_ = LatestScan{};
   last_scan_ = ros::Time();
-  if (options_.restart_after_jump_back) start_filter_anew();
+  if (jump.began_again && options_.restart_after_jump_back) return start_filter_anew();
+  if (!jump.time_jumped_back) return;
+  filter_.update(jump.until_jump, {});
+  path_stamps_.push_back(odometry_.newest());
+  belief_ = filter_.estimate();
 }
 
 double FastSlamPipeline::lost_probability() const {

@@ -122,7 +122,7 @@ class FastSlamPipeline {
   void take_new_belief();
   void note_outcomes(const LatestScan& scan, double duration);
   void carry_belief_forward();
-  void forget_time();
+  void forget_time(const DeadReckoning::Taken& jump = {});
   void start_filter_anew();
   void reject(const std::string& input, const Rejection& rejection);
   void log(LogLevel level, const std::string& text) const;

@@ -25,8 +25,8 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
       "Takes the tf frames of detected tags as landmarks: regular expression that finds the id in "
       "the frame's name, as tag_(\\d+); empty: none are taken."));
   list.push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
-                                   "When time jumps back (a bag played again) start anew, instead "
-                                   "of with the last belief and map."));
+                                   "When time jumps back to about where it began (a bag played "
+                                   "again) start anew, instead of with the last belief and map."));
   list.push_back(
       boolean_parameter("recovery/enabled", &options->recovers,
                         "Put the robot where most of the landmarks with ids that it sees "

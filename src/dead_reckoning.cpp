@@ -5,6 +5,12 @@
 #include "pf_resampling/input_checks.hpp"
 
 namespace pf_resampling {
+namespace {
+
+// Share of the time gone by, from its begin, within which time that jumps back begins again.
+constexpr double kBegin = 0.1;
+
+}  // namespace
 
 DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
                                          const OdometryNoise& noise) {
@@ -14,7 +20,9 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
   const OdometryBuffer::Addition addition = buffer_.add(odometry);
   const std::string step = first ? "" : seconds_text((odometry.stamp - before).toSec());
   const auto rejected = [](RejectReason reason, const std::string& detail) {
-    return Taken{Rejection{reason, detail}, false, ""};
+    Taken taken;
+    taken.rejection = Rejection{reason, detail};
+    return taken;
   };
   Taken taken;
   switch (addition) {
@@ -34,7 +42,10 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       taken.time_jumped_back = true;
       taken.warning = "time jumped back by " + seconds_text((before - buffer_.oldest()).toSec()) +
                       ": buffers are reset";
+      taken.began_again = (buffer_.oldest() - began_).toSec() <= kBegin * (before - began_).toSec();
+      taken.until_jump = since_;
       first_ = ros::Time();
+      if (taken.began_again) began_ = ros::Time();
       break;
     case OdometryBuffer::Addition::gap_closed:
       taken.warning = "no odometry for " + step;
@@ -46,6 +57,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
   }
   if (first_.isZero()) {
     first_ = buffer_.oldest();
+    if (began_.isZero()) began_ = first_;
     restart_at_oldest(noise);
   } else {
     buffer_.extend(before, buffer_.newest(), noise, &since_);
@@ -55,7 +67,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
 
 void DeadReckoning::clear() {
   buffer_.clear();
-  first_ = ros::Time();
+  first_ = began_ = ros::Time();
   used_ = ros::Time();
   since_ = OdometryIncrement{};
 }
@@ -106,6 +118,7 @@ void DeadReckoning::save(SavedProgress* progress) const {
 void DeadReckoning::resume(const SavedProgress& progress, const OdometryNoise& noise) {
   buffer_.resume(progress);
   first_.fromNSec(static_cast<std::uint64_t>(progress.first_odometry));
+  began_ = first_;
   used_.fromNSec(static_cast<std::uint64_t>(progress.used));
   use_until(used_, noise);
 }

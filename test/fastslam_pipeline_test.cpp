@@ -120,6 +120,26 @@ TEST(FastSlamPipeline, TimeThatJumpsBackStartsAnewAndIsReported) {
   EXPECT_EQ(run.out.statuses.back().updates, run.out.updates.size() - updates);
 }
 
+// A clock that is set while the robot drives: no reason to forget the map.
+TEST(FastSlamPipeline, AClockThatIsSetBackIsNoNewStart) {
+  FastSlamRig run;
+  run.feed(Drive::messages(45.0));
+  const ros::Duration back(20.0);
+  for (double time = 45.1; time < 55.0; time += 0.1) {
+    nav_msgs::Odometry odometry = Drive::odometry(Drive::at(time));
+    odometry.header.stamp -= back;
+    run.pipeline.handle(odometry);
+    LandmarkObservationArray scan = Drive::scan(Drive::at(time));
+    scan.header.stamp -= back;
+    run.pipeline.handle(scan);
+  }
+  EXPECT_FALSE(run.has_said("the filter starts anew"));
+  EXPECT_LT(distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + back)), kLost);
+  run.pipeline.publish_results();
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+  EXPECT_LT(run.map_error(), kLost);
+}
+
 TEST(FastSlamPipeline, AfterAJumpBackTheMapMayStay) {
   FastSlamPipelineOptions options = Drive::options();
   options.restart_after_jump_back = false;

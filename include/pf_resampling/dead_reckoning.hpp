@@ -22,7 +22,10 @@ class DeadReckoning {
   struct Taken {
     std::optional<Rejection> rejection;
     bool time_jumped_back = false;  ///< all that was known of earlier odometry is forgotten
-    std::string warning;            ///< for the log; empty if there is none
+    /// It jumped to about where it began, as when a bag is played again. Else a clock was set.
+    bool began_again = false;
+    OdometryIncrement until_jump;  ///< motion before it that the filter has not used
+    std::string warning;           ///< for the log; empty if there is none
   };
   /// Takes a checked message. `noise`: of steps whose messages' covariance does not tell.
   Taken take(const nav_msgs::Odometry& odometry, const OdometryNoise& noise);
@@ -71,7 +74,8 @@ class DeadReckoning {
  private:
   double length_;
   OdometryBuffer buffer_;
-  ros::Time first_;  // stamp of the first odometry
+  ros::Time first_;  // stamp of the first odometry, since time jumped back
+  ros::Time began_;  // and before that, as long as time did not begin again
   ros::Time used_;
   OdometryIncrement since_;
   std::uint64_t time_jumps_ = 0;

@@ -47,10 +47,13 @@ class Recorder {
   void connect(PipelineSinks* sinks, std::function<double()> lost) {
     lost_ = std::move(lost);
     sinks->estimate = [this](ros::Time stamp, const PoseEstimate& estimate) {
-      take(stamp.toSec(), estimate);
+      take(stamp.toSec() - clock_error_, estimate);
     };
     sinks->diagnostics = [this](const auto& array) { take(array); };
   }
+
+  /// The stamps of the next message, and of what comes of it, are wrong by so much, s.
+  void set_clock_error(double error) { clock_error_ = error; }
 
   /// The errors, when the drive is over. Beacons give the frame; that of a map is the filter's own,
   /// and is laid on the truth where it fits best before the fault.
@@ -90,7 +93,7 @@ class Recorder {
   }
 
   void take(const diagnostic_msgs::DiagnosticArray& array) {
-    const double time = array.header.stamp.toSec();
+    const double time = array.header.stamp.toSec() - clock_error_;
     for (const auto& status : array.status) {
       if (status.level == diagnostic_msgs::DiagnosticStatus::OK) continue;
       const std::string text = status.name + ": " + without_numbers(status.message);
@@ -105,6 +108,7 @@ class Recorder {
   const Fault& fault_;
   FaultRun* run_;
   double max_gap_;
+  double clock_error_ = 0.0;
   std::function<double()> lost_;
   std::vector<Eigen::Vector2d> estimated_, true_;  // places, of every sample
   std::set<std::string> usual_;
@@ -118,13 +122,14 @@ void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) 
   std::unique_ptr<Pipeline> pipeline;
   recorder.connect(&sinks, [&] { return pipeline->lost_probability(); });
   pipeline = std::make_unique<Pipeline>(options, sinks);
-  for (const DriveMessage& message : fault.drive.messages) {
+  for (std::size_t i = 0; i < fault.drive.messages.size(); ++i) {
+    recorder.set_clock_error(fault.clock_errors.empty() ? 0.0 : fault.clock_errors[i]);
     std::visit(
         [&](const auto& given) {
           using Given = std::decay_t<decltype(given)>;
           if constexpr (!std::is_same_v<Given, Other>) pipeline->handle(given);
         },
-        message);
+        fault.drive.messages[i]);
   }
   recorder.judge();
 }

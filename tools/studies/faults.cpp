@@ -287,6 +287,17 @@ void add_time_faults(const RecordedDrive& drive, double first, double last, doub
       [](DriveMessage* message) { return std::holds_alternative<nav_msgs::Odometry>(*message); });
   faults->push_back(starts_late);
 
+  // A clock that is set while it runs.
+  Fault set = {"the clock jumps back by 20 s and, 2 s later, forth; three times", begin,
+               begin + 22.0, drive};
+  for (DriveMessage& message : set.drive.messages) {
+    const double since = stamp_of(message).toSec() - begin;
+    const bool is_back = since >= 0.0 && since < 30.0 && std::fmod(since, 10.0) <= 2.0;
+    set.clock_errors.push_back(is_back ? -20.0 : 0.0);
+    shift(set.clock_errors.back(), &message);
+  }
+  faults->push_back(set);
+
   // The first half is played again after it ended: time jumps back, and on from there.
   Fault loops = {"the bag loops: its first part is played again", begin, begin + 0.5, {}};
   loops.drive.truth = drive.truth;

@@ -15,6 +15,8 @@ struct Fault {
   double begin = 0.0;
   double end = 0.0;
   RecordedDrive drive;  ///< with the fault in it
+  /// s by which the stamp of every message is wrong; empty: none is.
+  std::vector<double> clock_errors = {};
 };
 
 /// What robots do, put into a drive at `share` of its duration: kidnapping, radios or landmarks
