@@ -6,6 +6,7 @@
 
 #include "common/files.hpp"
 #include "fastslam_rig.hpp"
+#include "pf_resampling_core/error.hpp"
 #include "temporary_directory.hpp"
 
 namespace pf_resampling {
@@ -134,6 +135,33 @@ TEST(FastSlamPipeline, ASwitchAndBackIsAsIfNothingHadHappened) {
   EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
   EXPECT_TRUE(same_bytes(run.out.maps, good.out.maps));
   EXPECT_TRUE(same_bytes(run.out.clouds, good.out.clouds));
+}
+
+TEST(FastSlamPipeline, IdsAreNotTakenForAMapThatWasMadeWithoutThem) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.association.method = DataAssociation::mutual_exclusion;
+  FastSlamRig run(options);
+  FastSlamRig good(options);
+  const auto start = Drive::messages(10.0);
+  run.feed(start);
+  good.feed(start);
+  EXPECT_THROW(run.pipeline.set_parameters(
+                   {{"association/method", "known"}, {"population/renewal", "compensation"}}),
+               Error);
+  // Old values stay and are shown, with the reason.
+  for (const Parameter& parameter : run.pipeline.live_parameters()) {
+    if (parameter.name == "association/method") {
+      EXPECT_EQ(parameter.get(), "mutual_exclusion");
+    } else if (parameter.name == "population/renewal") {
+      EXPECT_EQ(parameter.get(), "resampling");
+    }
+  }
+  const auto rest = Drive::messages(10.1, 20.0);
+  run.feed(rest);
+  good.feed(rest);
+  EXPECT_NE(run.out.statuses.back().refused.find("association/method"), std::string::npos);
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+  EXPECT_EQ(run.out.statuses.back().strategy, good.out.statuses.back().strategy);
 }
 
 }  // namespace

@@ -138,7 +138,8 @@ std::vector<TruePose> truth_at(const std::vector<EstimatedPose>& path,
 std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double period) {
   std::vector<EstimatedPose> poses;
   const double last = problem.odometry.back().time;
-  for (double time = problem.odometry.front().time + period; time < last; time += period) {
+  double time = problem.odometry.front().time;
+  while ((time += period) < last) {
     BatchProblem past = problem;
     const auto is_later = [time](const auto& entry) { return entry.time > time; };
     past.odometry.erase(std::find_if(past.odometry.begin(), past.odometry.end(), is_later),

@@ -100,7 +100,7 @@ std::string checked_bag_path(const std::string& path) {
 
 }  // namespace
 
-BagWriter::BagWriter(std::string path)
+BagWriter::BagWriter(const std::string& path)
     : path_(checked_bag_path(path)), temporary_(temporary_name(path_)), file_(temporary_, path_) {}
 
 BagWriter::~BagWriter() {

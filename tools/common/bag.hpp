@@ -52,7 +52,7 @@ std::string absolute_topic(const std::string& topic);
 class BagWriter {
  public:
   /// Throws Error if the file cannot be written.
-  explicit BagWriter(std::string path);
+  explicit BagWriter(const std::string& path);
   /// Removes the temporary file if finish() was not reached.
   ~BagWriter();
   BagWriter(const BagWriter&) = delete;

@@ -33,7 +33,8 @@ ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances
 }  // namespace
 
 BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons,
-                     std::uint64_t seed, std::vector<std::pair<int, RangeCalibration>> calibration)
+                     std::uint64_t seed,
+                     const std::vector<std::pair<int, RangeCalibration>>& calibration)
     : options_(options), beacons_(std::move(beacons)), seed_(seed) {
   validate(options_);
   checks::check_beacons(beacons_);

@@ -99,6 +99,12 @@ void FastSlam::reset() {
 
 void FastSlam::set_options(const FastSlamOptions& options) {
   validate(options);
+  if (options.association.method == DataAssociation::known && !all_have_ids()) {
+    throw Error(
+        "association/method cannot become known: the map has landmarks that were found without "
+        "ids, "
+        "and their numbers are no ids; reset the filter or load a map with ids first");
+  }
   control_.set_options(options.population);
   // What the first observations decided stays.
   if (options.association.method != DataAssociation::automatic) {
@@ -106,6 +112,13 @@ void FastSlam::set_options(const FastSlamOptions& options) {
   }
   options_ = options;
   requested_size_ = options.particles;
+}
+
+// Whether every landmark has the id of its observations, not a number in order of discovery.
+bool FastSlam::all_have_ids() const {
+  const std::vector<int> used = rows();
+  return std::all_of(used.begin(), used.end(),
+                     [&](int row) { return row_of_id_.count(store_.birth(row)) > 0; });
 }
 
 DataAssociation FastSlam::method_for(

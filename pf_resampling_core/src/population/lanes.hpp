@@ -64,6 +64,7 @@ struct Registers<64> {
 /// Defines `name PARAMETERS` as kernel<16>, kernel<32> or kernel<64> ARGUMENTS, whichever is as
 /// wide as the machine's registers. The kernels are PF_RESAMPLING_INLINE templates that return
 /// nothing.
+// NOLINTBEGIN(bugprone-macro-parentheses): both lists come with parentheses of their own.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(PF_RESAMPLING_NO_CLONES)
 #define PF_RESAMPLING_BY_WIDTH(name, kernel, PARAMETERS, ARGUMENTS)                          \
@@ -93,5 +94,6 @@ struct Registers<64> {
     kernel<16> ARGUMENTS;                                           \
   }
 #endif
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace pf_resampling

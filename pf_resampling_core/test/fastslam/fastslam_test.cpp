@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
@@ -344,6 +345,45 @@ TEST(FastSlam, AutomaticAssociationGoesByTheFirstObservations) {
   EXPECT_EQ(without_ids.status().landmarks, 2);
   without_ids.reset();
   EXPECT_EQ(without_ids.association(), DataAssociation::automatic);
+}
+
+// Numbers in order of discovery are no ids: taken for such, whatever is seen would be one of them.
+TEST(FastSlam, LandmarksFoundWithoutIdsAreNotKnownByIdsLater) {
+  const auto named = exact_observation({}, {}, {3.0, 1.0}, 0);
+  const auto other = exact_observation({}, {}, {-4.0, 9.0}, 1);
+  FastSlamOptions options;
+  FastSlam filter(options, 1);
+  filter.update({}, {without_id(named)});
+  options.association.method = DataAssociation::known;
+  options.particles = 7;
+  try {
+    filter.set_options(options);
+    FAIL() << "taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("association/method"), std::string::npos);
+  }
+  EXPECT_EQ(filter.options().association.method, DataAssociation::automatic);
+  EXPECT_EQ(filter.options().particles, FastSlamOptions().particles);
+  EXPECT_EQ(filter.association(), DataAssociation::mutual_exclusion);
+  filter.reset();
+  filter.set_options(options);
+  filter.update({}, {named});
+  EXPECT_EQ(filter.map().front().id, 0);
+
+  // There and back is refused only if something was found in between.
+  options.association.method = DataAssociation::maximum_likelihood;
+  filter.set_options(options);
+  filter.update({}, {without_id(named)});
+  options.association.method = DataAssociation::known;
+  filter.set_options(options);
+  EXPECT_EQ(filter.association(), DataAssociation::known);
+  options.association.method = DataAssociation::maximum_likelihood;
+  filter.set_options(options);
+  filter.update({}, {without_id(other)});
+  EXPECT_EQ(filter.status().landmarks, 2);
+  options.association.method = DataAssociation::known;
+  EXPECT_THROW(filter.set_options(options), Error);
+  EXPECT_EQ(filter.association(), DataAssociation::maximum_likelihood);
 }
 
 TEST(FastSlam, SameSeedSameBytesOtherSeedOtherBytes) {

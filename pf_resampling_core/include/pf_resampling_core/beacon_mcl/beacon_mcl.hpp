@@ -91,7 +91,7 @@ class BeaconMcl {
   /// one for all is, differences between radios are believed as given). Throws Error on options
   /// that make no sense.
   BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
-            std::vector<std::pair<int, RangeCalibration>> calibration = {});
+            const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
 
   /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
   /// at the end of the odometry), renews and excites when due. Odometry must be finite, ranges

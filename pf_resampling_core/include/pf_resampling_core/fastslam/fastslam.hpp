@@ -129,7 +129,8 @@ class FastSlam {
 
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
   /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
-  /// Error, changing nothing, on options that make no sense.
+  /// Error, changing nothing, on options that make no sense, and on data association by ids while
+  /// there are landmarks that were found without.
   void set_options(const FastSlamOptions& options);
 
   const FastSlamOptions& options() const { return options_; }
@@ -168,6 +169,7 @@ class FastSlam {
     int candidate;
   };
 
+  bool all_have_ids() const;
   DataAssociation method_for(const std::vector<RangeBearingObservation>& observations) const;
   kernels::PoseGaussians proposal();
   void draw();
