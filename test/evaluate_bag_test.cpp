@@ -7,6 +7,7 @@
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/ParticleErrors.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 #include <limits>
@@ -43,6 +44,7 @@ struct BagOptions {
   double lateral = 1.0;         // m, of the estimate, to the left; 20 m in the first tenth
   double scale = 1.1;           // of dead reckoning
   double x_of_last_pose = 0.0;  // m, added
+  std::string antenna;          // frame 2 m before and 1 m right of the robot's
 };
 
 // 50 m along a line; the estimate beside it, dead reckoning too long; a variance of 1 m^2 per axis.
@@ -54,6 +56,17 @@ void write_bag(const std::string& path, const BagOptions& options) {
   beacons.header.stamp = start;
   beacons.beacons.resize(1);
   bag.write_latched("/beacons", start, beacons);
+  if (!options.antenna.empty()) {
+    tf2_msgs::TFMessage frames;
+    frames.transforms.resize(1);
+    frames.transforms[0].header.stamp = start;
+    frames.transforms[0].header.frame_id = "base_link";
+    frames.transforms[0].child_frame_id = options.antenna;
+    frames.transforms[0].transform.translation.x = 2.0;
+    frames.transforms[0].transform.translation.y = -1.0;
+    frames.transforms[0].transform.rotation.w = 1.0;
+    bag.write_latched("/tf_static", start, frames);
+  }
   for (int i = 0; i < kPoses; ++i) {
     const ros::Time time(kStart + 0.1 * i);
     const double s = 0.1 * i;
@@ -148,6 +161,27 @@ TEST_F(EvaluateBag, DoesWithoutATrueHeading) {
   EXPECT_NEAR(result["estimate"]["cross_track"]["mean"], 1.0, 1e-6);
   EXPECT_NEAR(result["dead_reckoning"]["along_track"]["mean"], 3.0, 1e-6);
   EXPECT_TRUE(result["estimate"]["heading"]["mean"].is_null());
+}
+
+// The estimate is 1 m left of the truth and turned by 0.1: that is where it puts its antenna.
+TEST_F(EvaluateBag, TheTruthMayBeThatOfAnAntenna) {
+  BagOptions options;
+  options.with_heading = false;
+  for (const std::string name : {"ground_truth", "gps"}) {
+    options.antenna = name;
+    const std::string wanted = name == "gps" ? " --truth-frame gps" : "";
+    const json result = evaluate(bag_with(options) + " --clip 0.2" + wanted);
+    EXPECT_NEAR(result["estimate"]["cross_track"]["mean"],
+                1.0 + 2.0 * std::sin(0.1) - std::cos(0.1), 1e-6);
+    EXPECT_NEAR(result["estimate"]["along_track"]["mean"], 2.0 * std::cos(0.1) + std::sin(0.1),
+                1e-6);
+  }
+  const ProgramResult refused =
+      run_program("evaluate_bag " + bag_with(options) + " --truth-frame mast");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.error,
+            "evaluate_bag: --truth-frame mast: /tf_static does not place it on base_link; give one "
+            "that it does\n");
 }
 
 TEST_F(EvaluateBag, SaysWhenTheRobotIsLost) {

@@ -64,9 +64,11 @@ TEST(ReadVictoriaPark, AnglesAreFromTheRightAndZerosArePadding) {
   EXPECT_EQ(recording.landmark_observations[1].id, -1);
   EXPECT_NEAR(recording.landmark_observations[1].time, 1.1, 1e-12);
   EXPECT_NEAR(recording.landmark_observations[2].time, 1.3, 1e-12);
-  ASSERT_EQ(recording.frames.size(), 1u);
+  ASSERT_EQ(recording.frames.size(), 2u);
   EXPECT_NEAR(recording.frames[0].x, 3.78, 1e-12);
   EXPECT_NEAR(recording.frames[0].y, 0.5, 1e-12);
+  EXPECT_EQ(recording.frames[1].name, "ground_truth");
+  EXPECT_NEAR(recording.frames[1].x, 3.78, 1e-12);
   EXPECT_TRUE(recording.truth.empty());
 }
 

@@ -33,6 +33,9 @@ CommandLine command_line() {
       "draw paths and errors (.png, .pdf or .svg); without ground truth the paths alone")(
       "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
       "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped")(
+      "truth-frame", po::value<std::string>()->value_name("FRAME"),
+      "frame on the robot (/tf_static) whose place the truth is, an antenna's for instance; by "
+      "default ground_truth if there is one, else base_link")(
       "pose", po::value<std::string>()->default_value("/pose")->value_name("TOPIC"),
       "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped")(
       "odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
@@ -94,6 +97,11 @@ std::vector<TruePose> reference_of(const std::vector<EstimatedPose>& estimate) {
 
 /// Brings the filter's frame to the truth's. A map that was begun at nothing has a frame of its
 /// own, and only its start, or a fit, can tell where that lies.
+Pose2 to_pose2(const Eigen::Isometry3d& frame) {
+  const Eigen::Matrix3d turn = frame.linear();
+  return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
+}
+
 struct FrameChoice {
   std::string frame = "given";  // "given", "start", "fit"
   Pose2 alignment;
@@ -121,6 +129,16 @@ LandmarkMatching matching_from(const std::string& name) {
   if (name == "id") return LandmarkMatching::id;
   if (name == "nearest") return LandmarkMatching::nearest;
   throw UsageError("--match " + name + ": known are auto, id and nearest");
+}
+
+/// Where on the robot the truth is of.
+Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& wanted) {
+  const auto frames = read_frames_on_robot(bag, "base_link");
+  const auto found = frames.find(wanted.value_or("ground_truth"));
+  if (found != frames.end()) return to_pose2(found->second);
+  if (!wanted) return {};
+  throw Error("--truth-frame " + *wanted +
+              ": /tf_static does not place it on base_link; give one that it does");
 }
 
 /// The truth at the stamps of a path; not inside its gaps.
@@ -160,10 +178,10 @@ std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double peri
 }
 
 /// Both on line, at the same times, each aligned there.
-OnlineComparison compare_online(const BatchProblem& problem, double period,
+OnlineComparison compare_online(const BatchProblem& problem, double period, const Pose2& place,
                                 const std::vector<TruePose>& truth,
                                 const std::vector<EstimatedPose>& estimate) {
-  const std::vector<EstimatedPose> poses = solve_online(problem, period);
+  const std::vector<EstimatedPose> poses = path_of_place(solve_online(problem, period), place);
   PathErrorOptions options;
   options.max_gap = std::numeric_limits<double>::max();
   const std::vector<TruePose> there = truth_at(poses, truth);
@@ -176,7 +194,7 @@ OnlineComparison compare_online(const BatchProblem& problem, double period,
 
 /// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
 BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& odom_topic,
-                                   const std::string& landmarks_topic,
+                                   const std::string& landmarks_topic, const Pose2& place,
                                    const std::vector<TruePose>& truth,
                                    const std::vector<TruePose>& path_truth,
                                    const std::vector<EstimatedPose>& estimate,
@@ -188,11 +206,10 @@ BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& od
   problem.odometry_noise = read_odometry_noise(bag, odom_topic);
   problem.scans = read_landmark_scans(bag, landmarks_topic);
   for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
-    const Eigen::Matrix3d turn = frame.linear();
-    problem.sensors[name] = {frame.translation().x(), frame.translation().y(),
-                             std::atan2(turn(1, 0), turn(0, 0))};
+    problem.sensors[name] = to_pose2(frame);
   }
-  const BatchSolution solution = solve_batch(problem);
+  BatchSolution solution = solve_batch(problem);
+  solution.path = path_of_place(solution.path, place);
   BatchComparison batch;
   batch.aligned = evaluate_aligned_path(truth, solution.path, options);
   const FrameChoice frame = choose_frame(evaluation.frame == "given" ? "start" : evaluation.frame,
@@ -223,7 +240,7 @@ BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& od
     batch.map_ratio = ratio(*evaluation.map->rms_aligned, *batch.map->rms_aligned);
   }
   if (online_period) {
-    batch.online = compare_online(problem, *online_period, truth, estimate);
+    batch.online = compare_online(problem, *online_period, place, truth, estimate);
   }
   return batch;
 }
@@ -281,14 +298,20 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
 
   PathPlot plot;
   plot.title = path;
-  plot.estimate = read_poses(bag, topic("pose"));
+  const Pose2 place =
+      place_of_truth(bag, line.has("truth-frame")
+                              ? std::optional<std::string>(line.get<std::string>("truth-frame"))
+                              : std::nullopt);
+  plot.estimate = path_of_place(read_poses(bag, topic("pose")), place);
   plot.beacons = read_beacons(bag, topic("beacons"));
   const auto map = read_landmark_map(bag, topic("landmark-map"));
   const auto true_map = read_landmark_map(bag, topic("true-landmarks"));
   plot.landmarks = map.value_or(std::vector<PointLandmark>());
   plot.is_slam = map.has_value();
   plot.true_landmarks = true_map.value_or(std::vector<PointLandmark>());
-  if (with_odometry) plot.dead_reckoning = read_poses(bag, topic("odom"));
+  if (with_odometry) {
+    plot.dead_reckoning = path_of_place(read_poses(bag, topic("odom")), place);
+  }
   if (paths_alone) {
     if (with_odometry) {
       plot.dead_reckoning = align_at_start(plot.dead_reckoning, reference_of(plot.estimate));
@@ -320,7 +343,8 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
     PathErrorOptions path_options = options;
     path_options.max_gap = std::numeric_limits<double>::max();  // at its own stamps
     if (!path_truth.empty()) {
-      evaluation.path_aligned = evaluate_aligned_path(path_truth, *believed, path_options);
+      evaluation.path_aligned =
+          evaluate_aligned_path(path_truth, path_of_place(*believed, place), path_options);
     }
   }
   if (with_odometry) {
@@ -338,7 +362,7 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   evaluation.filter = read_filter_summary(bag, topic("status"));
   if (with_batch) {
     evaluation.batch =
-        compare_with_batch(bag, topic("odom"), topic("landmarks"), plot.truth, path_truth,
+        compare_with_batch(bag, topic("odom"), topic("landmarks"), place, plot.truth, path_truth,
                            plot.estimate, online_period, true_map, options, evaluation);
   }
   plot.map = evaluation.map;

@@ -183,6 +183,18 @@ void check_path(const std::vector<EstimatedPose>& path, const char* name) {
   check(path, name);
 }
 
+std::vector<EstimatedPose> path_of_place(std::vector<EstimatedPose> path, const Pose2& place) {
+  for (EstimatedPose& pose : path) {
+    const Pose2 robot = pose.pose;
+    pose.pose = compose(robot, place);
+    Eigen::Matrix3d lever = Eigen::Matrix3d::Identity();
+    lever(0, 2) = robot.y - pose.pose.y;
+    lever(1, 2) = pose.pose.x - robot.x;
+    pose.covariance = (lever * pose.covariance * lever.transpose()).eval();
+  }
+  return path;
+}
+
 double usual_max_gap(const std::vector<EstimatedPose>& path) {
   return usual_gap(path);
 }

@@ -210,5 +210,21 @@ TEST(AlignAtStart, SaysWhenTheClocksDoNotMeet) {
   EXPECT_THROW(align_at_start(odometry, truth), Error);
 }
 
+// Heading pi/2: the antenna, 2 m ahead and 1 m to the right, is at (1, 2) from the robot; a turn by
+// one radian moves it by (-2, 1).
+TEST(StampedPath, TheErrorsOfTheHeadingMoveWhatSitsOnTheRobot) {
+  EstimatedPose robot;
+  robot.pose = {10.0, 20.0, 0.5 * kPi};
+  robot.covariance = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
+  const EstimatedPose antenna = path_of_place({robot}, {2.0, -1.0, 0.0}).front();
+  EXPECT_NEAR(antenna.pose.x, 11.0, 1e-12);
+  EXPECT_NEAR(antenna.pose.y, 22.0, 1e-12);
+  EXPECT_NEAR(antenna.pose.heading, 0.5 * kPi, 1e-12);
+  EXPECT_NEAR(antenna.covariance(0, 0), 0.1 + 4.0 * 0.3, 1e-12);
+  EXPECT_NEAR(antenna.covariance(1, 1), 0.2 + 1.0 * 0.3, 1e-12);
+  EXPECT_NEAR(antenna.covariance(0, 1), -2.0 * 0.3, 1e-12);
+  EXPECT_NEAR(antenna.covariance(0, 2), -2.0 * 0.3, 1e-12);
+}
+
 }  // namespace
 }  // namespace pf_resampling

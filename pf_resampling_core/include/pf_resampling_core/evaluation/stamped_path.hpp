@@ -29,6 +29,9 @@ struct EstimatedPose {
 void check_path(const std::vector<TruePose>& path, const char* name);
 void check_path(const std::vector<EstimatedPose>& path, const char* name);
 
+/// The path of what sits at `place` on the robot, an antenna for instance, with its covariances.
+std::vector<EstimatedPose> path_of_place(std::vector<EstimatedPose> path, const Pose2& place);
+
 /// The longest gap in time, s, that is bridged by interpolation where the caller does not say:
 /// three times the median interval of the path, at least 1 s.
 double usual_max_gap(const std::vector<EstimatedPose>& path);
