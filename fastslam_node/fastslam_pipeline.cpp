@@ -346,11 +346,10 @@ void FastSlamPipeline::note_outcomes(const LatestScan& scan, double duration) {
 // it is.
 void FastSlamPipeline::recover(const LatestScan& scan) {
   if (!options_.recovers || filter_.association() != DataAssociation::known) return;
-  const bool is_lost = lost_probability() > 0.5;
-  if (!is_lost && fits(scan.outcomes)) return sightings_.clear();
+  if (fits(scan.outcomes)) return sightings_.clear();
   sightings_.add(scan.stamp, compose(scan.robot, scan.sensor), scan.observations,
                  options_.filter.sensor, &filter_);
-  if (!is_lost || !sightings_.suffice()) return;
+  if (!(lost_probability() > 0.5) || !sightings_.suffice()) return;
   const std::optional<PoseEstimate> found = relocalize(sightings_.all(), belief_.mean);
   if (!found) return;
   log(LogLevel::warning, "lost: the landmarks seen of late fit the map from (" +

@@ -324,13 +324,15 @@ TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
   EXPECT_LT(run.map_error(), kLost);
 }
 
-TEST(FastSlamPipeline, AScanThatIsWrongAllOverCarriesNobodyAway) {
+TEST(FastSlamPipeline, ScansThatAreWrongAllOverCarryNobodyAway) {
   FastSlamRig run;
   run.feed(Drive::messages(45.0));
-  LandmarkObservationArray turned = Drive::scan(Drive::at(45.1));
-  for (LandmarkObservation& seen : turned.observations) seen.bearing += 1.0;
-  run.pipeline.handle(turned);
-  run.feed(Drive::messages(45.2, 50.0));
+  for (double time = 45.0; time < 60.0; time += 1.0) {
+    LandmarkObservationArray turned = Drive::scan(Drive::at(time + 0.01));
+    for (LandmarkObservation& seen : turned.observations) seen.bearing += 1.0;
+    run.pipeline.handle(turned);
+    run.feed(Drive::messages(time + 0.1, time + 0.9));
+  }
   EXPECT_EQ(run.out.statuses.back().injected, 0u);
   EXPECT_LT(run.error(), kLost);
 }
