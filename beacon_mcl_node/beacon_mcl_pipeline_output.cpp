@@ -1,6 +1,5 @@
 // The messages that BeaconMclPipeline gives out.
 #include <cmath>
-#include <cstdio>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling/diagnostics.hpp"
@@ -19,18 +18,6 @@ constexpr double kMisfitLimit = 6.0;
 // A beacon is silent after so long, and so many of its usual periods.
 constexpr double kBeaconSilence = 5.0;  // s
 constexpr double kSilentPeriods = 8.0;
-
-bool is_finite(const FilterStatus& status) {
-  bool finite = std::isfinite(status.effective_sample_size) &&
-                std::isfinite(status.entropy_sample_size) && std::isfinite(status.log_likelihood) &&
-                std::isfinite(status.innovation) && std::isfinite(status.innovation_sigma) &&
-                std::isfinite(status.yaw_rate_bias) && std::isfinite(status.yaw_rate_bias_sigma);
-  for (const CalibrationStatus& radio : status.calibration) {
-    finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
-             std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);
-  }
-  return finite;
-}
 
 }  // namespace
 
@@ -58,15 +45,11 @@ void BeaconMclPipeline::publish_markers(ros::Time stamp) {
   const double extent = extent_of(beacons);
   const double line = 0.002 * extent;
   visualization_msgs::MarkerArray markers;
-  const auto take = [&](const visualization_msgs::Marker& marker) {
-    if (is_finite(marker)) {
-      markers.markers.push_back(marker);
-    } else {
-      publisher_.hold_back();
-    }
+  const auto take = [&](const visualization_msgs::MarkerArray& array) {
+    markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
   };
   if (is_due(kBeaconMarkerPeriod, stamp, &last_beacons_)) {
-    for (const auto& marker : beacon_markers(frame, beacons, 0.025 * extent).markers) take(marker);
+    take(beacon_markers(frame, beacons, 0.025 * extent));
   }
   for (std::size_t i = 0; i < beacons.size(); ++i) {
     const auto latest = latest_ranges_.find(beacons[i].id);
@@ -74,34 +57,25 @@ void BeaconMclPipeline::publish_markers(ros::Time stamp) {
     const double age = (stamp - latest->second.stamp).toSec();
     if (age > options_.ring_lifetime) continue;
     const double distance = filter_->corrected_range(beacons[i].id, latest->second.range);
-    take(range_ring_marker(frame, beacons[i], static_cast<int>(i), distance,
-                           latest->second.antenna_height, options_.ring_lifetime - age, line));
+    markers.markers.push_back(range_ring_marker(frame, beacons[i], static_cast<int>(i), distance,
+                                                latest->second.antenna_height,
+                                                options_.ring_lifetime - age, line));
   }
   if (const auto belief = estimate()) {
-    for (const auto& marker : pose_ellipse_markers(frame, *belief, 1.5 * line).markers)
-      take(marker);
+    take(pose_ellipse_markers(frame, *belief, 1.5 * line));
   }
-  sinks_.markers(markers);
+  publisher_.publish_markers(markers);
 }
 
 void BeaconMclPipeline::publish_status(ros::Time stamp, double update_time) {
   if (!sinks_.status) return;
   const BeaconMclStatus& filter = filter_->status();
-  FilterStatus message;
+  FilterStatus message = to_message(filter);
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
   message.strategy = strategy_;
   message.refused = refused_;
-  message.particles = static_cast<std::uint32_t>(filter.particles);
-  message.effective_sample_size = filter.effective_sample_size;
-  message.entropy_sample_size = filter.entropy_sample_size;
-  message.distinct_ancestors = static_cast<std::uint32_t>(filter.distinct_ancestors);
-  message.renewed = filter.renewed;
-  message.updates = static_cast<std::uint64_t>(filter.updates);
-  message.renewals = static_cast<std::uint64_t>(filter.renewals);
-  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
   message.injected = static_cast<std::uint64_t>(filter.injected);
-  message.log_likelihood = filter.log_likelihood;
   message.observation = filter.observation;
   message.innovation = filter.innovation;
   message.innovation_sigma = filter.innovation_sigma;
@@ -122,11 +96,7 @@ void BeaconMclPipeline::publish_status(ros::Time stamp, double update_time) {
   }
   message.yaw_rate_bias = yaw_rate_bias_.mean;
   message.yaw_rate_bias_sigma = yaw_rate_bias_.sigma;
-  if (is_finite(message)) {
-    sinks_.status(message);
-  } else {
-    publisher_.hold_back();
-  }
+  publisher_.publish_status(message);
 }
 
 void BeaconMclPipeline::publish_diagnostics(ros::Time stamp) {

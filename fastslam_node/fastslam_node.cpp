@@ -48,15 +48,9 @@ class FastSlamNode {
     };
   }
 
-  /// Also writes a checkpoint when one is due: a copy of the population, which a thread writes.
+  /// Also has a checkpoint written when one is due.
   bool process_next() {
-    if (checkpoints_.is_due()) {
-      if (auto checkpoint = pipeline_.checkpoint()) {
-        checkpoints_.write([state = std::move(*checkpoint)](const std::string& path) {
-          write_checkpoint(path, state);
-        });
-      }
-    }
+    checkpoints_.write_when_due(&pipeline_);
     return pipeline_.process_next();
   }
 
@@ -65,8 +59,7 @@ class FastSlamNode {
     FastSlamSinks sinks;
     publishers_.connect(&sinks);
     sinks.more_diagnostics = [this](diagnostic_msgs::DiagnosticArray* array) {
-      if (!checkpoints_.is_used()) return;
-      array->status.push_back(checkpoints_.diagnostic("fastslam: checkpoint"));
+      checkpoints_.report("fastslam: checkpoint", array);
     };
     sinks.landmark_map = [this](const auto& message) { landmark_map_.publish(message); };
     return sinks;
@@ -95,12 +88,7 @@ class FastSlamNode {
   }
 
   bool checkpoint(Checkpoint::Request& request, Checkpoint::Response& response) {
-    const auto write = [this](const std::string& path) {
-      const auto state = pipeline_.checkpoint();
-      if (!state) throw Error("checkpoint: there is nothing to save yet; wait for the first pose");
-      write_checkpoint(path, *state);
-    };
-    answer([&] { return checkpoints_.write_now(request.file, write); }, &response);
+    answer([&] { return checkpoints_.save(request.file, &pipeline_); }, &response);
     return true;
   }
 

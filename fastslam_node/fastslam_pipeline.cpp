@@ -9,8 +9,6 @@
 #include "pf_resampling/input_checks.hpp"
 #include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/population/matrix_root.hpp"
-#include "pf_resampling_core/population/random_stream.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -25,23 +23,6 @@ constexpr double kUpright = 0.9;
 RangeBearingObservation to_observation(const LandmarkObservation& message) {
   return {message.id, message.range, wrap_angle(message.bearing), message.range_variance,
           message.bearing_variance};
-}
-
-// A saved filter is at its last scan; `motion` has brought the robot on since then. Each particle
-// draws its own, as it would with the next scan.
-void move(const OdometryIncrement& motion, std::uint64_t seed, SavedMap* map) {
-  map->pose = moved_by(map->pose, motion);
-  map->pose.covariance = 0.5 * (map->pose.covariance + map->pose.covariance.transpose()).eval();
-  const Eigen::Matrix3d root = lower_root(motion.covariance);
-  const RandomStream normals(seed, RandomPurpose::saving, map->step);
-  for (std::size_t i = 0; i < map->particles.size(); ++i) {
-    const Eigen::Vector3d offset =
-        root * Eigen::Vector3d(normals.normal(4 * i), normals.normal(4 * i + 1),
-                               normals.normal(4 * i + 2));
-    Pose2& pose = map->particles[i].pose;
-    pose = compose(pose, {motion.mean.x + offset[0], motion.mean.y + offset[1],
-                          motion.mean.heading + offset[2]});
-  }
 }
 
 }  // namespace
@@ -142,37 +123,6 @@ void FastSlamPipeline::reset() {
   odometry_.clear();
   forget_time();
   start_filter_anew();
-}
-
-std::string FastSlamPipeline::save_map(const std::string& path) {
-  SavedMap map = saved_map(&filter_, options_.map_file_particles);
-  if (!odometry_.empty() && odometry_.used() != odometry_.newest()) {
-    move(odometry_.since(), static_cast<std::uint64_t>(options_.seed), &map);
-  }
-  map.frame = options_.frames.map;
-  write_map_file(path, map);
-  return std::to_string(map.landmarks.size()) + " landmarks and " +
-         std::to_string(map.particles.size()) + " particles written to " + path;
-}
-
-std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
-  const SavedMap map = read_map_file(path);
-  FastSlamOptions options = options_.filter;
-  options.map.frozen = frozen;
-  filter_.set_options(options);
-  try {
-    filter_.load(map);
-  } catch (const Error&) {
-    filter_.set_options(options_.filter);
-    throw;
-  }
-  options_.filter = options;
-  take_new_belief();
-  odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
-                       options_.filter.odometry);
-  publish_results();
-  return std::to_string(map.landmarks.size()) + " landmarks loaded from " + path +
-         (frozen ? ", frozen" : "");
 }
 
 std::string FastSlamPipeline::set_particles(const geometry_msgs::PoseArray& poses,

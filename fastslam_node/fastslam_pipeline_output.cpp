@@ -17,11 +17,6 @@ constexpr double kRounding = 1e-9;
 // How long, s, a scan is shown at least.
 constexpr double kScanShown = 1.0;
 
-bool is_finite(const FilterStatus& status) {
-  return std::isfinite(status.effective_sample_size) && std::isfinite(status.entropy_sample_size) &&
-         std::isfinite(status.log_likelihood);
-}
-
 }  // namespace
 
 // What is for looking at, at rates of its own.
@@ -101,33 +96,19 @@ void FastSlamPipeline::publish_markers(ros::Time stamp) {
   }
   take(association_markers(frame, scan, map_, line, shown));
   take(pose_ellipse_markers(frame, *belief, 2.0 * line));
-  const auto finite_end = std::stable_partition(
-      markers.markers.begin(), markers.markers.end(),
-      [](const visualization_msgs::Marker& marker) { return is_finite(marker); });
-  for (auto marker = finite_end; marker != markers.markers.end(); ++marker) publisher_.hold_back();
-  markers.markers.erase(finite_end, markers.markers.end());
-  sinks_.markers(markers);
+  publisher_.publish_markers(markers);
 }
 
 void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
   if (!sinks_.status) return;
   const FastSlamStatus& filter = filter_.status();
-  FilterStatus message;
+  FilterStatus message = to_message(filter);
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
   message.strategy = strategy_;
   message.refused = refused_;
-  message.particles = static_cast<std::uint32_t>(filter.particles);
   message.landmarks = static_cast<std::uint32_t>(filter.landmarks);
-  message.effective_sample_size = filter.effective_sample_size;
-  message.entropy_sample_size = filter.entropy_sample_size;
-  message.distinct_ancestors = static_cast<std::uint32_t>(filter.distinct_ancestors);
-  message.renewed = filter.renewed;
-  message.updates = static_cast<std::uint64_t>(filter.updates);
-  message.renewals = static_cast<std::uint64_t>(filter.renewals);
-  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
   message.injected = injected_;
-  message.log_likelihood = filter.log_likelihood;
   message.observation = -1;
   message.update_time = update_time;
   message.latency = latency_;
@@ -135,11 +116,7 @@ void FastSlamPipeline::publish_status(ros::Time stamp, double update_time) {
   message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(scans_.size());
   message.rejects = to_messages(rejects_);
-  if (is_finite(message)) {
-    sinks_.status(message);
-  } else {
-    publisher_.hold_back();
-  }
+  publisher_.publish_status(message);
 }
 
 void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {

@@ -3,7 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pf_resampling/markers.hpp"
+
 namespace pf_resampling {
+namespace {
+
+bool is_finite(const FilterStatus& status) {
+  bool finite = std::isfinite(status.effective_sample_size) &&
+                std::isfinite(status.entropy_sample_size) && std::isfinite(status.log_likelihood) &&
+                std::isfinite(status.innovation) && std::isfinite(status.innovation_sigma) &&
+                std::isfinite(status.yaw_rate_bias) && std::isfinite(status.yaw_rate_bias_sigma);
+  for (const CalibrationStatus& radio : status.calibration) {
+    finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
+             std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);
+  }
+  return finite;
+}
+
+}  // namespace
 
 void add_parameters(OutputOptions* output, ParameterList* list) {
   const auto period = [&](const char* name, double* field, const char* help) {
@@ -102,6 +119,25 @@ void BeliefPublisher::publish_path(ros::Time stamp, const std::vector<ros::Time>
     path.add(stamps[i], frames_.map, all[i]);
   }
   sinks_->path(path.path());
+}
+
+void BeliefPublisher::publish_markers(const visualization_msgs::MarkerArray& markers) {
+  if (!sinks_->markers) return;
+  visualization_msgs::MarkerArray finite;
+  for (const visualization_msgs::Marker& marker : markers.markers) {
+    if (is_finite(marker)) {
+      finite.markers.push_back(marker);
+    } else {
+      hold_back();
+    }
+  }
+  sinks_->markers(finite);
+}
+
+void BeliefPublisher::publish_status(const FilterStatus& status) {
+  if (!sinks_->status) return;
+  if (!is_finite(status)) return hold_back();
+  sinks_->status(status);
 }
 
 }  // namespace pf_resampling

@@ -107,6 +107,10 @@ void CheckpointKeeper::take_result(bool wait) {
   if (!problem_.empty() && problem_ != before) log_(LogLevel::warning, problem_);
 }
 
+void CheckpointKeeper::report(const std::string& name, diagnostic_msgs::DiagnosticArray* array) {
+  if (is_used()) array->status.push_back(diagnostic(name));
+}
+
 diagnostic_msgs::DiagnosticStatus CheckpointKeeper::diagnostic(const std::string& name) {
   take_result(false);
   diagnostic_msgs::DiagnosticStatus status = make_diagnostic(name);

@@ -31,8 +31,8 @@ bool is_due(double period, ros::Time stamp, ros::Time* last);
 /// Standard deviation of the position, m.
 double position_sigma(const PoseEstimate& estimate);
 
-/// Gives out a filter's belief: pose, map -> odom, path and particle clouds. What is not finite is
-/// held back and counted.
+/// Gives out a filter's belief: pose, map -> odom, path, particle clouds, markers and status. What
+/// is not finite (of the markers: each that is not) is held back and counted.
 class BeliefPublisher {
  public:
   /// The sinks have to outlive it.
@@ -54,6 +54,8 @@ class BeliefPublisher {
   /// before than path_spacing are left out.
   void publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
                     const std::function<std::vector<Pose2>()>& poses);
+  void publish_markers(const visualization_msgs::MarkerArray& markers);
+  void publish_status(const FilterStatus& status);
   /// The next path is due, whenever the last one was.
   void hurry_path() { last_path_ = ros::Time(); }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <chrono>
@@ -8,6 +9,7 @@
 #include <string>
 
 #include "pf_resampling/pipeline_sinks.hpp"
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters.hpp"
 
 namespace pf_resampling {
@@ -49,9 +51,29 @@ class CheckpointKeeper {
   /// done in one line, or throws Error.
   std::string write_now(const std::string& path, const Write& write);
 
-  /// The entry in the diagnostics called `name`.
+  /// Of a pipeline: when one is due, a copy of what it knows is handed to the thread.
+  template <typename Pipeline>
+  void write_when_due(Pipeline* pipeline) {
+    if (!is_due()) return;
+    auto checkpoint = pipeline->checkpoint();
+    if (!checkpoint) return;
+    write([state = std::move(*checkpoint)](const std::string& path) {
+      write_checkpoint(path, state);
+    });
+  }
+  /// Writes what it knows at once, as write_now().
+  template <typename Pipeline>
+  std::string save(const std::string& path, Pipeline* pipeline) {
+    return write_now(path, [pipeline](const std::string& file) {
+      const auto state = pipeline->checkpoint();
+      if (!state) throw Error("checkpoint: there is nothing to save yet; wait for the first pose");
+      write_checkpoint(file, *state);
+    });
+  }
+
+  /// Adds the entry called `name` to the diagnostics, if there is anything to tell.
+  void report(const std::string& name, diagnostic_msgs::DiagnosticArray* array);
   diagnostic_msgs::DiagnosticStatus diagnostic(const std::string& name);
-  /// Whether there is anything to tell.
   bool is_used() const { return !options_.file.empty(); }
 
  private:

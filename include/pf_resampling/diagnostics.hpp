@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/RejectCount.h>
 
 #include "pf_resampling/dead_reckoning.hpp"
@@ -64,5 +65,21 @@ diagnostic_msgs::DiagnosticStatus timing_diagnostic(const std::string& name,
 
 /// As in FilterStatus.
 std::vector<RejectCount> to_messages(const RejectCounter& rejects);
+
+/// What the status of both filters says of the population (BeaconMclStatus, FastSlamStatus).
+template <typename Status>
+FilterStatus to_message(const Status& filter) {
+  FilterStatus message;
+  message.particles = static_cast<std::uint32_t>(filter.particles);
+  message.effective_sample_size = filter.effective_sample_size;
+  message.entropy_sample_size = filter.entropy_sample_size;
+  message.distinct_ancestors = static_cast<std::uint32_t>(filter.distinct_ancestors);
+  message.renewed = filter.renewed;
+  message.updates = static_cast<std::uint64_t>(filter.updates);
+  message.renewals = static_cast<std::uint64_t>(filter.renewals);
+  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
+  message.log_likelihood = filter.log_likelihood;
+  return message;
+}
 
 }  // namespace pf_resampling
