@@ -157,6 +157,32 @@ TEST_F(SimulateBag, TakesAWorldOfTheUserWithLandmarks) {
   EXPECT_NEAR(scans[0].observations[0].range_variance, 0.01, 1e-12);
 }
 
+TEST_F(SimulateBag, RepeatsADriveThatEnds) {
+  const std::string world = directory_.file("world.yaml");
+  write_file(world, "waypoints: [[0, 0], [20, 0]]\nrobot: {speed: 2.0, control_period: 0.05}\n");
+  // 20 m at 2 m/s, as often as it takes.
+  const auto once = messages<geometry_msgs::PoseStamped>(
+      simulate(world + " --duration 60", "1.bag"), "/ground_truth");
+  EXPECT_LT((once.back().header.stamp - once.front().header.stamp).toSec(), 10.1);
+  const auto again = messages<geometry_msgs::PoseStamped>(
+      simulate(world + " --duration 60 --repeat", "again.bag"), "/ground_truth");
+  EXPECT_NEAR((again.back().header.stamp - again.front().header.stamp).toSec(), 60.0, 1e-6);
+  int turns = 0;  // at the ends, one after the other
+  bool is_far = false;
+  for (const auto& truth : again) {
+    const double x = truth.pose.position.x;
+    if (is_far ? x > 3.0 : x < 17.0) continue;
+    is_far = !is_far;
+    ++turns;
+  }
+  EXPECT_GE(turns, 4);
+  EXPECT_LE(turns, 6);
+  const ProgramResult endless =
+      run_program("simulate_bag " + world + " " + world + ".bag --repeat");
+  EXPECT_EQ(endless.exit_code, 1);
+  EXPECT_TRUE(endless.is_one_line_error("simulate_bag")) << endless.error;
+}
+
 TEST_F(SimulateBag, HidesIdsAndTakesSettingsOfTheRobot) {
   const std::string known = simulate("indoor_two_loops --duration 10", "known.bag");
   const std::string unknown = simulate("indoor_two_loops --duration 10 --unknown-ids", "no.bag");

@@ -49,6 +49,8 @@ int simulate_bag(const std::vector<std::string>& arguments) {
                  "seed of the noise; the path driven does not depend on it")(
       "duration", po::value<double>()->value_name("S"),
       "length of the drive in seconds, instead of the world's")(
+      "repeat", po::bool_switch(),
+      "after the last way-point the first one again, until --duration is over")(
       "beacons-z", po::value<std::string>()->value_name("Z[,Z...]"),
       "height of all beacons, or of each, in metres, instead of the world's")(
       "speed", po::value<double>()->value_name("V"), "m/s, instead of the world's")(
@@ -61,6 +63,7 @@ int simulate_bag(const std::vector<std::string>& arguments) {
   line.example("simulate_bag beacons_circle circle.bag --seed 1");
   line.example("simulate_bag beacons_figure8 high.bag --duration 300 --beacons-z 2.5");
   line.example("simulate_bag indoor_two_loops loops.bag --unknown-ids");
+  line.example("simulate_bag indoor_two_loops hour.bag --repeat --duration 3600");
   line.example("simulate_bag my_world.yaml my_world.bag");
   line.example("simulate_bag example_webmap.mat webmap.bag --speed 2");
   if (!line.parse(arguments)) return 0;
@@ -74,6 +77,7 @@ int simulate_bag(const std::vector<std::string>& arguments) {
     world.duration = line.get<double>("duration");
     if (!(world.duration > 0.0)) throw UsageError("--duration has to be above 0, in seconds");
   }
+  if (line.get<bool>("repeat")) world.repeat = true;
   set_from(line, "speed", &world.drive.speed);
   set_from(line, "sensor-range", &world.landmark_sensor.range_max);
   set_from(line, "range-noise", &world.landmark_sensor.range_sigma);
