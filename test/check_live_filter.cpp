@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <pf_resampling/FilterStatus.h>
 #include <ros/ros.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -168,14 +167,6 @@ class Listener {
   std::vector<diagnostic_msgs::DiagnosticStatus> diagnostics_;
   std::vector<ros::Subscriber> subscribers_;
 };
-
-double resident_megabytes(pid_t process) {
-  std::ifstream file("/proc/" + std::to_string(process) + "/statm");
-  double pages = 0.0;
-  double resident = 0.0;
-  file >> pages >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
-}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;

@@ -6,11 +6,64 @@
 #include <ros/ros.h>
 
 #include <atomic>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace pf_resampling {
+
+/// What a strategy consists of and what it can be set to.
+struct StrategyParameter {
+  std::string name;
+  std::vector<std::string> choices;
+  std::string present;
+};
+
+namespace strategies {
+
+inline bool is_strategy(const std::string& name) {
+  for (const char* strategy :
+       {"population/schedule", "population/renewal", "population/resampling/scheme",
+        "population/resampling/inner_scheme", "population/resampling/weights_after",
+        "population/compensation/pairing", "population/compensation/covariance",
+        "population/compensation/weights_after", "excitation/method"}) {
+    if (name == strategy) return true;
+  }
+  return false;
+}
+
+// The values in "'value': 'systematic'" of the Python expression that says what can be chosen.
+inline std::vector<std::string> choices_of(const std::string& edit_method) {
+  const std::string key = "'value': '";
+  std::vector<std::string> choices;
+  for (std::size_t at = edit_method.find(key); at != std::string::npos;
+       at = edit_method.find(key, at)) {
+    at += key.size();
+    choices.push_back(edit_method.substr(at, edit_method.find('\'', at) - at));
+  }
+  return choices;
+}
+
+}  // namespace strategies
+
+/// All of them, as a running filter describes them. `filter`: name of its node.
+inline std::vector<StrategyParameter> strategy_parameters(const std::string& filter) {
+  const auto descriptions = ros::topic::waitForMessage<dynamic_reconfigure::ConfigDescription>(
+      filter + "/parameter_descriptions", ros::Duration(30.0));
+  if (!descriptions) throw std::runtime_error(filter + " describes no parameters");
+  std::vector<StrategyParameter> found;
+  for (const auto& group : descriptions->groups) {
+    for (const auto& parameter : group.parameters) {
+      if (!strategies::is_strategy(parameter.name)) continue;
+      found.push_back({parameter.name, strategies::choices_of(parameter.edit_method), ""});
+      for (const auto& entry : descriptions->dflt.strs) {
+        if (entry.name == parameter.name) found.back().present = entry.value;
+      }
+    }
+  }
+  return found;
+}
 
 /// Switches a running filter through every choice of every strategy, over and over, from a thread
 /// of its own; as a client of dynamic_reconfigure, so as a user would.
@@ -18,20 +71,12 @@ class StrategySwitcher {
  public:
   /// `filter`: name of its node; `period`: s of wall time between switches.
   StrategySwitcher(const std::string& filter, double period) : filter_(filter), period_(period) {
-    const auto descriptions = ros::topic::waitForMessage<dynamic_reconfigure::ConfigDescription>(
-        filter + "/parameter_descriptions", ros::Duration(30.0));
-    if (!descriptions) throw std::runtime_error(filter + " describes no parameters");
-    for (const auto& group : descriptions->groups) {
-      for (const auto& parameter : group.parameters) {
-        if (!is_strategy(parameter.name)) continue;
-        for (const std::string& choice : choices_of(parameter.edit_method)) {
-          switches_.push_back({parameter.name, choice});
-        }
-        // Back to what it was, so that what depends on it has its turn too.
-        for (const auto& entry : descriptions->dflt.strs) {
-          if (entry.name == parameter.name) switches_.push_back({entry.name, entry.value});
-        }
+    for (const StrategyParameter& parameter : strategy_parameters(filter)) {
+      for (const std::string& choice : parameter.choices) {
+        switches_.push_back({parameter.name, choice});
       }
+      // Back to what it was, so that what depends on it has its turn too.
+      switches_.push_back({parameter.name, parameter.present});
     }
     thread_ = std::thread([this] { run(); });
   }
@@ -49,29 +94,6 @@ class StrategySwitcher {
   struct Switch {
     std::string parameter, choice;
   };
-
-  static bool is_strategy(const std::string& name) {
-    for (const char* strategy :
-         {"population/schedule", "population/renewal", "population/resampling/scheme",
-          "population/resampling/inner_scheme", "population/resampling/weights_after",
-          "population/compensation/pairing", "population/compensation/covariance",
-          "population/compensation/weights_after", "excitation/method"}) {
-      if (name == strategy) return true;
-    }
-    return false;
-  }
-
-  // The values in "'value': 'systematic'" of the Python expression that says what can be chosen.
-  static std::vector<std::string> choices_of(const std::string& edit_method) {
-    const std::string key = "'value': '";
-    std::vector<std::string> choices;
-    for (std::size_t at = edit_method.find(key); at != std::string::npos;
-         at = edit_method.find(key, at)) {
-      at += key.size();
-      choices.push_back(edit_method.substr(at, edit_method.find('\'', at) - at));
-    }
-    return choices;
-  }
 
   void run() {
     while (!stopped_) {
