@@ -349,6 +349,15 @@ TEST_F(EvaluateSlamBag, JudgesMapAndShapeWhateverTheFrame) {
   EXPECT_NEAR(filter["mean_effective_sample_size"], (201 * 40.0 + 200 * 80.0) / 401.0, 1e-9);
 }
 
+TEST_F(EvaluateSlamBag, CallsNoRobotLostThatHasAFrameOfItsOwn) {
+  const std::string bag = slam_bag({3.0, -2.0, 0.7}, false, 10);
+  const auto text_of = [&](const std::string& options) {
+    return run_program("evaluate_bag " + bag + options).out;
+  };
+  EXPECT_EQ(text_of("").find("lost:"), std::string::npos);
+  EXPECT_NE(text_of(" --frame given").find("lost:"), std::string::npos);
+}
+
 TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
   EXPECT_EQ(evaluate(slam_bag({}, false, 10)).count("particles"), 0u);
   const std::string bag = slam_bag({}, false, 10, true);

@@ -95,13 +95,13 @@ std::vector<TruePose> reference_of(const std::vector<EstimatedPose>& estimate) {
   return reference;
 }
 
-/// Brings the filter's frame to the truth's. A map that was begun at nothing has a frame of its
-/// own, and only its start, or a fit, can tell where that lies.
 Pose2 to_pose2(const Eigen::Isometry3d& frame) {
   const Eigen::Matrix3d turn = frame.linear();
   return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
 }
 
+/// Brings the filter's frame to the truth's. A map that was begun at nothing has a frame of its
+/// own, and only its start, or a fit, can tell where that lies.
 struct FrameChoice {
   std::string frame = "given";  // "given", "start", "fit"
   Pose2 alignment;

@@ -272,12 +272,16 @@ void print(const std::string& bag, const Evaluation& evaluation) {
               percent(estimate.coverage95).c_str(), percent(estimate.coverage95_pose).c_str());
   std::printf("  truth inside its 3-sigma region:           %s of the time\n",
               percent(estimate.coverage_3sigma).c_str());
-  const std::string after =
-      estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
-  std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
-              after.c_str(), estimate.lost_error);
-  std::printf("  lost:                                      %s (error above that %s of the time)\n",
-              estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
+  // A map's own frame may lie askew, and before its first loop is closed a robot cannot know.
+  if (evaluation.frame == "given") {
+    const std::string after =
+        estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
+    std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
+                after.c_str(), estimate.lost_error);
+    std::printf(
+        "  lost:                                      %s (error above that %s of the time)\n",
+        estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
+  }
   if (estimate.uncovered > 0) {
     std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
                 estimate.truth_poses);
