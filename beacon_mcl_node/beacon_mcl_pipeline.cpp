@@ -17,8 +17,6 @@ namespace {
 // bounded by in them.
 constexpr double kHealthRate = 0.1;
 constexpr double kWildInnovation = 100.0;
-// Share of the extent of the beacons above which the position counts as not known.
-constexpr double kUnknownPosition = 0.1;
 
 bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& second) {
   return std::equal(first.begin(), first.end(), second.begin(), second.end(),
@@ -338,9 +336,9 @@ void BeaconMclPipeline::carry_belief_forward() {
 double BeaconMclPipeline::lost_probability() const {
   const std::optional<PoseEstimate> belief = estimate();
   if (!belief) return 1.0;
-  const double unknown = kUnknownPosition * extent_of(filter_->beacons());
+  const double extent = extent_of(filter_->beacons());
   return either_probability(lost_.probability(),
-                            unknown_probability(position_sigma(*belief), unknown));
+                            unknown_probability(position_sigma(*belief), extent));
 }
 
 void BeaconMclPipeline::take_belief() {

@@ -51,6 +51,7 @@ void FastSlamPipeline::start_filter_anew() {
   filter_.reset();
   if (start_map_) filter_.load(*start_map_);
   take_new_belief();
+  note_scene_of_map();
 }
 
 // ---- messages in ------------------------------------------------------------------------------
@@ -231,6 +232,7 @@ void FastSlamPipeline::update(const LandmarkObservationArray& scan) {
   used.robot = belief_.mean;
   used.outcomes = filter_.outcomes();
   note_outcomes(used, since_last);
+  note_scene(used);
   recover(used);
   latest_ = used;
   if (sinks_.updated) sinks_.updated(used.stamp, &filter_);
@@ -292,6 +294,23 @@ void FastSlamPipeline::note_outcomes(const LatestScan& scan, double duration) {
   }
 }
 
+void FastSlamPipeline::note_scene(const LatestScan& scan) {
+  const Pose2 sensor = compose(scan.robot, scan.sensor);
+  scene_.extend(Eigen::Vector2d(scan.robot.x, scan.robot.y));
+  for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
+    if (!scan.outcomes[k].is_new && scan.outcomes[k].accepted < 0.5) continue;
+    const RangeBearingObservation& z = scan.observations[k];
+    const double direction = sensor.heading + z.bearing;
+    scene_.extend(Eigen::Vector2d(sensor.x + z.range * std::cos(direction),
+                                  sensor.y + z.range * std::sin(direction)));
+  }
+}
+
+void FastSlamPipeline::note_scene_of_map() {
+  scene_ = Eigen::AlignedBox2d(Eigen::Vector2d(belief_.mean.x, belief_.mean.y));
+  for (const LandmarkEstimate& landmark : filter_.map()) scene_.extend(landmark.mean);
+}
+
 // A robot that was carried away sees known landmarks where they cannot be; where they all can be,
 // it is.
 void FastSlamPipeline::recover(const LatestScan& scan) {
@@ -299,7 +318,7 @@ void FastSlamPipeline::recover(const LatestScan& scan) {
   if (fits(scan.outcomes)) return sightings_.clear();
   sightings_.add(scan.stamp, compose(scan.robot, scan.sensor), scan.observations,
                  options_.filter.sensor, &filter_);
-  if (!(lost_probability() > 0.5) || !sightings_.suffice()) return;
+  if (!(lost_.probability() > 0.5) || !sightings_.suffice()) return;
   const std::optional<PoseEstimate> found = relocalize(sightings_.all(), belief_.mean);
   if (!found) return;
   log(LogLevel::warning, "lost: the landmarks seen of late fit the map from (" +
@@ -345,7 +364,10 @@ void FastSlamPipeline::forget_time(const DeadReckoning::Taken& jump) {
 }
 
 double FastSlamPipeline::lost_probability() const {
-  return lost_.probability();
+  const std::optional<PoseEstimate> belief = estimate();
+  const double sigma = position_sigma(belief.value_or(belief_));
+  return either_probability(lost_.probability(),
+                            unknown_probability(sigma, scene_.diagonal().norm()));
 }
 
 std::optional<PoseEstimate> FastSlamPipeline::estimate() const {

@@ -6,6 +6,7 @@
 #include <pf_resampling/LandmarkObservationArray.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -121,6 +122,8 @@ class FastSlamPipeline {
   void recover(const LatestScan& scan);
   void take_new_belief();
   void note_outcomes(const LatestScan& scan, double duration);
+  void note_scene(const LatestScan& scan);
+  void note_scene_of_map();
   void carry_belief_forward();
   void forget_time(const DeadReckoning::Taken& jump = {});
   void start_filter_anew();
@@ -153,6 +156,7 @@ class FastSlamPipeline {
   std::vector<LandmarkEstimate> map_;  // the last that was given out
   std::set<std::int64_t> labels_;      // ids that have a marker
   LostDetector lost_;
+  Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
   RecentSightings sightings_;
   std::uint64_t injected_ = 0;  // particles, where a lost robot was found
   UpdateTiming timing_;

@@ -7,6 +7,7 @@ namespace pf_resampling {
 std::optional<FastSlamCheckpoint> FastSlamPipeline::checkpoint() {
   if (odometry_.empty()) return std::nullopt;
   FastSlamCheckpoint checkpoint;
+  checkpoint.scene = scene_;
   checkpoint.filter = saved_map(&filter_, static_cast<int>(filter_.particles().size()));
   checkpoint.filter.frame = options_.frames.map;
   odometry_.save(&checkpoint.progress);
@@ -20,6 +21,7 @@ void FastSlamPipeline::resume(const FastSlamCheckpoint& checkpoint) {
   const std::string fault = fault_of(checkpoint.progress);
   if (!fault.empty()) throw Error("checkpoint: " + fault + "; start without it");
   filter_.load(checkpoint.filter);
+  scene_ = checkpoint.scene;
 
   scans_.clear();
   latest_ = LatestScan{};

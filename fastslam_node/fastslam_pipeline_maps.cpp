@@ -51,6 +51,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   }
   options_.filter = options;
   take_new_belief();
+  note_scene_of_map();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
                        options_.filter.odometry);
   publish_results();

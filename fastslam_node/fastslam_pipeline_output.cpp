@@ -133,8 +133,10 @@ void FastSlamPipeline::publish_diagnostics(ros::Time stamp) {
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", &mapping);
   }
-  if (lost_probability() > kLostWarning) {
+  if (lost_.probability() > kLostWarning) {
     worsen(DiagnosticStatus::WARN, "the observations do not fit the map: lost?", &mapping);
+  } else if (lost_probability() > kLostWarning) {
+    worsen(DiagnosticStatus::WARN, "the position is uncertain by a good part of the map", &mapping);
   }
   if (injected_ > reported_injected_) {
     worsen(DiagnosticStatus::WARN, "was lost: the robot was put where the landmarks seen fit",

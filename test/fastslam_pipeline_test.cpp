@@ -349,6 +349,19 @@ TEST(FastSlamPipeline, WithoutRecoveryACarriedRobotStaysLostAndSaysSo) {
   EXPECT_GT(run.out.statuses.back().lost, 0.5);
 }
 
+// The map is 20 m wide at most; a deviation of 5 m in x and y is a third of that.
+TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
+  FastSlamRig run;
+  run.feed(Drive::messages(40.0));
+  run.pipeline.handle(Drive::odometry(Drive::at(40.1)));  // the last scan is used
+  EXPECT_LT(run.pipeline.lost_probability(), 0.01);
+  run.pipeline.handle(initial_pose(40.1, Drive::truth(Drive::at(40.1)), 5.0));
+  EXPECT_GT(run.pipeline.lost_probability(), 0.9);
+  for (int i = 402; i <= 420; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message,
+            "the position is uncertain by a good part of the map");
+}
+
 TEST(FastSlamPipeline, AnInitialPoseCanComeBeforeAllOdometry) {
   const Pose2 start{4.0, -3.0, 1.0};
   FastSlamRig run;

@@ -99,6 +99,27 @@ TEST(FaultStudy, AreaUnderTheCurveByHand) {
   EXPECT_EQ(characteristic.lost_samples, 2);
 }
 
+// A map turned by a quarter and shifted; two landmarks do not say how it lies.
+TEST(FaultStudy, AMapTellsHowItsFrameLies) {
+  const Pose2 frame{3.0, -1.0, 0.5 * kPi};
+  std::vector<PointLandmark> truth, map;
+  for (int i = 0; i < 3; ++i) {
+    PointLandmark landmark;
+    landmark.id = 6 + i;
+    landmark.position = {4.0 * i, 1.0 * i * i};
+    truth.push_back(landmark);
+    EXPECT_EQ(map_to_truth(map, truth).has_value(), false);
+    const Pose2 seen = relative(frame, {landmark.position.x(), landmark.position.y(), 0.0});
+    landmark.position = {seen.x, seen.y};
+    map.push_back(landmark);
+  }
+  const std::optional<Pose2> found = map_to_truth(map, truth);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->x, frame.x, 1e-9);
+  EXPECT_NEAR(found->y, frame.y, 1e-9);
+  EXPECT_NEAR(found->heading, frame.heading, 1e-9);
+}
+
 TEST(FaultStudy, GoodAgainIsTenSecondsBelowTheLimit) {
   FaultRun run;
   for (int second = 0; second < 60; ++second) {

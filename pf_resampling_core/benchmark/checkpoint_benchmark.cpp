@@ -98,6 +98,7 @@ BENCHMARK(copy_fastslam)
 void write_fastslam(benchmark::State& state) {
   FastSlam filter = mapping(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   const FastSlamCheckpoint checkpoint = {some_progress(),
+                                         Eigen::AlignedBox2d(Eigen::Vector2d::Zero()),
                                          saved_map(&filter, static_cast<int>(state.range(0)))};
   for (auto _ : state) write_checkpoint(file(), checkpoint);
   report_size(state);
@@ -111,9 +112,9 @@ BENCHMARK(write_fastslam)
 
 void read_fastslam(benchmark::State& state) {
   FastSlam filter = mapping(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-  write_checkpoint(
-      file(),
-      FastSlamCheckpoint{some_progress(), saved_map(&filter, static_cast<int>(state.range(0)))});
+  write_checkpoint(file(),
+                   FastSlamCheckpoint{some_progress(), Eigen::AlignedBox2d(Eigen::Vector2d::Zero()),
+                                      saved_map(&filter, static_cast<int>(state.range(0)))});
   for (auto _ : state) benchmark::DoNotOptimize(read_fastslam_checkpoint(file()));
   report_size(state);
 }

@@ -76,8 +76,9 @@ Summary summary_of(const FaultResult& result, double lost_error) {
 std::string to_markdown(const FaultStudy& study) {
   const std::string of_all = " of " + std::to_string(study.options.seeds);
   std::string text = "# Faults: " + study.recording + "\n\n";
-  text += "Medians over " + std::to_string(study.options.seeds) +
-          " seeds. Errors in m: in the 30 s before, while it lasts (30 s at least), the largest "
+  text += "Medians over " + std::to_string(study.options.seeds) + " seeds. Errors in m" +
+          (study.is_in_map ? ", in the filter's map of that moment laid on the true one: " : ": ") +
+          "in the 30 s before, while it lasts (30 s at least), the largest "
           "then, and in the last 30 s of the drive. *Good after*: s until the error stays below " +
           fixed(study.lost_error, 2) +
           " m for ten seconds. *Says*: the first diagnostic that was not there before, and after "

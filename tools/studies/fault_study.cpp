@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <set>
 
@@ -22,6 +23,7 @@ constexpr double kSamplePeriod = 1.0;
 // Seconds before a fault in which a map's frame is laid on the truth's, and samples that takes.
 constexpr double kFramePeriod = 120.0;
 constexpr std::size_t kFewestForFrame = 10;
+constexpr std::size_t kFewestLandmarksForFrame = 3;
 constexpr double kStaysGood = 10.0;
 // Of the first faults, nothing and kidnapping: by them the probability of being lost is judged.
 constexpr int kJudged = 2;
@@ -52,30 +54,43 @@ class Recorder {
     sinks->diagnostics = [this](const auto& array) { take(array); };
   }
 
+  /// The map of this moment, if a sample is due: it is what the robot knows its place in.
+  void watch_map(FastSlam* filter, double time) {
+    if (fault_.drive.landmarks.empty() || std::abs(time - map_time_) < kSamplePeriod) return;
+    map_time_ = time;
+    std::vector<PointLandmark> map;
+    for (const LandmarkEstimate& landmark : filter->map()) {
+      map.push_back({static_cast<std::int32_t>(landmark.id), landmark.mean, landmark.covariance});
+    }
+    frame_ = map_to_truth(map, fault_.drive.landmarks);
+  }
+
   /// The stamps of the next message, and of what comes of it, are wrong by so much, s.
   void set_clock_error(double error) { clock_error_ = error; }
 
-  /// The errors, when the drive is over. Beacons give the frame; that of a map is the filter's own,
-  /// and is laid on the truth where it fits best before the fault.
+  /// The errors, when the drive is over. Beacons give the frame; that of a map is the filter's own.
   void judge() {
-    Pose2 to_truth;
-    if (fault_.drive.beacons.empty() && !estimated_.empty()) {
-      std::vector<Eigen::Vector2d> from, to;
-      for (std::size_t i = 0; i < estimated_.size(); ++i) {
-        const double before = fault_.begin - run_->samples[i].time;
-        if (before < 0.0 || before > kFramePeriod) continue;
-        from.push_back(estimated_[i]);
-        to.push_back(true_[i]);
-      }
-      const bool too_few = from.size() < kFewestForFrame;
-      to_truth = too_few ? align_points(estimated_, true_) : align_points(from, to);
-    }
+    const bool is_own = fault_.drive.beacons.empty() && !estimated_.empty();
+    const Pose2 before = is_own ? frame_before_fault() : Pose2();
     for (std::size_t i = 0; i < estimated_.size(); ++i) {
-      run_->samples[i].error = (moved(estimated_[i], to_truth) - true_[i]).norm();
+      const Pose2 frame = is_own ? frames_[i].value_or(before) : Pose2();
+      run_->samples[i].error = (moved(estimated_[i], frame) - true_[i]).norm();
     }
   }
 
  private:
+  /// Laid on the truth where the path fits best before the fault.
+  Pose2 frame_before_fault() const {
+    std::vector<Eigen::Vector2d> from, to;
+    for (std::size_t i = 0; i < estimated_.size(); ++i) {
+      const double before = fault_.begin - run_->samples[i].time;
+      if (before < 0.0 || before > kFramePeriod) continue;
+      from.push_back(estimated_[i]);
+      to.push_back(true_[i]);
+    }
+    return from.size() < kFewestForFrame ? align_points(estimated_, true_) : align_points(from, to);
+  }
+
   void take(double time, const PoseEstimate& estimate) {
     run_->all_finite =
         run_->all_finite && is_finite(estimate.mean) && estimate.covariance.allFinite();
@@ -88,8 +103,10 @@ class Recorder {
     samples.push_back({time, 0.0, lost_()});
     estimated_.resize(samples.size());
     true_.resize(samples.size());
+    frames_.resize(samples.size());
     estimated_.back() = {estimate.mean.x, estimate.mean.y};
     true_.back() = {truth->x, truth->y};
+    frames_.back() = frame_;
   }
 
   void take(const diagnostic_msgs::DiagnosticArray& array) {
@@ -111,6 +128,9 @@ class Recorder {
   double clock_error_ = 0.0;
   std::function<double()> lost_;
   std::vector<Eigen::Vector2d> estimated_, true_;  // places, of every sample
+  std::vector<std::optional<Pose2>> frames_;       // of the map at every sample
+  std::optional<Pose2> frame_;
+  double map_time_ = -std::numeric_limits<double>::infinity();
   std::set<std::string> usual_;
 };
 
@@ -121,6 +141,11 @@ void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) 
   Sinks sinks;
   std::unique_ptr<Pipeline> pipeline;
   recorder.connect(&sinks, [&] { return pipeline->lost_probability(); });
+  if constexpr (std::is_same_v<Sinks, FastSlamSinks>) {
+    sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
+      recorder.watch_map(filter, stamp.toSec());
+    };
+  }
   pipeline = std::make_unique<Pipeline>(options, sinks);
   for (std::size_t i = 0; i < fault.drive.messages.size(); ++i) {
     recorder.set_clock_error(fault.clock_errors.empty() ? 0.0 : fault.clock_errors[i]);
@@ -157,6 +182,17 @@ void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, F
 }
 
 }  // namespace
+
+std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
+                                  const std::vector<PointLandmark>& truth) {
+  std::vector<Eigen::Vector2d> from, to;
+  for (const LandmarkMatch& match : match_by_id(map, truth)) {
+    from.push_back(map[match.estimated].position);
+    to.push_back(truth[match.truth].position);
+  }
+  if (from.size() < kFewestLandmarksForFrame) return std::nullopt;
+  return align_points(from, to);
+}
 
 double FaultRun::mean_error(double begin, double end) const {
   double sum = 0.0;
@@ -237,6 +273,7 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   study.recording = recording;
   study.options = options;
   study.lost_error = usual_lost_error(drive.truth);
+  study.is_in_map = drive.beacons.empty() && !drive.landmarks.empty();
   std::vector<Fault> faults =
       all_faults(drive, options.share, RandomStream(1, RandomPurpose::simulation_observation, 0));
   const auto is_unwanted = [&](const Fault& fault) {

@@ -61,11 +61,20 @@ struct FaultStudy {
   std::string recording;
   FaultStudyOptions options;
   double lost_error = 0.0;  ///< m
+  bool is_in_map = false;   ///< errors are those in the filter's map
   std::vector<FaultResult> results;
   LostCharacteristic characteristic;  ///< of the runs with kidnapping and with no fault
 };
 
-/// Runs it. Throws Error on options that make no sense.
+/// The turn and shift that bring a map, and with it a robot that knows its place in it, to the
+/// truth: by the landmarks of equal ids. Nothing below three of them.
+std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
+                                  const std::vector<PointLandmark>& truth);
+
+/// Runs it. An error is the distance to the true place. On a drive among landmarks the filter's
+/// frame is its own: it is laid on the truth's by the filter's map of that moment, so that an error
+/// is what the robot is wrong in its map, or, where the true landmarks are not known, by the path
+/// before the fault. Throws Error on options that make no sense.
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
                            const FaultStudyOptions& options,
                            const std::function<void(std::uint64_t)>& progress);

@@ -20,13 +20,16 @@ constexpr double kMovedShare = 0.1;  // of the map's extent, by which a landmark
 // Of what befalls some messages only, the share.
 constexpr double kBadShare = 0.1;
 
+/// The same world, in which nothing has been said yet.
+RecordedDrive without_messages(const RecordedDrive& drive) {
+  return {{}, drive.truth, drive.beacons, drive.landmarks};
+}
+
 using Change = std::function<bool(DriveMessage*)>;  // false: it is left out
 
 Fault change(const RecordedDrive& drive, const std::string& name, double begin, double end,
              const Change& change) {
-  Fault fault = {name, begin, end, {}};
-  fault.drive.truth = drive.truth;
-  fault.drive.beacons = drive.beacons;
+  Fault fault = {name, begin, end, without_messages(drive)};
   for (const DriveMessage& message : drive.messages) {
     const double time = stamp_of(message).toSec();
     DriveMessage copy = message;
@@ -263,7 +266,7 @@ void add_bad_messages(const RecordedDrive& drive, double begin, double end,
 
 void add_time_faults(const RecordedDrive& drive, double first, double last, double begin,
                      const RandomStream& random, std::vector<Fault>* faults) {
-  Fault twice = {"every message comes twice", first, last, {{}, drive.truth, drive.beacons}};
+  Fault twice = {"every message comes twice", first, last, without_messages(drive)};
   for (const DriveMessage& message : drive.messages) {
     twice.drive.messages.insert(twice.drive.messages.end(), 2, message);
   }
@@ -299,9 +302,8 @@ void add_time_faults(const RecordedDrive& drive, double first, double last, doub
   faults->push_back(set);
 
   // The first half is played again after it ended: time jumps back, and on from there.
-  Fault loops = {"the bag loops: its first part is played again", begin, begin + 0.5, {}};
-  loops.drive.truth = drive.truth;
-  loops.drive.beacons = drive.beacons;
+  Fault loops = {"the bag loops: its first part is played again", begin, begin + 0.5,
+                 without_messages(drive)};
   for (const DriveMessage& message : drive.messages) {
     if (stamp_of(message).toSec() <= begin) loops.drive.messages.push_back(message);
   }
@@ -328,8 +330,9 @@ Fault kidnapped(const RecordedDrive& drive, double begin, double distance) {
                 fixed(begin, 1) + " s");
   }
   const double cut = to->time - begin;
-  Fault fault = {"kidnapped by " + fixed(distance, 0) + " m", begin, begin, {}};
-  fault.drive.beacons = drive.beacons;
+  Fault fault = {"kidnapped by " + fixed(distance, 0) + " m", begin, begin,
+                 without_messages(drive)};
+  fault.drive.truth.clear();
   std::optional<Pose2> last;         // odometry before
   std::optional<Pose2> first_after;  // and as received after
   for (const DriveMessage& message : drive.messages) {

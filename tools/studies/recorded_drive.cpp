@@ -39,6 +39,7 @@ RecordedDrive read_drive(const std::string& path) {
     throw Error(path + ": there is neither a message on /ranges nor on /landmarks");
   drive.truth = truth_while_recording(read_truth(bag, "/ground_truth"), read_poses(bag, "/odom"));
   drive.beacons = read_beacons(bag, "/beacons");
+  drive.landmarks = read_landmark_map(bag, "/ground_truth_landmarks").value_or(drive.landmarks);
   return drive;
 }
 

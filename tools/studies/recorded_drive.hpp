@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 
@@ -25,7 +26,8 @@ using DriveMessage = std::variant<nav_msgs::Odometry, BeaconRange, BeaconArray,
 struct RecordedDrive {
   std::vector<DriveMessage> messages;
   std::vector<TruePose> truth;
-  std::vector<Beacon> beacons;  ///< empty on a drive among landmarks
+  std::vector<Beacon> beacons;           ///< empty on a drive among landmarks
+  std::vector<PointLandmark> landmarks;  ///< where they are, if the recording says so
 };
 
 /// Reads odometry, ranges and beacons, or landmark observations, transforms and the truth from a

@@ -126,8 +126,8 @@ BeaconMclParticles read_particles(std::size_t radios, LineReader* reader) {
   return particles;
 }
 
-SavedBeaconMcl read_filter(LineReader* reader) {
-  SavedBeaconMcl filter;
+void read_filter(LineReader* reader, BeaconMclCheckpoint* checkpoint) {
+  SavedBeaconMcl& filter = checkpoint->filter;
   const std::int64_t beacons = take_count("beacons", kMost, reader);
   for (std::int64_t i = 0; i < beacons; ++i) {
     reader->take("beacon", 5);
@@ -168,7 +168,14 @@ SavedBeaconMcl read_filter(LineReader* reader) {
   }
   filter.particles = read_particles(filter.calibration_times.size(), reader);
   reader->refuse_if(fault_of(filter));
-  return filter;
+}
+
+void read_scene_and_map(LineReader* reader, FastSlamCheckpoint* checkpoint) {
+  reader->take("scene", 4);
+  checkpoint->scene = Eigen::AlignedBox2d(Eigen::Vector2d(reader->finite(1), reader->finite(2)),
+                                          Eigen::Vector2d(reader->finite(3), reader->finite(4)));
+  reader->refuse_if(fault_of(checkpoint->scene));
+  checkpoint->filter = read_map_lines(reader);
 }
 
 template <typename Checkpoint, typename ReadFilter>
@@ -186,7 +193,7 @@ Checkpoint read(const std::string& path, const char* filter, const ReadFilter& r
   if (found != filter) reader.refuse(text_file::printable(found) + " is no filter");
   Checkpoint checkpoint;
   checkpoint.progress = read_progress(&reader);
-  checkpoint.filter = read_filter_lines(&reader);
+  read_filter_lines(&reader, &checkpoint);
   reader.take_end();
   return checkpoint;
 }
@@ -198,7 +205,7 @@ BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path) {
 }
 
 FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path) {
-  return read<FastSlamCheckpoint>(path, checkpoint_lines::kFastSlam, read_map_lines);
+  return read<FastSlamCheckpoint>(path, checkpoint_lines::kFastSlam, read_scene_and_map);
 }
 
 }  // namespace pf_resampling

@@ -159,6 +159,12 @@ std::string fault_of(const SavedProgress& progress) {
   return {};
 }
 
+std::string fault_of(const Eigen::AlignedBox2d& scene) {
+  if (!scene.min().allFinite() || !scene.max().allFinite()) return "the scene is not finite";
+  if (scene.isEmpty()) return "the scene is empty";
+  return {};
+}
+
 void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint) {
   refuse_if(fault_of(checkpoint.progress));
   refuse_if(fault_of(checkpoint.filter));
@@ -168,9 +174,15 @@ void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkp
 
 void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint) {
   refuse_if(fault_of(checkpoint.progress));
+  refuse_if(fault_of(checkpoint.scene));
   check_saved_map(checkpoint.filter);
-  write(path, checkpoint_lines::kFastSlam, checkpoint.progress,
-        [&](LineWriter* writer) { write_map_lines(checkpoint.filter, writer); });
+  write(path, checkpoint_lines::kFastSlam, checkpoint.progress, [&](LineWriter* writer) {
+    const Eigen::AlignedBox2d& scene = checkpoint.scene;
+    writer->line("# smallest x and y, largest x and y, of robot and landmarks so far");
+    writer->line(
+        line_of("scene", scene.min().x(), scene.min().y(), scene.max().x(), scene.max().y()));
+    write_map_lines(checkpoint.filter, writer);
+  });
 }
 
 }  // namespace pf_resampling

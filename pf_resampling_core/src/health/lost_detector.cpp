@@ -11,6 +11,8 @@ namespace {
 
 // Weight of a new innovation in their running mean.
 constexpr double kInnovationRate = 0.05;
+// Share of the extent of a scene: who is that uncertain does not know.
+constexpr double kUnknownShare = 0.1;
 // No observation, and no time, makes certain.
 constexpr double kLeast = 1e-6;
 
@@ -58,8 +60,9 @@ void LostDetector::observe(double squared_distance, int dimensions, double durat
   probability_ = std::clamp(odds, kLeast, 1.0 - kLeast);
 }
 
-double unknown_probability(double position_sigma, double unknown) {
-  const double ratio = position_sigma / unknown;
+double unknown_probability(double position_sigma, double extent) {
+  if (position_sigma == 0.0) return 0.0;
+  const double ratio = position_sigma / (kUnknownShare * extent);
   return 1.0 - std::exp(-ratio * ratio);
 }
 

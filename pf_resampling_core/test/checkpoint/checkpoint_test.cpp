@@ -221,11 +221,15 @@ SavedMap small_map() {
 }
 
 // That the map itself comes back is tested with the files of maps.
+const Eigen::AlignedBox2d kScene(Eigen::Vector2d(-1.0 / 3.0, -2.0), Eigen::Vector2d(7.0, 0.1));
+
 TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
-  const FastSlamCheckpoint checkpoint = {some_progress(), small_map()};
+  const FastSlamCheckpoint checkpoint = {some_progress(), kScene, small_map()};
   write_checkpoint(path_, checkpoint);
   const FastSlamCheckpoint read = read_fastslam_checkpoint(path_);
   expect_same(read.progress, checkpoint.progress);
+  EXPECT_EQ(read.scene.min(), kScene.min());
+  EXPECT_EQ(read.scene.max(), kScene.max());
   ASSERT_EQ(read.filter.particles.size(), 3u);
   EXPECT_EQ(read.filter.particles[2].pose.x, checkpoint.filter.particles[2].pose.x);
   EXPECT_EQ(read.filter.particles[2].landmarks[0].mean,
@@ -246,7 +250,7 @@ std::string refusal(const Read& read, const std::string& path) {
 }
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
-  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), small_map()});
+  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
   EXPECT_EQ(
       refusal(read_beacon_mcl_checkpoint, path_),
       "checkpoint " + path_ + " is one of fastslam, not of beacon_mcl; name one of that filter");
@@ -255,12 +259,12 @@ TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
             std::string::npos);
   EXPECT_NE(refusal(read_fastslam_checkpoint, folder_ + "/none").find("cannot be read"),
             std::string::npos);
-  EXPECT_THROW(
-      write_checkpoint(folder_ + "/none/a", FastSlamCheckpoint{some_progress(), small_map()}),
-      Error);
+  EXPECT_THROW(write_checkpoint(folder_ + "/none/a",
+                                FastSlamCheckpoint{some_progress(), kScene, small_map()}),
+               Error);
   SavedProgress progress = some_progress();
   progress.used += 1000000000;
-  EXPECT_THROW(write_checkpoint(path_, FastSlamCheckpoint{progress, small_map()}), Error);
+  EXPECT_THROW(write_checkpoint(path_, FastSlamCheckpoint{progress, kScene, small_map()}), Error);
 }
 
 // Every byte: cut off before it, each bit turned over, a byte put in, the byte left out.
@@ -300,7 +304,7 @@ TEST_F(CheckpointFile, AnyDamageIsRefused) {
   for (int t = 0; t < 12; ++t) step(t, &filter);
   write_checkpoint(path_, BeaconMclCheckpoint{some_progress(), filter.saved()});
   expect_damage_refused(read_beacon_mcl_checkpoint, path_);
-  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), small_map()});
+  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
   expect_damage_refused(read_fastslam_checkpoint, path_);
 }
 

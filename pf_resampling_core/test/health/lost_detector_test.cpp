@@ -88,7 +88,9 @@ TEST(LostDetector, WhatIsNotFiniteIsPassedOverAndTheFarthestCounts) {
 
 TEST(LostDetector, ProbabilitiesOfNotKnowing) {
   EXPECT_EQ(unknown_probability(0.0, 10.0), 0.0);
-  EXPECT_NEAR(unknown_probability(10.0, 10.0), 1.0 - std::exp(-1.0), 1e-12);
+  EXPECT_EQ(unknown_probability(0.0, 0.0), 0.0);
+  EXPECT_EQ(unknown_probability(1.0, 0.0), 1.0);
+  EXPECT_NEAR(unknown_probability(1.0, 10.0), 1.0 - std::exp(-1.0), 1e-12);
   EXPECT_NEAR(either_probability(0.5, 0.5), 0.75, 1e-12);
 }
 

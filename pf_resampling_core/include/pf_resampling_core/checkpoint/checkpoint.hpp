@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -41,11 +42,14 @@ struct BeaconMclCheckpoint {
 };
 struct FastSlamCheckpoint {
   SavedProgress progress;
+  /// Where the robot has been and has seen landmarks, m, map frame.
+  Eigen::AlignedBox2d scene = Eigen::AlignedBox2d(Eigen::Vector2d::Zero());
   SavedMap filter;
 };
 
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedProgress& progress);
+std::string fault_of(const Eigen::AlignedBox2d& scene);
 
 /// Writes a checkpoint as text: see doc/checkpoints.md. Numbers come back to the bit. The file
 /// appears whole or not at all: written beside, synchronized, renamed. Throws Error, naming the

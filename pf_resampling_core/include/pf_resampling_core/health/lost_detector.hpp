@@ -44,9 +44,9 @@ class LostDetector {
   double normalized_innovation_ = 1.0;
 };
 
-/// Probability that a belief with this deviation of the position (m) is none, in a scene in which
-/// `unknown` (m) counts as not knowing: 1 - exp(-(sigma/unknown)^2).
-double unknown_probability(double position_sigma, double unknown);
+/// Probability that a belief with this deviation of the position (m) is none, in a scene of this
+/// extent (m), a tenth of which counts as not knowing: 1 - exp(-(sigma/(0.1 extent))^2).
+double unknown_probability(double position_sigma, double extent);
 
 /// That either is the case.
 double either_probability(double first, double second);
