@@ -17,6 +17,8 @@ namespace {
 constexpr double kBelievedDistance = 2.0;
 // Squared distance that one counts with that was not believed: far out, for a filter that is right.
 constexpr double kUnbelievedDistance = 25.0;
+// m: a robot that has just begun has no scene yet.
+constexpr double kSmallestScene = 1.0;
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -365,9 +367,12 @@ void FastSlamPipeline::forget_time(const DeadReckoning::Taken& jump) {
 
 double FastSlamPipeline::lost_probability() const {
   const std::optional<PoseEstimate> belief = estimate();
-  const double sigma = position_sigma(belief.value_or(belief_));
+  const PoseEstimate& robot = belief ? *belief : belief_;
+  Eigen::AlignedBox2d scene = scene_;
+  scene.extend(Eigen::Vector2d(robot.mean.x, robot.mean.y));
+  const double extent = std::max(scene.diagonal().norm(), kSmallestScene);
   return either_probability(lost_.probability(),
-                            unknown_probability(sigma, scene_.diagonal().norm()));
+                            unknown_probability(position_sigma(robot), extent));
 }
 
 std::optional<PoseEstimate> FastSlamPipeline::estimate() const {

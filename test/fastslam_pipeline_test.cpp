@@ -362,6 +362,14 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
             "the position is uncertain by a good part of the map");
 }
 
+TEST(FastSlamPipeline, ARobotThatHasJustBegunIsNotLost) {
+  FastSlamRig run;
+  for (int i = 0; i <= 30; ++i) {
+    run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+    ASSERT_LT(run.pipeline.lost_probability(), 0.5) << i;  // from there on it warns
+  }
+}
+
 TEST(FastSlamPipeline, AnInitialPoseCanComeBeforeAllOdometry) {
   const Pose2 start{4.0, -3.0, 1.0};
   FastSlamRig run;

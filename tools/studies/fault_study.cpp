@@ -56,6 +56,8 @@ class Recorder {
 
   /// The map of this moment, if a sample is due: it is what the robot knows its place in.
   void watch_map(FastSlam* filter, double time) {
+    // Ids of landmarks that were told apart by their places are none of the true ones.
+    if (filter->association() != DataAssociation::known) return;
     if (fault_.drive.landmarks.empty() || std::abs(time - map_time_) < kSamplePeriod) return;
     map_time_ = time;
     std::vector<PointLandmark> map;
@@ -63,6 +65,7 @@ class Recorder {
       map.push_back({static_cast<std::int32_t>(landmark.id), landmark.mean, landmark.covariance});
     }
     frame_ = map_to_truth(map, fault_.drive.landmarks);
+    run_->is_in_map = run_->is_in_map || frame_.has_value();
   }
 
   /// The stamps of the next message, and of what comes of it, are wrong by so much, s.
@@ -273,7 +276,6 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   study.recording = recording;
   study.options = options;
   study.lost_error = usual_lost_error(drive.truth);
-  study.is_in_map = drive.beacons.empty() && !drive.landmarks.empty();
   std::vector<Fault> faults =
       all_faults(drive, options.share, RandomStream(1, RandomPurpose::simulation_observation, 0));
   const auto is_unwanted = [&](const Fault& fault) {
@@ -306,6 +308,7 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
       samples.insert(samples.end(), run.samples.begin(), run.samples.end());
     }
   }
+  study.is_in_map = study.results.front().runs.front().is_in_map;
   study.characteristic = characteristic_of(samples, study.lost_error);
   return study;
 }

@@ -35,6 +35,7 @@ struct FaultRun {
   std::vector<Sample> samples;
   std::optional<Alarm> alarm;  ///< the first diagnostic that was not there before the fault
   bool all_finite = true;      ///< whether all poses were
+  bool is_in_map = false;      ///< whether errors are those in the filter's map
 
   double mean_error(double begin, double end) const;
   double largest_error(double begin, double end) const;
@@ -73,8 +74,8 @@ std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
 
 /// Runs it. An error is the distance to the true place. On a drive among landmarks the filter's
 /// frame is its own: it is laid on the truth's by the filter's map of that moment, so that an error
-/// is what the robot is wrong in its map, or, where the true landmarks are not known, by the path
-/// before the fault. Throws Error on options that make no sense.
+/// is what the robot is wrong in its map, or, where landmarks have no ids or no true place, by the
+/// path before the fault. Throws Error on options that make no sense.
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
                            const FaultStudyOptions& options,
                            const std::function<void(std::uint64_t)>& progress);

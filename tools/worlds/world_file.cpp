@@ -17,8 +17,8 @@ namespace {
 // a misspelt one never silently leaves a default in place.
 class Section {
  public:
-  Section(YAML::Node node, std::string source, std::string path)
-      : node_(std::move(node)), source_(std::move(source)), path_(std::move(path)) {
+  Section(const YAML::Node& node, std::string source, std::string path)
+      : node_(node), source_(std::move(source)), path_(std::move(path)) {
     if (!node_.IsMap()) fail(node_, path_.empty() ? "the file" : path_, "has to be a map of keys");
   }
 
