@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "pf_resampling/input_checks.hpp"
+#include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
 

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "pf_resampling/frame_names.hpp"
-#include "pf_resampling/rejects.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
+#include "src/frames/frame_names.hpp"
+#include "src/messages/rejects.hpp"
 
 namespace pf_resampling {
 

@@ -6,9 +6,9 @@
 #include <cstdio>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
-#include "pf_resampling/node_support.hpp"
-#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/node/node_support.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

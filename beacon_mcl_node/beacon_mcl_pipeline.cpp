@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
-#include "pf_resampling/conversions.hpp"
-#include "pf_resampling/given_particles_message.hpp"
-#include "pf_resampling/input_checks.hpp"
-#include "pf_resampling/markers.hpp"
-#include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/strategy/summary.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/messages/given_particles_message.hpp"
+#include "src/messages/input_checks.hpp"
+#include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -17,15 +17,15 @@
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
-#include "pf_resampling/belief_publisher.hpp"
-#include "pf_resampling/dead_reckoning.hpp"
-#include "pf_resampling/diagnostics.hpp"
-#include "pf_resampling/pipeline_sinks.hpp"
-#include "pf_resampling/rejects.hpp"
-#include "pf_resampling/static_frames.hpp"
-#include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/checkpoint/checkpoint.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "src/diagnostics/diagnostics.hpp"
+#include "src/frames/static_frames.hpp"
+#include "src/messages/rejects.hpp"
+#include "src/odometry/dead_reckoning.hpp"
+#include "src/pipeline/belief_publisher.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
 
 namespace pf_resampling {
 

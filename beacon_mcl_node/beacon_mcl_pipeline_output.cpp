@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
-#include "pf_resampling/diagnostics.hpp"
-#include "pf_resampling/markers.hpp"
+#include "src/diagnostics/diagnostics.hpp"
+#include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,7 +1,7 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 
-#include "pf_resampling/frame_pattern.hpp"
-#include "pf_resampling/text_parameter.hpp"
+#include "src/configuration/text_parameter.hpp"
+#include "src/frames/frame_pattern.hpp"
 
 namespace pf_resampling {
 ParameterList parameters_of(BeaconMclPipelineOptions* options) {

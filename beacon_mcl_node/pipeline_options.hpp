@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling/belief_publisher.hpp"
-#include "pf_resampling/checkpoint_keeper.hpp"
-#include "pf_resampling/configuration.hpp"
-#include "pf_resampling/frame_names.hpp"
-#include "pf_resampling/odometry_buffer.hpp"
-#include "pf_resampling_core/beacon_mcl/options.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
-#include "pf_resampling_core/parameters.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
+#include "src/checkpoint/checkpoint_keeper.hpp"
+#include "src/configuration/configuration.hpp"
+#include "src/frames/frame_names.hpp"
+#include "src/odometry/odometry_buffer.hpp"
+#include "src/pipeline/belief_publisher.hpp"
 
 namespace pf_resampling {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "pf_resampling/frame_pattern.hpp"
-#include "pf_resampling/rejects.hpp"
+#include "src/frames/frame_pattern.hpp"
+#include "src/messages/rejects.hpp"
 
 namespace pf_resampling {
 

@@ -1,6 +1,6 @@
 #include "beacon_mcl_node/run_beacon_mcl.hpp"
 
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 

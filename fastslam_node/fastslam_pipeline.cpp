@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "fastslam_node/landmark_checks.hpp"
-#include "pf_resampling/conversions.hpp"
-#include "pf_resampling/given_particles_message.hpp"
-#include "pf_resampling/input_checks.hpp"
-#include "pf_resampling/strategy.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/strategy/summary.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/messages/given_particles_message.hpp"
+#include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,9 +1,9 @@
 // How FastSlamPipeline saves its map, and goes on from one.
 #include "fastslam_node/fastslam_pipeline.hpp"
-#include "pf_resampling/conversions.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "fastslam_node/landmark_markers.hpp"
-#include "pf_resampling/diagnostics.hpp"
-#include "pf_resampling/markers.hpp"
+#include "src/diagnostics/diagnostics.hpp"
+#include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "pf_resampling/input_checks.hpp"
+#include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

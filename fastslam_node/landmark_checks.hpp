@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "pf_resampling/rejects.hpp"
+#include "src/messages/rejects.hpp"
 
 namespace pf_resampling {
 

@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "pf_resampling/markers.hpp"
-#include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
 

@@ -5,8 +5,8 @@
 #include <deque>
 #include <vector>
 
-#include "pf_resampling_core/fastslam/fastslam.hpp"
-#include "pf_resampling_core/fastslam/relocalization.hpp"
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/relocalization.hpp"
 
 namespace pf_resampling {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "pf_resampling/conversions.hpp"
-#include "pf_resampling/input_checks.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling/frame_names.hpp"
-#include "pf_resampling/frame_pattern.hpp"
-#include "pf_resampling/rejects.hpp"
-#include "pf_resampling/static_frames.hpp"
+#include "src/frames/frame_names.hpp"
+#include "src/frames/frame_pattern.hpp"
+#include "src/frames/static_frames.hpp"
+#include "src/messages/rejects.hpp"
 
 namespace pf_resampling {
 

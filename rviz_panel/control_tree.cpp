@@ -8,9 +8,9 @@
 #include <QVBoxLayout>
 #include <cstdlib>
 
-#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "rviz_panel/value_editors.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

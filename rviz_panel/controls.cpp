@@ -9,8 +9,8 @@
 #include <limits>
 #include <map>
 
-#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

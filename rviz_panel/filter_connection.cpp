@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "pf_resampling/reconfigure_server.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

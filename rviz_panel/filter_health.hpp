@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling/diagnostics.hpp"
 #include "rviz_panel/strip_buffer.hpp"
+#include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
 

@@ -17,7 +17,7 @@
 #include <QVBoxLayout>
 #include <cstdlib>
 
-#include "pf_resampling/reconfigure_server.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "pf_resampling/rejects.hpp"
+#include "src/messages/rejects.hpp"
 
 /// Messages that no pipeline can use, of the inputs that both have.
 namespace pf_resampling::bad_inputs {

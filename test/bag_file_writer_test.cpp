@@ -1,4 +1,4 @@
-#include "common/bag_file_writer.hpp"
+#include "tools/common/bag_file_writer.hpp"
 
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -6,9 +6,9 @@
 #include <std_msgs/Float64.h>
 #include <std_msgs/String.h>
 
-#include "common/bag.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/bag.hpp"
+#include "tools/common/bag.hpp"
 
 #include <gtest/gtest.h>
 #include <std_msgs/Float64.h>
@@ -6,9 +6,9 @@
 
 #include <string>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

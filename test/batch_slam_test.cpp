@@ -1,15 +1,15 @@
-#include "batch/batch_slam.hpp"
+#include "tools/batch/batch_slam.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
-#include "datasets/mrclam.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "worlds/simulated_recording.hpp"
-#include "worlds/world_file.hpp"
+#include "tools/datasets/mrclam.hpp"
+#include "tools/worlds/simulated_recording.hpp"
+#include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,8 +1,8 @@
 // What BeaconMclPipeline does with messages that it cannot use.
 #include <gtest/gtest.h>
 
-#include "bad_inputs.hpp"
-#include "beacon_mcl_rig.hpp"
+#include "test/bad_inputs.hpp"
+#include "test/beacon_mcl_rig.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "beacon_mcl_node/run_beacon_mcl.hpp"
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "beacon_mcl_rig.hpp"
+#include "test/beacon_mcl_rig.hpp"
 
 #include "pf_resampling_core/error.hpp"
 

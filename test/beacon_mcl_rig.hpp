@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "beacon_mcl_drive.hpp"
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
-#include "pipeline_outputs.hpp"
+#include "test/beacon_mcl_drive.hpp"
+#include "test/pipeline_outputs.hpp"
 
 namespace pf_resampling {
 

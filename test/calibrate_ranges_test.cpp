@@ -9,9 +9,9 @@
 #include <cmath>
 #include <map>
 
-#include "common/bag.hpp"
-#include "common/files.hpp"
-#include "run_program.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -11,12 +11,12 @@
 #include <limits>
 #include <string>
 
-#include "checks/bag_check.hpp"
-#include "common/bag.hpp"
-#include "common/files.hpp"
-#include "datasets/recording_to_bag.hpp"
-#include "run_program.hpp"
-#include "temporary_directory.hpp"
+#include "test/run_program.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/checks/bag_check.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/files.hpp"
+#include "tools/datasets/recording_to_bag.hpp"
 
 namespace pf_resampling {
 namespace {

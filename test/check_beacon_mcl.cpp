@@ -11,9 +11,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "filter_listener.hpp"
-#include "strategy_switcher.hpp"
-#include "temporary_directory.hpp"
+#include "test/filter_listener.hpp"
+#include "test/strategy_switcher.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

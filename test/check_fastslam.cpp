@@ -13,11 +13,11 @@
 #include <cstdlib>
 #include <optional>
 
-#include "filter_listener.hpp"
-#include "node_process.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "strategy_switcher.hpp"
-#include "temporary_directory.hpp"
+#include "test/filter_listener.hpp"
+#include "test/node_process.hpp"
+#include "test/strategy_switcher.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

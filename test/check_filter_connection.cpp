@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <memory>
 
-#include "pf_resampling/reconfigure_server.hpp"
-#include "pf_resampling_core/parameters.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "rviz_panel/controls.hpp"
 #include "rviz_panel/filter_connection.hpp"
-#include "temporary_directory.hpp"
+#include "src/node/reconfigure_server.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -15,10 +15,10 @@
 #include <thread>
 #include <utility>
 
-#include "beacon_mcl_drive.hpp"
-#include "fastslam_drive.hpp"
-#include "node_process.hpp"
-#include "temporary_directory.hpp"
+#include "test/beacon_mcl_drive.hpp"
+#include "test/fastslam_drive.hpp"
+#include "test/node_process.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

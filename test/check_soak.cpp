@@ -17,12 +17,12 @@
 #include <thread>
 #include <vector>
 
-#include "filter_listener.hpp"
-#include "node_process.hpp"
-#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "strategy_switcher.hpp"
+#include "src/node/reconfigure_server.hpp"
+#include "test/filter_listener.hpp"
+#include "test/node_process.hpp"
+#include "test/strategy_switcher.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -4,11 +4,11 @@
 
 #include <fstream>
 
-#include "beacon_mcl_rig.hpp"
-#include "fastslam_rig.hpp"
-#include "pf_resampling/checkpoint_keeper.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "src/checkpoint/checkpoint_keeper.hpp"
+#include "test/beacon_mcl_rig.hpp"
+#include "test/fastslam_rig.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,14 +5,14 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "common/files.hpp"
-#include "pf_resampling/configuration.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
-#include "run_program.hpp"
-#include "studies/compensation_claims.hpp"
-#include "studies/compensation_study.hpp"
-#include "worlds/world_file.hpp"
+#include "research/studies/compensation_claims.hpp"
+#include "research/studies/compensation_study.hpp"
+#include "src/configuration/configuration.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/files.hpp"
+#include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
 namespace {

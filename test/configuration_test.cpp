@@ -1,11 +1,11 @@
-#include "pf_resampling/configuration.hpp"
+#include "src/configuration/configuration.hpp"
 
 #include <gtest/gtest.h>
 
 #include "beacon_mcl_node/pipeline_options.hpp"
-#include "common/files.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

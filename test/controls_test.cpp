@@ -4,9 +4,9 @@
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
-#include "pf_resampling/reconfigure_server.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "rviz_panel/filter_names.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
 namespace {

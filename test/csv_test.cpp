@@ -1,4 +1,4 @@
-#include "datasets/csv.hpp"
+#include "tools/datasets/csv.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string>
 
-#include "common/bag.hpp"
-#include "mat_file_writer.hpp"
-#include "run_program.hpp"
-#include "temporary_directory.hpp"
+#include "test/mat_file_writer.hpp"
+#include "test/run_program.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,8 +1,8 @@
-#include "pf_resampling/dead_reckoning.hpp"
+#include "src/odometry/dead_reckoning.hpp"
 
 #include <gtest/gtest.h>
 
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {

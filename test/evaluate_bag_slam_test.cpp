@@ -9,10 +9,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "batch/batch_slam.hpp"
-#include "common/bag.hpp"
-#include "evaluated_bag.hpp"
 #include "pf_resampling_core/geometry.hpp"
+#include "test/evaluated_bag.hpp"
+#include "tools/batch/batch_slam.hpp"
+#include "tools/common/bag.hpp"
 
 // evaluate_bag on what a filter says that makes a map.
 namespace pf_resampling {

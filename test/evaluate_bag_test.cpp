@@ -10,8 +10,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "common/bag.hpp"
-#include "evaluated_bag.hpp"
+#include "test/evaluated_bag.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 namespace {

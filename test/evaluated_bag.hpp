@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "common/files.hpp"
-#include "run_program.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

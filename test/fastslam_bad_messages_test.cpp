@@ -1,10 +1,10 @@
 // What FastSlamPipeline does with messages that it cannot use.
 #include <gtest/gtest.h>
 
-#include "bad_inputs.hpp"
-#include "fastslam_rig.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "temporary_directory.hpp"
+#include "test/bad_inputs.hpp"
+#include "test/fastslam_rig.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

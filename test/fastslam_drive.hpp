@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fastslam_node/run_fastslam.hpp"
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fastslam_rig.hpp"
+#include "test/fastslam_rig.hpp"
 
 namespace pf_resampling {
 namespace {

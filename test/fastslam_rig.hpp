@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "fastslam_drive.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
-#include "pipeline_outputs.hpp"
+#include "test/fastslam_drive.hpp"
+#include "test/pipeline_outputs.hpp"
 
 namespace pf_resampling {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <set>
 
-#include "fastslam_rig.hpp"
+#include "test/fastslam_rig.hpp"
 
 namespace pf_resampling {
 namespace {

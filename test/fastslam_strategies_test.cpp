@@ -4,10 +4,10 @@
 #include <map>
 #include <string>
 
-#include "common/files.hpp"
-#include "fastslam_rig.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/fastslam_rig.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,11 +1,11 @@
-#include "studies/fault_study.hpp"
+#include "research/studies/fault_study.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "pf_resampling/conversions.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {

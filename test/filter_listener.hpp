@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
 
 /// What the launch tests of both nodes share: they hear what a node publishes while a bag is
 /// played, and compare it with the truth in the bag.

@@ -1,4 +1,4 @@
-#include "pf_resampling/frame_pattern.hpp"
+#include "src/frames/frame_pattern.hpp"
 
 #include <gtest/gtest.h>
 

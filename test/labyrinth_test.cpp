@@ -1,4 +1,4 @@
-#include "datasets/labyrinth.hpp"
+#include "tools/datasets/labyrinth.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "datasets/mrclam.hpp"
+#include "tools/datasets/mrclam.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "pf_resampling/odometry_buffer.hpp"
+#include "src/odometry/odometry_buffer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "beacon_mcl_rig.hpp"
-#include "fastslam_rig.hpp"
+#include "test/beacon_mcl_rig.hpp"
+#include "test/fastslam_rig.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling/conversions.hpp"
-#include "pf_resampling/markers.hpp"
-#include "pf_resampling/pipeline_sinks.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/pictures/markers.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
 
 /// What the tests of both pipelines share.
 namespace pf_resampling {

@@ -1,4 +1,4 @@
-#include "datasets/plaza.hpp"
+#include "tools/datasets/plaza.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "common/files.hpp"
-#include "datasets/mat_file.hpp"
-#include "mat_file_writer.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/mat_file_writer.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
+#include "tools/datasets/mat_file.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <limits>
 
-#include "beacon_mcl_rig.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "test/beacon_mcl_rig.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "pf_resampling/reconfigure_server.hpp"
+#include "src/node/reconfigure_server.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "datasets/recording_to_bag.hpp"
+#include "tools/datasets/recording_to_bag.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

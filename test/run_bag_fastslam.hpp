@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "common/bag.hpp"
-#include "common/bag_contents.hpp"
-#include "common/files.hpp"
-#include "run_program.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/files.hpp"
 
 /// What the tests of `run_bag fastslam` share: the reference world, and what comes out of a run.
 namespace pf_resampling {

@@ -2,8 +2,8 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "pf_resampling_core/fastslam/saved_map.hpp"
-#include "run_bag_fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -2,7 +2,7 @@
 #include <sensor_msgs/point_cloud2_iterator.h>
 
 #include "pf_resampling/ParticleErrors.h"
-#include "run_bag_fastslam.hpp"
+#include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {
 namespace {

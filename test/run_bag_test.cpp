@@ -4,10 +4,10 @@
 
 #include <map>
 
-#include "beacon_mcl_drive.hpp"
-#include "common/bag.hpp"
-#include "common/files.hpp"
-#include "run_program.hpp"
+#include "test/beacon_mcl_drive.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/files.hpp"
-#include "temporary_directory.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

@@ -4,9 +4,9 @@
 #include <functional>
 #include <limits>
 
-#include "beacon_mcl_rig.hpp"
-#include "fastslam_rig.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "test/beacon_mcl_rig.hpp"
+#include "test/fastslam_rig.hpp"
 
 namespace pf_resampling {
 namespace {

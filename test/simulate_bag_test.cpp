@@ -12,12 +12,12 @@
 #include <filesystem>
 #include <map>
 
-#include "common/bag.hpp"
-#include "common/bag_contents.hpp"
-#include "common/files.hpp"
-#include "mat_file_writer.hpp"
-#include "run_program.hpp"
-#include "temporary_directory.hpp"
+#include "test/mat_file_writer.hpp"
+#include "test/run_program.hpp"
+#include "test/temporary_directory.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

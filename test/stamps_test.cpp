@@ -1,4 +1,4 @@
-#include "checks/stamps.hpp"
+#include "tools/checks/stamps.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,10 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "run_program.hpp"
-#include "studies/resampling_study.hpp"
+#include "research/studies/resampling_study.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/table.hpp"
+#include "tools/common/table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,10 +5,10 @@
 
 #include <limits>
 
-#include "common/bag.hpp"
-#include "fastslam_rig.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "run_program.hpp"
+#include "test/fastslam_rig.hpp"
+#include "test/run_program.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "datasets/victoria_park.hpp"
+#include "tools/datasets/victoria_park.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "mat_file_writer.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
-#include "temporary_directory.hpp"
+#include "test/mat_file_writer.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "worlds/world_file.hpp"
+#include "tools/worlds/world_file.hpp"
 
 #include <gtest/gtest.h>
 

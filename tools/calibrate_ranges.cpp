@@ -5,12 +5,12 @@
 #include <map>
 #include <optional>
 
-#include "common/bag.hpp"
-#include "common/bag_contents.hpp"
-#include "common/command_line.hpp"
-#include "common/files.hpp"
-#include "common/table.hpp"
 #include "pf_resampling_core/evaluation/range_calibration.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 namespace {

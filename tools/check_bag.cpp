@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "checks/bag_check.hpp"
-#include "common/bag.hpp"
-#include "common/command_line.hpp"
+#include "tools/checks/bag_check.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace {
 

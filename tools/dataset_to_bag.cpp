@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "datasets/csv.hpp"
-#include "datasets/labyrinth.hpp"
-#include "datasets/mrclam.hpp"
-#include "datasets/plaza.hpp"
-#include "datasets/recording_to_bag.hpp"
-#include "datasets/victoria_park.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/datasets/csv.hpp"
+#include "tools/datasets/labyrinth.hpp"
+#include "tools/datasets/mrclam.hpp"
+#include "tools/datasets/plaza.hpp"
+#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/datasets/victoria_park.hpp"
 
 namespace {
 

@@ -7,15 +7,15 @@
 #include <limits>
 #include <optional>
 
-#include "batch/batch_slam.hpp"
-#include "common/bag.hpp"
-#include "common/bag_contents.hpp"
-#include "common/command_line.hpp"
-#include "common/evaluation_report.hpp"
-#include "common/files.hpp"
-#include "common/plot_paths.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "tools/batch/batch_slam.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/common/evaluation_report.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/plot_paths.hpp"
 
 namespace pf_resampling {
 namespace {

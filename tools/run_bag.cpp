@@ -1,9 +1,9 @@
 // Runs a filter over a bag, in-process and as fast as it goes: the code of the node without ROS
 // around it. Same bag, seed and configuration: same bytes, at any number of threads.
-#include "common/beacon_mcl_options.hpp"
-#include "common/command_line.hpp"
-#include "common/filter_options.hpp"
-#include "runs/bag_run.hpp"
+#include "tools/common/beacon_mcl_options.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/common/filter_options.hpp"
+#include "tools/runs/bag_run.hpp"
 
 namespace pf_resampling {
 namespace {

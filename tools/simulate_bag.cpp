@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/command_line.hpp"
-#include "datasets/recording_to_bag.hpp"
-#include "worlds/simulated_recording.hpp"
-#include "worlds/world_file.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/simulated_recording.hpp"
+#include "tools/worlds/world_file.hpp"
 
 namespace {
 

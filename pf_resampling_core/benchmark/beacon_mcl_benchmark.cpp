@@ -4,9 +4,9 @@
 #include <random>
 #include <vector>
 
-#include "peers.hpp"
-#include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
-#include "report.hpp"
+#include "pf_resampling_core/benchmark/peers.hpp"
+#include "pf_resampling_core/benchmark/report.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
 /// One full step of range-beacon localization: motion with noise, likelihood of six ranges,
 /// normalisation, systematic resampling, estimate. Beside it a plain structure-of-arrays loop, and

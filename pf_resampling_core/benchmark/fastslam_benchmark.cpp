@@ -4,9 +4,9 @@
 #include <random>
 #include <vector>
 
-#include "pf_resampling_core/fastslam/fastslam.hpp"
-#include "pf_resampling_core/fastslam/saved_map.hpp"
-#include "report.hpp"
+#include "pf_resampling_core/benchmark/report.hpp"
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
 /// One whole update of FastSLAM 2.0 with 100 particles, by the size of the map: eight landmarks are
 /// seen, and the population is renewed every time. The robot drives round a ring that is lined by

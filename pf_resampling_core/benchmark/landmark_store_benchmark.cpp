@@ -4,10 +4,10 @@
 #include <random>
 #include <vector>
 
-#include "pf_resampling_core/compensation/compensation.hpp"
-#include "pf_resampling_core/fastslam/landmark_store.hpp"
-#include "pf_resampling_core/resampling/resampling.hpp"
-#include "report.hpp"
+#include "pf_resampling_core/benchmark/report.hpp"
+#include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
+#include "pf_resampling_core/strategy/compensation.hpp"
+#include "pf_resampling_core/strategy/resampling.hpp"
 
 /// The landmark store's part of one FastSLAM update with 100 particles: eight landmarks are read
 /// and written in all particles, then the population is renewed. Beside it the plain way: a map per

@@ -2,7 +2,7 @@
 
 #include <list>
 
-#include "peers.hpp"
+#include "pf_resampling_core/benchmark/peers.hpp"
 
 struct BflResampling::Implementation {
   explicit Implementation(unsigned int size) : pdf(size), samples(size) {}

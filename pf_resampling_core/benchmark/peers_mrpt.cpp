@@ -1,6 +1,6 @@
 #include <mrpt/bayes/CParticleFilterCapable.h>
 
-#include "peers.hpp"
+#include "pf_resampling_core/benchmark/peers.hpp"
 
 void mrpt_resample(MrptScheme scheme, const std::vector<double>& log_weights,
                    std::vector<std::size_t>* ancestors) {

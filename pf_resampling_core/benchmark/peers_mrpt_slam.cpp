@@ -6,7 +6,7 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
-#include "peers.hpp"
+#include "pf_resampling_core/benchmark/peers.hpp"
 
 struct MrptBeaconMcl::Implementation {
   explicit Implementation(int size) : particles(static_cast<std::size_t>(size)) {}

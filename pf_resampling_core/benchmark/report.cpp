@@ -1,4 +1,4 @@
-#include "report.hpp"
+#include "pf_resampling_core/benchmark/report.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -3,10 +3,10 @@
 #include <random>
 #include <vector>
 
-#include "peers.hpp"
+#include "pf_resampling_core/benchmark/peers.hpp"
+#include "pf_resampling_core/benchmark/report.hpp"
 #include "pf_resampling_core/population/weights.hpp"
-#include "pf_resampling_core/resampling/resampling.hpp"
-#include "report.hpp"
+#include "pf_resampling_core/strategy/resampling.hpp"
 
 /// Every scheme from linear and from log-weights to counts and ancestor indices, beside a plain
 /// loop, MRPT (log-weights to indices) and BFL (linear weights to samples). Weights are drawn from

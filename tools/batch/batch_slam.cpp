@@ -1,4 +1,4 @@
-#include "batch/batch_slam.hpp"
+#include "tools/batch/batch_slam.hpp"
 
 #include <ceres/ceres.h>
 

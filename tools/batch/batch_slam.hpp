@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/bag_contents.hpp"
+#include "tools/common/bag_contents.hpp"
 
 namespace pf_resampling {
 

@@ -1,6 +1,6 @@
 // Stands in for batch_slam.cpp where Ceres is not installed.
-#include "batch/batch_slam.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/batch/batch_slam.hpp"
 
 namespace pf_resampling {
 

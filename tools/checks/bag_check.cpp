@@ -1,13 +1,13 @@
-#include "bag_check.hpp"
+#include "tools/checks/bag_check.hpp"
 
 #include <cmath>
 #include <regex>
 #include <set>
 
-#include "bag_survey.hpp"
-#include "bag_tables.hpp"
-#include "common/bag.hpp"
-#include "common/table.hpp"
+#include "tools/checks/bag_survey.hpp"
+#include "tools/checks/bag_tables.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 

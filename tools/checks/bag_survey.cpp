@@ -1,4 +1,4 @@
-#include "bag_survey.hpp"
+#include "tools/checks/bag_survey.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -15,9 +15,9 @@
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
-#include "common/bag_contents.hpp"
-#include "common/progress_bar.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 

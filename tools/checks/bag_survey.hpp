@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "bag_check.hpp"
-#include "common/bag.hpp"
-#include "stamps.hpp"
+#include "tools/checks/bag_check.hpp"
+#include "tools/checks/stamps.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 

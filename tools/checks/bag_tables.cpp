@@ -1,4 +1,4 @@
-#include "bag_tables.hpp"
+#include "tools/checks/bag_tables.hpp"
 
 #include <rosbag/view.h>
 
@@ -7,8 +7,8 @@
 #include <set>
 #include <vector>
 
-#include "common/table.hpp"
 #include "pf_resampling_core/geometry.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 

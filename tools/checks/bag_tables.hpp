@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "bag_check.hpp"
-#include "bag_survey.hpp"
+#include "tools/checks/bag_check.hpp"
+#include "tools/checks/bag_survey.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "stamps.hpp"
+#include "tools/checks/stamps.hpp"
 
 #include <algorithm>
 #include <cmath>

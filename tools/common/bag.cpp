@@ -1,4 +1,4 @@
-#include "bag.hpp"
+#include "tools/common/bag.hpp"
 
 #include <rosbag/exceptions.h>
 #include <rosbag/view.h>
@@ -11,8 +11,8 @@
 #include <map>
 #include <utility>
 
-#include "files.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

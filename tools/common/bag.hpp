@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bag_file_writer.hpp"
+#include "tools/common/bag_file_writer.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "bag_contents.hpp"
+#include "tools/common/bag_contents.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -17,8 +17,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bag.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/bag.hpp"
 
 namespace pf_resampling {
 namespace {

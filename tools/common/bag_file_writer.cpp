@@ -1,4 +1,4 @@
-#include "bag_file_writer.hpp"
+#include "tools/common/bag_file_writer.hpp"
 
 #include <algorithm>
 #include <cstring>

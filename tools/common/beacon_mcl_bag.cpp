@@ -1,7 +1,7 @@
-#include "common/beacon_mcl_bag.hpp"
+#include "tools/common/beacon_mcl_bag.hpp"
 
-#include "common/bag.hpp"
-#include "common/ordered_bag.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/ordered_bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,7 +1,7 @@
-#include "beacon_mcl_options.hpp"
+#include "tools/common/beacon_mcl_options.hpp"
 
-#include "bag.hpp"
-#include "filter_options.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/filter_options.hpp"
 
 namespace pf_resampling {
 

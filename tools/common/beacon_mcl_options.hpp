@@ -1,8 +1,8 @@
 #pragma once
 
-#include "beacon_mcl_bag.hpp"
 #include "beacon_mcl_node/pipeline_options.hpp"
-#include "command_line.hpp"
+#include "tools/common/beacon_mcl_bag.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace pf_resampling {
 

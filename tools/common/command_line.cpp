@@ -1,7 +1,7 @@
 // Boost's own code for options with several values makes GCC 12 believe in a null pointer.
 #pragma GCC diagnostic ignored "-Wnull-dereference"
 
-#include "command_line.hpp"
+#include "tools/common/command_line.hpp"
 
 #include <cctype>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "common/evaluation_report.hpp"
+#include "tools/common/evaluation_report.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-#include "common/table.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "common/bag_contents.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "tools/common/bag_contents.hpp"
 
 namespace pf_resampling {
 

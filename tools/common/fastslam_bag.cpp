@@ -1,7 +1,7 @@
-#include "common/fastslam_bag.hpp"
+#include "tools/common/fastslam_bag.hpp"
 
-#include "common/bag.hpp"
-#include "common/ordered_bag.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/ordered_bag.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "files.hpp"
+#include "tools/common/files.hpp"
 
 #include <unistd.h>
 

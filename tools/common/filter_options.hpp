@@ -1,7 +1,7 @@
 #pragma once
 
-#include "command_line.hpp"
-#include "pf_resampling/configuration.hpp"
+#include "src/configuration/configuration.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace pf_resampling {
 

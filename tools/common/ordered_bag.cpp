@@ -1,4 +1,4 @@
-#include "ordered_bag.hpp"
+#include "tools/common/ordered_bag.hpp"
 
 #include <rosbag/exceptions.h>
 

@@ -1,4 +1,4 @@
-#include "plot_paths.hpp"
+#include "tools/common/plot_paths.hpp"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -14,8 +14,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "files.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {

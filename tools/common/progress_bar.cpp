@@ -1,4 +1,4 @@
-#include "progress_bar.hpp"
+#include "tools/common/progress_bar.hpp"
 
 #include <unistd.h>
 

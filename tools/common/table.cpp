@@ -1,4 +1,4 @@
-#include "table.hpp"
+#include "tools/common/table.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,13 +1,13 @@
-#include "csv.hpp"
+#include "tools/datasets/csv.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <set>
 
-#include "common/table.hpp"
-#include "csv_table.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/table.hpp"
+#include "tools/datasets/csv_table.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "csv_table.hpp"
+#include "tools/datasets/csv_table.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -7,8 +7,8 @@
 #include <limits>
 #include <sstream>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "labyrinth.hpp"
+#include "tools/datasets/labyrinth.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <sstream>
 #include <vector>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "recording.hpp"
+#include "tools/datasets/recording.hpp"
 
 namespace pf_resampling {
 

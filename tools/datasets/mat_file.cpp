@@ -1,4 +1,4 @@
-#include "mat_file.hpp"
+#include "tools/datasets/mat_file.hpp"
 
 #include <matio.h>
 

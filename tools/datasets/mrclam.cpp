@@ -1,4 +1,4 @@
-#include "mrclam.hpp"
+#include "tools/datasets/mrclam.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <map>
 #include <optional>
 
-#include "number_table.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/datasets/number_table.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "number_table.hpp"
+#include "tools/datasets/number_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 

@@ -1,13 +1,13 @@
-#include "plaza.hpp"
+#include "tools/datasets/plaza.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <vector>
 
-#include "common/table.hpp"
-#include "mat_file.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/table.hpp"
+#include "tools/datasets/mat_file.hpp"
 
 namespace pf_resampling {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "recording.hpp"
+#include "tools/datasets/recording.hpp"
 
 namespace pf_resampling {
 

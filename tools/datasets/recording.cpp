@@ -1,11 +1,11 @@
-#include "recording.hpp"
+#include "tools/datasets/recording.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 
-#include "common/table.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "recording_to_bag.hpp"
+#include "tools/datasets/recording_to_bag.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -16,8 +16,8 @@
 #include <limits>
 #include <set>
 
-#include "common/table.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "common/bag.hpp"
-#include "recording.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/datasets/recording.hpp"
 
 namespace pf_resampling {
 

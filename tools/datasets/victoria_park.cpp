@@ -1,13 +1,13 @@
-#include "victoria_park.hpp"
+#include "tools/datasets/victoria_park.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <vector>
 
-#include "mat_file.hpp"
-#include "number_table.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "tools/datasets/mat_file.hpp"
+#include "tools/datasets/number_table.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "bag_run.hpp"
+#include "tools/runs/bag_run.hpp"
 
 #include <rosbag/view.h>
 #include <sys/resource.h>
@@ -9,10 +9,10 @@
 #include <iostream>
 #include <set>
 
-#include "common/ordered_bag.hpp"
-#include "common/progress_bar.hpp"
-#include "common/table.hpp"
-#include "pf_resampling/conversions.hpp"
+#include "src/messages/conversions.hpp"
+#include "tools/common/ordered_bag.hpp"
+#include "tools/common/progress_bar.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 namespace {

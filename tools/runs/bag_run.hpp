@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "common/bag.hpp"
-#include "common/command_line.hpp"
-#include "pf_resampling/frame_names.hpp"
-#include "pf_resampling/pipeline_sinks.hpp"
-#include "pf_resampling/rejects.hpp"
 #include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/frames/frame_names.hpp"
+#include "src/messages/rejects.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace pf_resampling {
 

@@ -1,9 +1,9 @@
 #include <iostream>
 
-#include "bag_run.hpp"
-#include "common/beacon_mcl_options.hpp"
-#include "pf_resampling/strategy.hpp"
-#include "run_parameters.hpp"
+#include "pf_resampling_core/strategy/summary.hpp"
+#include "tools/common/beacon_mcl_options.hpp"
+#include "tools/runs/bag_run.hpp"
+#include "tools/runs/run_parameters.hpp"
 
 namespace pf_resampling {
 namespace {

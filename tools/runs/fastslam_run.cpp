@@ -1,12 +1,12 @@
 #include <iostream>
 
-#include "bag_run.hpp"
-#include "common/fastslam_bag.hpp"
-#include "common/filter_options.hpp"
-#include "common/table.hpp"
-#include "particle_judge.hpp"
-#include "pf_resampling/strategy.hpp"
-#include "run_parameters.hpp"
+#include "pf_resampling_core/strategy/summary.hpp"
+#include "tools/common/fastslam_bag.hpp"
+#include "tools/common/filter_options.hpp"
+#include "tools/common/table.hpp"
+#include "tools/runs/bag_run.hpp"
+#include "tools/runs/particle_judge.hpp"
+#include "tools/runs/run_parameters.hpp"
 
 namespace pf_resampling {
 namespace {

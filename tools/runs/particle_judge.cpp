@@ -1,10 +1,10 @@
-#include "particle_judge.hpp"
+#include "tools/runs/particle_judge.hpp"
 
 #include <algorithm>
 
-#include "common/bag.hpp"
-#include "common/bag_contents.hpp"
 #include "pf_resampling_core/evaluation/particle_errors.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
-#include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 
 namespace pf_resampling {
 

@@ -1,4 +1,4 @@
-#include "run_parameters.hpp"
+#include "tools/runs/run_parameters.hpp"
 
 #include <iostream>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/command_line.hpp"
-#include "pf_resampling_core/parameters.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace pf_resampling {
 

@@ -1,12 +1,12 @@
-#include "worlds/map_file.hpp"
+#include "tools/worlds/map_file.hpp"
 
 #include <cmath>
 #include <sstream>
 
-#include "common/files.hpp"
-#include "datasets/mat_file.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "worlds/world_file.hpp"
+#include "tools/common/files.hpp"
+#include "tools/datasets/mat_file.hpp"
+#include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,9 +1,9 @@
-#include "worlds/simulated_recording.hpp"
+#include "tools/worlds/simulated_recording.hpp"
 
 #include <array>
 
-#include "common/table.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 namespace {

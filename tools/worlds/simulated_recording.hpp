@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "datasets/recording.hpp"
 #include "pf_resampling_core/simulation/world.hpp"
+#include "tools/datasets/recording.hpp"
 
 namespace pf_resampling {
 

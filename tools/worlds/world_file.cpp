@@ -1,14 +1,14 @@
-#include "worlds/world_file.hpp"
+#include "tools/worlds/world_file.hpp"
 
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <set>
 
-#include "common/files.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "worlds/builtin_worlds.hpp"
-#include "worlds/map_file.hpp"
+#include "tools/common/files.hpp"
+#include "tools/worlds/builtin_worlds.hpp"
+#include "tools/worlds/map_file.hpp"
 
 namespace pf_resampling {
 namespace {

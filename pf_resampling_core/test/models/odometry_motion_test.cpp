@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "simulation/chi_square.hpp"
+#include "pf_resampling_core/test/simulation/chi_square.hpp"
 
 namespace pf_resampling {
 namespace {

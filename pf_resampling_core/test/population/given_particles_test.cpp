@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "pf_resampling_core/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "simulation/chi_square.hpp"
+#include "pf_resampling_core/test/simulation/chi_square.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,0 +1,50 @@
+#include "pf_resampling_core/files/text_file.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling::text_file {
+
+std::string printable(const std::string& text) {
+  std::string shown = text.substr(0, 40);
+  for (char& letter : shown) {
+    if (letter < ' ' || letter > '~') letter = '?';
+  }
+  return '"' + shown + (text.size() > 40 ? "...\"" : "\"");
+}
+
+bool parse(const std::string& word, double* value) {
+  if (word.empty() || word.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
+  char* end = nullptr;
+  *value = std::strtod(word.c_str(), &end);
+  return end == word.c_str() + word.size() && std::isfinite(*value);
+}
+
+bool parse(const std::string& word, std::int64_t most, std::int64_t* value) {
+  constexpr std::size_t kMostDigits = 19;
+  if (word.empty() || word.size() > kMostDigits) return false;
+  if (word.find_first_not_of("0123456789") != std::string::npos) return false;
+  errno = 0;
+  *value = std::strtoll(word.c_str(), nullptr, 10);
+  return errno == 0 && *value <= most;
+}
+
+void open(const std::string& what, const std::string& path, std::ifstream* stream) {
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    throw Error(what + " " + path + " is no file; name one that can be read");
+  }
+  errno = 0;
+  stream->open(path, std::ios::binary);
+  if (!*stream) {
+    throw Error(what + " " + path + " cannot be read: " + std::strerror(errno != 0 ? errno : EIO) +
+                "; name one that can be read");
+  }
+}
+
+}  // namespace pf_resampling::text_file

@@ -1,0 +1,231 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+#include "pf_resampling_core/models/beacon_range.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/parallel/worker_pool.hpp"
+#include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
+#include "pf_resampling_core/strategy/population_control.hpp"
+
+namespace pf_resampling {
+
+struct SavedBeaconMcl;
+
+/// Health of the filter. Counts are since the start.
+struct BeaconMclStatus {
+  int particles = 0;
+  /// After the last update's weighing, before its renewal if there was one.
+  double effective_sample_size = 0.0;
+  double entropy_sample_size = 0.0;  ///< likewise
+  int distinct_ancestors = 0;        ///< particles before the last renewal that have descendants
+  bool renewed = false;              ///< whether the last update renewed the population
+  std::int64_t updates = 0;
+  std::int64_t renewals = 0;
+  std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
+  std::int64_t injected = 0;       ///< particles injected
+  double log_likelihood = 0.0;     ///< of the last update's ranges
+  int observation = -1;            ///< beacon of the last range
+  /// m, last range minus its prediction, weighted mean over the particles.
+  double innovation = 0.0;
+  double innovation_sigma = 0.0;  ///< m, its expected standard deviation
+};
+
+/// A systematic error as estimated, mean and standard deviation over the population.
+struct CalibrationEstimate {
+  int beacon = -1;  ///< id; -1 where shared by all
+  double scale = 1.0;
+  double scale_sigma = 0.0;
+  double bias = 0.0;  ///< m
+  double bias_sigma = 0.0;
+};
+
+/// Standard deviations found on line, as multiples of the nominal ones.
+struct NoiseFactors {
+  double range = 1.0;
+  double translation = 1.0;
+  double heading = 1.0;
+};
+
+struct ScalarEstimate {
+  double mean = 0.0;
+  double sigma = 0.0;
+};
+
+/// The population, structure of arrays: entry i of every array belongs to particle i; the
+/// calibration has a column per radio (one where it is shared).
+struct BeaconMclParticles {
+  Eigen::ArrayXd x, y;                    ///< m, map frame
+  Eigen::ArrayXd heading;                 ///< rad, in [-pi, pi]
+  Eigen::ArrayXd log_weight;              ///< normalised
+  Eigen::ArrayXd weight;                  ///< normalised, linear
+  Eigen::ArrayXi ancestor;                ///< slot before the last renewal
+  Eigen::ArrayXd yaw_rate_bias;           ///< rad/s, mean of the particle's Kalman filter
+  Eigen::ArrayXd yaw_rate_bias_variance;  ///< and its variance
+  /// Of the dead reckoning's standard deviations.
+  Eigen::ArrayXd translation_factor, heading_factor;
+  Eigen::ArrayXXd scale, bias;  ///< means of the particle's Kalman filters
+  Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
+
+  Eigen::Index size() const { return x.size(); }
+};
+
+/// Monte Carlo localization by ranges to known beacons (M section III): the particles hold the
+/// pose, each with small Kalman filters for what is linear given the pose: scale and bias of the
+/// ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for landmarks).
+///
+/// Same seed and same calls: same bytes, at any number of threads.
+class BeaconMcl {
+ public:
+  /// `beacons`: at least one, ids all different. `calibration`: the radios' known systematic errors
+  /// by beacon id, -1 for all others; also the mean of the prior where they are estimated (where
+  /// one for all is, differences between radios are believed as given). Throws Error on options
+  /// that make no sense.
+  BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
+            const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
+
+  /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
+  /// at the end of the odometry), renews and excites when due. Odometry must be finite, ranges
+  /// positive, at most 1e12 m and of known beacons: what is not throws Error before anything has
+  /// changed. Until there is a population (see Initialization) ranges only gather.
+  void update(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
+
+  /// Whether there is a population yet.
+  bool is_initialized() const { return particles_.size() > 0; }
+
+  /// Weighted mean and covariance of the whole population. Only when is_initialized().
+  PoseEstimate estimate() const;
+
+  /// Starts anew about a pose; keeps what is known of calibration and yaw-rate bias. Throws Error,
+  /// changing nothing, on what is not finite or has a negative variance.
+  void initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance);
+
+  /// Puts other particles in place of the present ones, poses and weights as given; what is known
+  /// of calibration and bias is drawn for them from the present ones, by their weights. Another
+  /// number of them than the filter is to have is redrawn at the next update. Throws Error,
+  /// changing nothing, for what is no population.
+  void set_particles(const GivenParticles& particles);
+
+  /// Starts anew over the whole area or from the latest ranges, as the options say; keeps
+  /// calibration and bias.
+  void global_localization();
+
+  /// As after construction.
+  void reset();
+
+  /// The filter as it is now. Only when is_initialized().
+  SavedBeaconMcl saved() const;
+
+  /// Goes on from there, to the bit with the same options and seed; if the options say another
+  /// number of particles, so many are drawn at the next update. Counts of the status start anew.
+  /// Throws Error, changing nothing, for what makes no sense, was saved with other beacons, or with
+  /// calibrations for others than are estimated.
+  void load(const SavedBeaconMcl& saved);
+
+  /// Takes over other options. Particles and weights stay bit-identical; another particle count
+  /// takes effect at the next update. Only where an error is from now on estimated for others than
+  /// before (calibration), or no longer or for the first time (yaw-rate bias, noise factors), that
+  /// starts anew. Throws Error, changing nothing, on options that make no sense.
+  void set_options(const BeaconMclOptions& options);
+
+  const BeaconMclOptions& options() const { return options_; }
+  const std::vector<Beacon>& beacons() const { return beacons_; }
+  const BeaconMclParticles& particles() const { return particles_; }
+  /// Learnt factor of the ranges' standard deviation, and weighted geometric means of the
+  /// particles' factors of the dead reckoning's.
+  NoiseFactors noise_factors() const;
+  const BeaconMclStatus& status() const { return status_; }
+  /// One for all (beacon -1) where it is estimated so and no differences are known, else one per
+  /// beacon.
+  std::vector<CalibrationEstimate> calibration() const;
+  ScalarEstimate yaw_rate_bias() const;
+  /// Where the range of this beacon is expected to be from, taking its calibration out of the
+  /// measured range.
+  double corrected_range(int beacon, double range) const;
+
+ private:
+  // A range and the robot's motion since.
+  struct RecentRange {
+    RangeObservation observation;
+    Pose2 pose;   // dead reckoning at the time of the range
+    double time;  // s, since the start
+  };
+
+  // A range of one radio, times scale plus offset, is what its column's radio would have measured.
+  struct RadioDifference {
+    double scale = 1.0;
+    double offset = 0.0;  // m
+  };
+
+  void move(const OdometryIncrement& odometry);
+  void weigh(const RangeObservation& range);
+  void normalize_weights();
+  void renew();
+  bool recovery_is_due() const;
+  void inject();
+  void learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
+                         ConstArray innovation_variance, ConstArray inlier);
+  double range_variance_factor() const;
+  void vary_noise_factors();
+  void adapt_count();
+  void remember(const RangeObservation& range);
+  void initialize_when_possible();
+  void initialize_uniform();
+  void initialize_from_ranges();
+  void resize_population(Eigen::Index size);
+  void reset_weights();
+  void select(const ResamplingResult& result);
+  void blend(const CompensationResult& result);
+  void begin_population(bool first);
+  CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
+  void start_calibration();
+  void start_yaw_rate_bias();
+  void start_noise_factors();
+  std::vector<Pose2> propose_from_ranges(int count);
+  std::size_t beacon_index(int id) const;
+  Eigen::Index radio_column(std::size_t beacon) const;
+  RadioDifference difference_of(std::size_t beacon) const;
+  double observation_variance(const RangeObservation& range) const;
+  RandomStream stream(RandomPurpose purpose) const;
+
+  BeaconMclOptions options_;
+  std::vector<Beacon> beacons_;
+  std::vector<RangeCalibration> nominal_;  // per beacon
+  std::uint64_t seed_;
+  std::uint32_t step_ = 0;
+  double time_ = 0.0;
+
+  BeaconMclParticles particles_;
+  std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
+  PopulationControl control_;
+  BeaconMclStatus status_;
+  int requested_size_ = 0;
+
+  Pose2 dead_reckoning_;
+  std::deque<RecentRange> recent_;
+  std::optional<double> first_range_time_;  // s, since the start
+  double last_log_sum_ = 0.0;
+  // Of the ranges' noise, in units of the nominal variance, and how many.
+  double range_squares_ = 0.0;
+  double range_count_ = 0.0;
+  double slow_likelihood_ = 0.0;
+  double fast_likelihood_ = 0.0;
+  std::int64_t likelihoods_ = 0;
+
+  std::unique_ptr<WorkerPool> pool_;
+  Eigen::ArrayXd work_;
+  std::vector<std::pair<int, int>> copies_;  // slot and ancestor of a selection
+  ExcitationWorkspace excitation_workspace_;
+  std::vector<std::uint8_t> seen_;
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,150 @@
+// Renewal of the population: selection or compensation, excitation, injection where the robot was
+// carried off, and how many particles there are to be.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+
+namespace pf_resampling {
+
+void BeaconMcl::renew() {
+  const Eigen::Index before = particles_.size();
+  status_.renewed =
+      control_.is_due(status_.effective_sample_size, static_cast<int>(before), requested_size_);
+  // Of a cloud that is all wrong every particle fits as badly as the others: their weights stay
+  // equal, and N_eff says that all is well.
+  const bool may_renew =
+      control_.options().schedule != Schedule::never && control_.options().renewal != Renewal::none;
+  status_.renewed = status_.renewed || (may_renew && recovery_is_due());
+  if (!status_.renewed) return;
+  if (control_.options().renewal == Renewal::compensation && requested_size_ == before) {
+    blend(control_.compensate(particles_.weight, stream(RandomPurpose::compensation)));
+  } else {
+    select(control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling)));
+  }
+  status_.renewals = control_.calls();
+  excite(options_.excitation, particles_.weight, particles_.ancestor,
+         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
+         &excitation_workspace_);
+  inject();
+  vary_noise_factors();
+  if (options_.adaptive_count.enabled) adapt_count();
+}
+
+// Survivors keep their slots, so copies can be made in place.
+void BeaconMcl::select(const ResamplingResult& result) {
+  status_.distinct_ancestors = static_cast<int>((result.counts > 0).count());
+  const Eigen::Index before = particles_.size();
+  const Eigen::Index after = result.ancestors.size();
+  if (after > before) resize_population(after);
+  copies_.clear();
+  for (Eigen::Index i = 0; i < after; ++i) {
+    if (result.ancestors[i] != i) copies_.push_back({static_cast<int>(i), result.ancestors[i]});
+  }
+  const auto copy = [&](auto&& column) {
+    for (const auto& [slot, ancestor] : copies_) column[slot] = column[ancestor];
+  };
+  copy(particles_.x);
+  copy(particles_.y);
+  copy(particles_.heading);
+  copy(particles_.yaw_rate_bias);
+  copy(particles_.yaw_rate_bias_variance);
+  copy(particles_.translation_factor);
+  copy(particles_.heading_factor);
+  for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
+    copy(particles_.scale.col(radio));
+    copy(particles_.bias.col(radio));
+    copy(particles_.scale_variance.col(radio));
+    copy(particles_.scale_bias_covariance.col(radio));
+    copy(particles_.bias_variance.col(radio));
+  }
+  if (after < before) resize_population(after);
+  particles_.log_weight = result.log_weights;
+  particles_.weight = result.log_weights.exp();
+  particles_.ancestor = result.ancestors;
+}
+
+// Nobody is rejected: the weak move towards the strong, with their own calibration.
+void BeaconMcl::blend(const CompensationResult& result) {
+  blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
+  const Eigen::Index count = particles_.size();
+  particles_.log_weight = result.log_weights;
+  particles_.weight = result.log_weights.exp();
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+  status_.distinct_ancestors = static_cast<int>(count);
+}
+
+// Slots that are added hold copies, so that nothing in them is ever undefined.
+void BeaconMcl::resize_population(Eigen::Index size) {
+  const Eigen::Index before = particles_.size();
+  const auto resize = [&](auto* array) {
+    array->conservativeResize(size, array->cols());
+    for (Eigen::Index i = before; before > 0 && i < size; ++i)
+      array->row(i) = array->row(i % before).eval();
+  };
+  for (Eigen::ArrayXd* array :
+       {&particles_.x, &particles_.y, &particles_.heading, &particles_.yaw_rate_bias,
+        &particles_.yaw_rate_bias_variance, &particles_.translation_factor,
+        &particles_.heading_factor, &particles_.log_weight, &particles_.weight}) {
+    resize(array);
+  }
+  resize(&particles_.ancestor);
+  for (Eigen::ArrayXXd* array : {&particles_.scale, &particles_.bias, &particles_.scale_variance,
+                                 &particles_.scale_bias_covariance, &particles_.bias_variance}) {
+    resize(array);
+  }
+}
+
+bool BeaconMcl::recovery_is_due() const {
+  const RecoveryOptions& recovery = options_.recovery;
+  return recovery.enabled && fast_likelihood_ < recovery.threshold * slow_likelihood_;
+}
+
+void BeaconMcl::inject() {
+  if (!recovery_is_due()) return;
+  const RecoveryOptions& recovery = options_.recovery;
+  const double drop = 1.0 - fast_likelihood_ / (recovery.threshold * slow_likelihood_);
+  const Eigen::Index size = particles_.size();
+  const int count = static_cast<int>(
+      std::floor(std::min(drop, recovery.maximum_share) * static_cast<double>(size)));
+  if (count < 1) return;
+  const std::vector<Pose2> proposals = propose_from_ranges(count);
+  // Spread evenly over the slots, from a random offset: after a selection neighbours may be copies
+  // of one another.
+  const double offset = stream(RandomPurpose::injection).uniform(0);
+  for (std::size_t i = 0; i < proposals.size(); ++i) {
+    const double position =
+        (static_cast<double>(i) + offset) / static_cast<double>(proposals.size());
+    const Eigen::Index slot =
+        std::min(size - 1, static_cast<Eigen::Index>(position * static_cast<double>(size)));
+    particles_.x[slot] = proposals[i].x;
+    particles_.y[slot] = proposals[i].y;
+    particles_.heading[slot] = proposals[i].heading;
+  }
+  status_.injected += static_cast<std::int64_t>(proposals.size());
+}
+
+// Fox (2003), eq. 7: so many particles that, with the wanted certainty, the distance between the
+// sampled and the true distribution over k occupied bins is below the bound.
+void BeaconMcl::adapt_count() {
+  const AdaptiveCountOptions& adaptive = options_.adaptive_count;
+  std::set<std::array<std::int64_t, 3>> bins;
+  for (Eigen::Index i = 0; i < particles_.size(); ++i) {
+    bins.insert(
+        {static_cast<std::int64_t>(std::floor(particles_.x[i] / adaptive.bin_position)),
+         static_cast<std::int64_t>(std::floor(particles_.y[i] / adaptive.bin_position)),
+         static_cast<std::int64_t>(std::floor(particles_.heading[i] / adaptive.bin_heading))});
+  }
+  double wanted = adaptive.minimum;
+  if (bins.size() > 1) {
+    const double degrees = static_cast<double>(bins.size() - 1);
+    const double a = 2.0 / (9.0 * degrees);
+    wanted =
+        degrees / (2.0 * adaptive.error) * std::pow(1.0 - a + std::sqrt(a) * adaptive.quantile, 3);
+  }
+  requested_size_ = static_cast<int>(
+      std::min<double>(adaptive.maximum, std::max<double>(adaptive.minimum, std::ceil(wanted))));
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,163 @@
+// What the filter saves, and how it goes on from there.
+
+#include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/checks.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kRounding = 1e-6;
+
+// Sizes and values of the population.
+std::string fault_of(const BeaconMclParticles& particles, std::size_t radios) {
+  const Eigen::Index count = particles.size();
+  if (count < 1) return "there are no particles";
+  for (const Eigen::ArrayXd* array :
+       {&particles.x, &particles.y, &particles.heading, &particles.weight, &particles.yaw_rate_bias,
+        &particles.yaw_rate_bias_variance, &particles.translation_factor,
+        &particles.heading_factor}) {
+    if (array->size() != count) return "the particles' numbers are not of one size";
+    if (!array->allFinite()) return "a number of a particle is not finite";
+  }
+  for (const Eigen::ArrayXXd* array :
+       {&particles.scale, &particles.bias, &particles.scale_variance,
+        &particles.scale_bias_covariance, &particles.bias_variance}) {
+    if (array->rows() != count || array->cols() != static_cast<Eigen::Index>(radios)) {
+      return "the particles' calibrations are not one per radio";
+    }
+    if (!array->allFinite()) return "a calibration of a particle is not finite";
+  }
+  if (particles.log_weight.size() != count || particles.ancestor.size() != count) {
+    return "the particles' numbers are not of one size";
+  }
+  if (!(particles.log_weight <= kRounding).all()) return "a log-weight is above 0";
+  if (!((particles.log_weight.exp() - particles.weight).abs() <= kRounding).all()) {
+    return "a weight is not what its logarithm says";
+  }
+  if (!(std::abs(particles.weight.sum() - 1.0) <= kRounding)) {
+    return "the weights do not add up to 1";
+  }
+  if ((particles.ancestor < 0).any()) return "an ancestor is negative";
+  if ((particles.yaw_rate_bias_variance < 0.0).any()) return "a variance is negative";
+  if (!(particles.translation_factor > 0.0).all() || !(particles.heading_factor > 0.0).all()) {
+    return "a noise factor is not above 0";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string fault_of(const SavedBeaconMcl& saved) {
+  const double numbers[] = {saved.time,
+                            saved.dead_reckoning.x,
+                            saved.dead_reckoning.y,
+                            saved.dead_reckoning.heading,
+                            saved.first_range_time,
+                            saved.range_squares,
+                            saved.range_count,
+                            saved.slow_likelihood,
+                            saved.fast_likelihood};
+  if (!std::all_of(std::begin(numbers), std::end(numbers),
+                   [](double number) { return std::isfinite(number); })) {
+    return "a number of the filter is not finite";
+  }
+  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0 || saved.requested_particles < 1) {
+    return "a count of the filter is negative";
+  }
+  try {
+    checks::check_beacons(saved.beacons);
+    for (const SavedBeaconMcl::Range& range : saved.ranges) checks::check_range(range.observation);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  for (const SavedBeaconMcl::Range& range : saved.ranges) {
+    const bool is_known =
+        std::any_of(saved.beacons.begin(), saved.beacons.end(),
+                    [&](const Beacon& beacon) { return beacon.id == range.observation.beacon; });
+    if (!is_known) {
+      return "beacon " + std::to_string(range.observation.beacon) + " of a range is not listed";
+    }
+  }
+  return fault_of(saved.particles, saved.calibration_times.size());
+}
+
+SavedBeaconMcl BeaconMcl::saved() const {
+  if (!is_initialized()) {
+    throw Error("there is nothing to save yet: no particles before the first ranges");
+  }
+  SavedBeaconMcl saved;
+  saved.beacons = beacons_;
+  saved.step = step_;
+  saved.time = time_;
+  saved.updates_since_renewal = control_.observations_since_renewal();
+  saved.requested_particles = requested_size_;
+  saved.dead_reckoning = dead_reckoning_;
+  saved.first_range_time = first_range_time_.value_or(time_);
+  saved.range_squares = range_squares_;
+  saved.range_count = range_count_;
+  saved.slow_likelihood = slow_likelihood_;
+  saved.fast_likelihood = fast_likelihood_;
+  saved.likelihoods = likelihoods_;
+  saved.calibration_times = calibration_time_;
+  for (const RecentRange& recent : recent_) {
+    saved.ranges.push_back({recent.observation, recent.pose, recent.time});
+  }
+  saved.particles = particles_;
+  return saved;
+}
+
+void BeaconMcl::load(const SavedBeaconMcl& saved) {
+  const std::string fault = fault_of(saved);
+  if (!fault.empty()) throw Error("population to load: " + fault + "; save it again");
+  for (const Beacon& beacon : saved.beacons) {
+    const bool is_known = std::any_of(beacons_.begin(), beacons_.end(), [&](const Beacon& other) {
+      return other.id == beacon.id && other.is_planar == beacon.is_planar &&
+             other.position == beacon.position;
+    });
+    if (is_known && saved.beacons.size() == beacons_.size()) continue;
+    throw Error("population to load: it was saved with other beacons (" +
+                std::to_string(saved.beacons.size()) + ", beacon " + std::to_string(beacon.id) +
+                " among them) than the " + std::to_string(beacons_.size()) +
+                " of the filter; start without it");
+  }
+  std::size_t radios = 0;
+  if (options_.calibration.estimation == CalibrationEstimation::shared) radios = 1;
+  if (options_.calibration.estimation == CalibrationEstimation::per_beacon) {
+    radios = beacons_.size();
+  }
+  if (saved.calibration_times.size() != radios) {
+    throw Error("population to load: it holds " + std::to_string(saved.calibration_times.size()) +
+                " calibrations per particle, with calibration/estimation " +
+                to_string(options_.calibration.estimation) + " there are " +
+                std::to_string(radios) + "; set that as it was, or start without it");
+  }
+
+  reset();
+  step_ = saved.step;
+  time_ = saved.time;
+  control_.resume(saved.updates_since_renewal);
+  requested_size_ =
+      options_.adaptive_count.enabled ? saved.requested_particles : options_.particles;
+  dead_reckoning_ = saved.dead_reckoning;
+  first_range_time_ = saved.first_range_time;
+  range_squares_ = saved.range_squares;
+  range_count_ = saved.range_count;
+  slow_likelihood_ = saved.slow_likelihood;
+  fast_likelihood_ = saved.fast_likelihood;
+  likelihoods_ = saved.likelihoods;
+  calibration_time_ = saved.calibration_times;
+  recent_.clear();
+  for (const SavedBeaconMcl::Range& range : saved.ranges) {
+    recent_.push_back({range.observation, range.pose, range.time});
+  }
+  particles_ = saved.particles;
+  status_.particles = status_.distinct_ancestors = static_cast<int>(particles_.size());
+  status_.effective_sample_size = effective_sample_size(particles_.weight);
+}
+
+}  // namespace pf_resampling

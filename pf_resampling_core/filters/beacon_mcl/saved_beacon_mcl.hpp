@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+
+namespace pf_resampling {
+
+/// What a BeaconMcl filter knows at a moment. Options, seed and the beacons' nominal calibration
+/// are not part of it. With the same of these, a filter that loads it goes on to the bit as the one
+/// that was saved would have.
+struct SavedBeaconMcl {
+  /// One of the last ranges, and the dead reckoning when it was taken.
+  struct Range {
+    RangeObservation observation;
+    Pose2 pose;
+    double time = 0.0;  ///< s, since the start
+  };
+
+  std::vector<Beacon> beacons;
+  std::uint32_t step = 0;  ///< of the random streams
+  double time = 0.0;       ///< s, since the start
+  std::int64_t updates_since_renewal = 0;
+  int requested_particles = 0;  ///< that an adaptive count wants next
+  Pose2 dead_reckoning;         ///< since the start
+  double first_range_time = 0.0;
+  double range_squares = 0.0;  ///< of the ranges' noise, in units of the nominal variance
+  double range_count = 0.0;    ///< and of how many
+  double slow_likelihood = 0.0;
+  double fast_likelihood = 0.0;
+  std::int64_t likelihoods = 0;
+  std::vector<double> calibration_times;  ///< s, per radio: when its variances are of
+  std::vector<Range> ranges;              ///< the last ones, the oldest first
+  BeaconMclParticles particles;
+};
+
+/// What is wrong with it, in words; nothing if all is well.
+std::string fault_of(const SavedBeaconMcl& saved);
+
+}  // namespace pf_resampling

@@ -1,0 +1,385 @@
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/fastslam/kernels.hpp"
+#include "pf_resampling_core/population/pose_statistics.hpp"
+#include "pf_resampling_core/population/weights.hpp"
+
+namespace pf_resampling {
+namespace {
+
+void check(const RangeBearingObservation& observation, DataAssociation method) {
+  const bool usable =
+      std::isfinite(observation.range) && observation.range > 0.0 &&
+      std::isfinite(observation.bearing) && std::isfinite(observation.range_variance) &&
+      observation.range_variance >= 0.0 && std::isfinite(observation.bearing_variance) &&
+      observation.bearing_variance >= 0.0;
+  if (!usable) {
+    throw Error(
+        "observation of landmark " + std::to_string(observation.id) + " with range " +
+        std::to_string(observation.range) + " m and bearing " +
+        std::to_string(observation.bearing) +
+        " rad cannot be used: all has to be finite, the range positive, no variance negative");
+  }
+  if (method == DataAssociation::known && observation.id < 0) {
+    throw Error("observation with id " + std::to_string(observation.id) +
+                ": association/method is known, which needs ids from 0; use maximum_likelihood or "
+                "mutual_exclusion");
+  }
+}
+
+bool is_finite(const Pose2& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
+}
+
+// One number that is none, and all particles would be nowhere for ever.
+void check(const OdometryIncrement& odometry, const Pose2& sensor) {
+  if (!is_finite(odometry.mean) || !odometry.covariance.allFinite()) {
+    throw Error("odometry (" + std::to_string(odometry.mean.x) + " m, " +
+                std::to_string(odometry.mean.y) + " m, " + std::to_string(odometry.mean.heading) +
+                " rad) cannot be used: it and its covariance have to be finite");
+  }
+  if (!is_finite(sensor)) {
+    throw Error("the sensor's place on the robot, (" + std::to_string(sensor.x) + " m, " +
+                std::to_string(sensor.y) + " m, " + std::to_string(sensor.heading) +
+                " rad), cannot be used: it has to be finite");
+  }
+}
+
+}  // namespace
+
+kernels::Observation kernels::make_observation(const LandmarkSensorOptions& model,
+                                               const RangeBearingObservation& z,
+                                               const Pose2& sensor) {
+  kernels::Observation observation{};
+  observation.range = z.range;
+  observation.bearing = z.bearing;
+  observation.range_variance = std::max(kernels::kSmallestVariance, range_variance(model, z));
+  observation.bearing_variance = std::max(kernels::kSmallestVariance, bearing_variance(model, z));
+  observation.sensor_x = sensor.x;
+  observation.sensor_y = sensor.y;
+  observation.sensor_yaw = sensor.heading;
+  return observation;
+}
+
+FastSlam::FastSlam(const FastSlamOptions& options, std::uint64_t seed)
+    : options_(options), seed_(seed), store_(options.particles) {
+  validate(options_);
+  reset();
+}
+
+void FastSlam::reset() {
+  step_ = 0;
+  const Eigen::Index count = options_.particles;
+  particles_.x.setZero(count);
+  particles_.y.setZero(count);
+  particles_.heading.setZero(count);
+  particles_.log_weight.setConstant(count, -std::log(static_cast<double>(count)));
+  particles_.weight.setConstant(count, 1.0 / static_cast<double>(count));
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, options_.particles - 1);
+  odometry_errors_.start(options_.odometry_errors, count);
+  store_ = LandmarkStore(options_.particles);
+  index_.clear();
+  row_of_id_.clear();
+  next_id_ = 0;
+  ancestry_.start(options_.particles);
+  has_landmarks_ = false;
+  control_ = PopulationControl(options_.population);
+  association_ = options_.association.method;
+  requested_size_ = options_.particles;
+  status_ = FastSlamStatus{};
+  status_.particles = status_.distinct_ancestors = options_.particles;
+  outcomes_.clear();
+  paths_.clear();
+  view_range_ = view_bearing_ = 0.0;
+}
+
+void FastSlam::set_options(const FastSlamOptions& options) {
+  validate(options);
+  if (options.association.method == DataAssociation::known && !all_have_ids()) {
+    throw Error(
+        "association/method cannot become known: the map has landmarks that were found without "
+        "ids, "
+        "and their numbers are no ids; reset the filter or load a map with ids first");
+  }
+  control_.set_options(options.population);
+  // What the first observations decided stays.
+  if (options.association.method != DataAssociation::automatic) {
+    association_ = options.association.method;
+  }
+  options_ = options;
+  requested_size_ = options.particles;
+}
+
+// Whether every landmark has the id of its observations, not a number in order of discovery.
+bool FastSlam::all_have_ids() const {
+  const std::vector<int> used = rows();
+  return std::all_of(used.begin(), used.end(),
+                     [&](int row) { return row_of_id_.count(store_.birth(row)) > 0; });
+}
+
+DataAssociation FastSlam::method_for(
+    const std::vector<RangeBearingObservation>& observations) const {
+  if (association_ != DataAssociation::automatic || observations.empty()) return association_;
+  const bool have_ids =
+      std::all_of(observations.begin(), observations.end(),
+                  [](const RangeBearingObservation& observation) { return observation.id >= 0; });
+  return have_ids ? DataAssociation::known : DataAssociation::mutual_exclusion;
+}
+
+// The filter's steps, K section 2: draw the poses, update the landmarks, weigh, renew.
+void FastSlam::update(const OdometryIncrement& odometry,
+                      const std::vector<RangeBearingObservation>& observations,
+                      const Pose2& sensor) {
+  check(odometry, sensor);
+  const DataAssociation method = method_for(observations);
+  for (const RangeBearingObservation& observation : observations) check(observation, method);
+  association_ = method;
+  ++step_;
+  const Eigen::Index count = particles_.size();
+  const kernels::PoseGaussians pose = proposal();
+  odometry_errors_.predict(odometry);
+  drawn_.resize(count, 3);
+  drawn_ << particles_.x, particles_.y, particles_.heading;
+  kernels::predict(odometry_errors_.motion(), odometry_errors_.covariance(), count, pose);
+  // FastSLAM 1.0 is 2.0 with a proposal that the observations find already drawn.
+  if (options_.version == FastSlamVersion::fastslam_1) draw();
+
+  associate(observations, sensor);
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const Eigen::Index column = static_cast<Eigen::Index>(c);
+      // Of the landmarks near by, most are no particle's choice.
+      if (!(association.takes.col(column) > 0.0).any()) continue;
+      kernels::propose(z, options_.association.gate, count, pose, store_.row(association.rows[c]),
+                       association.takes.col(column).data(), particles_.log_weight.data(),
+                       association.accepted.col(column).data());
+    }
+  }
+  if (options_.version == FastSlamVersion::fastslam_2) draw();
+
+  for (std::size_t k = 0; k < observations.size() && !options_.map.frozen; ++k) {
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    const Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const auto accepted = association.accepted.col(static_cast<Eigen::Index>(c));
+      if (!(accepted > 0.0).any()) continue;
+      kernels::update(z, count, pose, accepted.data(), store_.row(association.rows[c]));
+    }
+  }
+  for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
+  if (observations.empty()) {
+    paths_.append(particles_.x, particles_.y, particles_.heading);
+    return;
+  }
+
+  status_.log_likelihood = 0.0;
+  normalize_weights();
+  note_outcomes(observations);
+  if (!options_.map.frozen) update_existence(observations, sensor);
+  ++status_.updates;
+  paths_.append(particles_.x, particles_.y, particles_.heading);
+  renew();
+  status_.particles = static_cast<int>(particles_.size());
+}
+
+kernels::PoseGaussians FastSlam::proposal() {
+  proposal_.resize(particles_.size(), 6);
+  return {particles_.x.data(),     particles_.y.data(),     particles_.heading.data(),
+          proposal_.col(0).data(), proposal_.col(1).data(), proposal_.col(2).data(),
+          proposal_.col(3).data(), proposal_.col(4).data(), proposal_.col(5).data()};
+}
+
+void FastSlam::draw() {
+  const Eigen::Index count = particles_.size();
+  work_.resize(4 * count);
+  double* z = work_.data();
+  stream(RandomPurpose::motion).fill_normal4(0, count, z, z + count, z + 2 * count, z + 3 * count);
+  kernels::draw(count, z, z + count, z + 2 * count, proposal());
+  proposal_.setZero();
+  learn_odometry_errors();
+}
+
+// What the particles' draws say of the odometry.
+void FastSlam::learn_odometry_errors() {
+  if (!options_.odometry_errors.estimate) return;
+  kernels::motion_since(particles_.size(), proposal(), drawn_.col(0).data(), drawn_.col(1).data(),
+                        drawn_.col(2).data());
+  odometry_errors_.condition(drawn_);
+}
+
+void FastSlam::start_landmark(std::size_t observation, const RangeBearingObservation& z,
+                              const Pose2& sensor) {
+  const Association& association = associations_[observation];
+  if (!(association.starts > 0.0).any()) return;
+  const bool known = association_ == DataAssociation::known;
+  const std::int64_t id = known ? z.id : next_id_++;
+  const auto found = known ? row_of_id_.find(id) : row_of_id_.end();
+  const bool is_there = found != row_of_id_.end();  // some particles gave it up
+  const int row = is_there ? found->second : store_.add(id);
+  const LandmarkRow landmark = store_.row(row);
+  kernels::start(kernels::make_observation(options_.sensor, z, sensor), particles_.size(),
+                 proposal(), association.starts.data(), options_.association.seen_log_odds,
+                 landmark);
+  if (known) {
+    row_of_id_[id] = row;
+    next_id_ = std::max(next_id_, id + 1);  // for landmarks found without ids from now on
+  }
+  associations_[observation].started_row = row;
+  if (is_there) return;
+  ++status_.landmarks;
+  if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
+  has_landmarks_ = true;
+}
+
+void FastSlam::normalize_weights() {
+  if (!is_normalizable(particles_.log_weight)) {
+    ++status_.weight_resets;
+    const double count = static_cast<double>(particles_.size());
+    particles_.log_weight.setConstant(-std::log(count));
+    particles_.weight.setConstant(1.0 / count);
+    status_.effective_sample_size = status_.entropy_sample_size = count;
+    return;
+  }
+  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
+  status_.log_likelihood += summary.log_sum;
+  status_.effective_sample_size = summary.effective_sample_size;
+  status_.entropy_sample_size = summary.entropy_sample_size;
+}
+
+void FastSlam::renew() {
+  const int size = static_cast<int>(particles_.size());
+  status_.renewed = control_.is_due(status_.effective_sample_size, size, requested_size_);
+  if (!status_.renewed) return;
+  if (control_.options().renewal == Renewal::compensation && requested_size_ == size) {
+    const CompensationResult& result =
+        control_.compensate(particles_.weight, stream(RandomPurpose::compensation));
+    blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
+    odometry_errors_.blend(result.pairs);
+    if (!options_.map.frozen) {
+      store_.blend(result.pairs, control_.options().compensation.covariance);
+    }
+    particles_.log_weight = result.log_weights;
+    particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+  } else {
+    const ResamplingResult result =
+        control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling));
+    select(result);
+  }
+  particles_.weight = particles_.log_weight.exp();
+  status_.renewals = control_.calls();
+  status_.distinct_ancestors = ancestry_.distinct();
+  excite(options_.excitation, particles_.weight, particles_.ancestor,
+         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
+         &excitation_workspace_);
+}
+
+// The poses are copied, the maps are not: their store takes note.
+void FastSlam::select(const ResamplingResult& result) {
+  const Eigen::ArrayXi ancestors = result.ancestors;
+  for (Eigen::ArrayXd* array : {&particles_.x, &particles_.y, &particles_.heading}) {
+    work_.resize(std::max<Eigen::Index>(work_.size(), ancestors.size()));
+    for (Eigen::Index i = 0; i < ancestors.size(); ++i) work_[i] = (*array)[ancestors[i]];
+    *array = work_.head(ancestors.size());
+  }
+  odometry_errors_.select(ancestors);
+  store_.select(ancestors);
+  ancestry_.select(ancestors);
+  paths_.select(ancestors);
+  particles_.ancestor = ancestors;
+  particles_.log_weight = result.log_weights;
+}
+
+PoseEstimate FastSlam::estimate() const {
+  const PoseStatistics statistics =
+      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  return {statistics.mean, statistics.covariance};
+}
+
+std::vector<int> FastSlam::rows() const {
+  std::vector<int> used;
+  for (int row = 0; row < store_.rows(); ++row) {
+    if (store_.is_used(row)) used.push_back(row);
+  }
+  return used;
+}
+
+std::optional<LandmarkEstimate> FastSlam::landmark(std::int64_t id) {
+  const auto found = row_of_id_.find(id);
+  LandmarkEstimate landmark;
+  if (found == row_of_id_.end() || !summarize(found->second, &landmark)) return std::nullopt;
+  return landmark;
+}
+
+std::vector<LandmarkEstimate> FastSlam::map() {
+  std::vector<LandmarkEstimate> landmarks;
+  for (const int row : rows()) {
+    LandmarkEstimate landmark;
+    if (summarize(row, &landmark) && landmark.held > 0.0) landmarks.push_back(landmark);
+  }
+  std::sort(landmarks.begin(), landmarks.end(),
+            [](const LandmarkEstimate& a, const LandmarkEstimate& b) { return a.id < b.id; });
+  return landmarks;
+}
+
+// Moments of a landmark over the particles that hold it; false if none does. Where none of these
+// has any weight, all count alike. Sums are of differences to the first of them, so that particles
+// that agree give what they agree on, to the bit.
+bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
+  const LandmarkRow data = store_.row(row);
+  const Eigen::Index count = particles_.size();
+  Eigen::Index first = -1;
+  double total = 0.0;
+  bool all_hold = true;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (data.held[i] == 0) {
+      all_hold = false;
+      continue;
+    }
+    if (first < 0) first = i;
+    total += particles_.weight[i];
+  }
+  if (first < 0) return false;
+  const auto share = [&](Eigen::Index i) {
+    return total > 0.0 ? particles_.weight[i] / total : 1.0;
+  };
+  const auto covariance = [&](Eigen::Index i) {
+    Eigen::Matrix2d matrix;
+    matrix << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
+    return matrix;
+  };
+  double shares = 0.0;
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  double log_odds = 0.0;
+  for (Eigen::Index i = first; i < count; ++i) {
+    if (data.held[i] == 0) continue;
+    shares += share(i);
+    offset += share(i) * Eigen::Vector2d(data.x[i] - data.x[first], data.y[i] - data.y[first]);
+    log_odds += share(i) * (data.log_odds[i] - data.log_odds[first]);
+  }
+  landmark->id = store_.birth(row);
+  landmark->held = all_hold ? 1.0 : std::min(1.0, total);
+  landmark->mean = Eigen::Vector2d(data.x[first], data.y[first]) + offset / shares;
+  landmark->log_odds = data.log_odds[first] + log_odds / shares;
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (Eigen::Index i = first; i < count; ++i) {
+    if (data.held[i] == 0) continue;
+    const Eigen::Vector2d deviation = Eigen::Vector2d(data.x[i], data.y[i]) - landmark->mean;
+    spread += share(i) * (covariance(i) - covariance(first) + deviation * deviation.transpose());
+  }
+  landmark->covariance = covariance(first) + spread / shares;
+  return true;
+}
+
+RandomStream FastSlam::stream(RandomPurpose purpose) const {
+  return {seed_, purpose, step_};
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,227 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
+#include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
+#include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
+#include "pf_resampling_core/filters/fastslam/options.hpp"
+#include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
+#include "pf_resampling_core/models/landmark_observation.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/population/ancestry.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
+#include "pf_resampling_core/strategy/excitation.hpp"
+#include "pf_resampling_core/strategy/population_control.hpp"
+
+namespace pf_resampling {
+
+namespace kernels {
+struct PoseGaussians;
+}
+struct SavedMap;
+
+/// The poses of the population, structure of arrays: entry i of every array belongs to particle i.
+struct FastSlamParticles {
+  Eigen::ArrayXd x, y;        ///< m, map frame
+  Eigen::ArrayXd heading;     ///< rad, in [-pi, pi]
+  Eigen::ArrayXd log_weight;  ///< normalised
+  Eigen::ArrayXd weight;      ///< normalised, linear
+  Eigen::ArrayXi ancestor;    ///< slot before the last renewal
+
+  Eigen::Index size() const { return x.size(); }
+};
+
+/// A landmark of the weighted-mean map.
+struct LandmarkEstimate {
+  std::int64_t id = 0;  ///< the observations' id where these are known, else in order of discovery
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();        ///< m, map frame
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of the mixture over the particles
+  double held = 0.0;                                     ///< share of the weight that holds it
+  double log_odds = 0.0;  ///< of its existence, mean over the particles that hold it
+};
+
+/// What became of an observation of the last update.
+struct ObservationOutcome {
+  std::int64_t landmark =
+      -1;  ///< id of the landmark it was taken as in the heaviest particle; -1: of none
+  bool is_new = false;    ///< whether it started that landmark
+  double accepted = 0.0;  ///< share of the weight that believed it
+};
+
+/// Health of the filter. Counts are since the start.
+struct FastSlamStatus {
+  int particles = 0;
+  int landmarks = 0;
+  double effective_sample_size =
+      0.0;  ///< after the last update's weighing, before its renewal if there was one
+  double entropy_sample_size = 0.0;  ///< likewise
+  int distinct_ancestors =
+      0;  ///< particles since the first landmark that have descendants (K section 4.1)
+  bool renewed = false;
+  std::int64_t updates = 0;
+  std::int64_t renewals = 0;
+  std::int64_t weight_resets = 0;
+  std::int64_t gated =
+      0;  ///< observations of known landmarks that most of the weight did not believe
+  double log_likelihood = 0.0;  ///< of the last update's observations
+};
+
+/// FastSLAM 2.0 and 1.0 (K section 2; Montemerlo, Thrun, Koller, Wegbreit 2003): the particles hold
+/// the path, each with an extended Kalman filter per landmark.
+///
+/// Same seed and same calls: same bytes, at any number of threads.
+class FastSlam {
+ public:
+  FastSlam(const FastSlamOptions& options, std::uint64_t seed);
+
+  /// One step of the filter: draws the poses from odometry and observations, updates the landmarks,
+  /// weighs, renews. All observations are of one scan, taken at the end of the odometry by a sensor
+  /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
+  /// changing nothing, on odometry or observations that cannot be used.
+  void update(const OdometryIncrement& odometry,
+              const std::vector<RangeBearingObservation>& observations, const Pose2& sensor = {});
+
+  /// Weighted mean and covariance of the whole population.
+  PoseEstimate estimate() const;
+
+  /// The motion since the last update as the filter sees it: without the systematic errors of the
+  /// odometry that it has learnt. From estimate() on, by the odometry's clock.
+  OdometryIncrement corrected(const OdometryIncrement& since) const {
+    return odometry_errors_.corrected(since, particles_.weight);
+  }
+
+  /// A landmark of the weighted-mean map by its id; nothing if the map has none of that id, or
+  /// data association is not by ids. O(M).
+  std::optional<LandmarkEstimate> landmark(std::int64_t id);
+
+  /// The weighted-mean map. Brings every landmark up to date: O(M·N).
+  std::vector<LandmarkEstimate> map();
+
+  /// As after construction.
+  void reset();
+
+  /// Goes on from a saved map, to the bit if all of the population was saved and options and seed
+  /// are the same; if it has another number of particles, so many are drawn from it. With
+  /// map/frozen, every particle gets the weighted-mean map instead, of the landmarks that most of
+  /// the weight holds, with the covariances of the mixture. Without particles in `map`, every
+  /// particle gets that map and a pose drawn from its pose estimate. Counts of the status start
+  /// anew. Throws Error, changing nothing, for a map that makes no sense or whose landmarks have no
+  /// ids where association/method is known.
+  void load(const SavedMap& map);
+
+  /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
+  /// and keep their maps. Throws Error, changing nothing, for what is no Gaussian.
+  void set_poses(const PoseEstimate& poses);
+
+  /// Puts other particles in place of the present ones, poses and weights as given, in the frame of
+  /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
+  /// their weights: what is known of the map stays, what tied it to the present poses is given up.
+  /// Another number of them than the filter is to have is redrawn at the next update. Throws Error,
+  /// changing nothing, for what is no population.
+  void set_particles(const GivenParticles& particles);
+
+  /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
+  /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
+  /// Error, changing nothing, on options that make no sense, and on data association by ids while
+  /// there are landmarks that were found without.
+  void set_options(const FastSlamOptions& options);
+
+  const FastSlamOptions& options() const { return options_; }
+  const FastSlamParticles& particles() const { return particles_; }
+  /// Systematic errors of the odometry, of every particle.
+  const OdometryErrorEstimator& odometry_errors() const { return odometry_errors_; }
+  const FastSlamStatus& status() const { return status_; }
+  /// The robot's path as it is believed now, a pose for every call of update() since the start, the
+  /// last load() or set_poses(), the oldest first: the particles' own paths, weighted.
+  std::vector<Pose2> path() const { return paths_.mean(particles_.weight); }
+  /// The method of data association in use; automatic until the first observations decide.
+  DataAssociation association() const { return association_; }
+  /// Of the last update's observations, in their order.
+  const std::vector<ObservationOutcome>& outcomes() const { return outcomes_; }
+  /// Particles' maps, for evaluation.
+  LandmarkStore& store() { return store_; }
+  /// Rows of the store in use.
+  std::vector<int> rows() const;
+  /// Id of a row's landmark as in LandmarkEstimate.
+  std::int64_t id_of(int row) const { return store_.birth(row); }
+
+ private:
+  friend SavedMap saved_map(FastSlam* filter, int particles);
+
+  // What an observation is taken as: in each particle one row, or a new landmark, or nothing.
+  struct Association {
+    std::vector<int> rows;     // candidates
+    Eigen::ArrayXXd takes;     // per candidate a column, 1 in the particles that take it
+    Eigen::ArrayXXd accepted;  // of these, where the proposal believed it
+    Eigen::ArrayXd starts;     // 1 in the particles in which it is a new landmark
+    int started_row = -1;
+  };
+  struct CandidatePair {
+    double log_likelihood;
+    int observation;
+    int candidate;
+  };
+
+  bool all_have_ids() const;
+  DataAssociation method_for(const std::vector<RangeBearingObservation>& observations) const;
+  kernels::PoseGaussians proposal();
+  void draw();
+  void learn_odometry_errors();
+  void associate(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
+  void associate_known(const std::vector<RangeBearingObservation>& observations, std::size_t k);
+  void associate_by_likelihood(const std::vector<RangeBearingObservation>& observations,
+                               const Pose2& sensor);
+  void choose(Eigen::Index particle, const std::vector<Eigen::ArrayXXd>& distances,
+              const std::vector<Eigen::ArrayXXd>& likelihoods);
+  void start_landmark(std::size_t observation, const RangeBearingObservation& z,
+                      const Pose2& sensor);
+  void weigh_new_landmarks();
+  void doubt(std::size_t observation, const RangeBearingObservation& seen, const Pose2& sensor);
+  void note_outcomes(const std::vector<RangeBearingObservation>& observations);
+  void update_existence(const std::vector<RangeBearingObservation>& observations,
+                        const Pose2& sensor);
+  bool summarize(int row, LandmarkEstimate* landmark);
+  Eigen::Vector2d representative(int row, Eigen::Index heaviest);
+  void normalize_weights();
+  void renew();
+  void select(const ResamplingResult& result);
+  RandomStream stream(RandomPurpose purpose) const;
+
+  FastSlamOptions options_;
+  std::uint64_t seed_;
+  DataAssociation association_ = DataAssociation::automatic;
+  std::uint32_t step_ = 0;
+  FastSlamParticles particles_;
+  OdometryErrorEstimator odometry_errors_;
+  LandmarkStore store_;
+  LandmarkIndex index_;
+  std::unordered_map<std::int64_t, int> row_of_id_;
+  std::int64_t next_id_ = 0;
+  Ancestry ancestry_;
+  ParticlePaths paths_;
+  bool has_landmarks_ = false;
+  PopulationControl control_;
+  int requested_size_ = 0;
+  FastSlamStatus status_;
+  std::vector<ObservationOutcome> outcomes_;
+  std::vector<Association> associations_;
+  double view_range_ = 0.0;    // m, farthest anything was seen
+  double view_bearing_ = 0.0;  // rad, widest
+
+  std::vector<CandidatePair> pairs_;
+  std::vector<std::uint8_t> decided_;
+  std::vector<int> taken_;
+  Eigen::ArrayXXd proposal_;  // covariance: a column per entry
+  Eigen::ArrayXd work_;
+  Eigen::ArrayXXd drawn_;  // poses before the motion, then the motion itself: a row per particle
+  ExcitationWorkspace excitation_workspace_;
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,200 @@
+#include "pf_resampling_core/filters/fastslam/map_checks.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace map_checks {
+namespace {
+
+constexpr double kRounding = 1e-9;
+constexpr double kWidestView = 1e6;  // m, as for sensor/maximum_range
+
+bool is_place(const Eigen::Vector2d& place) {
+  return std::abs(place.x()) <= kFarthest && std::abs(place.y()) <= kFarthest;
+}
+
+// Positive definite, but for rounding: a long thin ellipse may be degenerate in doubles.
+bool is_covariance(const Eigen::Matrix2d& c) {
+  return c(0, 0) > 0.0 && c(1, 1) > 0.0 && c(0, 0) <= kFarthest * kFarthest &&
+         c(1, 1) <= kFarthest * kFarthest && c(0, 1) == c(1, 0) &&
+         std::abs(c(0, 1)) <= (1.0 + kRounding) * std::sqrt(c(0, 0)) * std::sqrt(c(1, 1));
+}
+
+std::string fault_of_id(std::int64_t id, std::int64_t previous) {
+  if (id < 0 || id > kLargestId) {
+    return "landmark id " + std::to_string(id) + " is not in [0, 2^62]";
+  }
+  if (id == previous) return "landmark " + std::to_string(id) + " is there twice";
+  if (id < previous) {
+    return "landmark " + std::to_string(id) + " comes after landmark " + std::to_string(previous) +
+           "; ids have to ascend";
+  }
+  return {};
+}
+
+std::string fault_of_gaussian(std::int64_t id, const Eigen::Vector2d& mean,
+                              const Eigen::Matrix2d& covariance) {
+  if (!is_place(mean)) {
+    return "the place of landmark " + std::to_string(id) + " is not finite or beyond 1e9 m";
+  }
+  if (!is_covariance(covariance)) {
+    return "the covariance of landmark " + std::to_string(id) + " is not positive definite";
+  }
+  return {};
+}
+
+bool has(const SavedMap& map, std::int64_t id) {
+  const auto found = std::lower_bound(map.landmarks.begin(), map.landmarks.end(), id,
+                                      [](const SavedLandmark& landmark, std::int64_t value) {
+                                        return landmark.estimate.id < value;
+                                      });
+  return found != map.landmarks.end() && found->estimate.id == id;
+}
+
+}  // namespace
+
+std::string fault_of_frame(const std::string& frame) {
+  const bool is_name = !frame.empty() && frame.size() <= 255 && frame.front() != '#' &&
+                       std::all_of(frame.begin(), frame.end(),
+                                   [](char letter) { return letter > ' ' && letter < '\x7f'; });
+  return is_name ? "" : "the name of the frame has to be 1 to 255 letters without spaces";
+}
+
+std::string fault_of_pose(const Pose2& pose) {
+  if (!is_place({pose.x, pose.y})) return "the pose is not finite or beyond 1e9 m";
+  if (!(std::abs(pose.heading) <= kPi + kRounding)) return "the heading is not in [-pi, pi]";
+  return {};
+}
+
+std::string fault_of_pose_covariance(const Eigen::Matrix3d& covariance) {
+  const char* const fault = "the covariance of the pose is not positive semidefinite";
+  if (!covariance.allFinite() || covariance != covariance.transpose()) return fault;
+  if (!(covariance.diagonal().maxCoeff() <= kFarthest * kFarthest)) return fault;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
+  return solver.eigenvalues().minCoeff() >= -kRounding * largest ? "" : fault;
+}
+
+std::string fault_of_view(double range, double bearing) {
+  if (!(range >= 0.0 && range <= kWidestView))
+    return "the farthest range seen is not in [0, 1e6] m";
+  if (!(bearing >= 0.0 && bearing <= kPi + kRounding)) {
+    return "the widest bearing seen is not in [0, pi]";
+  }
+  return {};
+}
+
+std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
+  const LandmarkEstimate& estimate = landmark.estimate;
+  std::string fault = fault_of_id(estimate.id, previous);
+  if (fault.empty()) fault = fault_of_gaussian(estimate.id, estimate.mean, estimate.covariance);
+  if (!fault.empty()) return fault;
+  const std::string name = " of landmark " + std::to_string(estimate.id);
+  if (!(estimate.held >= 0.0 && estimate.held <= 1.0 + kRounding)) {
+    return "the share that holds it" + name + " is not in [0, 1]";
+  }
+  if (!std::isfinite(estimate.log_odds)) return "the log-odds" + name + " are not finite";
+  if (!is_place(landmark.last_seen)) {
+    return "the last place" + name + " is not finite or beyond 1e9 m";
+  }
+  return {};
+}
+
+std::string fault_of(const SavedParticle& particle) {
+  std::string fault = fault_of_pose(particle.pose);
+  if (!fault.empty()) return fault;
+  // Minus infinity is the logarithm of a weight of zero.
+  if (!(particle.log_weight <= kRounding)) return "the log-weight is above 0";
+  if (!(std::abs(std::exp(particle.log_weight) - particle.weight) <= kRounding &&
+        particle.weight >= 0.0)) {
+    return "the weight is not what its logarithm says";
+  }
+  return {};
+}
+
+std::string fault_of(const OdometryErrorState& errors, std::size_t particles) {
+  if (errors.means.rows() != static_cast<Eigen::Index>(particles) ||
+      (particles > 0 && errors.means.cols() != OdometryErrorEstimator::kCount)) {
+    return "the errors of the odometry are not " + std::to_string(OdometryErrorEstimator::kCount) +
+           " numbers per particle";
+  }
+  if (!errors.means.allFinite() || !errors.velocity.allFinite()) {
+    return "the errors of the odometry are not finite";
+  }
+  const OdometryErrorEstimator::Matrix& covariance = errors.covariance;
+  const char* const fault =
+      "the covariance of the errors of the odometry is not positive semidefinite";
+  if (!covariance.allFinite() || covariance != covariance.transpose()) return fault;
+  const Eigen::SelfAdjointEigenSolver<OdometryErrorEstimator::Matrix> solver(
+      covariance, Eigen::EigenvaluesOnly);
+  const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
+  return solver.eigenvalues().minCoeff() >= -kRounding * largest ? "" : fault;
+}
+
+std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, const SavedMap& map) {
+  std::string fault = fault_of_id(landmark.id, previous);
+  if (fault.empty()) fault = fault_of_gaussian(landmark.id, landmark.mean, landmark.covariance);
+  if (!fault.empty()) return fault;
+  if (!std::isfinite(landmark.log_odds)) {
+    return "the log-odds of landmark " + std::to_string(landmark.id) + " are not finite";
+  }
+  if (!has(map, landmark.id)) {
+    return "landmark " + std::to_string(landmark.id) + " is not in the list of landmarks";
+  }
+  return {};
+}
+
+std::string fault_of_whole(const SavedMap& map) {
+  if (map.next_id < 0 || map.next_id > kLargestId + 1) return "the next id is not in [0, 2^62 + 1]";
+  if (map.observations_since_renewal < 0) return "the scans since the last renewal are negative";
+  if (map.association == DataAssociation::automatic && !map.landmarks.empty()) {
+    return "there are landmarks, but what their ids mean is left to be found (automatic)";
+  }
+  const bool by_discovery = map.association != DataAssociation::known;
+  if (by_discovery && !map.landmarks.empty() && map.landmarks.back().estimate.id >= map.next_id) {
+    return "the next id is that of a landmark that is there";
+  }
+  if (map.particles.empty()) return {};
+  if (static_cast<std::int64_t>(map.particles.size()) > kMostParticles) {
+    return "there are more than 1000000 particles";
+  }
+  double sum = 0.0;
+  for (const SavedParticle& particle : map.particles) sum += particle.weight;
+  if (!(std::abs(sum - 1.0) <= 1e-6)) return "the weights do not add up to 1";
+  return {};
+}
+
+}  // namespace map_checks
+
+void check_saved_map(const SavedMap& map) {
+  using namespace map_checks;
+  const auto refuse_if = [](const std::string& fault, const std::string& where = "") {
+    if (!fault.empty()) throw Error("map: " + where + fault + "; save the map again or mend it");
+  };
+  refuse_if(fault_of_frame(map.frame));
+  refuse_if(fault_of_pose(map.pose.mean));
+  refuse_if(fault_of_pose_covariance(map.pose.covariance));
+  refuse_if(fault_of_view(map.view_range, map.view_bearing));
+  std::int64_t previous = -1;
+  for (const SavedLandmark& landmark : map.landmarks) {
+    refuse_if(fault_of(landmark, previous));
+    previous = landmark.estimate.id;
+  }
+  for (std::size_t i = 0; i < map.particles.size(); ++i) {
+    const std::string where = "particle " + std::to_string(i) + ": ";
+    refuse_if(fault_of(map.particles[i]), where);
+    previous = -1;
+    for (const ParticleLandmark& landmark : map.particles[i].landmarks) {
+      refuse_if(fault_of(landmark, previous, map), where);
+      previous = landmark.id;
+    }
+  }
+  refuse_if(fault_of(map.odometry_errors, map.particles.size()));
+  refuse_if(fault_of_whole(map));
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+#include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
+#include "pf_resampling_core/models/landmark_observation.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
+#include "pf_resampling_core/strategy/excitation.hpp"
+#include "pf_resampling_core/strategy/population_control.hpp"
+
+namespace pf_resampling {
+
+/// What the poses are drawn from (K section 2).
+enum class FastSlamVersion {
+  fastslam_1,  ///< the odometry
+  fastslam_2,  ///< the odometry and the observations
+};
+const std::vector<FastSlamVersion>& all_fastslam_versions();
+std::string to_string(FastSlamVersion version);
+
+/// Which landmark an observation is of.
+enum class DataAssociation {
+  automatic,           ///< known if the first observations carry ids, else mutual_exclusion
+  known,               ///< the observations carry ids
+  maximum_likelihood,  ///< the likeliest one, in each particle by itself
+  mutual_exclusion,    ///< likewise, but no landmark takes two observations of a scan
+};
+const std::vector<DataAssociation>& all_data_associations();
+std::string to_string(DataAssociation association);
+
+/// Noise of a landmark sensor, and what it can see. The defaults suit a camera that tells distances
+/// by size as well as a laser scanner; they are rather wide, as too narrow ones cost the population
+/// its diversity. K section 4: 0.1 m, 1 degree, no share.
+struct LandmarkSensorOptions {
+  double range_sigma = 0.1;         ///< m, where the message has no variance
+  double range_sigma_share = 0.02;  ///< of the range, added to it
+  double bearing_sigma = 0.03;      ///< rad, where the message has no variance
+  double maximum_range = 0.0;       ///< m; 0: as far as anything was seen yet
+  double field_of_view =
+      0.0;  ///< rad, about the sensor's x axis; 0: as wide as anything was seen yet
+};
+
+/// m^2 and rad^2, of an observation: its own where it has one, else the model's.
+double range_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z);
+double bearing_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z);
+
+struct DataAssociationOptions {
+  DataAssociation method = DataAssociation::automatic;
+  double gate = 13.8;  ///< squared Mahalanobis distance, two degrees of freedom: 99.9 % lie within
+  /// Beyond this from every landmark, an unknown observation is a new one. Wide: particles know
+  /// where they are worse than they believe, above all after a while without landmarks (Bailey,
+  /// Nieto, Nebot 2006), and a landmark started twice bends the map.
+  double new_landmark_gate = 64.0;
+  double new_landmark_share = 0.05;  ///< of the observations, of landmarks not seen before
+  double seen_log_odds = 0.9;        ///< added to a landmark's existence when it is seen
+  double missed_log_odds = 0.4;      ///< taken off when it should have been seen
+  double removal_log_odds = -1.5;    ///< a landmark below this is removed
+  double largest_log_odds = 6.0;     ///< what a landmark that was often seen is trusted with
+};
+
+struct MapOptions {
+  /// Landmarks are neither moved nor added nor removed: localization in the map as it is. Can be
+  /// switched at any time.
+  bool frozen = false;
+};
+
+/// Everything FastSlam can be told, with the only defaults there are. Names, units and ranges:
+/// parameters_of().
+struct FastSlamOptions {
+  int particles = 1000;
+  int threads = 1;
+  FastSlamVersion version = FastSlamVersion::fastslam_2;
+  PopulationControlOptions population;
+  ExcitationOptions excitation;
+  OdometryNoise odometry;
+  OdometryErrorOptions odometry_errors;
+  LandmarkSensorOptions sensor;
+  DataAssociationOptions association;
+  MapOptions map;
+
+  FastSlamOptions();
+};
+
+ParameterList parameters_of(FastSlamOptions* options);
+
+/// Throws Error naming the first parameter, or combination, that makes no sense.
+void validate(const FastSlamOptions& options);
+
+}  // namespace pf_resampling

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/options.hpp"
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
+
+namespace pf_resampling {
+
+/// A landmark of the weighted-mean map, as it is saved.
+struct SavedLandmark {
+  LandmarkEstimate estimate;
+  /// m; where the heaviest particle had it when it was last seen: what data association looks for.
+  Eigen::Vector2d last_seen = Eigen::Vector2d::Zero();
+};
+
+/// A landmark in the map of one particle.
+struct ParticleLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();        ///< m
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2
+  double log_odds = 0.0;
+};
+
+struct SavedParticle {
+  Pose2 pose;
+  double log_weight = 0.0;                  ///< normalised
+  double weight = 1.0;                      ///< likewise, linear
+  std::vector<ParticleLandmark> landmarks;  ///< ids ascending
+};
+
+/// What a FastSLAM filter knows at a moment: the map for people and for localization, and the
+/// population for going on. Options and seed are not part of it. With the same of these, a filter
+/// that loads the whole population goes on to the bit as the one that was saved would have.
+struct SavedMap {
+  std::string frame = "map";  ///< name of the frame that everything is given in
+  /// What the landmarks' ids mean: with `known` they are the observations' own, else numbers in
+  /// order of discovery.
+  DataAssociation association = DataAssociation::automatic;
+  PoseEstimate pose;
+  double view_range = 0.0;    ///< m, farthest anything was seen
+  double view_bearing = 0.0;  ///< rad, widest
+  std::uint32_t step = 0;     ///< of the random streams
+  std::int64_t next_id = 0;   ///< of the next landmark that is discovered
+  std::int64_t observations_since_renewal = 0;
+  std::vector<SavedLandmark> landmarks;  ///< ids ascending
+  std::vector<SavedParticle> particles;  ///< empty: there is only the map
+  OdometryErrorState odometry_errors;    ///< a row of means per particle
+};
+
+/// The filter as it is now; it is not changed. All particles if there are no more than `particles`,
+/// else so many drawn by systematic resampling (their weights are equal then); 0: the map alone.
+/// Throws Error for a negative number.
+SavedMap saved_map(FastSlam* filter, int particles);
+
+/// A place of a landmark that was measured otherwise.
+struct SurveyedLandmark {
+  std::int64_t id = 0;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2; all zero: good to a millimetre
+};
+
+/// A map without particles from a list of landmarks in any order; their ids are the observations'.
+/// The robot is at the origin until it is told otherwise. Throws Error for a list that makes no
+/// sense.
+SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std::string& frame);
+
+/// Such a map from a text file: a header line that names the columns, separated by commas in any
+/// order, then a landmark per line; `#` starts a comment. Columns `id`, `x`, `y` (m), and if their
+/// accuracy is known `xx`, `xy`, `yy` (m^2). Throws Error, in one line that names file, line, fault
+/// and remedy, for anything else.
+SavedMap read_landmark_list(const std::string& path, const std::string& frame);
+
+/// Throws Error, naming the first value that cannot be: not finite, not a covariance, an id twice,
+/// weights that are none.
+void check_saved_map(const SavedMap& map);
+
+/// Writes a map as text: see doc/map_format.md. Numbers come back to the bit. The file appears
+/// whole or not at all: written beside, synchronized, renamed; what was there before stays until
+/// then. Throws Error, naming the file, when it cannot be written or the map makes no sense.
+void write_map_file(const std::string& path, const SavedMap& map);
+
+/// Reads it. Throws Error, in one line that names file, line, fault and remedy, for anything that
+/// write_map_file() has not written just so: its checksum covers every byte.
+SavedMap read_map_file(const std::string& path);
+
+}  // namespace pf_resampling

@@ -1,0 +1,224 @@
+#include "pf_resampling_core/strategy/compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/parameters/enum_names.hpp"
+#include "pf_resampling_core/population/vector_math.hpp"
+
+namespace pf_resampling {
+namespace {
+
+const EnumNames<Pairing> kPairings{
+    "pairing",
+    {{Pairing::rank, "rank"}, {Pairing::random, "random"}, {Pairing::roulette, "roulette"}}};
+
+const EnumNames<CovarianceTreatment> kCovarianceTreatments{
+    "covariance treatment",
+    {{CovarianceTreatment::keep, "keep"}, {CovarianceTreatment::moment_matched, "moment_matched"}}};
+
+const EnumNames<CompensatedWeights> kCompensatedWeights{
+    "policy for weights after compensation",
+    {{CompensatedWeights::reset, "reset"}, {CompensatedWeights::pair_mean, "pair_mean"}}};
+
+// Throws unless the weights are a distribution, up to their sum, which is returned.
+double checked_sum(ConstArray weights) {
+  if (weights.size() < 1) throw Error("compensation: there are no weights; give at least one");
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    if (!(weights[i] >= 0.0) || std::isinf(weights[i])) {
+      throw Error("compensation: weight " + std::to_string(i) + " of " +
+                  std::to_string(weights.size()) + " is " + std::to_string(weights[i]) +
+                  "; weights must be finite and >= 0");
+    }
+    sum += weights[i];
+  }
+  if (!(sum > 0.0) || std::isinf(sum)) {
+    throw Error("compensation: the weights sum to " + std::to_string(sum) +
+                "; reset them to uniform");
+  }
+  return sum;
+}
+
+// Slots in ascending order of weight, ties in order of slot.
+std::vector<int> ranking(ConstArray weights) {
+  struct Ranked {
+    double weight;
+    int slot;
+  };
+  std::vector<Ranked> ranked(static_cast<std::size_t>(weights.size()));
+  for (std::size_t i = 0; i < ranked.size(); ++i) {
+    ranked[i] = {weights[static_cast<Eigen::Index>(i)], static_cast<int>(i)};
+  }
+  // Without a branch on the weights, which would be guessed wrong half of the time.
+  std::sort(ranked.begin(), ranked.end(), [](const Ranked& a, const Ranked& b) {
+    const bool less = a.weight < b.weight;
+    const bool equal = a.weight == b.weight;
+    return less | (equal & (a.slot < b.slot));
+  });
+  std::vector<int> slots(ranked.size());
+  for (std::size_t i = 0; i < ranked.size(); ++i) slots[i] = ranked[i].slot;
+  return slots;
+}
+
+// For the i-th worst, i in [0, count), the rank of the strong one it is blended with, in
+// [weak, size).
+std::vector<std::size_t> partners(Pairing pairing, ConstArray weights,
+                                  const std::vector<int>& slots, std::size_t weak,
+                                  std::size_t count, const RandomStream& stream) {
+  std::vector<std::size_t> ranks(count);
+  const std::size_t strong = slots.size() - weak;
+  if (pairing == Pairing::rank) {
+    for (std::size_t i = 0; i < count; ++i) ranks[i] = slots.size() - 1 - i;
+    return ranks;
+  }
+  std::vector<double> uniforms(count);
+  stream.fill_uniform(0, static_cast<std::int64_t>(count), uniforms.data());
+  if (pairing == Pairing::random) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto drawn = static_cast<std::size_t>(uniforms[i] * static_cast<double>(strong));
+      ranks[i] = weak + std::min(drawn, strong - 1);
+    }
+    return ranks;
+  }
+  std::vector<double> wheel(strong);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < strong; ++i) wheel[i] = sum += weights[slots[weak + i]];
+  for (std::size_t i = 0; i < count; ++i) {
+    // A slice of width zero is never hit: its end is that of the one before it.
+    const auto slice = std::upper_bound(wheel.begin(), wheel.end(), uniforms[i] * sum);
+    const auto drawn = static_cast<std::size_t>(slice - wheel.begin());
+    ranks[i] = weak + std::min(drawn, strong - 1);
+  }
+  return ranks;
+}
+
+double share_of(double low, double high) {
+  return low + high > 0.0 ? low / (low + high) : 0.5;
+}
+
+// Every pair, or strong particle with all its weak ones, gets the mean of its weights.
+void share_weights(const std::vector<BlendPair>& pairs, Eigen::ArrayXd* weights) {
+  Eigen::ArrayXd sums = *weights;
+  Eigen::ArrayXd members = Eigen::ArrayXd::Ones(weights->size());
+  for (const BlendPair& pair : pairs) {
+    sums[pair.high] += (*weights)[pair.low];
+    members[pair.high] += 1.0;
+  }
+  *weights = sums / members;
+  for (const BlendPair& pair : pairs) (*weights)[pair.low] = (*weights)[pair.high];
+}
+
+[[noreturn]] void bad_pair(const BlendPair& pair, const std::string& why) {
+  throw Error("compensation: slot " + std::to_string(pair.low) + " cannot be blended with slot " +
+              std::to_string(pair.high) + ": " + why);
+}
+
+}  // namespace
+
+const std::vector<Pairing>& all_pairings() {
+  return kPairings.values();
+}
+std::string to_string(Pairing pairing) {
+  return kPairings.name(pairing);
+}
+Pairing pairing_from_string(const std::string& name) {
+  return kPairings.value(name);
+}
+
+const std::vector<CovarianceTreatment>& all_covariance_treatments() {
+  return kCovarianceTreatments.values();
+}
+std::string to_string(CovarianceTreatment treatment) {
+  return kCovarianceTreatments.name(treatment);
+}
+CovarianceTreatment covariance_treatment_from_string(const std::string& name) {
+  return kCovarianceTreatments.value(name);
+}
+
+const std::vector<CompensatedWeights>& all_compensated_weights() {
+  return kCompensatedWeights.values();
+}
+std::string to_string(CompensatedWeights policy) {
+  return kCompensatedWeights.name(policy);
+}
+CompensatedWeights compensated_weights_from_string(const std::string& name) {
+  return kCompensatedWeights.value(name);
+}
+
+CompensationResult compensate(const CompensationOptions& options, ConstArray weights,
+                              const RandomStream& stream) {
+  if (!(options.ratio > 0.0 && options.ratio <= 1.0)) {
+    throw Error("compensation: ratio is " + std::to_string(options.ratio) +
+                "; it must be in (0, 1]");
+  }
+  const double sum = checked_sum(weights);
+  const std::vector<int> slots = ranking(weights);
+  const std::size_t weak = slots.size() / 2;
+  const auto wanted =
+      static_cast<std::size_t>(std::round(options.ratio * static_cast<double>(weak)));
+  const std::size_t count = std::min(weak, std::max<std::size_t>(wanted, 1));
+  const std::vector<std::size_t> ranks =
+      partners(options.pairing, weights, slots, weak, count, stream);
+
+  CompensationResult result;
+  result.pairs.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const int low = slots[i];
+    const int high = slots[ranks[i]];
+    result.pairs[i] = {low, high, share_of(weights[low], weights[high])};
+  }
+
+  if (options.weights_after == CompensatedWeights::reset) {
+    result.log_weights.setConstant(weights.size(), -std::log(static_cast<double>(weights.size())));
+  } else {
+    result.log_weights = weights / sum;
+    share_weights(result.pairs, &result.log_weights);
+    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+      result.log_weights[i] = log_any_vector(result.log_weights[i]);
+    }
+  }
+  return result;
+}
+
+void check_pairs(const std::vector<BlendPair>& pairs, int particles) {
+  constexpr std::uint8_t kLow = 1;
+  constexpr std::uint8_t kHigh = 2;
+  std::vector<std::uint8_t> roles(static_cast<std::size_t>(std::max(particles, 0)), 0);
+  for (const BlendPair& pair : pairs) {
+    if (pair.low < 0 || pair.low >= particles || pair.high < 0 || pair.high >= particles) {
+      bad_pair(pair, "there are " + std::to_string(particles) + " particles");
+    }
+    if (!(pair.share >= 0.0 && pair.share <= 1.0)) {
+      bad_pair(pair, "its share is " + std::to_string(pair.share) + " and must be in [0, 1]");
+    }
+    std::uint8_t& role_of_low = roles[static_cast<std::size_t>(pair.low)];
+    std::uint8_t& role_of_high = roles[static_cast<std::size_t>(pair.high)];
+    if (pair.low == pair.high || role_of_low != 0 || role_of_high == kLow) {
+      bad_pair(pair, "a low slot may stand in one pair only and be no other's high");
+    }
+    role_of_low = kLow;
+    role_of_high = kHigh;
+  }
+}
+
+void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArray y,
+                 MutableArray heading) {
+  if (x.size() != y.size() || x.size() != heading.size()) {
+    throw Error("compensation: " + std::to_string(x.size()) + " x, " + std::to_string(y.size()) +
+                " y and " + std::to_string(heading.size()) +
+                " headings; give as many of each as there are particles");
+  }
+  check_pairs(pairs, static_cast<int>(x.size()));
+  for (const auto& [low, high, share] : pairs) {
+    const double rest = 1.0 - share;
+    x[low] = share * x[low] + rest * x[high];
+    y[low] = share * y[low] + rest * y[high];
+    heading[low] = wrap_angle(heading[low] + rest * wrap_angle(heading[high] - heading[low]));
+  }
+}
+
+}  // namespace pf_resampling

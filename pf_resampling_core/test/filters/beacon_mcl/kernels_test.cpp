@@ -1,0 +1,406 @@
+#include "pf_resampling_core/filters/beacon_mcl/kernels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <vector>
+
+#include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/test/simulation/chi_square.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Not a multiple of any vector width.
+constexpr int kCount = 37;
+
+struct Particles {
+  std::vector<double> x, y, heading, scale, bias, scale_variance, covariance, bias_variance,
+      log_weight, innovation, innovation_variance, inlier;
+
+  Particles() {
+    const RandomStream stream(31, RandomPurpose::test, 0);
+    for (std::uint64_t i = 0; i < kCount; ++i) {
+      const std::uint64_t k = 16 * i;
+      x.push_back(10.0 + 3.0 * stream.normal(k));
+      y.push_back(-4.0 + 3.0 * stream.normal(k + 1));
+      heading.push_back(M_PI * (2.0 * stream.uniform(k + 2) - 1.0));
+      scale.push_back(1.0 + 0.05 * stream.normal(k + 4));
+      bias.push_back(0.5 * stream.normal(k + 5));
+      const double ss = 1e-4 + 2e-3 * stream.uniform(k + 6);
+      const double bb = 1e-2 + 0.3 * stream.uniform(k + 7);
+      scale_variance.push_back(ss);
+      bias_variance.push_back(bb);
+      covariance.push_back(0.9 * (2.0 * stream.uniform(k + 8) - 1.0) * std::sqrt(ss * bb));
+      log_weight.push_back(stream.normal(k + 10));
+    }
+    innovation.resize(kCount);
+    innovation_variance.resize(kCount);
+    inlier.resize(kCount);
+  }
+
+  void weigh(const kernels::Range& range, bool calibrates) {
+    kernels::Calibration calibration{};
+    if (calibrates) {
+      calibration = {scale.data(), bias.data(), scale_variance.data(), covariance.data(),
+                     bias_variance.data()};
+    }
+    kernels::weigh(range, kCount, x.data(), y.data(), heading.data(), calibration,
+                   log_weight.data(), innovation.data(), innovation_variance.data(), inlier.data());
+  }
+};
+
+kernels::Range plain_range(double range) {
+  kernels::Range r{};
+  r.range = range;
+  r.beacon[0] = 2.0;
+  r.beacon[1] = 7.0;
+  r.beacon[2] = 3.5;
+  r.antenna[2] = 0.5;
+  r.variance = 0.3;
+  r.nominal_scale = 1.03;
+  r.nominal_bias = 0.2;
+  r.inlier_share = 1.0;
+  r.tail_rate = 1.0;
+  return r;
+}
+
+// With an outlier floor, a detour tail of mean 2 m, a lever arm and a random walk.
+kernels::Range full_range(double range) {
+  kernels::Range r = plain_range(range);
+  r.antenna[0] = 0.4;
+  r.antenna[1] = -0.3;
+  r.inlier_share = 0.85;
+  r.floor_density = 0.05 / 200.0;
+  r.tail_density = 0.10 / 2.0;
+  r.tail_rate = 1.0 / 2.0;
+  r.scale_walk = 3e-5;
+  r.bias_walk = 2e-3;
+  return r;
+}
+
+double distance_of(const kernels::Range& range, double x, double y, double heading) {
+  const Eigen::Rotation2Dd turn(heading);
+  const Eigen::Vector2d antenna =
+      Eigen::Vector2d(x, y) + turn * Eigen::Vector2d(range.antenna[0], range.antenna[1]);
+  return Eigen::Vector3d(range.beacon[0] - antenna.x(), range.beacon[1] - antenna.y(),
+                         range.beacon[2] - range.antenna[2])
+      .norm();
+}
+
+double normal_density(double deviation, double variance) {
+  return std::exp(-0.5 * deviation * deviation / variance) / std::sqrt(2.0 * M_PI * variance);
+}
+
+struct Mixture {
+  double likelihood;
+  double inlier;
+};
+
+// ALGORITHMS section 6: Gaussian, plus a uniform floor, plus a one-sided exponential.
+Mixture mixture(const kernels::Range& range, double innovation, double variance) {
+  const double gaussian = range.inlier_share * normal_density(innovation, variance);
+  const double tail =
+      innovation > 0.0 ? range.tail_density * std::exp(-range.tail_rate * innovation) : 0.0;
+  const double total = gaussian + tail + range.floor_density;
+  return {total, gaussian / total};
+}
+
+// The Kalman filter for (scale, bias) in matrices, then the moments of the mixture of the range
+// being taken in and being none of its business.
+void expect_calibrating_update(const kernels::Range& range) {
+  const Particles before;
+  Particles after;
+  after.weigh(range, true);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    SCOPED_TRACE(i);
+    const double distance = distance_of(range, before.x[i], before.y[i], before.heading[i]);
+    const Eigen::RowVector2d row(distance, 1.0);
+    const Eigen::Vector2d mean(before.scale[i], before.bias[i]);
+    Eigen::Matrix2d prior;
+    prior << before.scale_variance[i] + range.scale_walk, before.covariance[i],
+        before.covariance[i], before.bias_variance[i] + range.bias_walk;
+    const double innovation = range.range - row * mean;
+    const double variance = row * prior * row.transpose() + range.variance;
+    const Mixture m = mixture(range, innovation, variance);
+    const Eigen::Vector2d gain = prior * row.transpose() / variance;
+    const Eigen::Matrix2d taken_in = prior - gain * variance * gain.transpose();
+    const Eigen::Vector2d shift = gain * innovation;
+    const Eigen::Vector2d expected_mean = mean + m.inlier * shift;
+    const Eigen::Matrix2d expected = m.inlier * taken_in + (1.0 - m.inlier) * prior +
+                                     m.inlier * (1.0 - m.inlier) * shift * shift.transpose();
+
+    EXPECT_NEAR(after.log_weight[i], before.log_weight[i] + std::log(m.likelihood), 1e-11);
+    EXPECT_NEAR(after.innovation[i], innovation, 1e-11);
+    EXPECT_NEAR(after.innovation_variance[i], variance, 1e-12);
+    EXPECT_NEAR(after.inlier[i], m.inlier, 1e-12);
+    EXPECT_NEAR(after.scale[i], expected_mean[0], 1e-12);
+    EXPECT_NEAR(after.bias[i], expected_mean[1], 1e-11);
+    EXPECT_NEAR(after.scale_variance[i], expected(0, 0), 1e-14);
+    EXPECT_NEAR(after.covariance[i], expected(0, 1), 1e-13);
+    EXPECT_NEAR(after.bias_variance[i], expected(1, 1), 1e-12);
+  }
+}
+
+TEST(Weigh, LikelihoodWithTheGivenCalibration) {
+  for (const kernels::Range& range : {plain_range(14.0), full_range(14.0), full_range(30.0)}) {
+    const Particles before;
+    Particles after;
+    after.weigh(range, false);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double distance = distance_of(range, before.x[i], before.y[i], before.heading[i]);
+      const double innovation = range.range - (1.03 * distance + 0.2);
+      const Mixture m = mixture(range, innovation, range.variance);
+      EXPECT_NEAR(after.log_weight[i], before.log_weight[i] + std::log(m.likelihood), 1e-10) << i;
+      EXPECT_NEAR(after.innovation[i], innovation, 1e-12) << i;
+      EXPECT_EQ(after.innovation_variance[i], 0.3);
+      EXPECT_NEAR(after.inlier[i], m.inlier, 1e-12) << i;
+    }
+    EXPECT_EQ(after.scale, before.scale);
+  }
+}
+
+TEST(Weigh, CalibrationIsAKalmanFilter) {
+  expect_calibrating_update(plain_range(14.0));
+}
+
+TEST(Weigh, CalibrationTakesInAsMuchAsIsBelieved) {
+  // From clear inliers over doubtful to clear outliers, on both sides.
+  for (const double range : {2.0, 11.0, 14.0, 17.0, 19.0, 40.0}) {
+    SCOPED_TRACE(range);
+    expect_calibrating_update(full_range(range));
+  }
+}
+
+// Ranges of a known distance without outliers: the posterior of Bayesian linear regression, the
+// information of the prior and of each range added up.
+TEST(Weigh, ManyRangesAreBayesianLinearRegression) {
+  Particles p;
+  const Particles prior;
+  std::vector<Eigen::Matrix2d> information(kCount);
+  std::vector<Eigen::Vector2d> weighted(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    Eigen::Matrix2d covariance;
+    covariance << prior.scale_variance[i], prior.covariance[i], prior.covariance[i],
+        prior.bias_variance[i];
+    information[i] = covariance.inverse();
+    weighted[i] = information[i] * Eigen::Vector2d(prior.scale[i], prior.bias[i]);
+  }
+  for (int k = 0; k < 60; ++k) {
+    kernels::Range range = plain_range(5.0 + 0.5 * k + 0.3 * std::sin(7.0 * k));
+    range.beacon[0] = 10.0 + 0.5 * k;
+    p.weigh(range, true);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const Eigen::Vector2d row(distance_of(range, p.x[i], p.y[i], p.heading[i]), 1.0);
+      information[i] += row * row.transpose() / range.variance;
+      weighted[i] += row * range.range / range.variance;
+    }
+  }
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const Eigen::Matrix2d covariance = information[i].inverse();
+    const Eigen::Vector2d mean = covariance * weighted[i];
+    EXPECT_NEAR(p.scale[i], mean[0], 1e-9);
+    EXPECT_NEAR(p.bias[i], mean[1], 1e-8);
+    EXPECT_NEAR(p.scale_variance[i] / covariance(0, 0), 1.0, 1e-8);
+    EXPECT_NEAR(p.covariance[i] / covariance(0, 1), 1.0, 1e-8);
+    EXPECT_NEAR(p.bias_variance[i] / covariance(1, 1), 1.0, 1e-8);
+  }
+}
+
+// However absurd a range is: nothing becomes non-finite, and what is taken for an outlier leaves
+// the calibration alone.
+TEST(Weigh, AbsurdRangesLeaveTheCalibrationAlone) {
+  for (const double absurd : {1e3, 1e6, 1e12}) {
+    for (const kernels::Range& range : {full_range(absurd), plain_range(absurd)}) {
+      const Particles before;
+      Particles after;
+      after.weigh(range, true);
+      for (std::size_t i = 0; i < kCount; ++i) {
+        SCOPED_TRACE(testing::Message() << "range " << absurd << ", particle " << i);
+        ASSERT_TRUE(std::isfinite(after.log_weight[i]));
+        EXPECT_EQ(after.scale[i], before.scale[i]);
+        EXPECT_EQ(after.bias[i], before.bias[i]);
+        EXPECT_EQ(after.scale_variance[i], before.scale_variance[i] + range.scale_walk);
+        EXPECT_EQ(after.covariance[i], before.covariance[i]);
+        EXPECT_EQ(after.bias_variance[i], before.bias_variance[i] + range.bias_walk);
+      }
+    }
+  }
+}
+
+TEST(Weigh, AParticleAtTheBeacon) {
+  Particles p;
+  p.x[3] = 2.0;
+  p.y[3] = 7.0;
+  kernels::Range range = plain_range(0.4);
+  range.beacon[2] = range.antenna[2];
+  p.weigh(range, true);
+  EXPECT_TRUE(std::isfinite(p.log_weight[3]));
+  EXPECT_NEAR(p.innovation[3], 0.4 - Particles().bias[3], 1e-15);
+}
+
+// Motion.
+
+OdometryIncrement bent_increment() {
+  OdometryNoise noise;
+  noise.heading_per_distance = 0.03;
+  OdometryIncrement increment;
+  for (int i = 0; i < 10; ++i) append(noise, {0.3, 0.02, 0.05}, 0.2, &increment);
+  return increment;
+}
+
+struct Moving {
+  std::vector<double> x, y, heading, bias, bias_variance, translation, turning;
+  explicit Moving(std::size_t count, double bias_mean, double variance)
+      : x(count, 5.0),
+        y(count, -2.0),
+        heading(count, 2.5),
+        bias(count, bias_mean),
+        bias_variance(count, variance),
+        translation(count, 1.0),
+        turning(count, 1.0) {}
+
+  kernels::MovingParticles view() {
+    return {x.data(),           y.data(),      heading.data(), bias.data(), bias_variance.data(),
+            translation.data(), turning.data()};
+  }
+};
+
+// Word by word: the bias is drawn from its filter, the noise from the covariance with the given
+// factors on its heading and its other part, the motion composed, and the scalar Kalman filter of
+// the bias told the turn that came out.
+TEST(Move, IsTheDefinition) {
+  const OdometryIncrement increment = bent_increment();
+  constexpr double kWalk = 1e-3;
+  Eigen::Matrix3d heading_first;
+  const int order[3] = {2, 0, 1};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) heading_first(i, j) = increment.covariance(order[i], order[j]);
+  }
+  const Eigen::Matrix3d root = heading_first.llt().matrixL();
+
+  const std::size_t count = kCount;
+  Moving p(count, 0.01, 4e-4);
+  std::vector<double> z[4];
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    z[k].resize(count);
+    RandomStream(37, RandomPurpose::test, 0).fill_normal(100 * k, kCount, z[k].data());
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    p.x[i] += 0.1 * static_cast<double>(i);
+    p.heading[i] = std::remainder(0.3 * static_cast<double>(i), 2 * M_PI);
+    p.translation[i] = 0.5 + 0.05 * static_cast<double>(i);
+    p.turning[i] = 2.0 - 0.04 * static_cast<double>(i);
+  }
+  const Moving before = p;
+  kernels::move(kernels::make_motion(increment, kWalk), kCount, z[0].data(), z[1].data(),
+                z[2].data(), z[3].data(), p.view());
+
+  for (std::size_t i = 0; i < count; ++i) {
+    SCOPED_TRACE(i);
+    const double bias = before.bias[i] + 0.02 * z[3][i];
+    const Eigen::Vector3d noise =
+        root * Eigen::Vector3d(before.turning[i] * z[2][i], before.translation[i] * z[0][i],
+                               before.translation[i] * z[1][i]);
+    const Eigen::Vector3d& s = increment.yaw_rate_sensitivity;
+    const double turn = noise[0] - s[2] * bias;
+    const Pose2 motion{increment.mean.x - s[0] * bias + noise[1],
+                       increment.mean.y - s[1] * bias + noise[2], increment.mean.heading + turn};
+    const Pose2 expected = compose({before.x[i], before.y[i], before.heading[i]}, motion);
+    EXPECT_NEAR(p.x[i], expected.x, 1e-12);
+    EXPECT_NEAR(p.y[i], expected.y, 1e-12);
+    EXPECT_NEAR(std::remainder(p.heading[i] - expected.heading, 2 * M_PI), 0.0, 1e-12);
+    EXPECT_LE(std::abs(p.heading[i]), M_PI + 1e-15);
+
+    // Information form: prior and one observation, -s bias, of variance r.
+    const double r = increment.covariance(2, 2) * before.turning[i] * before.turning[i];
+    const double information = 1.0 / 4e-4 + s[2] * s[2] / r;
+    const double mean = (before.bias[i] / 4e-4 - s[2] * turn / r) / information;
+    EXPECT_NEAR(p.bias[i], mean, 1e-12);
+    EXPECT_NEAR(p.bias_variance[i], 1.0 / information + kWalk * kWalk * increment.duration, 1e-15);
+  }
+}
+
+// Whatever the factorisation: over many particles the motion has mean "odometry less bias" and the
+// covariance of the noise plus that of the unknown bias. Six entries of a sample covariance and
+// three means beyond 4.89 deviations: false alarm 9e-6.
+TEST(Move, HasTheStatedMeanAndCovariance) {
+  constexpr int kMany = 40000;
+  const OdometryIncrement increment = bent_increment();
+  Moving p(kMany, 0.02, 1e-4);
+  for (double& value : p.x) value = 0.0;
+  for (double& value : p.y) value = 0.0;
+  for (double& value : p.heading) value = 0.0;
+  std::vector<double> z(4 * kMany);
+  RandomStream(41, RandomPurpose::test, 0).fill_normal(0, 4 * kMany, z.data());
+  kernels::move(kernels::make_motion(increment, 0.0), kMany, z.data(), z.data() + kMany,
+                z.data() + 2 * kMany, z.data() + 3 * kMany, p.view());
+  const Eigen::Vector3d& s = increment.yaw_rate_sensitivity;
+  const Eigen::Vector3d mean =
+      Eigen::Vector3d(increment.mean.x, increment.mean.y, increment.mean.heading) - 0.02 * s;
+  const Eigen::Matrix3d covariance = increment.covariance + 1e-4 * s * s.transpose();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < kMany; ++i) {
+    const Eigen::Vector3d error = Eigen::Vector3d(p.x[i], p.y[i], p.heading[i]) - mean;
+    sum += error / kMany;
+    squares += error * error.transpose() / kMany;
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(sum[i]), kOneInAMillion * std::sqrt(covariance(i, i) / kMany)) << i;
+    for (int j = 0; j <= i; ++j) {
+      const double deviation = std::sqrt(
+          (covariance(i, i) * covariance(j, j) + covariance(i, j) * covariance(i, j)) / kMany);
+      EXPECT_NEAR(squares(i, j), covariance(i, j), kOneInAMillion * deviation) << i << j;
+    }
+  }
+}
+
+// Dead reckoning without noise and with a bias that is not known: the turn that was drawn tells it.
+TEST(Move, WithoutHeadingNoiseTheDrawIsTheBias) {
+  OdometryNoise none;
+  none.translation_per_distance = none.slip_per_distance = none.heading_per_distance = 0.0;
+  none.heading_per_angle = none.heading_per_time = none.translation_per_time = 0.0;
+  OdometryIncrement increment;
+  append(none, {1.0, 0.0, 0.0}, 2.0, &increment);
+  Moving p(1, 0.0, 0.01);
+  const double z0 = 0.3, z1 = -0.4, z2 = 1.1, z3 = 0.7;
+  kernels::move(kernels::make_motion(increment, 0.0), 1, &z0, &z1, &z2, &z3, p.view());
+  EXPECT_NEAR(p.bias[0], 0.07, 1e-15);
+  EXPECT_NEAR(p.bias_variance[0], 0.0, 1e-17);
+  EXPECT_NEAR(p.heading[0], 2.5 - 0.14, 1e-14);
+}
+
+TEST(NoiseSums, AreTheExpectedSquares) {
+  const RandomStream stream(43, RandomPurpose::test, 0);
+  for (const int count : {1, 7, 8, 9, 37}) {
+    std::vector<double> weight, innovation, innovation_variance, inlier;
+    constexpr double kVariance = 0.4;
+    double squares = 0.0;
+    double total = 0.0;
+    for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
+      weight.push_back(stream.uniform(8 * i));
+      innovation.push_back(2.0 * stream.normal(8 * i + 2));
+      innovation_variance.push_back(kVariance + stream.uniform(8 * i + 1));
+      inlier.push_back(stream.uniform(8 * i + 4));
+      // Innovation = noise + prediction error, independent: the noise given their sum is normal
+      // with mean R/S times it and variance R (S - R) / S.
+      const double s = innovation_variance.back();
+      const double mean = kVariance / s * innovation.back();
+      const double spread = kVariance * (s - kVariance) / s;
+      squares += weight.back() * inlier.back() * (mean * mean + spread);
+      total += weight.back() * inlier.back();
+    }
+    const kernels::NoiseSums sums =
+        kernels::noise_sums(kVariance, count, weight.data(), innovation.data(),
+                            innovation_variance.data(), inlier.data());
+    EXPECT_NEAR(sums.squares, squares, 1e-12);
+    EXPECT_NEAR(sums.count, total, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling

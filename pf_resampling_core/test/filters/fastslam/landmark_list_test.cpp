@@ -1,0 +1,90 @@
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+
+namespace pf_resampling {
+namespace {
+
+std::string path_of(const std::string& content) {
+  std::string path = testing::TempDir() + "landmark_list_test.csv";
+  std::ofstream(path, std::ios::binary) << content;
+  return path;
+}
+
+std::string refusal(const std::string& content) {
+  try {
+    read_landmark_list(path_of(content), "map");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(LandmarkList, ReadsColumnsInAnyOrderAndComments) {
+  const SavedMap map = read_landmark_list(path_of("# surveyed by hand\r\n"
+                                                  "y, x,id\r\n"
+                                                  "\n"
+                                                  "2.5,1e1,7  # the door\n"
+                                                  "-0.25,3,2"),
+                                          "site");
+  EXPECT_EQ(map.frame, "site");
+  EXPECT_EQ(map.association, DataAssociation::known);
+  EXPECT_TRUE(map.particles.empty());
+  ASSERT_EQ(map.landmarks.size(), 2u);
+  EXPECT_EQ(map.landmarks[0].estimate.id, 2);
+  EXPECT_EQ(map.landmarks[0].estimate.mean, Eigen::Vector2d(3.0, -0.25));
+  EXPECT_EQ(map.landmarks[1].estimate.id, 7);
+  EXPECT_EQ(map.landmarks[1].estimate.mean, Eigen::Vector2d(10.0, 2.5));
+  // Good to a millimetre, where nothing else is said.
+  EXPECT_DOUBLE_EQ(map.landmarks[1].estimate.covariance(0, 0), 1e-6);
+  EXPECT_DOUBLE_EQ(map.landmarks[1].estimate.covariance(0, 1), 0.0);
+  EXPECT_NO_THROW(check_saved_map(map));
+}
+
+TEST(LandmarkList, ReadsCovariances) {
+  const SavedMap map =
+      read_landmark_list(path_of("id,x,y,xx,xy,yy\n4,1,2,0.04,0.01,0.09\n"), "map");
+  Eigen::Matrix2d expected;
+  expected << 0.04, 0.01, 0.01, 0.09;
+  ASSERT_EQ(map.landmarks.size(), 1u);
+  EXPECT_EQ(map.landmarks[0].estimate.covariance, expected);
+}
+
+TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
+  const struct {
+    const char* content;
+    const char* said;
+  } cases[] = {
+      {"", "line 1: there is no header"},
+      {"id,x,y\n# none\n", "there are no landmarks"},
+      {"id,x\n1,2\n", "line 1: there is no column y"},
+      {"id,x,y,height\n", "line 1: \"height\" is none of"},
+      {"id,x,y,x\n", "line 1: column x is there twice"},
+      {"id,x,y,xx,yy\n", "line 1: there is no column xy"},
+      {"id,x,y\n1,2\n", "line 2: there are 2 values, not 3"},
+      {"id,x,y\n1,2,3\n1,2,3\n", "line 3: landmark 1 is there twice"},
+      {"id,x,y\n-1,2,3\n", "line 2: \"-1\" is no id"},
+      {"id,x,y\n1.5,2,3\n", "line 2: \"1.5\" is no id"},
+      {"id,x,y\n1,nan,3\n", "line 2: \"nan\" is no x"},
+      {"id,x,y\n1,2,inf\n", "line 2: \"inf\" is no y"},
+      {"id,x,y\n1,2,1e10\n", "line 2: the place of landmark 1"},
+      {"id,x,y\n1,,3\n", "line 2: \"\" is no x"},
+      {"id,x,y,xx,xy,yy\n1,2,3,0.1,0.2,0.1\n", "line 2: the covariance of landmark 1"},
+  };
+  for (const auto& test : cases) {
+    const std::string said = refusal(test.content);
+    EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+  EXPECT_NE(refusal(std::string(2000, '1')).find("line 1: the line is too long"),
+            std::string::npos);
+  EXPECT_THROW(read_landmark_list("/no/such/list.csv", "map"), Error);
+  EXPECT_THROW(read_landmark_list(path_of("id,x,y\n1,2,3\n"), "no frame"), Error);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,459 @@
+#include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/filters/fastslam/eager_landmark_store.hpp"
+
+namespace pf_resampling {
+namespace {
+
+std::vector<double*> fields_of(const LandmarkRow& row) {
+  return {row.x, row.y, row.xx, row.xy, row.yy, row.log_odds};
+}
+
+// How often each kind of operation comes in a sequence, and between which sizes it moves.
+struct Mixture {
+  int observe, select, resize, blend, add, remove, read;
+  int particles, rows, operations;
+};
+
+// Two stores that go through the same.
+class Twins {
+ public:
+  Twins(std::uint32_t seed, const Mixture& mixture)
+      : mixture_(mixture),
+        random_(seed),
+        particles_(1 + below(mixture.particles)),
+        lazy_(particles_),
+        eager_(particles_) {}
+
+  void run() {
+    const std::vector<double> weights{double(mixture_.observe), double(mixture_.select),
+                                      double(mixture_.resize),  double(mixture_.blend),
+                                      double(mixture_.add),     double(mixture_.remove),
+                                      double(mixture_.read)};
+    std::discrete_distribution<int> kind(weights.begin(), weights.end());
+    for (int i = 0; i < mixture_.operations && !testing::Test::HasFatalFailure(); ++i) {
+      switch (kind(random_)) {
+        case 0:
+          observe();
+          break;
+        case 1:
+          select(static_cast<int>(eager_.particles()));
+          break;
+        case 2:
+          select(1 + below(mixture_.particles));
+          break;
+        case 3:
+          blend();
+          break;
+        case 4:
+          add();
+          break;
+        case 5:
+          remove();
+          break;
+        case 6:
+          if (!eager_.rows().empty()) compare(any_row());
+          break;
+      }
+      const auto used = static_cast<std::int64_t>(eager_.rows().size());
+      ASSERT_LE(lazy_.log_length(), std::max<std::int64_t>(4096, 4 * used));
+    }
+    for (const auto& [number, row] : eager_.rows()) compare(number);
+  }
+
+ private:
+  int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
+  double real() { return std::normal_distribution<double>(0.0, 10.0)(random_); }
+
+  int any_row() {
+    auto it = eager_.rows().begin();
+    std::advance(it, below(static_cast<int>(eager_.rows().size())));
+    return it->first;
+  }
+
+  void add() {
+    if (static_cast<int>(eager_.rows().size()) >= mixture_.rows) return;
+    const std::int64_t birth = below(1 << 30);
+    const int row = lazy_.add(birth);
+    ASSERT_EQ(eager_.rows().count(row), 0u);
+    eager_.add(row, birth);
+    if (below(2) == 0) observe_row(row);
+  }
+
+  void remove() {
+    if (eager_.rows().empty()) return;
+    const int row = any_row();
+    lazy_.remove(row);
+    ASSERT_FALSE(lazy_.is_used(row));
+    eager_.rows().erase(row);
+  }
+
+  void observe() {
+    if (!eager_.rows().empty()) observe_row(any_row());
+  }
+
+  void observe_row(int number) {
+    compare(number);
+    const LandmarkRow lazy = lazy_.row(number);
+    EagerStore::Row& eager = eager_.rows()[number];
+    const int skipped = below(3);  // every particle, one in two, two in three
+    for (std::size_t i = 0; i < eager_.particles(); ++i) {
+      if (skipped > 0 && below(skipped + 1) == 0) continue;
+      const auto fields = fields_of(lazy);
+      for (std::size_t f = 0; f < EagerStore::kFields; ++f)
+        fields[f][i] = eager.fields[f][i] = real();
+      lazy.held[i] = eager.held[i] = below(20) == 0 ? 0 : 1;
+    }
+  }
+
+  void select(int size) {
+    Eigen::ArrayXi ancestors(size);
+    const int kind = below(8);
+    for (int i = 0; i < size; ++i) {
+      const int any = below(static_cast<int>(eager_.particles()));
+      // Nobody moves (if the size is the same), few move, all are drawn anew.
+      const bool stays = kind == 0 || (kind < 5 && below(4) > 0);
+      ancestors[i] = stays ? i % static_cast<int>(eager_.particles()) : any;
+    }
+    lazy_.select(ancestors);
+    eager_.select(ancestors);
+    ASSERT_EQ(lazy_.particles(), size);
+  }
+
+  void blend() {
+    const int size = static_cast<int>(eager_.particles());
+    std::vector<int> slots(eager_.particles());
+    for (int i = 0; i < size; ++i) slots[static_cast<std::size_t>(i)] = i;
+    std::shuffle(slots.begin(), slots.end(), random_);
+    const int lows = below(size);
+    std::vector<BlendPair> pairs;
+    for (int i = 0; i < lows; ++i) {
+      const int high = lows + below(size - lows);
+      const double share = below(10) == 0 ? 0.0 : 0.5 * below(1000) / 999.0;
+      pairs.push_back(
+          {slots[static_cast<std::size_t>(i)], slots[static_cast<std::size_t>(high)], share});
+    }
+    const auto treatment =
+        below(3) == 0 ? CovarianceTreatment::moment_matched : CovarianceTreatment::keep;
+    lazy_.blend(pairs, treatment);
+    eager_.blend(pairs, treatment);
+  }
+
+  // To the bit.
+  void compare(int number) {
+    const LandmarkRow lazy = lazy_.row(number);
+    const EagerStore::Row& eager = eager_.rows()[number];
+    ASSERT_EQ(lazy_.birth(number), eager.birth);
+    const auto fields = fields_of(lazy);
+    for (std::size_t f = 0; f < EagerStore::kFields; ++f) {
+      for (std::size_t i = 0; i < eager_.particles(); ++i) {
+        ASSERT_EQ(std::memcmp(&fields[f][i], &eager.fields[f][i], sizeof(double)), 0)
+            << "field " << f << " of row " << number << " in particle " << i << ": " << fields[f][i]
+            << " instead of " << eager.fields[f][i];
+      }
+    }
+    ASSERT_EQ(std::memcmp(lazy.held, eager.held.data(), eager_.particles()), 0);
+  }
+
+  Mixture mixture_;
+  std::mt19937 random_;
+  int particles_;
+  LandmarkStore lazy_;
+  EagerStore eager_;
+};
+
+void expect_equal_to_eager(int sequences, const Mixture& mixture) {
+  for (int seed = 0; seed < sequences; ++seed) {
+    Twins(static_cast<std::uint32_t>(seed), mixture).run();
+    if (testing::Test::HasFatalFailure()) {
+      FAIL() << "in sequence " << seed;
+    }
+  }
+}
+
+// observe, select, resize, blend, add, remove, read; particles, rows, operations.
+TEST(LandmarkStoreEqualsEager, OfAllKinds) {
+  expect_equal_to_eager(2000, {10, 10, 2, 10, 5, 2, 5, 20, 12, 80});
+}
+
+TEST(LandmarkStoreEqualsEager, MostlySelections) {
+  expect_equal_to_eager(1000, {3, 40, 2, 1, 3, 1, 1, 40, 10, 150});
+}
+
+TEST(LandmarkStoreEqualsEager, MostlyCompensations) {
+  expect_equal_to_eager(1000, {3, 1, 0, 40, 4, 1, 1, 40, 25, 150});
+}
+
+TEST(LandmarkStoreEqualsEager, CompensationsThatNobodyAsksFor) {
+  expect_equal_to_eager(100, {2, 0, 0, 80, 6, 1, 0, 16, 60, 600});
+}
+
+TEST(LandmarkStoreEqualsEager, SelectionsThatNobodyAsksFor) {
+  expect_equal_to_eager(20, {5, 1000, 1, 0, 10, 2, 0, 6, 8, 8000});
+}
+
+TEST(LandmarkStoreEqualsEager, ManyRowsAndFewSteps) {
+  expect_equal_to_eager(30, {40, 10, 0, 10, 200, 20, 10, 8, 400, 1200});
+}
+
+TEST(LandmarkStoreEqualsEager, OneParticle) {
+  expect_equal_to_eager(200, {10, 10, 0, 10, 5, 2, 5, 1, 5, 60});
+}
+
+TEST(LandmarkStoreEqualsEager, SizesOfWholePages) {
+  // 512 particles: where the memory of a row is laid out in another way.
+  expect_equal_to_eager(20, {10, 10, 5, 10, 5, 1, 5, 1100, 4, 40});
+}
+
+class LandmarkStoreTest : public testing::Test {
+ protected:
+  // A row of the store with x = 0, 1, 2, …, held by all.
+  static int add_numbered(LandmarkStore* store, std::int64_t birth = 0) {
+    const int number = store->add(birth);
+    const LandmarkRow row = store->row(number);
+    for (int i = 0; i < store->particles(); ++i) {
+      row.x[i] = i;
+      row.held[i] = 1;
+    }
+    return number;
+  }
+
+  static Eigen::ArrayXi indices(std::initializer_list<int> values) {
+    Eigen::ArrayXi result(static_cast<Eigen::Index>(values.size()));
+    Eigen::Index i = 0;
+    for (const int value : values) result[i++] = value;
+    return result;
+  }
+
+  static std::vector<double> x_of(LandmarkStore* store, int number) {
+    const LandmarkRow row = store->row(number);
+    return {row.x, row.x + store->particles()};
+  }
+
+  using Values = std::vector<double>;
+};
+
+TEST_F(LandmarkStoreTest, ANewRowIsZeroAndHeldByNone) {
+  LandmarkStore store(3);
+  const int number = store.add(17);
+  EXPECT_EQ(store.birth(number), 17);
+  const LandmarkRow row = store.row(number);
+  for (int i = 0; i < 3; ++i) {
+    for (const double* field : fields_of(row)) EXPECT_EQ(field[i], 0.0);
+    EXPECT_EQ(row.held[i], 0);
+  }
+}
+
+TEST_F(LandmarkStoreTest, AStepIsTakenOnce) {
+  LandmarkStore store(3);
+  const int row = add_numbered(&store);
+  store.select(indices({1, 2, 0}));
+  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 0}));
+  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 0}));
+  store.blend({{2, 1, 0.25}}, CovarianceTreatment::keep);
+  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 1.5}));
+  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 1.5}));
+}
+
+TEST_F(LandmarkStoreTest, NoStepIsSkipped) {
+  LandmarkStore store(3);
+  const int row = add_numbered(&store);
+  // A rotation, an identity that needs no entry, a blend, a rotation back, and so on.
+  store.select(indices({1, 2, 0}));
+  store.select(indices({0, 1, 2}));
+  EXPECT_EQ(store.log_length(), 1);
+  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);  // 1.5 2 0
+  store.blend({}, CovarianceTreatment::keep);
+  EXPECT_EQ(store.log_length(), 2);
+  store.blend({{2, 0, 0.5}}, CovarianceTreatment::keep);  // 1.5 2 0.75
+  store.select(indices({2, 0, 1}));
+  store.select(indices({2, 0, 1}));  // twice: 2 0.75 1.5
+  EXPECT_EQ(x_of(&store, row), (Values{2, 0.75, 1.5}));
+}
+
+TEST_F(LandmarkStoreTest, ARowTakesNoStepFromBeforeItsTime) {
+  LandmarkStore store(2);
+  const int first = add_numbered(&store);
+  store.select(indices({1, 0}));
+  const int second = add_numbered(&store);
+  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);
+  const int third = add_numbered(&store);
+  EXPECT_EQ(x_of(&store, first), (Values{0.5, 0}));
+  EXPECT_EQ(x_of(&store, second), (Values{0.5, 1}));
+  EXPECT_EQ(x_of(&store, third), (Values{0, 1}));
+}
+
+TEST_F(LandmarkStoreTest, AReusedNumberInheritsNothing) {
+  LandmarkStore store(2);
+  const int first = add_numbered(&store, 5);
+  const int witness = add_numbered(&store, 6);
+  store.select(indices({1, 1}));
+  store.remove(first);
+  EXPECT_FALSE(store.is_used(first));
+  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);
+  const int again = store.add(7);
+  EXPECT_EQ(again, first);
+  EXPECT_EQ(store.rows(), 2);
+  EXPECT_EQ(store.birth(again), 7);
+  const LandmarkRow row = store.row(again);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(row.x[i], 0.0);
+    EXPECT_EQ(row.held[i], 0);
+    row.x[i] = 10.0 * i;
+    row.held[i] = 1;
+  }
+  store.select(indices({1, 0}));
+  EXPECT_EQ(x_of(&store, again), (Values{10, 0}));
+  EXPECT_EQ(x_of(&store, witness), (Values{1, 1}));
+}
+
+TEST_F(LandmarkStoreTest, BlendsOnlyWhatBothHold) {
+  for (const CovarianceTreatment treatment : all_covariance_treatments()) {
+    LandmarkStore store(4);
+    const int number = store.add(0);
+    const LandmarkRow row = store.row(number);
+    for (int i = 0; i < 4; ++i) {
+      row.x[i] = i;
+      row.y[i] = -i;
+      row.xx[i] = row.yy[i] = 1.0;
+      row.xy[i] = 0.25 * i;
+      row.log_odds[i] = i;
+      row.held[i] = i == 1 || i == 2 ? 1 : 0;
+    }
+    // Held by the low one only, by the high one only.
+    store.blend({{1, 0, 0.5}, {3, 2, 0.5}}, treatment);
+    EXPECT_EQ(x_of(&store, number), (Values{0, 1, 2, 3}));
+    // By both: a = 1/4, b = 3/4, d = (1, -1).
+    store.blend({{1, 2, 0.25}}, treatment);
+    const LandmarkRow now = store.row(number);
+    EXPECT_EQ(now.x[1], 1.75);
+    EXPECT_EQ(now.y[1], -1.75);
+    EXPECT_EQ(now.log_odds[1], 1.0);
+    const bool matched = treatment == CovarianceTreatment::moment_matched;
+    EXPECT_EQ(now.xx[1], matched ? 1.0 + 0.1875 : 1.0);
+    EXPECT_EQ(now.yy[1], matched ? 1.0 + 0.1875 : 1.0);
+    EXPECT_EQ(now.xy[1], matched ? 0.0625 + 0.375 - 0.1875 : 0.25);
+    EXPECT_EQ(now.held[0] + now.held[3], 0);
+    EXPECT_EQ(now.x[2], 2.0);
+  }
+}
+
+TEST_F(LandmarkStoreTest, TheNumberOfParticlesChanges) {
+  LandmarkStore store(3);
+  const int row = add_numbered(&store);
+  store.select(indices({2, 2, 0, 1, 1}));
+  EXPECT_EQ(store.particles(), 5);
+  const int later = add_numbered(&store);
+  store.select(indices({4, 0}));
+  EXPECT_EQ(store.particles(), 2);
+  EXPECT_EQ(x_of(&store, row), (Values{1, 2}));
+  EXPECT_EQ(x_of(&store, later), (Values{4, 0}));
+}
+
+TEST_F(LandmarkStoreTest, TheLogIsForgottenWhenAllHavePassed) {
+  LandmarkStore store(2);
+  const int first = add_numbered(&store);
+  const int second = add_numbered(&store);
+  for (int i = 0; i < 100; ++i) {
+    store.select(indices({1, 0}));
+    store.row(first);
+    store.row(second);
+    ASSERT_LE(store.log_length(), 1);
+  }
+  store.remove(first);
+  for (int i = 0; i < 10; ++i) store.select(indices({1, 0}));
+  EXPECT_EQ(store.log_length(), 10);
+  store.remove(second);
+  store.select(indices({1, 0}));
+  EXPECT_EQ(store.log_length(), 0);
+}
+
+TEST_F(LandmarkStoreTest, TheLogIsBoundedWhenARowIsNeverAskedFor) {
+  LandmarkStore store(4);
+  for (int i = 0; i < 700; ++i) add_numbered(&store);
+  std::int64_t longest = 0;
+  for (int i = 0; i < 12000; ++i) {
+    store.select(indices({1, 2, 3, 0}));
+    longest = std::max(longest, store.log_length());
+  }
+  EXPECT_LE(longest, 4096);
+  EXPECT_GE(longest, 3000);  // it is lazy
+  EXPECT_EQ(x_of(&store, 123), (Values{0, 1, 2, 3}));
+
+  longest = 0;
+  for (int i = 0; i < 500; ++i) {
+    store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);
+    if (i > 64) longest = std::max(longest, store.log_length());
+  }
+  EXPECT_LE(longest, 64);
+  EXPECT_GE(longest, 30);
+}
+
+TEST_F(LandmarkStoreTest, TheLogIsShortenedWhenMostRowsGo) {
+  LandmarkStore store(4);
+  for (int i = 0; i < 3000; ++i) add_numbered(&store);
+  for (int i = 0; i < 8900; ++i) store.select(indices({1, 2, 3, 0}));
+  for (int i = 0; i < 2950; ++i) store.remove(i);
+  store.select(indices({1, 2, 3, 0}));
+  EXPECT_LE(store.log_length(), 4096);
+  EXPECT_EQ(x_of(&store, 2999), (Values{1, 2, 3, 0}));
+}
+
+TEST_F(LandmarkStoreTest, AThousandParticlesWithTenThousandLandmarksFitInAGibibyte) {
+  LandmarkStore store(1000);
+  for (int i = 0; i < 100; ++i) store.add(i);
+  const Eigen::ArrayXi reversed = Eigen::ArrayXi::LinSpaced(1000, 999, 0);
+  const std::size_t rows = store.memory();
+  for (int i = 0; i < 200; ++i) store.select(reversed);
+  const std::size_t per_step = (store.memory() - rows) / 200;
+  // As many steps as ever wait with ten thousand rows.
+  EXPECT_LE(rows * 100 + 40000 * per_step, std::size_t{1} << 30);
+  EXPECT_GE(rows, 100u * 1000u * 49u);
+}
+
+TEST_F(LandmarkStoreTest, RowsDoNotMoveUntilThePopulationChanges) {
+  LandmarkStore store(5);
+  const int first = add_numbered(&store);
+  const LandmarkRow row = store.row(first);
+  for (int i = 0; i < 100; ++i) add_numbered(&store);
+  EXPECT_EQ(store.row(first).x, row.x);
+  EXPECT_EQ(store.row(first).held, row.held);
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(row.y) % 64, 0u);
+}
+
+TEST_F(LandmarkStoreTest, CanBeMoved) {
+  LandmarkStore store(2);
+  const int row = add_numbered(&store);
+  store.select(indices({1, 0}));
+  LandmarkStore other(7);
+  other = std::move(store);
+  EXPECT_EQ(x_of(&other, row), (Values{1, 0}));
+}
+
+TEST_F(LandmarkStoreTest, ErrorsChangeNothing) {
+  EXPECT_THROW(LandmarkStore(0), Error);
+  LandmarkStore store(3);
+  const int row = add_numbered(&store);
+  EXPECT_THROW(store.row(1), Error);
+  EXPECT_THROW(store.row(-1), Error);
+  EXPECT_THROW(store.birth(1), Error);
+  EXPECT_THROW(store.remove(1), Error);
+  EXPECT_THROW(store.select(indices({0, 3, 1})), Error);
+  EXPECT_THROW(store.select(indices({0, -1, 1})), Error);
+  EXPECT_THROW(store.select(Eigen::ArrayXi()), Error);
+  EXPECT_THROW(store.blend({{0, 3, 0.5}}, CovarianceTreatment::keep), Error);
+  EXPECT_THROW(store.blend({{0, 1, 0.5}, {1, 2, 0.5}}, CovarianceTreatment::keep), Error);
+  EXPECT_EQ(x_of(&store, row), (Values{0, 1, 2}));
+  store.remove(row);
+  EXPECT_THROW(store.row(row), Error);
+  EXPECT_THROW(store.remove(row), Error);
+}
+
+}  // namespace
+}  // namespace pf_resampling

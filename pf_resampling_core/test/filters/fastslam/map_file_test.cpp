@@ -1,0 +1,452 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <sstream>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+
+namespace pf_resampling {
+namespace {
+
+class MapFile : public testing::Test {
+ protected:
+  MapFile() {
+    std::string folder = testing::TempDir() + "map_file_XXXXXX";
+    folder_ = mkdtemp(folder.data());
+    path_ = folder_ + "/a.map";
+  }
+  ~MapFile() override { std::filesystem::remove_all(folder_); }
+
+  std::ptrdiff_t files() const {
+    return std::distance(std::filesystem::directory_iterator(folder_),
+                         std::filesystem::directory_iterator());
+  }
+
+  std::string folder_;
+  std::string path_;
+};
+
+// Values whose decimals do not end, the smallest and the largest, and minus zero.
+SavedMap small_map() {
+  SavedMap map;
+  map.frame = "hall_3";
+  map.association = DataAssociation::mutual_exclusion;
+  map.pose.mean = {1.0 / 3.0, -2.0 / 7.0, 3.0};
+  map.pose.covariance << 0.02, 0.001, 1e-5, 0.001, 0.01, -1e-5, 1e-5, -1e-5, 0.003;
+  map.view_range = 10.1;
+  map.view_bearing = 1.57;
+  map.step = 4000000000u;
+  map.next_id = 12;
+  map.observations_since_renewal = 3;
+  for (const std::int64_t id : {3, 11}) {
+    SavedLandmark landmark;
+    landmark.estimate.id = id;
+    landmark.estimate.mean = {static_cast<double>(id) / 3.0, -0.0};
+    landmark.estimate.covariance << 0.1, 0.01 / 3.0, 0.01 / 3.0, 0.2;
+    landmark.estimate.held = 0.7;
+    landmark.estimate.log_odds = -0.9;
+    landmark.last_seen = {1e-300, 12345678.9};
+    map.landmarks.push_back(landmark);
+  }
+  for (int i = 0; i < 2; ++i) {
+    SavedParticle particle;
+    particle.pose = {0.1 * i, std::nextafter(1.0, 2.0), -kPi};
+    particle.weight = i == 0 ? 0.3 : 0.7;
+    particle.log_weight = std::log(particle.weight);
+    map.particles.push_back(particle);
+  }
+  map.odometry_errors.velocity = {1.0 / 3.0, 0.0, -0.7};
+  map.odometry_errors.covariance.setConstant(1e-3 / 3.0);
+  map.odometry_errors.covariance.diagonal().setConstant(0.01 / 7.0);
+  map.odometry_errors.means.setConstant(2, OdometryErrorEstimator::kCount, -0.1 / 3.0);
+  for (const SavedLandmark& landmark : map.landmarks) {
+    map.particles[1].landmarks.push_back(
+        {landmark.estimate.id, landmark.estimate.mean, landmark.estimate.covariance, 1.0 / 9.0});
+  }
+  return map;
+}
+
+// One map, written out as a list of numbers to compare to the bit.
+std::vector<double> numbers_of(const SavedMap& map) {
+  std::vector<double> all = {map.pose.mean.x,
+                             map.pose.mean.y,
+                             map.pose.mean.heading,
+                             map.view_range,
+                             map.view_bearing,
+                             static_cast<double>(map.step),
+                             static_cast<double>(map.next_id),
+                             static_cast<double>(map.observations_since_renewal)};
+  const auto add = [&all](const auto& matrix) {
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) all.push_back(matrix.data()[i]);
+  };
+  add(map.pose.covariance);
+  add(map.odometry_errors.velocity);
+  add(map.odometry_errors.covariance);
+  add(map.odometry_errors.means);
+  for (const SavedLandmark& landmark : map.landmarks) {
+    all.push_back(static_cast<double>(landmark.estimate.id));
+    add(landmark.estimate.mean);
+    add(landmark.estimate.covariance);
+    all.insert(all.end(), {landmark.estimate.held, landmark.estimate.log_odds});
+    add(landmark.last_seen);
+  }
+  for (const SavedParticle& particle : map.particles) {
+    all.insert(all.end(), {particle.pose.x, particle.pose.y, particle.pose.heading,
+                           particle.log_weight, particle.weight});
+    for (const ParticleLandmark& landmark : particle.landmarks) {
+      all.push_back(static_cast<double>(landmark.id));
+      add(landmark.mean);
+      add(landmark.covariance);
+      all.push_back(landmark.log_odds);
+    }
+  }
+  return all;
+}
+
+void expect_same(const SavedMap& a, const SavedMap& b) {
+  EXPECT_EQ(a.frame, b.frame);
+  EXPECT_EQ(a.association, b.association);
+  ASSERT_EQ(a.landmarks.size(), b.landmarks.size());
+  ASSERT_EQ(a.particles.size(), b.particles.size());
+  const std::vector<double> of_a = numbers_of(a);
+  const std::vector<double> of_b = numbers_of(b);
+  ASSERT_EQ(of_a.size(), of_b.size());
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    EXPECT_EQ(of_a[i], of_b[i]) << "number " << i;
+    EXPECT_EQ(std::signbit(of_a[i]), std::signbit(of_b[i])) << "number " << i;
+  }
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  content << file.rdbuf();
+  return content.str();
+}
+
+void write(const std::string& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+// What is said of a file; empty if it is read.
+std::string refusal(const std::string& path) {
+  try {
+    read_map_file(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// A file with another text and the checksum that belongs to it, so that it is the content that is
+// looked at. FNV-1a from its definition.
+void write_with_checksum(const std::string& path, const std::string& head) {
+  std::uint64_t hash = 14695981039346656037u;
+  int lines = 0;
+  for (const char letter : head) {
+    hash ^= static_cast<std::uint64_t>(static_cast<unsigned char>(letter));
+    hash *= 1099511628211u;
+    lines += letter == '\n' ? 1 : 0;
+  }
+  char end[64];
+  std::snprintf(end, sizeof end, "end %d %016llx\n", lines, static_cast<unsigned long long>(hash));
+  write(path, head + end);
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t place = text.find(from);
+  EXPECT_NE(place, std::string::npos) << from;
+  return text.replace(place, from.size(), to);
+}
+
+TEST_F(MapFile, ComesBackToTheBit) {
+  const SavedMap map = small_map();
+  write_map_file(path_, map);
+  expect_same(map, read_map_file(path_));
+  EXPECT_EQ(content_of(path_).rfind("pf_resampling map 1\n", 0), 0u);
+  EXPECT_EQ(files(), 1);
+}
+
+// The format itself, line by line as doc/map_format.md has it; the checksum is from an
+// implementation in another language. Another format needs another number in the first line.
+TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
+  const std::string documented = R"(pf_resampling map 1
+# Landmarks, and the particles that go on from here; metres and radians, x forward,
+# y left, in the frame named below. The last line covers every byte: do not edit.
+frame map
+association mutual_exclusion
+next_id 9
+step 120
+scans_since_renewal 2
+# farthest range and widest bearing of any observation
+view 8.25 1.5
+# x, y, heading; covariance: xx xy xh yy yh hh
+pose 1.5 -0.25 0.125
+pose_covariance 0.0625 0 0 0.25 0.125 0.5
+# id, x, y, covariance xx xy yy, share of the weight that holds it, log-odds of its
+# existence, x and y where it was last seen
+landmarks 2
+landmark 3 4 2.5 0.0625 -0.03125 0.125 1 3.6 4 2.5
+landmark 8 -1.75 0 0.5 0 0.5 0.5 -0.9 -1.75 0
+# x, y, heading, log-weight, weight, number of its landmarks, which follow:
+# id, x, y, covariance xx xy yy, log-odds
+particles 2
+particle 1.25 -0.75 -0.375 -0.69314718055994529 0.5 1
+has 3 4.25 2.5 0.0625 -0.03125 0.0625 3.6
+particle 1.75 0.25 0.625 -0.69314718055994529 0.5 2
+has 3 3.75 2.5 0.0625 -0.03125 0.0625 3.6
+has 8 -1.75 0 0.5 0 0.5 -0.9
+# errors of the odometry that stay: distance scale, turn scale, drift, yaw rate, delay;
+# their covariance by rows up to the diagonal; last the mean of each particle
+odometry_velocity 0.5 0 -0.25
+odometry_errors_covariance 0.0625
+odometry_errors_covariance 0 0.125
+odometry_errors_covariance 0 0 0.25
+odometry_errors_covariance 0 -0.125 0 0.5
+odometry_errors_covariance 0 0 0 0 1
+odometry_errors 0.5 0 -0.5 0.25 0.125
+odometry_errors 0.25 0 1 -0.25 0.75
+end 36 9bea2d2b4450a0e0
+)";
+  write(path_, documented);
+  const SavedMap map = read_map_file(path_);
+  EXPECT_EQ(map.frame, "map");
+  EXPECT_EQ(map.association, DataAssociation::mutual_exclusion);
+  EXPECT_EQ(map.next_id, 9);
+  EXPECT_EQ(map.step, 120u);
+  EXPECT_EQ(map.observations_since_renewal, 2);
+  EXPECT_EQ(map.view_range, 8.25);
+  EXPECT_EQ(map.view_bearing, 1.5);
+  EXPECT_EQ(map.pose.mean.y, -0.25);
+  Eigen::Matrix3d pose;
+  pose << 0.0625, 0.0, 0.0, 0.0, 0.25, 0.125, 0.0, 0.125, 0.5;
+  EXPECT_EQ(map.pose.covariance, pose);
+  ASSERT_EQ(map.landmarks.size(), 2u);
+  EXPECT_EQ(map.landmarks[1].estimate.id, 8);
+  EXPECT_EQ(map.landmarks[1].estimate.mean, Eigen::Vector2d(-1.75, 0.0));
+  EXPECT_EQ(map.landmarks[1].estimate.held, 0.5);
+  EXPECT_EQ(map.landmarks[1].estimate.log_odds, -0.9);
+  EXPECT_EQ(map.landmarks[0].last_seen, Eigen::Vector2d(4.0, 2.5));
+  Eigen::Matrix2d covariance;
+  covariance << 0.0625, -0.03125, -0.03125, 0.125;
+  EXPECT_EQ(map.landmarks[0].estimate.covariance, covariance);
+  ASSERT_EQ(map.particles.size(), 2u);
+  EXPECT_EQ(map.particles[0].pose.heading, -0.375);
+  EXPECT_EQ(map.particles[0].weight, 0.5);
+  ASSERT_EQ(map.particles[0].landmarks.size(), 1u);
+  ASSERT_EQ(map.particles[1].landmarks.size(), 2u);
+  EXPECT_EQ(map.particles[1].landmarks[0].mean, Eigen::Vector2d(3.75, 2.5));
+  EXPECT_EQ(map.particles[1].landmarks[1].id, 8);
+  EXPECT_EQ(map.particles[1].landmarks[1].log_odds, -0.9);
+  EXPECT_EQ(map.odometry_errors.velocity, Eigen::Vector3d(0.5, 0.0, -0.25));
+  EXPECT_EQ(map.odometry_errors.covariance(1, 3), -0.125);
+  EXPECT_EQ(map.odometry_errors.covariance(4, 4), 1.0);
+  ASSERT_EQ(map.odometry_errors.means.rows(), 2);
+  EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
+  EXPECT_EQ(map.odometry_errors.means(0, 4), 0.125);
+  write_map_file(path_, map);
+  EXPECT_EQ(content_of(path_), documented);
+}
+
+TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
+  SavedMap map = small_map();
+  map.particles.clear();
+  map.odometry_errors.means.resize(0, OdometryErrorEstimator::kCount);
+  write_map_file(path_, map);
+  expect_same(map, read_map_file(path_));
+  map.landmarks.clear();
+  write_map_file(path_, map);
+  expect_same(map, read_map_file(path_));
+}
+
+TEST_F(MapFile, AWeightOfZeroComesBack) {
+  SavedMap map = small_map();
+  map.particles[0].weight = 0.0;
+  map.particles[0].log_weight = -std::numeric_limits<double>::infinity();
+  map.particles[1].weight = 1.0;
+  map.particles[1].log_weight = 0.0;
+  write_map_file(path_, map);
+  expect_same(map, read_map_file(path_));
+}
+
+// Every byte of a small file: the file cut off before it, each of its bits turned over, a byte put
+// in before it, the byte left out, the line doubled. All of it is refused, in one line that names
+// the file and a line.
+TEST_F(MapFile, RefusesAnyDamage) {
+  write_map_file(path_, small_map());
+  const std::string whole = content_of(path_);
+  const std::string damaged = folder_ + "/damaged.map";
+  const auto expect_refused = [&](const std::string& content, std::size_t place,
+                                  const char* damage) {
+    write(damaged, content);
+    const std::string said = refusal(damaged);
+    ASSERT_NE(said, "") << damage << " at byte " << place;
+    ASSERT_EQ(said.find_first_of("\n\r"), std::string::npos) << said;
+    ASSERT_EQ(said.rfind("map file " + damaged + ", line ", 0), 0u) << said;
+    ASSERT_NE(said.find("; "), std::string::npos) << said;
+    ASSERT_LT(said.size(), 400u) << said;
+  };
+  for (std::size_t place = 0; place < whole.size(); ++place) {
+    expect_refused(whole.substr(0, place), place, "cut off");
+    std::string content = whole;
+    for (int bit = 0; bit < 8; ++bit) {
+      content[place] = static_cast<char>(whole[place] ^ (1 << bit));
+      expect_refused(content, place, "bit turned");
+    }
+    for (const char inserted : {'0', ' ', '\n', '#', '\0', '\xff'}) {
+      content = whole;
+      content.insert(place, 1, inserted);
+      expect_refused(content, place, "byte put in");
+    }
+    content = whole;
+    content.erase(place, 1);
+    expect_refused(content, place, "byte left out");
+    if (place > 0 && whole[place - 1] == '\n') {
+      content = whole;
+      content.insert(place, whole, place, whole.find('\n', place) - place + 1);
+      expect_refused(content, place, "line doubled");
+    }
+  }
+  expect_refused(whole + "\n", whole.size(), "line at the end");
+  expect_refused(whole + whole, whole.size(), "all of it twice");
+}
+
+// Files whole in themselves, with a checksum that is right, of which the content makes no sense.
+TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
+  write_map_file(path_, small_map());
+  std::string head = content_of(path_);
+  head.erase(head.find("\nend ") + 1);
+  write_with_checksum(path_, head);
+  ASSERT_EQ(refusal(path_), "");
+
+  const struct {
+    const char* from;
+    const char* to;
+    const char* said;
+  } cases[] = {
+      {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" is of a version"},
+      {"frame hall_3", "frame  hall_3", "line 4: after \"frame\" there are 2 values, not 1"},
+      {"association mutual_exclusion", "association guessing", "line 5: \"guessing\" is no data"},
+      {"association mutual_exclusion", "association automatic", "what their ids mean"},
+      {"next_id 12", "next_id 11", "the next id is that of a landmark that is there"},
+      {"next_id 12", "next_id -1", "line 6: \"-1\" is not a whole number"},
+      {"step 4000000000", "step 5000000000", "line 7: \"5000000000\" is not a whole number"},
+      {"view 10.1", "view nan", "line 10: \"nan\" is not a number"},
+      {"view 10.1", "view 1e7", "line 10: the farthest range"},
+      {"view 10.1", "view 0x10", "line 10: \"0x10\" is not a number"},
+      {"view 10.1", "view 1e999", "line 10: \"1e999\" is not a number"},
+      {"view 10.1", "view -inf", "line 10: the farthest range"},
+      {" 1.57\n", " 3.2\n", "line 10: the widest bearing"},
+      {" 3\npose_cov", " 3.2\npose_cov", "line 12: the heading is not in [-pi, pi]"},
+      {"pose_covariance 0.02", "pose_covariance -0.02", "line 13: the covariance of the pose"},
+      {"landmarks 2", "landmarks 3", "stands where a line \"landmark\" has to be"},
+      {"landmarks 2", "landmarks 4000000000000000000", "where a line \"landmark\" has to be"},
+      {"landmarks 2", "landmarks 99999999999999999999", "is not a whole number"},
+      {"landmark 11 ", "landmark 3 ", "line 18: landmark 3 is there twice"},
+      {"landmark 11 ", "landmark 2 ", "line 18: landmark 2 comes after landmark 3"},
+      {"landmark 3 1 -0 0.1 ", "landmark 3 1 -0 -0.1 ", "line 17: the covariance of landmark 3"},
+      {"landmark 3 1 -0 0.1 ", "landmark 3 1 -0 1e-6 ", "line 17: the covariance of landmark 3"},
+      {"landmark 3 1 -0 0.1 ", "landmark 3 1 -0 0 ", "line 17: the covariance of landmark 3"},
+      {"landmark 3 1 -0 0.1 ", "landmark 3 1e10 -0 0.1 ", "line 17: the place of landmark 3"},
+      {" 0.7 -0.9 ", " 1.7 -0.9 ", "line 17: the share that holds it of landmark 3"},
+      {"particles 2", "particles 2000000000", "is not a whole number from 0 to 1000000"},
+      {"particles 2", "particles 1000000", "stands where a line \"particle\" has to be"},
+      {" 0.3 0\n", " 0.4 0\n", "the weight is not what its logarithm says"},
+      {" 0.3 0\n", " 0.3 2\n", "stands where a line \"has\" has to be"},
+      {" 0.3 0\n", " 0.3 9999999\n", "is not a whole number from 0 to 2"},
+      {"\nhas 11 ", "\nhas 3 ", "landmark 3 is there twice"},
+      {"odometry_velocity 0.33", "odometry_velocity nan", "is not a number"},
+      {"odometry_errors_covariance 0.00142", "odometry_errors_covariance -0.00142",
+       "the covariance of the errors of the odometry is not positive semidefinite"},
+      {"\nodometry_errors -", "\nodometry_error -", "where a line \"odometry_errors\" has to be"},
+      {"\nhas 11 ", "\nhas 7 ", "landmark 7 is not in the list of landmarks"},
+  };
+  for (const auto& test : cases) {
+    write_with_checksum(path_, replaced(head, test.from, test.to));
+    const std::string said = refusal(path_);
+    EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+  write(path_, std::string(5000, 'x'));
+  EXPECT_NE(refusal(path_).find("line 1: the line is too long"), std::string::npos);
+}
+
+TEST_F(MapFile, RefusesWhatIsNoFile) {
+  EXPECT_NE(refusal(folder_ + "/none.map").find("cannot be read"), std::string::npos);
+  EXPECT_NE(refusal(folder_).find("is no file"), std::string::npos);
+  write(path_, "");
+  EXPECT_NE(refusal(path_).find("line 1: the file ends"), std::string::npos);
+}
+
+TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
+  const SavedMap good = small_map();
+  write_map_file(path_, good);
+  const std::string before = content_of(path_);
+  const std::vector<std::function<void(SavedMap*)>> faults = {
+      [](SavedMap* map) { map->frame = "two words"; },
+      [](SavedMap* map) { map->pose.mean.x = std::nan(""); },
+      [](SavedMap* map) { map->pose.covariance(0, 1) = 1.0; },
+      [](SavedMap* map) { map->landmarks[0].estimate.mean.x() = HUGE_VAL; },
+      [](SavedMap* map) { map->landmarks[0].estimate.covariance(0, 1) = 1.0; },
+      [](SavedMap* map) { std::swap(map->landmarks[0], map->landmarks[1]); },
+      [](SavedMap* map) { map->particles[0].weight = 0.5; },
+      [](SavedMap* map) { map->particles.pop_back(); },
+      [](SavedMap* map) { map->particles[1].landmarks[0].log_odds = std::nan(""); },
+      [](SavedMap* map) { map->landmarks.pop_back(); },
+  };
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    SavedMap bad = good;
+    faults[i](&bad);
+    EXPECT_THROW(write_map_file(path_, bad), Error) << "fault " << i;
+    EXPECT_EQ(content_of(path_), before);
+    EXPECT_EQ(files(), 1);
+  }
+}
+
+// A disk that is full after 200 bytes: what was there stays, and nothing is left beside it.
+TEST_F(MapFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
+  write_map_file(path_, small_map());
+  const std::string before = content_of(path_);
+  SavedMap other = small_map();
+  other.frame = "other";
+  struct rlimit limit {};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  struct rlimit small = limit;
+  small.rlim_cur = 200;
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::string said;
+  try {
+    write_map_file(path_, other);
+  } catch (const Error& error) {
+    said = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_NE(said.find("map file " + path_ + " cannot be written: "), std::string::npos) << said;
+  EXPECT_EQ(content_of(path_), before);
+  EXPECT_EQ(files(), 1);
+  EXPECT_THROW(write_map_file(folder_ + "/no/such/folder/a.map", other), Error);
+  EXPECT_THROW(write_map_file(folder_, other), Error);
+}
+
+TEST_F(MapFile, ALinkStaysALink) {
+  const std::string target = folder_ + "/target.map";
+  write(target, "old");
+  std::filesystem::create_symlink(target, path_);
+  write_map_file(path_, small_map());
+  EXPECT_TRUE(std::filesystem::is_symlink(path_));
+  expect_same(small_map(), read_map_file(target));
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,376 @@
+#include "pf_resampling_core/parameters/parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+
+namespace pf_resampling {
+namespace {
+
+struct Sample {
+  bool flag = false;
+  int count = 5;
+  double share = 0.25;
+  double width = 2.0;
+  Schedule schedule = Schedule::always;
+};
+
+ParameterList parameters_of(Sample* sample) {
+  return {boolean_parameter("flag", &sample->flag, "A switch."),
+          integer_parameter("group/count", &sample->count, -3, 12, "A count."),
+          real_parameter("group/share", &sample->share, 0.0, 1.0, "", "A share."),
+          real_above_parameter("group/deep/width", &sample->width, 0.0, 50.0, "m", "A width."),
+          choice_parameter("schedule", &sample->schedule, all_schedules(), "A choice.")};
+}
+
+const Parameter& named(const ParameterList& list, const std::string& name) {
+  return *std::find_if(list.begin(), list.end(),
+                       [&](const Parameter& parameter) { return parameter.name == name; });
+}
+
+std::string refusal(const ParameterList& list, const std::string& name, const std::string& value) {
+  try {
+    set_parameter(list, name, value);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << name << " took '" << value << "'";
+  return "";
+}
+
+void expect_parts(const std::string& text, const std::vector<std::string>& parts) {
+  for (const std::string& part : parts) {
+    EXPECT_NE(text.find(part), std::string::npos) << "no '" << part << "' in: " << text;
+  }
+  EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+}
+
+// Name -> value of YAML as this library writes it: nested maps by two blanks, comments, scalars.
+std::map<std::string, std::string> parse_yaml(const std::string& yaml) {
+  std::map<std::string, std::string> values;
+  std::vector<std::string> groups;
+  std::istringstream lines(yaml);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t indent = line.find_first_not_of(' ');
+    if (indent == std::string::npos || line[indent] == '#') continue;
+    EXPECT_EQ(indent % 2, 0u) << line;
+    const std::size_t colon = line.find(':');
+    EXPECT_NE(colon, std::string::npos) << line;
+    EXPECT_LE(indent / 2, groups.size()) << line;
+    groups.resize(indent / 2);
+    const std::string key = line.substr(indent, colon - indent);
+    if (colon + 1 == line.size()) {
+      groups.push_back(key);
+      continue;
+    }
+    std::string value = line.substr(colon + 2);
+    if (value.size() >= 2 && value.front() == '"') value = value.substr(1, value.size() - 2);
+    std::string name;
+    for (const std::string& group : groups) name += group + "/";
+    EXPECT_TRUE(values.emplace(name + key, value).second) << "twice: " << name << key;
+  }
+  return values;
+}
+
+TEST(Parameters, EachTypeIsParsed) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  set_parameter(list, "flag", "true");
+  set_parameter(list, "group/count", "-2");
+  set_parameter(list, "group/share", "1e-3");
+  set_parameter(list, "group/deep/width", "50");
+  set_parameter(list, "schedule", "every_n");
+  EXPECT_TRUE(sample.flag);
+  EXPECT_EQ(sample.count, -2);
+  EXPECT_EQ(sample.share, 0.001);
+  EXPECT_EQ(sample.width, 50.0);
+  EXPECT_EQ(sample.schedule, Schedule::every_n);
+  set_parameter(list, "flag", "0");
+  EXPECT_FALSE(sample.flag);
+  set_parameter(list, "flag", "1");
+  EXPECT_TRUE(sample.flag);
+  set_parameter(list, "flag", "false");
+  EXPECT_FALSE(sample.flag);
+  // The parameter server may hold a whole number as a real one.
+  set_parameter(list, "group/count", "7.0");
+  EXPECT_EQ(sample.count, 7);
+}
+
+TEST(Parameters, RangesHoldTheirEnds) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  for (const char* value : {"0", "1"}) EXPECT_NO_THROW(set_parameter(list, "group/share", value));
+  for (const char* value : {"-3", "12"}) {
+    EXPECT_NO_THROW(set_parameter(list, "group/count", value));
+  }
+  for (const char* value : {"-1e-9", "1.0000001"}) refusal(list, "group/share", value);
+  for (const char* value : {"-4", "13"}) refusal(list, "group/count", value);
+  // Open below.
+  refusal(list, "group/deep/width", "0");
+  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "1e-300"));
+  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "50"));
+  refusal(list, "group/deep/width", "50.1");
+}
+
+TEST(Parameters, WhatIsNoValueIsRefusedAndChangesNothing) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  const std::pair<const char*, std::vector<std::string>> bad[] = {
+      {"flag", {"", "yes", "TRUE ", "2", "tru"}},
+      {"group/count", {"", "x", "2.5", "1 2", "nan", "inf", "99999999999999999999", "5x"}},
+      {"group/share", {"", "x", "nan", "inf", "-inf", "1e999", "0,5", "0.5m", "0.5 0.5", "--1"}},
+      {"group/deep/width", {"", "nan", "-1"}},
+      {"schedule", {"", "Always", "alway", "always "}}};
+  for (const auto& [name, values] : bad) {
+    for (const std::string& value : values) {
+      const std::string before = named(list, name).get();
+      expect_parts(refusal(list, name, value),
+                   {"parameter " + std::string(name), "'" + value + "'"});
+      EXPECT_EQ(named(list, name).get(), before) << name << " '" << value << "'";
+    }
+  }
+}
+
+TEST(Parameters, RefusalsNameParameterValueAndRange) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  expect_parts(refusal(list, "group/share", "1.5"), {"group/share", "'1.5'", "[0, 1]"});
+  expect_parts(refusal(list, "group/deep/width", "-2"), {"group/deep/width", "'-2'", "(0, 50] m"});
+  expect_parts(refusal(list, "group/count", "100"), {"group/count", "'100'", "[-3, 12]"});
+  // 2.5 lies in [-3, 12]: the text has to say what else is wanted.
+  expect_parts(refusal(list, "group/count", "2.5"), {"group/count", "'2.5'", "whole number"});
+  expect_parts(refusal(list, "flag", "maybe"), {"flag", "'maybe'", "true, false"});
+  expect_parts(refusal(list, "schedule", "sometimes"),
+               {"schedule", "'sometimes'", "never, always, effective_sample_size, every_n"});
+}
+
+TEST(Parameters, LargeRangesReadAsWholeNumbers) {
+  int count = 1;
+  const ParameterList list = {integer_parameter("count", &count, 1, 10000000, "A count.")};
+  expect_parts(refusal(list, "count", "0"), {"[1, 10000000]"});
+}
+
+TEST(Parameters, TheNearestNameIsSuggested) {
+  BeaconMclOptions options;
+  const ParameterList list = parameters_of(&options);
+  const std::pair<const char*, const char*> misspelt[] = {
+      {"population/treshold", "population/threshold"},
+      {"particle", "particles"},
+      {"excitation/bandwidthscale", "excitation/bandwidth_scale"},
+      {"Ranges/sigma", "ranges/sigma"},
+      {"population/resampling/sheme", "population/resampling/scheme"}};
+  for (const auto& [wrong, right] : misspelt) {
+    expect_parts(refusal(list, wrong, "1"), {std::string("parameter ") + wrong, right});
+  }
+  EXPECT_THROW(set_parameter({}, "anything", "1"), Error);
+}
+
+TEST(Parameters, ManyAreSetAtOnce) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  set_parameters(list, {{"flag", "true"}, {"group/count", "3"}, {"schedule", "never"}});
+  EXPECT_TRUE(sample.flag);
+  EXPECT_EQ(sample.count, 3);
+  EXPECT_EQ(sample.schedule, Schedule::never);
+  EXPECT_THROW(set_parameters(list, {{"flag", "true"}, {"group/cuont", "3"}}), Error);
+}
+
+TEST(Parameters, RealNumbersSurviveTheWayThroughText) {
+  double value = 0.0;
+  const double largest = std::numeric_limits<double>::max();
+  const Parameter parameter = real_parameter("value", &value, -largest, largest, "", "A number.");
+  for (const double number :
+       {0.0, 0.1, 1.0 / 3.0, 1e-5, 2e7, -123456.789, 1e22, 5e-324, 2.2250738585072014e-308, largest,
+        -largest, 0.30000000000000004, 1e-4, 123456789012345680.0}) {
+    value = number;
+    const std::string text = parameter.get();
+    value = 17.0;
+    parameter.set_checked(text);
+    EXPECT_EQ(value, number) << text;
+  }
+  value = 0.1;
+  EXPECT_EQ(parameter.get(), "0.1");
+}
+
+// Every parameter of the filter.
+TEST(FilterParameters, NamesAreDifferentAndSpelledAlike) {
+  BeaconMclOptions options;
+  std::set<std::string> names;
+  for (const Parameter& parameter : parameters_of(&options)) {
+    EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
+    EXPECT_TRUE(std::regex_match(parameter.name, std::regex("[a-z][a-z_]*(/[a-z][a-z_]*)*")))
+        << parameter.name;
+    EXPECT_FALSE(parameter.help.empty()) << parameter.name;
+    EXPECT_EQ(parameter.help.back(), '.') << parameter.name;
+    EXPECT_EQ(parameter.help.find_first_of("\n|"), std::string::npos) << parameter.name;
+  }
+  EXPECT_GT(names.size(), 50u);
+}
+
+TEST(FilterParameters, DefaultsLieInTheirRangesAndSurviveTheWayThroughText) {
+  BeaconMclOptions options;
+  for (const Parameter& parameter : parameters_of(&options)) {
+    const std::string text = parameter.get();
+    EXPECT_NO_THROW(parameter.set_checked(text)) << parameter.name;
+    EXPECT_EQ(parameter.get(), text) << parameter.name;
+  }
+  EXPECT_NO_THROW(validate(options));
+}
+
+// A value other than the present one, from the parameter's own range.
+std::string other_value(const Parameter& parameter) {
+  const std::string now = parameter.get();
+  switch (parameter.type) {
+    case Parameter::Type::boolean:
+      return now == "true" ? "false" : "true";
+    case Parameter::Type::choice:
+      return parameter.choices.front() == now ? parameter.choices.back()
+                                              : parameter.choices.front();
+    case Parameter::Type::integer:
+    case Parameter::Type::real:
+      break;
+  }
+  // The largest, or half of it (ranges may be open below).
+  const bool is_largest = std::stod(now) == parameter.maximum;
+  std::ostringstream other;
+  other << std::fixed << (is_largest ? std::floor(parameter.maximum) / 2.0 : parameter.maximum);
+  return other.str();
+}
+
+// Each is bound to a field of its own: setting it shows in itself and in no other, and each type
+// of value is told apart.
+TEST(FilterParameters, EachHasAFieldOfItsOwn) {
+  BeaconMclOptions options;
+  const ParameterList list = parameters_of(&options);
+  std::vector<std::string> defaults;
+  for (const Parameter& parameter : list) defaults.push_back(parameter.get());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    list[i].set_checked(other_value(list[i]));
+    for (std::size_t j = 0; j < list.size(); ++j) {
+      EXPECT_EQ(list[j].get() == defaults[j], i != j)
+          << "setting " << list[i].name << " and looking at " << list[j].name;
+    }
+    list[i].set_checked(defaults[i]);
+  }
+}
+
+TEST(FilterParameters, YamlHoldsEveryOneOnce) {
+  BeaconMclOptions options;
+  ParameterList list = parameters_of(&options);
+  for (const Parameter& parameter : list) parameter.set_checked(other_value(parameter));
+  const std::string yaml = to_yaml(list);
+  const std::map<std::string, std::string> values = parse_yaml(yaml);
+  ASSERT_EQ(values.size(), list.size()) << yaml;
+  BeaconMclOptions read;
+  ParameterList read_list = parameters_of(&read);
+  set_parameters(read_list, values);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    EXPECT_EQ(read_list[i].get(), list[i].get()) << list[i].name;
+  }
+}
+
+// roslaunch and rosparam read YAML 1.1 with PyYAML: there 1e-05 is a word, and off, no, yes and the
+// like are truth values unless they are quoted.
+TEST(FilterParameters, YamlMeansTheSameToReadersOfYaml11) {
+  const std::regex integer("[-+]?(0|[1-9][0-9_]*)");
+  const std::regex real("[-+]?[0-9][0-9_]*\\.[0-9_]*([eE][-+][0-9]+)?");
+  const std::regex truth("(y|n|yes|no|on|off|true|false|null|~)", std::regex::icase);
+  for (const bool others : {false, true}) {
+    BeaconMclOptions options;
+    ParameterList list = parameters_of(&options);
+    std::map<std::string, Parameter::Type> types;
+    for (const Parameter& parameter : list) {
+      if (others) parameter.set_checked(other_value(parameter));
+      types[parameter.name.substr(parameter.name.rfind('/') + 1)] = parameter.type;
+    }
+    options.yaw_rate_bias.walk = 1e-5;
+    options.calibration.estimation = CalibrationEstimation::off;
+    std::istringstream lines(to_yaml(list));
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t begin = line.find_first_not_of(' ');
+      const std::size_t colon = line.find(": ");
+      if (line[begin] == '#' || colon == std::string::npos) continue;
+      const std::string value = line.substr(colon + 2);
+      switch (types.at(line.substr(begin, colon - begin))) {
+        case Parameter::Type::boolean:
+          EXPECT_TRUE(value == "true" || value == "false") << line;
+          break;
+        case Parameter::Type::integer:
+          EXPECT_TRUE(std::regex_match(value, integer)) << line;
+          break;
+        case Parameter::Type::real:
+          EXPECT_TRUE(std::regex_match(value, integer) || std::regex_match(value, real)) << line;
+          break;
+        case Parameter::Type::choice:
+          EXPECT_FALSE(std::regex_match(value, truth)) << line;
+          break;
+      }
+    }
+  }
+}
+
+// And where a user writes the bare word, the parameter server hands out false.
+TEST(FilterParameters, OffSurvivesReadersOfYaml11) {
+  BeaconMclOptions options;
+  const ParameterList list = parameters_of(&options);
+  set_parameter(list, "calibration/estimation", "false");
+  EXPECT_EQ(options.calibration.estimation, CalibrationEstimation::off);
+  EXPECT_THROW(set_parameter(list, "population/schedule", "false"), Error);
+}
+
+TEST(FilterParameters, MarkdownHasARowForEach) {
+  BeaconMclOptions options;
+  const ParameterList list = parameters_of(&options);
+  std::istringstream lines(to_markdown(list));
+  std::string line;
+  std::getline(lines, line);
+  std::getline(lines, line);
+  for (const Parameter& parameter : list) {
+    ASSERT_TRUE(std::getline(lines, line)) << parameter.name;
+    EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 7) << line;
+    expect_parts(line, {"`" + parameter.name + "`", " " + parameter.get() + " ", parameter.help});
+  }
+  EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(FilterParameters, CombinationsThatMakeNoSenseAreRefused) {
+  const auto expect_refused = [](const BeaconMclOptions& options,
+                                 const std::vector<std::string>& parts) {
+    try {
+      validate(options);
+      ADD_FAILURE() << "taken: " << parts.front();
+    } catch (const Error& error) {
+      expect_parts(error.what(), parts);
+    }
+  };
+  BeaconMclOptions options;
+  options.adaptive_count.minimum = 300;
+  options.adaptive_count.maximum = 200;
+  expect_refused(options, {"adaptive_count/minimum", "300", "adaptive_count/maximum", "200"});
+  options = {};
+  options.ranges.outlier_share = 0.6;
+  options.ranges.non_line_of_sight_share = 0.4;
+  expect_refused(options, {"ranges/outlier_share", "0.6", "ranges/non_line_of_sight_share", "0.4"});
+  options = {};
+  options.particles = 0;
+  expect_refused(options, {"particles", "'0'", "[1, "});
+  options = {};
+  options.ranges.sigma = std::numeric_limits<double>::quiet_NaN();
+  expect_refused(options, {"ranges/sigma", "nan"});
+  options = {};
+  options.population.resampling.partial_high = 1.0;
+  options.population.resampling.partial_low = 1.0;
+  expect_refused(options, {"partial_high", "partial_low"});
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,340 @@
+#include "pf_resampling_core/strategy/compensation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// What a chi-square variable of 4 degrees of freedom exceeds once in a million:
+// exp(-x/2) (1 + x/2) = 1e-6.
+constexpr double kChiSquare4 = 33.377;
+
+RandomStream test_stream(std::uint32_t step) {
+  return RandomStream(11, RandomPurpose::test, step);
+}
+
+Eigen::ArrayXd array(std::initializer_list<double> values) {
+  Eigen::ArrayXd result(static_cast<Eigen::Index>(values.size()));
+  Eigen::Index i = 0;
+  for (const double value : values) result[i++] = value;
+  return result;
+}
+
+CompensationResult compensate_with(Pairing pairing, ConstArray weights, double ratio = 1.0,
+                                   std::uint32_t step = 0) {
+  CompensationOptions options;
+  options.pairing = pairing;
+  options.ratio = ratio;
+  return compensate(options, weights, test_stream(step));
+}
+
+void expect_pair(const BlendPair& pair, int low, int high, double share) {
+  EXPECT_EQ(pair.low, low);
+  EXPECT_EQ(pair.high, high);
+  EXPECT_DOUBLE_EQ(pair.share, share);
+}
+
+TEST(Compensation, RankPairsTheWorstWithTheBest) {
+  const auto result = compensate_with(Pairing::rank, array({0.1, 0.05, 0.25, 0.3, 0.15, 0.15}));
+  // Ascending: slots 1, 0, 4, 5, 2, 3 (4 and 5 are equal, so in order of slot).
+  ASSERT_EQ(result.pairs.size(), 3u);
+  expect_pair(result.pairs[0], 1, 3, 0.05 / 0.35);
+  expect_pair(result.pairs[1], 0, 2, 0.1 / 0.35);
+  expect_pair(result.pairs[2], 4, 5, 0.5);
+}
+
+TEST(Compensation, EqualWeightsAreOrderedBySlot) {
+  const auto result = compensate_with(Pairing::rank, Eigen::ArrayXd::Constant(6, 1.0 / 6));
+  ASSERT_EQ(result.pairs.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    expect_pair(result.pairs[static_cast<std::size_t>(i)], i, 5 - i, 0.5);
+  }
+}
+
+TEST(Compensation, OneParticleHasNoPartner) {
+  for (const Pairing pairing : all_pairings()) {
+    const auto result = compensate_with(pairing, array({1.0}));
+    EXPECT_TRUE(result.pairs.empty());
+    ASSERT_EQ(result.log_weights.size(), 1);
+    EXPECT_EQ(result.log_weights[0], 0.0);
+  }
+}
+
+TEST(Compensation, TwoParticlesAreOnePair) {
+  for (const Pairing pairing : all_pairings()) {
+    const auto result = compensate_with(pairing, array({0.75, 0.25}));
+    ASSERT_EQ(result.pairs.size(), 1u);
+    expect_pair(result.pairs[0], 1, 0, 0.25);
+  }
+}
+
+TEST(Compensation, TheMedianOfAnOddNumberIsStrong) {
+  const Eigen::ArrayXd weights = array({0.2, 0.1, 0.3, 0.15, 0.25});
+  const auto by_rank = compensate_with(Pairing::rank, weights);
+  ASSERT_EQ(by_rank.pairs.size(), 2u);
+  expect_pair(by_rank.pairs[0], 1, 2, 0.25);
+  expect_pair(by_rank.pairs[1], 3, 4, 0.15 / 0.4);
+  std::set<int> highs;
+  for (std::uint32_t step = 0; step < 200; ++step) {
+    for (const auto& pair : compensate_with(Pairing::random, weights, 1.0, step).pairs) {
+      highs.insert(pair.high);
+    }
+  }
+  // Missing one of the three in 400 draws: 3 (2/3)^400.
+  EXPECT_EQ(highs, (std::set<int>{0, 2, 4}));
+}
+
+TEST(Compensation, TheRatioIsOfTheWeakHalfWorstFirst) {
+  Eigen::ArrayXd weights(100);
+  for (int i = 0; i < 100; ++i) weights[i] = (100.0 - i) / 5050.0;
+  for (const Pairing pairing : all_pairings()) {
+    // K Table VI, then rounding to the nearest, at least one.
+    for (const auto& [ratio, count] : std::vector<std::pair<double, std::size_t>>{{0.1, 5},
+                                                                                  {0.2, 10},
+                                                                                  {0.5, 25},
+                                                                                  {1.0, 50},
+                                                                                  {0.029, 1},
+                                                                                  {0.031, 2},
+                                                                                  {1e-9, 1},
+                                                                                  {0.989, 49},
+                                                                                  {0.991, 50}}) {
+      const auto result = compensate_with(pairing, weights, ratio);
+      ASSERT_EQ(result.pairs.size(), count) << ratio;
+      for (std::size_t i = 0; i < count; ++i) {
+        EXPECT_EQ(result.pairs[i].low, 99 - static_cast<int>(i));
+        EXPECT_LT(result.pairs[i].high, 50);
+      }
+    }
+  }
+}
+
+TEST(Compensation, RandomTakesEachStrongOneAlike) {
+  const Eigen::ArrayXd weights = array({.02, .3, .04, .1, .06, .11, .08, .12, .07, .1});
+  constexpr int kSteps = 20000;
+  Eigen::ArrayXd hits = Eigen::ArrayXd::Zero(10);
+  for (std::uint32_t step = 0; step < kSteps; ++step) {
+    for (const auto& pair : compensate_with(Pairing::random, weights, 1.0, step).pairs) {
+      hits[pair.high] += 1.0;
+      EXPECT_DOUBLE_EQ(pair.share, weights[pair.low] / (weights[pair.low] + weights[pair.high]));
+    }
+  }
+  double chi_square = 0.0;
+  for (const int slot : {1, 3, 5, 7, 9}) {
+    chi_square += (hits[slot] - kSteps) * (hits[slot] - kSteps) / kSteps;
+  }
+  EXPECT_EQ(hits.sum(), 5.0 * kSteps);
+  EXPECT_LT(chi_square, kChiSquare4);  // false alarm 1e-6
+}
+
+TEST(Compensation, RouletteTakesStrongOnesByWeight) {
+  const Eigen::ArrayXd weights = array({.02, .3, .04, .1, .06, .11, .08, .12, .07, .1});
+  constexpr int kSteps = 20000;
+  Eigen::ArrayXd hits = Eigen::ArrayXd::Zero(10);
+  for (std::uint32_t step = 0; step < kSteps; ++step) {
+    for (const auto& pair : compensate_with(Pairing::roulette, weights, 1.0, step).pairs) {
+      hits[pair.high] += 1.0;
+    }
+  }
+  const double strong_weight = .3 + .1 + .11 + .12 + .1;
+  double chi_square = 0.0;
+  for (const int slot : {1, 3, 5, 7, 9}) {
+    const double expected = 5.0 * kSteps * weights[slot] / strong_weight;
+    chi_square += (hits[slot] - expected) * (hits[slot] - expected) / expected;
+  }
+  EXPECT_EQ(hits.sum(), 5.0 * kSteps);
+  EXPECT_LT(chi_square, kChiSquare4);  // false alarm 1e-6
+}
+
+TEST(Compensation, DrawsOfDifferentWeakOnesAreIndependent) {
+  // Both weak ones choose among two strong ones of equal weight: four outcomes of equal
+  // probability.
+  constexpr int kSteps = 20000;
+  const Eigen::ArrayXd weights = array({0.1, 0.2, 0.35, 0.35});
+  for (const Pairing pairing : {Pairing::random, Pairing::roulette}) {
+    Eigen::ArrayXd outcomes = Eigen::ArrayXd::Zero(4);
+    for (std::uint32_t step = 0; step < kSteps; ++step) {
+      const auto pairs = compensate_with(pairing, weights, 1.0, step).pairs;
+      outcomes[2 * (pairs[0].high - 2) + (pairs[1].high - 2)] += 1.0;
+    }
+    const double expected = kSteps / 4.0;
+    // Three degrees of freedom, held against the quantile of four: false alarm below 1e-6.
+    EXPECT_LT((outcomes - expected).square().sum() / expected, kChiSquare4);
+  }
+}
+
+TEST(Compensation, RouletteNeverTakesAnImpossibleParticle) {
+  for (std::uint32_t step = 0; step < 1000; ++step) {
+    const auto result =
+        compensate_with(Pairing::roulette, array({0.0, 0.6, 0.0, 0.0, 0.4, 0.0, 0.0}), 1.0, step);
+    ASSERT_EQ(result.pairs.size(), 3u);
+    for (const auto& pair : result.pairs) {
+      EXPECT_TRUE(pair.high == 1 || pair.high == 4);
+      EXPECT_EQ(pair.share, 0.0);
+    }
+  }
+}
+
+TEST(Compensation, TwoImpossibleParticlesShareEqually) {
+  const auto result = compensate_with(Pairing::rank, array({0.0, 1.0, 0.0, 0.0}));
+  ASSERT_EQ(result.pairs.size(), 2u);
+  expect_pair(result.pairs[0], 0, 1, 0.0);
+  expect_pair(result.pairs[1], 2, 3, 0.5);
+}
+
+TEST(Compensation, SharesHoldForTheSmallestWeights) {
+  const auto result = compensate_with(Pairing::rank, array({3e-310, 1e-310}));
+  ASSERT_EQ(result.pairs.size(), 1u);
+  EXPECT_EQ(result.pairs[0].low, 1);
+  EXPECT_NEAR(result.pairs[0].share, 0.25, 1e-12);
+}
+
+TEST(Compensation, ResetGivesAllTheSameWeight) {
+  const auto result = compensate_with(Pairing::rank, array({0.1, 0.2, 0.3, 0.4}));
+  EXPECT_TRUE((result.log_weights == -std::log(4.0)).all());
+}
+
+TEST(Compensation, PairMeanKeepsTheWeightOfEachPair) {
+  CompensationOptions options;
+  options.weights_after = CompensatedWeights::pair_mean;
+  const Eigen::ArrayXd weights = array({0.05, 0.5, 0.12, 0.3, 0.03});
+  const auto all = compensate(options, weights, test_stream(0));
+  EXPECT_TRUE(all.log_weights.exp().isApprox(array({0.175, 0.265, 0.12, 0.175, 0.265}), 1e-14));
+  options.ratio = 0.5;
+  const auto half = compensate(options, 2.0 * weights, test_stream(0));
+  EXPECT_TRUE(half.log_weights.exp().isApprox(array({0.05, 0.265, 0.12, 0.3, 0.265}), 1e-14));
+}
+
+TEST(Compensation, PairMeanIsOfAllThatShareAStrongParticle) {
+  CompensationOptions options;
+  options.pairing = Pairing::roulette;
+  options.weights_after = CompensatedWeights::pair_mean;
+  const auto result = compensate(options, array({0.0, 0.0, 0.0, 1.0}), test_stream(0));
+  EXPECT_EQ(result.log_weights[2], -std::numeric_limits<double>::infinity());
+  for (const int slot : {0, 1, 3}) EXPECT_NEAR(result.log_weights[slot], -std::log(3.0), 1e-15);
+}
+
+TEST(Compensation, WeightsAreNormalizedAfterwards) {
+  for (std::uint32_t step = 0; step < 500; ++step) {
+    Eigen::ArrayXd weights(1 + step % 40);
+    test_stream(step).fill_uniform(0, weights.size(), weights.data());
+    weights /= weights.sum();
+    for (const Pairing pairing : all_pairings()) {
+      for (const CompensatedWeights policy : all_compensated_weights()) {
+        CompensationOptions options;
+        options.pairing = pairing;
+        options.ratio = 1.0 / (1 + step % 4);
+        options.weights_after = policy;
+        const auto result = compensate(options, weights, test_stream(step));
+        ASSERT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-13);
+        ASSERT_NO_THROW(check_pairs(result.pairs, static_cast<int>(weights.size())));
+        for (const auto& pair : result.pairs) {
+          ASSERT_LE(pair.share, 0.5);
+          ASSERT_GE(pair.share, 0.0);
+        }
+      }
+    }
+  }
+}
+
+TEST(Compensation, RefusesWhatIsNoDistribution) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const Eigen::ArrayXd& weights :
+       {Eigen::ArrayXd(), array({0.0, 0.0}), array({0.5, -0.1}), array({0.5, nan}),
+        array({infinity, 1.0}), array({1e308, 1e308})}) {
+    EXPECT_THROW(compensate({}, weights, test_stream(0)), Error);
+  }
+  for (const double ratio : {0.0, -0.5, 1.0001, nan}) {
+    EXPECT_THROW(compensate_with(Pairing::rank, array({0.4, 0.6}), ratio), Error) << ratio;
+  }
+}
+
+TEST(Compensation, NamesAreReadBack) {
+  for (const Pairing value : all_pairings()) {
+    EXPECT_EQ(pairing_from_string(to_string(value)), value);
+  }
+  for (const CovarianceTreatment value : all_covariance_treatments()) {
+    EXPECT_EQ(covariance_treatment_from_string(to_string(value)), value);
+  }
+  for (const CompensatedWeights value : all_compensated_weights()) {
+    EXPECT_EQ(compensated_weights_from_string(to_string(value)), value);
+  }
+  EXPECT_THROW(pairing_from_string("best"), Error);
+}
+
+TEST(CheckPairs, AcceptsAStrongParticleTwice) {
+  EXPECT_NO_THROW(check_pairs({{0, 2, 0.5}, {1, 2, 0.0}}, 3));
+  EXPECT_NO_THROW(check_pairs({}, 0));
+}
+
+TEST(CheckPairs, RefusesWhatWouldDependOnTheOrder) {
+  EXPECT_THROW(check_pairs({{0, 2, 0.5}, {0, 1, 0.5}}, 3), Error);  // a low twice
+  EXPECT_THROW(check_pairs({{0, 2, 0.5}, {2, 1, 0.5}}, 3), Error);  // a high that is a low
+  EXPECT_THROW(check_pairs({{2, 1, 0.5}, {0, 2, 0.5}}, 3), Error);  // a low that is a high
+  EXPECT_THROW(check_pairs({{1, 1, 0.5}}, 3), Error);
+}
+
+TEST(CheckPairs, RefusesSlotsAndSharesOutOfRange) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(check_pairs({{0, 3, 0.5}}, 3), Error);
+  EXPECT_THROW(check_pairs({{3, 0, 0.5}}, 3), Error);
+  EXPECT_THROW(check_pairs({{-1, 0, 0.5}}, 3), Error);
+  EXPECT_THROW(check_pairs({{0, -1, 0.5}}, 3), Error);
+  for (const double share : {-0.1, 1.1, nan}) {
+    EXPECT_THROW(check_pairs({{0, 1, share}}, 3), Error) << share;
+  }
+}
+
+// K eqs. 7 and 8 with the weights of the pair normalised.
+TEST(BlendPoses, PositionsAreBlendedLinearly) {
+  Eigen::ArrayXd x = array({1.0, 5.0, 9.0});
+  Eigen::ArrayXd y = array({-2.0, 2.0, 8.0});
+  Eigen::ArrayXd heading = array({0.1, 0.5, -0.2});
+  const double low_weight = 0.1;
+  const double high_weight = 0.3;
+  blend_poses({{0, 1, low_weight / (low_weight + high_weight)}}, x, y, heading);
+  EXPECT_TRUE(x.isApprox(array({4.0, 5.0, 9.0}), 1e-15));
+  EXPECT_TRUE(y.isApprox(array({1.0, 2.0, 8.0}), 1e-15));
+  EXPECT_TRUE(heading.isApprox(array({0.4, 0.5, -0.2}), 1e-15));
+}
+
+TEST(BlendPoses, HeadingsTakeTheShorterArc) {
+  Eigen::ArrayXd zeros = Eigen::ArrayXd::Zero(6);
+  Eigen::ArrayXd heading = array({kPi - 0.3, -kPi + 0.5, -kPi + 0.2, kPi - 0.1, 0.3, -0.1});
+  Eigen::ArrayXd x = zeros;
+  Eigen::ArrayXd y = zeros;
+  blend_poses({{0, 1, 0.25}, {2, 3, 0.5}, {4, 5, 0.5}}, x, y, heading);
+  EXPECT_NEAR(heading[0], -kPi + 0.3, 1e-14);
+  EXPECT_NEAR(wrap_angle(heading[2] - (-kPi + 0.05)), 0.0, 1e-14);
+  EXPECT_NEAR(heading[4], 0.1, 1e-15);
+}
+
+TEST(BlendPoses, TheEndsOfTheShare) {
+  Eigen::ArrayXd x = array({1.0, 5.0, 7.0, 3.0});
+  Eigen::ArrayXd y = x;
+  Eigen::ArrayXd heading = array({0.1, 0.2, 0.3, 0.4});
+  blend_poses({{0, 1, 0.0}, {2, 3, 1.0}}, x, y, heading);
+  EXPECT_TRUE((x == array({5.0, 5.0, 7.0, 3.0})).all());
+  EXPECT_TRUE((y == x).all());
+  EXPECT_TRUE(heading.isApprox(array({0.2, 0.2, 0.3, 0.4}), 1e-15));
+}
+
+TEST(BlendPoses, AnErrorChangesNothing) {
+  Eigen::ArrayXd x = array({1.0, 5.0, 7.0});
+  Eigen::ArrayXd y = x;
+  Eigen::ArrayXd heading = x;
+  EXPECT_THROW(blend_poses({{0, 1, 0.5}, {2, 3, 0.5}}, x, y, heading), Error);
+  EXPECT_TRUE((x == array({1.0, 5.0, 7.0})).all());
+  Eigen::ArrayXd short_heading = array({0.0});
+  EXPECT_THROW(blend_poses({{0, 1, 0.5}}, x, y, short_heading), Error);
+}
+
+}  // namespace
+}  // namespace pf_resampling

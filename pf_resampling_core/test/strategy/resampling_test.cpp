@@ -1,0 +1,324 @@
+#include "pf_resampling_core/strategy/resampling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/strategy/weight_families.hpp"
+
+namespace {
+std::int64_t allocations = 0;
+}
+
+// Counts what the tested library allocates, too.
+__attribute__((noinline)) void* operator new(std::size_t size) {
+  ++allocations;
+  void* memory = std::malloc(size > 0 ? size : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+__attribute__((noinline)) void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace pf_resampling {
+namespace {
+
+RandomStream test_stream(std::uint32_t step) {
+  return RandomStream(42, RandomPurpose::test, step);
+}
+
+bool keeps_the_number(ResamplingScheme scheme) {
+  return scheme == ResamplingScheme::partial || scheme == ResamplingScheme::killing;
+}
+
+std::string scheme_name(const testing::TestParamInfo<ResamplingScheme>& info) {
+  return to_string(info.param);
+}
+
+// Everything that must hold of a result whatever was drawn.
+void expect_sound(const Eigen::ArrayXd& weights, int size, const ResamplingResult& result) {
+  ASSERT_EQ(result.counts.size(), weights.size());
+  ASSERT_EQ(result.ancestors.size(), size);
+  ASSERT_EQ(result.log_weights.size(), size);
+  ASSERT_EQ(result.counts.cast<std::int64_t>().sum(), size);
+  ASSERT_GE(result.counts.minCoeff(), 0);
+  ASSERT_GE(result.ancestors.minCoeff(), 0);
+  ASSERT_LT(result.ancestors.maxCoeff(), weights.size());
+  Eigen::ArrayXi counted = Eigen::ArrayXi::Zero(weights.size());
+  for (int slot = 0; slot < size; ++slot) ++counted[result.ancestors[slot]];
+  ASSERT_TRUE((counted == result.counts).all());
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    ASSERT_FALSE(weights[i] == 0.0 && result.counts[i] > 0) << "particle " << i << " has weight 0";
+  }
+  ASSERT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-9);
+}
+
+class EveryScheme : public testing::TestWithParam<ResamplingScheme> {
+ protected:
+  EveryScheme() { options_.scheme = GetParam(); }
+
+  // Other sizes than the number of weights, where the scheme can.
+  std::vector<int> sizes(int inputs) const {
+    if (keeps_the_number(GetParam())) return {inputs};
+    return {inputs, 1, (inputs + 1) / 2, 2 * inputs + 1};
+  }
+
+  ResamplingOptions options_;
+};
+
+INSTANTIATE_TEST_SUITE_P(All, EveryScheme, testing::ValuesIn(all_resampling_schemes()),
+                         scheme_name);
+
+TEST_P(EveryScheme, IsSoundForAllWeightsAndSizes) {
+  Resampler resampler(options_);
+  for (const Weights family : all_weights()) {
+    for (const int inputs : {1, 2, 3, 7, 8, 9, 63, 64, 65, 255, 256, 257, 1000}) {
+      const Eigen::ArrayXd weights = make_weights(family, inputs);
+      for (const int size : sizes(inputs)) {
+        for (std::uint32_t step = 0; step < 20; ++step) {
+          SCOPED_TRACE(to_string(family) + " " + std::to_string(inputs) + " to " +
+                       std::to_string(size) + " step " + std::to_string(step));
+          expect_sound(weights, size, resampler.resample(weights, size, test_stream(step)));
+          if (HasFatalFailure()) return;
+        }
+      }
+    }
+  }
+}
+
+// A peer that adds 1/M again and again in single precision loses a particle here.
+TEST_P(EveryScheme, IsSoundForAMillion) {
+  Resampler resampler(options_);
+  for (const int inputs : {100000, 999983, 1000000}) {
+    for (const Weights family : all_weights()) {
+      const Eigen::ArrayXd weights = make_weights(family, inputs);
+      for (const int size : sizes(inputs)) {
+        if (size != inputs && inputs != 100000) continue;
+        SCOPED_TRACE(to_string(family) + " " + std::to_string(inputs) + " to " +
+                     std::to_string(size));
+        expect_sound(weights, size, resampler.resample(weights, size, test_stream(1)));
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
+TEST_P(EveryScheme, TakesTheOneParticleThatHasWeight) {
+  Resampler resampler(options_);
+  for (const int inputs : {1, 2, 3, 100, 1000, 100000}) {
+    for (const int hot : {0, inputs / 2, inputs - 1}) {
+      Eigen::ArrayXd weights = Eigen::ArrayXd::Zero(inputs);
+      weights[hot] = 1.0;
+      for (std::uint32_t step = 0; step < 5; ++step) {
+        const ResamplingResult result = resampler.resample(weights, inputs, test_stream(step));
+        ASSERT_EQ(result.counts[hot], inputs);
+        ASSERT_TRUE((result.ancestors == hot).all());
+      }
+    }
+  }
+}
+
+// Only ratios count, down to sums of the smallest numbers there are and up to sums that overflow.
+TEST_P(EveryScheme, DoesNotCareForTheScaleOfTheWeights) {
+  Resampler resampler(options_);
+  Resampler resampler_of_scaled(options_);
+  const Eigen::ArrayXd weights = Eigen::ArrayXd::LinSpaced(64, 1.0, 64.0);
+  for (const int exponent : {-1074, -1050, -1000, -600, -10, 10, 600, 1000, 1017}) {
+    const Eigen::ArrayXd scaled =
+        weights.unaryExpr([&](double weight) { return std::ldexp(weight, exponent); });
+    const ResamplingResult expected = resampler.resample(weights, 64, test_stream(3));
+    const ResamplingResult actual = resampler_of_scaled.resample(scaled, 64, test_stream(3));
+    EXPECT_TRUE((actual.counts == expected.counts).all()) << "2^" << exponent;
+    EXPECT_TRUE((actual.log_weights - expected.log_weights).abs().maxCoeff() < 1e-12)
+        << "2^" << exponent;
+  }
+}
+
+TEST_P(EveryScheme, GivesTheSameForTheSameStreamAndAnotherForAnother) {
+  const Eigen::ArrayXd weights = make_weights(Weights::random, 500);
+  Resampler first(options_);
+  Resampler second(options_);
+  second.resample(make_weights(Weights::skewed, 700), 700, test_stream(9));  // leaves no trace
+  const ResamplingResult a = first.resample(weights, 500, test_stream(1));
+  const ResamplingResult b = second.resample(weights, 500, test_stream(1));
+  EXPECT_TRUE((a.ancestors == b.ancestors).all());
+  EXPECT_TRUE((a.log_weights == b.log_weights).all());
+  const Eigen::ArrayXi before = a.ancestors;
+  EXPECT_FALSE((first.resample(weights, 500, test_stream(2)).ancestors == before).all());
+}
+
+TEST_P(EveryScheme, AllocatesNothingAfterTheFirstCallAtTheLargestSize) {
+  Resampler resampler(options_);
+  std::vector<Eigen::ArrayXd> all;
+  for (const Weights family : all_weights()) {
+    for (const int inputs : {5000, 1000, 17}) all.push_back(make_weights(family, inputs));
+  }
+  const Eigen::ArrayXd largest = make_weights(Weights::random, 5000);
+  resampler.resample(largest, 5000, test_stream(0));
+  const std::int64_t before = allocations;
+  for (const Eigen::ArrayXd& weights : all) {
+    for (std::uint32_t step = 1; step < 4; ++step) {
+      resampler.resample(weights, static_cast<int>(weights.size()), test_stream(step));
+    }
+  }
+  EXPECT_EQ(allocations - before, 0);
+}
+
+// Equal weights are left alone by every scheme whose counts are floor or ceil of M w, and by those
+// for which every particle is as good as the best.
+TEST_P(EveryScheme, KeepsEqualWeightsWhereItMust) {
+  const ResamplingScheme scheme = GetParam();
+  if (scheme == ResamplingScheme::multinomial) return;  // the one that does not
+  Resampler resampler(options_);
+  for (const int size : {1, 2, 3, 10, 100, 1000, 99991, 1000000}) {
+    const Eigen::ArrayXd weights = Eigen::ArrayXd::Constant(size, 1.0 / size);
+    for (std::uint32_t step = 0; step < (size > 10000 ? 2u : 50u); ++step) {
+      const ResamplingResult result = resampler.resample(weights, size, test_stream(step));
+      ASSERT_TRUE((result.counts == 1).all()) << size;
+      ASSERT_TRUE((result.ancestors == Eigen::ArrayXi::LinSpaced(size, 0, size - 1)).all());
+    }
+  }
+}
+
+TEST_P(EveryScheme, RejectsWeightsItCannotUseAndKeepsTheLastResult) {
+  Resampler resampler(options_);
+  const int size = 300;
+  const Eigen::ArrayXd good = make_weights(Weights::random, size);
+  const ResamplingResult kept = resampler.resample(good, size, test_stream(5));
+  const Eigen::ArrayXi counts = kept.counts;
+  const Eigen::ArrayXi ancestors = kept.ancestors;
+  const Eigen::ArrayXd log_weights = kept.log_weights;
+
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double bad : {nan, -nan, infinity, -infinity, -1e-300, -0.1, -5e-324}) {
+    for (const int place : {0, 1, 150, 255, 256, size - 1}) {
+      Eigen::ArrayXd weights = good;
+      weights[place] = bad;
+      try {
+        resampler.resample(weights, size, test_stream(6));
+        FAIL() << "took a weight of " << bad << " at " << place;
+      } catch (const Error& error) {
+        // The message names the place.
+        EXPECT_NE(std::string(error.what()).find("weight " + std::to_string(place) + " "),
+                  std::string::npos)
+            << error.what();
+      }
+    }
+  }
+  EXPECT_THROW(resampler.resample(Eigen::ArrayXd(0), 3, test_stream(6)), Error);
+  EXPECT_THROW(resampler.resample(Eigen::ArrayXd::Zero(size), size, test_stream(6)), Error);
+  EXPECT_THROW(resampler.resample(Eigen::ArrayXd::Constant(size, nan), size, test_stream(6)),
+               Error);
+  EXPECT_THROW(resampler.resample(good, 0, test_stream(6)), Error);
+  EXPECT_THROW(resampler.resample(good, -4, test_stream(6)), Error);
+
+  EXPECT_TRUE((kept.counts == counts).all());
+  EXPECT_TRUE((kept.ancestors == ancestors).all());
+  EXPECT_TRUE((kept.log_weights == log_weights).all());
+}
+
+TEST_P(EveryScheme, TakesNegativeZeroForZero) {
+  Resampler resampler(options_);
+  Eigen::ArrayXd weights = make_weights(Weights::random, 10);
+  weights[0] = -0.0;
+  EXPECT_EQ(resampler.resample(weights, 10, test_stream(1)).counts[0], 0);
+}
+
+TEST_P(EveryScheme, SaysSoWhenItCannotChangeTheNumber) {
+  Resampler resampler(options_);
+  const Eigen::ArrayXd weights = make_weights(Weights::random, 10);
+  if (keeps_the_number(GetParam())) {
+    EXPECT_THROW(resampler.resample(weights, 11, test_stream(1)), Error);
+  } else {
+    EXPECT_NO_THROW(resampler.resample(weights, 11, test_stream(1)));
+  }
+}
+
+TEST_P(EveryScheme, HasANameThatLeadsBackToIt) {
+  EXPECT_EQ(resampling_scheme_from_string(to_string(GetParam())), GetParam());
+}
+
+TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
+  try {
+    resampling_scheme_from_string("sytematic");
+    FAIL();
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("sytematic"), std::string::npos);
+    for (const ResamplingScheme scheme : all_resampling_schemes()) {
+      EXPECT_NE(message.find(to_string(scheme)), std::string::npos);
+    }
+  }
+  for (const WeightsAfter policy : all_weights_after()) {
+    EXPECT_EQ(weights_after_from_string(to_string(policy)), policy);
+  }
+  EXPECT_THROW(weights_after_from_string("keep"), Error);
+}
+
+TEST(Resampling, RejectsOptionsOutsideTheirRanges) {
+  const auto rejects = [](const ResamplingOptions& options, const std::string& name) {
+    try {
+      Resampler resampler(options);
+      return false;
+    } catch (const Error& error) {
+      return std::string(error.what()).find(name) != std::string::npos;
+    }
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const auto inner : {ResamplingScheme::partial, ResamplingScheme::rank_based}) {
+    ResamplingOptions options;
+    options.inner_scheme = inner;
+    EXPECT_TRUE(rejects(options, "inner_scheme"));
+  }
+  for (const double value : {0.5, 0.1, nan, infinity, -1.0}) {
+    ResamplingOptions options;
+    options.partial_high = value;
+    EXPECT_TRUE(rejects(options, "partial_high")) << value;
+  }
+  for (const double value : {-0.1, 1.1, nan}) {
+    ResamplingOptions options;
+    options.partial_low = value;
+    EXPECT_TRUE(rejects(options, "partial_low")) << value;
+  }
+  for (const double value : {0.9, 2.1, nan}) {
+    ResamplingOptions options;
+    options.rank_max = value;
+    EXPECT_TRUE(rejects(options, "rank_max")) << value;
+  }
+  EXPECT_NO_THROW(Resampler{ResamplingOptions{}});
+}
+
+TEST(Resampling, KillingInsideAnotherSchemeKeepsTheNumberToo) {
+  ResamplingOptions options;
+  options.scheme = ResamplingScheme::rank_based;
+  options.inner_scheme = ResamplingScheme::killing;
+  Resampler resampler(options);
+  const Eigen::ArrayXd weights = make_weights(Weights::random, 10);
+  EXPECT_THROW(resampler.resample(weights, 9, test_stream(1)), Error);
+  EXPECT_EQ(resampler.resample(weights, 10, test_stream(1)).counts.sum(), 10);
+}
+
+// The weights afterwards of all but partial and rank_based.
+TEST(Resampling, LeavesEqualWeights) {
+  Resampler resampler;
+  for (const int size : {10, 20, 10, 1}) {
+    const ResamplingResult result =
+        resampler.resample(make_weights(Weights::skewed, 10), size, test_stream(1));
+    for (int slot = 0; slot < size; ++slot) {
+      ASSERT_NEAR(result.log_weights[slot], -std::log(size), 1e-15);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,316 @@
+#include "research/studies/fault_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <set>
+
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "research/studies/for_each_index.hpp"
+#include "src/messages/conversions.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Seconds before a fault whose diagnostics are the usual ones.
+constexpr double kUsual = 30.0;
+constexpr double kSamplePeriod = 1.0;
+// Seconds before a fault in which a map's frame is laid on the truth's, and samples that takes.
+constexpr double kFramePeriod = 120.0;
+constexpr std::size_t kFewestForFrame = 10;
+constexpr std::size_t kFewestLandmarksForFrame = 3;
+constexpr double kStaysGood = 10.0;
+// Of the first faults, nothing and kidnapping: by them the probability of being lost is judged.
+constexpr int kJudged = 2;
+
+// "12 messages rejected" and "13 messages rejected" are the same alarm.
+std::string without_numbers(const std::string& text) {
+  std::string result;
+  for (const char character : text) {
+    const bool is_digit = character >= '0' && character <= '9';
+    if (is_digit && !result.empty() && result.back() == 'N') continue;
+    if (character == '.' && !result.empty() && result.back() == 'N') continue;
+    result += is_digit ? 'N' : character;
+  }
+  return result;
+}
+
+/// Watches a pipeline.
+class Recorder {
+ public:
+  Recorder(const Fault& fault, FaultRun* run)
+      : fault_(fault), run_(run), max_gap_(usual_max_gap(fault.drive.truth)) {}
+
+  void connect(PipelineSinks* sinks, std::function<double()> lost) {
+    lost_ = std::move(lost);
+    sinks->estimate = [this](ros::Time stamp, const PoseEstimate& estimate) {
+      take(stamp.toSec() - clock_error_, estimate);
+    };
+    sinks->diagnostics = [this](const auto& array) { take(array); };
+  }
+
+  /// The map of this moment, if a sample is due: it is what the robot knows its place in.
+  void watch_map(FastSlam* filter, double time) {
+    // Ids of landmarks that were told apart by their places are none of the true ones.
+    if (filter->association() != DataAssociation::known) return;
+    if (fault_.drive.landmarks.empty() || std::abs(time - map_time_) < kSamplePeriod) return;
+    map_time_ = time;
+    std::vector<PointLandmark> map;
+    for (const LandmarkEstimate& landmark : filter->map()) {
+      map.push_back({static_cast<std::int32_t>(landmark.id), landmark.mean, landmark.covariance});
+    }
+    frame_ = map_to_truth(map, fault_.drive.landmarks);
+    run_->is_in_map = run_->is_in_map || frame_.has_value();
+  }
+
+  /// The stamps of the next message, and of what comes of it, are wrong by so much, s.
+  void set_clock_error(double error) { clock_error_ = error; }
+
+  /// The errors, when the drive is over. Beacons give the frame; that of a map is the filter's own.
+  void judge() {
+    const bool is_own = fault_.drive.beacons.empty() && !estimated_.empty();
+    const Pose2 before = is_own ? frame_before_fault() : Pose2();
+    for (std::size_t i = 0; i < estimated_.size(); ++i) {
+      const Pose2 frame = is_own ? frames_[i].value_or(before) : Pose2();
+      run_->samples[i].error = (moved(estimated_[i], frame) - true_[i]).norm();
+    }
+  }
+
+ private:
+  /// Laid on the truth where the path fits best before the fault.
+  Pose2 frame_before_fault() const {
+    std::vector<Eigen::Vector2d> from, to;
+    for (std::size_t i = 0; i < estimated_.size(); ++i) {
+      const double before = fault_.begin - run_->samples[i].time;
+      if (before < 0.0 || before > kFramePeriod) continue;
+      from.push_back(estimated_[i]);
+      to.push_back(true_[i]);
+    }
+    return from.size() < kFewestForFrame ? align_points(estimated_, true_) : align_points(from, to);
+  }
+
+  void take(double time, const PoseEstimate& estimate) {
+    run_->all_finite =
+        run_->all_finite && is_finite(estimate.mean) && estimate.covariance.allFinite();
+    auto& samples = run_->samples;
+    // A bag that loops: what was is no longer.
+    while (!samples.empty() && samples.back().time > time) samples.pop_back();
+    if (!samples.empty() && time - samples.back().time < kSamplePeriod) return;
+    const auto truth = interpolate(fault_.drive.truth, time, max_gap_);
+    if (!truth) return;
+    samples.push_back({time, 0.0, lost_()});
+    estimated_.resize(samples.size());
+    true_.resize(samples.size());
+    frames_.resize(samples.size());
+    estimated_.back() = {estimate.mean.x, estimate.mean.y};
+    true_.back() = {truth->x, truth->y};
+    frames_.back() = frame_;
+  }
+
+  void take(const diagnostic_msgs::DiagnosticArray& array) {
+    const double time = array.header.stamp.toSec() - clock_error_;
+    for (const auto& status : array.status) {
+      if (status.level == diagnostic_msgs::DiagnosticStatus::OK) continue;
+      const std::string text = status.name + ": " + without_numbers(status.message);
+      if (time < fault_.begin) {
+        if (time > fault_.begin - kUsual) usual_.insert(text);
+      } else if (!run_->alarm && usual_.count(text) == 0) {
+        run_->alarm = FaultRun::Alarm{time - fault_.begin, text};
+      }
+    }
+  }
+
+  const Fault& fault_;
+  FaultRun* run_;
+  double max_gap_;
+  double clock_error_ = 0.0;
+  std::function<double()> lost_;
+  std::vector<Eigen::Vector2d> estimated_, true_;  // places, of every sample
+  std::vector<std::optional<Pose2>> frames_;       // of the map at every sample
+  std::optional<Pose2> frame_;
+  double map_time_ = -std::numeric_limits<double>::infinity();
+  std::set<std::string> usual_;
+};
+
+template <typename Pipeline, typename Sinks, typename Options, typename Other>
+void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) {
+  options.seed = seed;
+  Recorder recorder(fault, run);
+  Sinks sinks;
+  std::unique_ptr<Pipeline> pipeline;
+  recorder.connect(&sinks, [&] { return pipeline->lost_probability(); });
+  if constexpr (std::is_same_v<Sinks, FastSlamSinks>) {
+    sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
+      recorder.watch_map(filter, stamp.toSec());
+    };
+  }
+  pipeline = std::make_unique<Pipeline>(options, sinks);
+  for (std::size_t i = 0; i < fault.drive.messages.size(); ++i) {
+    recorder.set_clock_error(fault.clock_errors.empty() ? 0.0 : fault.clock_errors[i]);
+    std::visit(
+        [&](const auto& given) {
+          using Given = std::decay_t<decltype(given)>;
+          if constexpr (!std::is_same_v<Given, Other>) pipeline->handle(given);
+        },
+        fault.drive.messages[i]);
+  }
+  recorder.judge();
+}
+
+}  // namespace
+
+// FastSLAM takes neither ranges nor beacons; they are not on a drive among landmarks.
+namespace {
+
+struct NoBeaconsPipeline : FastSlamPipeline {
+  using FastSlamPipeline::FastSlamPipeline;
+  using FastSlamPipeline::handle;
+  void handle(const BeaconRange& /*range*/) {}
+  void handle(const BeaconArray& /*beacons*/) {}
+};
+
+void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, FaultRun* run) {
+  if (!fault.drive.beacons.empty()) {
+    run_pipeline<BeaconMclPipeline, BeaconMclSinks, BeaconMclPipelineOptions,
+                 LandmarkObservationArray>(fault, options.beacon_mcl, seed, run);
+  } else {
+    run_pipeline<NoBeaconsPipeline, FastSlamSinks, FastSlamPipelineOptions, void>(
+        fault, options.fastslam, seed, run);
+  }
+}
+
+}  // namespace
+
+std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
+                                  const std::vector<PointLandmark>& truth) {
+  std::vector<Eigen::Vector2d> from, to;
+  for (const LandmarkMatch& match : match_by_id(map, truth)) {
+    from.push_back(map[match.estimated].position);
+    to.push_back(truth[match.truth].position);
+  }
+  if (from.size() < kFewestLandmarksForFrame) return std::nullopt;
+  return align_points(from, to);
+}
+
+double FaultRun::mean_error(double begin, double end) const {
+  double sum = 0.0;
+  int count = 0;
+  for (const Sample& sample : samples) {
+    if (sample.time < begin || sample.time > end) continue;
+    sum += sample.error;
+    ++count;
+  }
+  return count > 0 ? sum / count : std::nan("");
+}
+
+double FaultRun::largest_error(double begin, double end) const {
+  double largest = std::nan("");
+  for (const Sample& sample : samples) {
+    if (sample.time >= begin && sample.time <= end && !(sample.error <= largest)) {
+      largest = sample.error;
+    }
+  }
+  return largest;
+}
+
+std::optional<double> FaultRun::back_after(double time, double limit) const {
+  std::optional<double> since;
+  for (const Sample& sample : samples) {
+    if (sample.time < time) continue;
+    if (sample.error > limit) {
+      since.reset();
+    } else if (!since) {
+      since = sample.time;
+    }
+    if (since && sample.time - *since >= kStaysGood) return *since - time;
+  }
+  return std::nullopt;
+}
+
+LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit) {
+  LostCharacteristic result;
+  std::vector<std::pair<double, bool>> scores;
+  for (const FaultRun::Sample& sample : samples) {
+    const bool is_lost = sample.error > limit;
+    (is_lost ? result.lost_samples : result.good_samples) += 1;
+    if (sample.lost > 0.5) (is_lost ? result.detected : result.false_alarms) += 1.0;
+    scores.emplace_back(sample.lost, is_lost);
+  }
+  if (result.lost_samples == 0 || result.good_samples == 0) return result;
+  result.detected /= result.lost_samples;
+  result.false_alarms /= result.good_samples;
+  // The area is the chance that a lost second scores above a good one, ties counting half (Hanley,
+  // McNeil 1982): from the ranks, those of ties being shared.
+  std::sort(scores.begin(), scores.end());
+  double rank_sum = 0.0;
+  for (std::size_t i = 0; i < scores.size();) {
+    std::size_t end = i;
+    int lost = 0;
+    while (end < scores.size() && scores[end].first == scores[i].first) {
+      lost += scores[end++].second ? 1 : 0;
+    }
+    rank_sum += lost * 0.5 * static_cast<double>(i + 1 + end);
+    i = end;
+  }
+  const double lost = result.lost_samples;
+  result.area = (rank_sum - 0.5 * lost * (lost + 1.0)) / (lost * result.good_samples);
+  return result;
+}
+
+FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
+                           const FaultStudyOptions& options,
+                           const std::function<void(std::uint64_t)>& progress) {
+  if (options.seeds < 1 || options.jobs < 1) {
+    throw Error("seeds is " + std::to_string(options.seeds) + " and jobs " +
+                std::to_string(options.jobs) + ": both have to be at least 1");
+  }
+  if (!(options.share > 0.0 && options.share < 1.0)) {
+    throw Error("share is " + std::to_string(options.share) + ": it has to be in (0, 1)");
+  }
+  FaultStudy study;
+  study.recording = recording;
+  study.options = options;
+  study.lost_error = usual_lost_error(drive.truth);
+  std::vector<Fault> faults =
+      all_faults(drive, options.share, RandomStream(1, RandomPurpose::simulation_observation, 0));
+  const auto is_unwanted = [&](const Fault& fault) {
+    return fault.name.find(options.only) == std::string::npos;
+  };
+  const auto first = std::min(faults.begin() + kJudged, faults.end());
+  faults.erase(std::remove_if(first, faults.end(), is_unwanted), faults.end());
+  if (!options.only.empty() && static_cast<int>(faults.size()) <= kJudged) {
+    throw Error("fault '" + options.only +
+                "' is unknown; give a part of a name in the first "
+                "column of doc/study_faults.md");
+  }
+  const std::size_t seeds = static_cast<std::size_t>(options.seeds);
+  for (const Fault& fault : faults) {
+    study.results.push_back(
+        {fault.name, fault.begin, fault.end, fault.drive.truth.back().time, {}});
+    study.results.back().runs.resize(seeds);
+  }
+  std::uint64_t done = 0;
+  std::mutex progress_mutex;
+  for_each_index(faults.size() * seeds, options.jobs, [&](std::size_t i) {
+    run_fault(faults[i / seeds], options, static_cast<int>(i % seeds) + 1,
+              &study.results[i / seeds].runs[i % seeds]);
+    const std::lock_guard<std::mutex> lock(progress_mutex);
+    progress(++done);
+  });
+  std::vector<FaultRun::Sample> samples;
+  for (std::size_t f = 0; f < static_cast<std::size_t>(kJudged); ++f) {
+    for (const FaultRun& run : study.results[f].runs) {
+      samples.insert(samples.end(), run.samples.begin(), run.samples.end());
+    }
+  }
+  study.is_in_map = study.results.front().runs.front().is_in_map;
+  study.characteristic = characteristic_of(samples, study.lost_error);
+  return study;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "fastslam_node/pipeline_options.hpp"
+#include "research/studies/faults.hpp"
+
+namespace pf_resampling {
+
+/// What faults do to a filter, and what it says of them.
+struct FaultStudyOptions {
+  BeaconMclPipelineOptions beacon_mcl;  ///< used on drives with beacons
+  FastSlamPipelineOptions fastslam;     ///< on the others
+  double share = 0.4;                   ///< of the drive, before the fault
+  int seeds = 20;                       ///< 1 to this
+  int jobs = 1;                         ///< runs at a time; the result does not depend on it
+  std::string only;                     ///< part of the names of the faults wanted; empty: all
+};
+
+/// A run, second by second.
+struct FaultRun {
+  struct Sample {
+    double time = 0.0;
+    double error = 0.0;  ///< m
+    double lost = 0.0;   ///< probability, as published
+  };
+  struct Alarm {
+    double delay = 0.0;  ///< s after the fault
+    std::string text;
+  };
+  std::vector<Sample> samples;
+  std::optional<Alarm> alarm;  ///< the first diagnostic that was not there before the fault
+  bool all_finite = true;      ///< whether all poses were
+  bool is_in_map = false;      ///< whether errors are those in the filter's map
+
+  double mean_error(double begin, double end) const;
+  double largest_error(double begin, double end) const;
+  /// s after `time` from when the error stays below `limit` for ten seconds; nothing if never.
+  std::optional<double> back_after(double time, double limit) const;
+};
+
+struct FaultResult {
+  std::string name;
+  double begin = 0.0, end = 0.0, last = 0.0;  ///< s, of the fault and of the drive
+  std::vector<FaultRun> runs;                 ///< by seed
+};
+
+/// How well the probability of being lost tells seconds with an error above the limit from others
+/// (receiver operating characteristic over all samples).
+struct LostCharacteristic {
+  int lost_samples = 0, good_samples = 0;
+  double area = 0.0;          ///< under the curve: 0.5 says nothing, 1 all
+  double detected = 0.0;      ///< share of the lost seconds above one half
+  double false_alarms = 0.0;  ///< share of the good ones above one half
+};
+
+struct FaultStudy {
+  std::string recording;
+  FaultStudyOptions options;
+  double lost_error = 0.0;  ///< m
+  bool is_in_map = false;   ///< errors are those in the filter's map
+  std::vector<FaultResult> results;
+  LostCharacteristic characteristic;  ///< of the runs with kidnapping and with no fault
+};
+
+/// The turn and shift that bring a map, and with it a robot that knows its place in it, to the
+/// truth: by the landmarks of equal ids. Nothing below three of them.
+std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
+                                  const std::vector<PointLandmark>& truth);
+
+/// Runs it. An error is the distance to the true place. On a drive among landmarks the filter's
+/// frame is its own: it is laid on the truth's by the filter's map of that moment, so that an error
+/// is what the robot is wrong in its map, or, where landmarks have no ids or no true place, by the
+/// path before the fault. Throws Error on options that make no sense.
+FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
+                           const FaultStudyOptions& options,
+                           const std::function<void(std::uint64_t)>& progress);
+
+/// The characteristic of samples: is the error above `limit`?
+LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit);
+
+std::string to_markdown(const FaultStudy& study);
+std::string to_json_text(const FaultStudy& study);
+
+}  // namespace pf_resampling

@@ -1,0 +1,246 @@
+// Repeats comparisons of the papers: many configurations, many seeds, one report.
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "research/studies/compensation_study.hpp"
+#include "research/studies/fault_study.hpp"
+#include "research/studies/resampling_study.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/beacon_mcl_options.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/filter_options.hpp"
+#include "tools/common/progress_bar.hpp"
+#include "tools/worlds/world_file.hpp"
+
+namespace pf_resampling {
+namespace {
+
+namespace po = boost::program_options;
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> words(1);
+  for (const char character : list) {
+    if (character == ',') {
+      words.emplace_back();
+    } else {
+      words.back() += character;
+    }
+  }
+  return words;
+}
+
+/// What every study can be told.
+void add_study_options(CommandLine* line, int seeds) {
+  line->options()("seeds", po::value<int>()->default_value(seeds)->value_name("N"),
+                  "runs per configuration, with seeds 1 to N")(
+      "jobs", po::value<int>()->value_name("N"), "runs at a time; as many as there are processors")(
+      "markdown", po::value<std::string>()->value_name("FILE"),
+      "write the tables there; without, they are printed")(
+      "json", po::value<std::string>()->value_name("FILE"), "write the figures of every run");
+}
+
+int jobs_of(const CommandLine& line) {
+  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  return line.has("jobs") ? line.get<int>("jobs") : static_cast<int>(processors);
+}
+
+void write(const CommandLine& line, const std::string& markdown, const std::string& json) {
+  if (line.has("markdown")) {
+    write_file(line.get<std::string>("markdown"), markdown);
+  } else {
+    std::printf("%s", markdown.c_str());
+  }
+  if (line.has("json")) write_file(line.get<std::string>("json"), json);
+}
+
+ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
+  ResamplingStudyOptions options;
+  options.pipeline = read_beacon_mcl_options(line);
+  options.schemes = schemes_of_paper_m();
+  if (line.has("schemes")) {
+    options.schemes.clear();
+    for (const std::string& name : split(line.get<std::string>("schemes"))) {
+      options.schemes.push_back(resampling_scheme_from_string(name));
+    }
+  }
+  for (const std::string& name : split(line.get<std::string>("excitations"))) {
+    options.excitations.push_back(excitation_from_string(name));
+  }
+  options.seeds = line.get<int>("seeds");
+  options.jobs = jobs_of(line);
+  options.errors.clip = line.get<double>("clip");
+  options.errors.lost_error = line.get<double>("lost-error");
+  return options;
+}
+
+int study_resampling(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "study resampling",
+      "Compares the resampling schemes of paper M, without and with excitation, on one\n"
+      "recording, each with the same seeds.");
+  line.positional("bag", "a recording with odometry, ranges, beacons and ground truth");
+  line.options()("schemes", po::value<std::string>()->value_name("A,B"),
+                 "resampling schemes; the five of paper M if not given")(
+      "excitations", po::value<std::string>()->default_value("none,regularized")->value_name("A,B"),
+      "excitations")("clip", po::value<double>()->default_value(0.2)->value_name("SHARE"),
+                     "share of the time, from the start, left out of the errors; in [0, 1)")(
+      "lost-error", po::value<double>()->default_value(0.0)->value_name("METRES"),
+      "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path")(
+      "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
+      "ground truth");
+  add_study_options(&line, 30);
+  add_beacon_mcl_options(&line);
+  line.example("study resampling plaza2.bag --seeds 30 --markdown plaza2.md");
+  line.example("study resampling plaza2.bag --config paper_m.yaml --config calibration.yaml");
+  line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");
+  if (!line.parse(arguments)) return 0;
+  const auto path = line.get<std::string>("bag");
+  const ResamplingStudyOptions options = read_resampling_options(line);
+
+  const BeaconMclTopics topics = beacon_mcl_topics(line);
+  const std::vector<BeaconMclMessage> messages =
+      load_beacon_mcl_messages(path, topics, options.pipeline.beacons.empty());
+  const rosbag::Bag bag = open_bag(path);
+  const std::string truth_topic = absolute_topic(line.get<std::string>("truth"));
+  require_topics(bag, path, {{truth_topic, truth_types(), "--truth"}});
+  const std::vector<EstimatedPose> odometry = read_poses(bag, topics.odom);
+  const std::vector<TruePose> truth = truth_while_recording(read_truth(bag, truth_topic), odometry);
+
+  ResamplingStudy result;
+  {
+    ProgressBar bar("study", options.schemes.size() * options.excitations.size() *
+                                 static_cast<std::uint64_t>(std::max(0, options.seeds)));
+    result = run_resampling_study(path.substr(path.find_last_of('/') + 1), messages, truth,
+                                  odometry, options, [&](std::uint64_t done) { bar.update(done); });
+  }
+  write(line, to_markdown(result), to_json_text(result));
+  return 0;
+}
+
+FastSlamOptions read_fastslam_options(const CommandLine& line) {
+  FastSlamOptions options = paper_k_options();
+  const ParameterList parameters = parameters_of(&options);
+  if (line.has("config")) {
+    for (const std::string& path : line.get<std::vector<std::string>>("config")) {
+      try {
+        set_parameters(parameters, read_configuration(path).values);
+      } catch (const Error& error) {
+        const std::string what = error.what();
+        throw Error(what.rfind(path, 0) == 0 ? what : path + ": " + what);
+      }
+    }
+  }
+  if (line.has("set")) {
+    for (const std::string& assignment : line.get<std::vector<std::string>>("set")) {
+      set_parameters(parameters, parse_assignment(assignment).values);
+    }
+  }
+  return options;
+}
+
+int study_compensation(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "study compensation",
+      "Compares compensation with resampling in FastSLAM, as paper K does, on simulated\n"
+      "drives through one world, each filter on the same drives. The filter is K's\n"
+      "(config/paper_k.yaml, built in); the noise is the world's own only if it is\n"
+      "that of indoor_two_loops.");
+  line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
+  line.options()("variants", po::value<std::string>()->value_name("A,B"),
+                 "filters to be compared, by the names in the tables; all if not given");
+  add_study_options(&line, 100);
+  line.repeatable_option("config", "FILE",
+                         "YAML file of parameters, on top of K's; may be repeated, later ones win");
+  line.repeatable_option("set", "NAME=VALUE",
+                         "one parameter, for instance sensor/range_sigma=0.2; may be repeated");
+  line.example("study compensation --markdown study.md --json study.json");
+  line.example("study compensation --seeds 1000 --variants RSR,compensation");
+  if (!line.parse(arguments)) return 0;
+  CompensationStudyOptions options;
+  options.base = read_fastslam_options(line);
+  options.variants = line.has("variants")
+                         ? compensation_variants(split(line.get<std::string>("variants")))
+                         : all_compensation_variants();
+  options.drives = line.get<int>("seeds");
+  options.jobs = jobs_of(line);
+  const World world = load_world(line.has("world") ? line.get<std::string>("world")
+                                                   : std::string("indoor_two_loops"));
+  CompensationStudy result;
+  {
+    ProgressBar bar(
+        "study", options.variants.size() * static_cast<std::uint64_t>(std::max(0, options.drives)));
+    result = run_compensation_study(world, options, [&](std::uint64_t done) { bar.update(done); });
+  }
+  write(line, to_markdown(result), to_json_text(result));
+  return 0;
+}
+
+int study_faults(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "study faults",
+      "What a filter does, and what it says, when robots do what robots do: each fault\n"
+      "is put into the recording in turn.");
+  line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
+  line.options()("share", po::value<double>()->default_value(0.4)->value_name("SHARE"),
+                 "share of the drive before the fault")(
+      "fault", po::value<std::string>()->default_value("")->value_name("WORDS"),
+      "besides no fault and kidnapping, only those whose name contains this");
+  add_study_options(&line, 20);
+  add_filter_options(&line);
+  line.example("study faults plaza2.bag --markdown faults.md");
+  line.example("study faults plaza2.bag --fault 'an hour ahead' --seeds 3");
+  if (!line.parse(arguments)) return 0;
+  const auto path = line.get<std::string>("bag");
+  const RecordedDrive drive = read_drive(path);
+  FaultStudyOptions options;
+  if (drive.beacons.empty()) {
+    apply_filter_options(line, &options.fastslam);
+  } else {
+    apply_filter_options(line, &options.beacon_mcl);
+  }
+  options.share = line.get<double>("share");
+  options.only = line.get<std::string>("fault");
+  options.seeds = line.get<int>("seeds");
+  options.jobs = jobs_of(line);
+  ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));
+  const FaultStudy result = run_fault_study(path.substr(path.find_last_of('/') + 1), drive, options,
+                                            [&](std::uint64_t done) { bar.update(done); });
+  write(line, to_markdown(result), to_json_text(result));
+  return 0;
+}
+
+const char* const kHelp =
+    "Usage: rosrun pf_resampling study STUDY [arguments]\n"
+    "\n"
+    "Repeats comparisons of the papers: many filters, many seeds, one report.\n"
+    "\n"
+    "Studies (study STUDY --help says more):\n"
+    "  resampling     resampling schemes in range-beacon localization, on a recording (paper M)\n"
+    "  compensation   compensation and resampling in FastSLAM, on simulated drives (paper K)\n"
+    "  faults         what filters do, and say, when something goes wrong on a recording\n";
+
+int study(const std::vector<std::string>& arguments) {
+  if (arguments.empty()) {
+    throw UsageError("which study? resampling, compensation or faults; see study --help");
+  }
+  const std::string& name = arguments.front();
+  if (name == "--help") {
+    std::printf("%s", kHelp);
+    return 0;
+  }
+  const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
+  if (name == "resampling") return study_resampling(rest);
+  if (name == "compensation") return study_compensation(rest);
+  if (name == "faults") return study_faults(rest);
+  throw UsageError("study '" + name + "' is unknown; known: resampling, compensation, faults");
+}
+
+}  // namespace
+}  // namespace pf_resampling
+
+int main(int argc, char** argv) {
+  return pf_resampling::run_tool("study", argc, argv, pf_resampling::study);
+}

@@ -1,0 +1,128 @@
+#include "src/checkpoint/checkpoint_keeper.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
+#include "pf_resampling_core/error.hpp"
+#include "src/configuration/text_parameter.hpp"
+#include "src/diagnostics/diagnostics.hpp"
+
+namespace pf_resampling {
+
+void add_parameters(CheckpointOptions* options, ParameterList* list) {
+  list->push_back(
+      text_parameter("checkpoint/file", &options->file,
+                     "Live: file that the whole filter is written to from time to time; "
+                     "empty: none."));
+  list->push_back(real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
+                                       "Between checkpoints, by the clock on the wall."));
+  list->push_back(boolean_parameter("checkpoint/resume", &options->resume,
+                                    "Live: go on from that file at the start, if it is there."));
+}
+
+namespace {
+
+// What a process that was killed while it wrote has left beside the file:
+// "<file>.part-<process>-1".
+void remove_unfinished(const std::string& file) {
+  const std::filesystem::path path(file);
+  const std::string beginning = path.filename().string() + ".part-";
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code unknown;
+  std::vector<std::filesystem::path> unfinished;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unknown)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(beginning, 0) != 0) continue;
+    const int process = std::atoi(name.c_str() + beginning.size());
+    const bool is_alive = process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
+    if (!is_alive) unfinished.push_back(entry.path());
+  }
+  for (const std::filesystem::path& left : unfinished) std::filesystem::remove(left, unknown);
+}
+
+}  // namespace
+
+CheckpointKeeper::~CheckpointKeeper() {
+  take_result(true);
+}
+
+void CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
+  if (is_used()) remove_unfinished(options_.file);
+  std::error_code unknown;
+  if (!is_used() || !options_.resume || !std::filesystem::exists(options_.file, unknown)) return;
+  try {
+    resume(options_.file);
+    start_ = "from " + options_.file;
+    log_(LogLevel::info, "going on from the checkpoint " + options_.file);
+  } catch (const Error& error) {
+    problem_ = std::string("started anew: ") + error.what();
+    log_(LogLevel::warning, problem_);
+  }
+}
+
+bool CheckpointKeeper::is_due() {
+  if (!is_used()) return false;
+  take_result(false);
+  const std::chrono::duration<double> since = Clock::now() - last_;
+  return !writing_.valid() && since.count() >= options_.period;
+}
+
+void CheckpointKeeper::write(Write write) {
+  take_result(true);
+  last_ = Clock::now();
+  writing_ = std::async(std::launch::async, [write = std::move(write), path = options_.file] {
+    try {
+      write(path);
+      return std::string();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  });
+}
+
+std::string CheckpointKeeper::write_now(const std::string& path, const Write& write) {
+  const std::string& file = path.empty() ? options_.file : path;
+  if (file.empty()) {
+    throw Error("checkpoint: no file is named; give one, or set the parameter checkpoint/file");
+  }
+  take_result(true);
+  write(file);
+  if (path.empty()) {
+    last_ = Clock::now();
+    ++written_;
+    problem_.clear();
+  }
+  return "checkpoint written to " + file;
+}
+
+void CheckpointKeeper::take_result(bool wait) {
+  if (!writing_.valid()) return;
+  if (!wait && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const std::string before = problem_;
+  problem_ = writing_.get();
+  ++(problem_.empty() ? written_ : failed_);
+  if (!problem_.empty() && problem_ != before) log_(LogLevel::warning, problem_);
+}
+
+void CheckpointKeeper::report(const std::string& name, diagnostic_msgs::DiagnosticArray* array) {
+  if (is_used()) array->status.push_back(diagnostic(name));
+}
+
+diagnostic_msgs::DiagnosticStatus CheckpointKeeper::diagnostic(const std::string& name) {
+  take_result(false);
+  diagnostic_msgs::DiagnosticStatus status = make_diagnostic(name);
+  if (!problem_.empty()) worsen(diagnostic_msgs::DiagnosticStatus::WARN, problem_, &status);
+  if (status.message.empty()) status.message = "fine";
+  const std::chrono::duration<double> since = Clock::now() - last_;
+  add_value("file", options_.file, &status);
+  add_value("started", start_, &status);
+  add_value("written", std::to_string(written_), &status);
+  add_value("failed", std::to_string(failed_), &status);
+  add_value("last [s ago]", written_ > 0 ? number_text(since.count()) : "never", &status);
+  return status;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,286 @@
+#include "src/configuration/configuration.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <set>
+
+#include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// An element of one of the lists: key -> value as text, and where it stands.
+struct Entry {
+  std::map<std::string, std::string> fields;
+  std::string where;
+};
+
+double number_of(const Entry& entry, const std::string& key) {
+  const std::string& text = entry.fields.at(key);
+  std::size_t used = 0;
+  double value = 0.0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used == 0 || used != text.size() || !std::isfinite(value)) {
+    throw Error(entry.where + ": " + key + " is '" + text + "'; it has to be a finite number");
+  }
+  return value;
+}
+
+int id_of(const Entry& entry, const std::string& key) {
+  const double value = number_of(entry, key);
+  if (value != std::floor(value) || std::abs(value) > 2147483647.0) {
+    throw Error(entry.where + ": " + key + " is '" + entry.fields.at(key) +
+                "'; it has to be an integer");
+  }
+  return static_cast<int>(value);
+}
+
+[[noreturn]] void refuse_key(const Entry& entry, const std::string& key,
+                             const std::set<std::string>& needed,
+                             const std::set<std::string>& optional) {
+  std::string known;
+  for (const auto* keys : {&needed, &optional}) {
+    for (const std::string& name : *keys) {
+      known += known.empty() ? "" : ", ";
+      known += name;
+    }
+  }
+  throw Error(entry.where + ": unknown key '" + key + "'; known are " + known);
+}
+
+void check_keys(const Entry& entry, const std::set<std::string>& needed,
+                const std::set<std::string>& optional) {
+  for (const std::string& key : needed) {
+    if (entry.fields.count(key) == 0) throw Error(entry.where + ": '" + key + "' is missing");
+  }
+  for (const auto& [key, value] : entry.fields) {
+    if (needed.count(key) == 0 && optional.count(key) == 0) {
+      refuse_key(entry, key, needed, optional);
+    }
+  }
+}
+
+double number_or(const Entry& entry, const std::string& key, double otherwise) {
+  return entry.fields.count(key) == 0 ? otherwise : number_of(entry, key);
+}
+
+void add_entry(const std::string& list, const Entry& entry, Configuration* configuration) {
+  if (list == "beacons") {
+    check_keys(entry, {"id", "x", "y"}, {"z", "frame"});
+    Beacon beacon;
+    beacon.id = id_of(entry, "id");
+    beacon.position = {number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
+    beacon.is_planar = entry.fields.count("z") == 0;
+    for (const Beacon& other : configuration->beacons) {
+      if (other.id == beacon.id) {
+        throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " stands there twice");
+      }
+    }
+    const auto frame = entry.fields.find("frame");
+    if (frame != entry.fields.end() &&
+        !configuration->beacon_frames.emplace(without_slash(frame->second), beacon.id).second) {
+      throw Error(entry.where + ": the frame '" + frame->second + "' stands there twice");
+    }
+    configuration->beacons.push_back(beacon);
+  } else if (list == "calibration") {
+    check_keys(entry, {"beacon"}, {"scale", "bias", "sigma"});
+    RangeCalibration calibration;
+    calibration.scale = number_or(entry, "scale", 1.0);
+    calibration.bias = number_or(entry, "bias", 0.0);
+    calibration.sigma = number_or(entry, "sigma", 0.0);
+    if (calibration.scale <= 0.0) {
+      throw Error(entry.where + ": scale is '" + entry.fields.at("scale") +
+                  "'; it has to be above 0");
+    }
+    if (calibration.sigma < 0.0) {
+      throw Error(entry.where + ": sigma is '" + entry.fields.at("sigma") +
+                  "'; it has to be 0 or more (m; 0: the model's own)");
+    }
+    configuration->calibration[id_of(entry, "beacon")] = calibration;
+  } else if (list == "sensors") {
+    check_keys(entry, {"frame", "x", "y"}, {"yaw"});
+    configuration->sensors[entry.fields.at("frame")] = {
+        number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "yaw", 0.0)};
+  } else {
+    check_keys(entry, {"frame", "x", "y"}, {"z"});
+    configuration->antennas[entry.fields.at("frame")] = {
+        number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
+  }
+}
+
+bool is_list_name(const std::string& name) {
+  return name == "beacons" || name == "calibration" || name == "antennas" || name == "sensors";
+}
+
+// `calibration` is also a group of parameters: a map is the group, a list the known calibration.
+bool is_group_too(const std::string& name) {
+  return name == "calibration";
+}
+
+std::string where_of(const std::string& file, const YAML::Node& node) {
+  return file + ":" + std::to_string(node.Mark().line + 1);
+}
+
+void flatten(const std::string& file, const std::string& prefix, const YAML::Node& node,
+             Configuration* configuration) {
+  for (const auto& item : node) {
+    if (!item.first.IsScalar()) throw Error(where_of(file, item.first) + ": a name is missing");
+    const std::string name = prefix + item.first.Scalar();
+    const YAML::Node& value = item.second;
+    if (is_list_name(name) && !(is_group_too(name) && value.IsMap())) {
+      if (!value.IsSequence()) {
+        throw Error(where_of(file, value) + ": '" + name + "' has to be a list");
+      }
+      for (const YAML::Node& element : value) {
+        Entry entry;
+        entry.where = where_of(file, element) + ": " + name;
+        if (!element.IsMap()) throw Error(entry.where + ": an element has to be {key: value, ...}");
+        for (const auto& field : element) {
+          if (!field.first.IsScalar() || !field.second.IsScalar()) {
+            throw Error(entry.where + ": an element has to be {key: value, ...}");
+          }
+          entry.fields[field.first.Scalar()] = field.second.Scalar();
+        }
+        add_entry(name, entry, configuration);
+      }
+    } else if (value.IsMap()) {
+      flatten(file, name + "/", value, configuration);
+    } else if (value.IsScalar()) {
+      configuration->values[name] = value.Scalar();
+    } else {
+      throw Error(where_of(file, item.first) + ": '" + name +
+                  "' has no value that a parameter can have (number, word, true or false)");
+    }
+  }
+}
+
+std::string text_of(const std::string& name, XmlRpc::XmlRpcValue value) {
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return static_cast<bool>(value) ? "true" : "false";
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return std::to_string(static_cast<int>(value));
+    case XmlRpc::XmlRpcValue::TypeDouble: {
+      char text[40];
+      std::snprintf(text, sizeof(text), "%.17g", static_cast<double>(value));
+      return text;
+    }
+    case XmlRpc::XmlRpcValue::TypeString:
+      return static_cast<std::string>(value);
+    default:
+      throw Error("parameter '" + name +
+                  "' has no value that a parameter can have (number, word, true or false)");
+  }
+}
+
+void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Configuration* configuration) {
+  for (auto& item : value) {
+    const std::string name = prefix + item.first;
+    const bool is_struct = item.second.getType() == XmlRpc::XmlRpcValue::TypeStruct;
+    if (is_list_name(name) && !(is_group_too(name) && is_struct)) {
+      if (item.second.getType() != XmlRpc::XmlRpcValue::TypeArray) {
+        throw Error("parameter '" + name + "' has to be a list");
+      }
+      for (int i = 0; i < item.second.size(); ++i) {
+        Entry entry;
+        entry.where = "parameter '" + name + "', element " + std::to_string(i);
+        if (item.second[i].getType() != XmlRpc::XmlRpcValue::TypeStruct) {
+          throw Error(entry.where + ": an element has to be {key: value, ...}");
+        }
+        for (auto& field : item.second[i]) {
+          entry.fields[field.first] = text_of(entry.where + ", " + field.first, field.second);
+        }
+        add_entry(name, entry, configuration);
+      }
+    } else if (is_struct) {
+      flatten(name + "/", item.second, configuration);
+    } else {
+      configuration->values[name] = text_of(name, item.second);
+    }
+  }
+}
+
+}  // namespace
+
+Configuration parse_configuration(const std::string& text, const std::string& name) {
+  Configuration configuration;
+  try {
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsNull()) return configuration;
+    if (!root.IsMap()) throw Error(name + ": has to be a YAML map of parameters");
+    flatten(name, "", root, &configuration);
+  } catch (const YAML::Exception& error) {
+    throw Error(name + ":" + std::to_string(error.mark.line + 1) + ":" +
+                std::to_string(error.mark.column + 1) + ": not YAML: " + error.msg);
+  }
+  return configuration;
+}
+
+Configuration read_configuration(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (file == nullptr) throw Error(path + ": no such file, or it cannot be read");
+  std::string text;
+  char block[4096];
+  std::size_t count = 0;
+  while ((count = std::fread(block, 1, sizeof(block), file)) > 0) text.append(block, count);
+  const bool failed = std::ferror(file) != 0;
+  std::fclose(file);
+  if (failed) throw Error(path + ": cannot be read; is it a file?");
+  return parse_configuration(text, path);
+}
+
+Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
+  Configuration configuration;
+  if (parameters.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
+    flatten("", parameters, &configuration);
+  }
+  return configuration;
+}
+
+void apply_values(const Configuration& configuration, const ParameterList& parameters) {
+  std::map<std::string, std::string> values = configuration.values;
+  for (const Parameter& parameter : parameters) {
+    // To the parameter server, which reads YAML 1.1, the word off is the boolean false.
+    const auto value = values.find(parameter.name);
+    const auto& choices = parameter.choices;
+    if (value != values.end() && value->second == "false" &&
+        std::find(choices.begin(), choices.end(), "off") != choices.end()) {
+      value->second = "off";
+    }
+  }
+  set_parameters(parameters, values);
+}
+
+void merge(const Configuration& later, Configuration* configuration) {
+  for (const auto& [name, value] : later.values) configuration->values[name] = value;
+  for (const auto& [beacon, value] : later.calibration) configuration->calibration[beacon] = value;
+  for (const auto& [frame, place] : later.antennas) configuration->antennas[frame] = place;
+  for (const auto& [frame, place] : later.sensors) configuration->sensors[frame] = place;
+  if (!later.beacons.empty()) {
+    configuration->beacons = later.beacons;
+    configuration->beacon_frames = later.beacon_frames;
+  }
+}
+
+Configuration parse_assignment(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw Error("'" + text +
+                "' is no assignment; write name=value, for instance "
+                "population/threshold=0.5");
+  }
+  Configuration configuration;
+  configuration.values[text.substr(0, equals)] = text.substr(equals + 1);
+  return configuration;
+}
+
+}  // namespace pf_resampling

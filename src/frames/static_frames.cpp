@@ -1,0 +1,58 @@
+#include "src/frames/static_frames.hpp"
+
+#include <cmath>
+
+#include "src/messages/conversions.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kFarthest = 1e6;  // m; no robot is that large
+
+}  // namespace
+
+bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
+  const std::string parent = without_slash(transform.header.frame_id);
+  const std::string child = without_slash(transform.child_frame_id);
+  const auto& t = transform.transform.translation;
+  const auto& q = transform.transform.rotation;
+  if (parent == child || parent.empty() || child.empty()) return false;
+  const double distance = std::hypot(t.x, t.y, t.z);
+  if (!(distance <= kFarthest) || !is_unit(q)) return false;
+  Parent& entry = parents_[child];
+  entry.frame = parent;
+  entry.pose =
+      Eigen::Translation3d(t.x, t.y, t.z) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
+  return true;
+}
+
+void StaticFrames::add(const std::string& parent, const std::string& frame,
+                       const Eigen::Vector3d& place, double yaw) {
+  Parent& entry = parents_[without_slash(frame)];
+  entry.frame = without_slash(parent);
+  entry.pose = Eigen::Translation3d(place) * Eigen::AngleAxisd(yaw, Eigen::Vector3d(0.0, 0.0, 1.0));
+}
+
+std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
+                                                    const std::string& frame) const {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  std::string current = frame;
+  // A chain longer than there are frames goes in a circle.
+  for (std::size_t step = 0; step <= parents_.size(); ++step) {
+    if (current == base) return pose;
+    const auto parent = parents_.find(current);
+    if (parent == parents_.end()) return std::nullopt;
+    pose = parent->second.pose * pose;
+    current = parent->second.frame;
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> StaticFrames::origin(const std::string& base,
+                                                    const std::string& frame) const {
+  const auto found = pose(base, frame);
+  if (!found) return std::nullopt;
+  return Eigen::Vector3d(found->translation());
+}
+
+}  // namespace pf_resampling

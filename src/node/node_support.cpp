@@ -1,0 +1,71 @@
+#include "src/node/node_support.hpp"
+
+#include <ros/callback_queue.h>
+
+#include <sstream>
+
+namespace pf_resampling {
+
+std::string name_of_this_node() {
+  return ros::this_node::getName().substr(1);
+}
+
+void for_each_configuration(const ros::NodeHandle& private_node,
+                            const std::function<void(const Configuration&)>& take) {
+  XmlRpc::XmlRpcValue parameters;
+  ros::param::get(private_node.getNamespace(), parameters);
+  Configuration own = configuration_of(parameters);
+  const auto files = own.values.find("files");
+  if (files != own.values.end()) {
+    std::istringstream paths(files->second);
+    for (std::string path; paths >> path;) take(read_configuration(path));
+    own.values.erase(files);
+  }
+  take(own);
+}
+
+void spin(const std::function<bool()>& process_next) {
+  bool is_busy = false;
+  while (ros::ok()) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(is_busy ? 0.0 : 0.1));
+    is_busy = process_next();
+  }
+}
+
+FilterPublishers::FilterPublishers(ros::NodeHandle* node)
+    : pose_(node->advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kNodeOutputQueue)),
+      path_(node->advertise<nav_msgs::Path>("path", 1, true)),
+      particlecloud_(node->advertise<geometry_msgs::PoseArray>("particlecloud", 5)),
+      particles_(node->advertise<sensor_msgs::PointCloud2>("particles", 5)),
+      markers_(node->advertise<visualization_msgs::MarkerArray>("markers", 20)),
+      status_(node->advertise<FilterStatus>("status", kNodeOutputQueue)),
+      diagnostics_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 20)) {}
+
+void FilterPublishers::connect(PipelineSinks* sinks) {
+  sinks->pose = [this](const auto& message) { pose_.publish(message); };
+  sinks->path = [this](const auto& message) { path_.publish(message); };
+  sinks->particlecloud = [this](const auto& message) { particlecloud_.publish(message); };
+  sinks->particles = [this](const auto& message) { particles_.publish(message); };
+  sinks->markers = [this](const auto& message) { markers_.publish(message); };
+  sinks->status = [this](const auto& message) { status_.publish(message); };
+  sinks->diagnostics = [this](const auto& message) { diagnostics_.publish(message); };
+  sinks->transform = [this](const auto& transform) { broadcaster_.sendTransform(transform); };
+  sinks->log = [](LogLevel level, const std::string& text) {
+    if (level == LogLevel::warning) {
+      ROS_WARN("%s", text.c_str());
+    } else {
+      ROS_INFO("%s", text.c_str());
+    }
+  };
+  sinks->stopwatch = [] { return ros::WallTime::now().toSec(); };
+}
+
+SilenceWatch::SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report)
+    : report_(std::move(report)) {
+  timer_ = node->createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+    const bool silent = (ros::WallTime::now() - last_message_).toSec() > 2.0;
+    if (silent && !ros::Time::now().isZero()) report_(ros::Time::now());
+  });
+}
+
+}  // namespace pf_resampling

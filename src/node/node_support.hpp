@@ -1,0 +1,74 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <functional>
+
+#include "pf_resampling_core/error.hpp"
+#include "src/configuration/configuration.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
+
+namespace pf_resampling {
+
+/// With its namespace and without a slash in front: "robot1/fastslam". Diagnostics of all nodes
+/// come together on one topic.
+std::string name_of_this_node();
+
+/// Queues long enough for a bag played at many times its speed.
+constexpr std::uint32_t kNodeInputQueue = 2000;
+constexpr std::uint32_t kNodeOutputQueue = 200;
+
+/// Hands `take` the configurations that a node is given, later ones to win: the YAML files in its
+/// private parameter `files` (names, separated by spaces), then its other private parameters.
+/// Throws Error naming file or parameter.
+void for_each_configuration(const ros::NodeHandle& private_node,
+                            const std::function<void(const Configuration&)>& take);
+
+/// Runs the node: takes all messages that have come, then works off one observation
+/// (`process_next`, which says whether there was one), and so on; so what is out of date can be
+/// told and dropped, however long an update takes.
+void spin(const std::function<bool()>& process_next);
+
+/// Answers a service: `work` returns what it did, or throws Error.
+template <typename Work, typename Response>
+void answer(const Work& work, Response* response) {
+  try {
+    response->message = work();
+    response->success = true;
+    ROS_INFO("%s", response->message.c_str());
+  } catch (const Error& error) {
+    response->message = error.what();
+    response->success = false;
+    ROS_ERROR("%s", error.what());
+  }
+}
+
+/// The topics that the nodes of both filters give out.
+class FilterPublishers {
+ public:
+  explicit FilterPublishers(ros::NodeHandle* node);
+
+  /// Sinks into these topics, tf and the log; it has to outlive them.
+  void connect(PipelineSinks* sinks);
+
+ private:
+  ros::Publisher pose_, path_, particlecloud_, particles_, markers_, status_, diagnostics_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+};
+
+/// Pipelines live by the stamps of messages; when none come, somebody has to say so.
+class SilenceWatch {
+ public:
+  /// `report` gets the time of ROS when there was no message for two seconds.
+  SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report);
+
+  void message_came() { last_message_ = ros::WallTime::now(); }
+
+ private:
+  std::function<void(ros::Time)> report_;
+  ros::WallTime last_message_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,154 @@
+#include "src/odometry/dead_reckoning.hpp"
+
+#include <cmath>
+
+#include "src/messages/input_checks.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Share of the time gone by, from its begin, within which time that jumps back begins again.
+constexpr double kBegin = 0.1;
+
+}  // namespace
+
+DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
+                                         const OdometryNoise& noise) {
+  const StampedOdometry odometry = to_stamped_odometry(message);
+  const bool first = buffer_.empty();
+  const ros::Time before = first ? ros::Time() : buffer_.newest();
+  const OdometryBuffer::Addition addition = buffer_.add(odometry);
+  const std::string step = first ? "" : seconds_text((odometry.stamp - before).toSec());
+  const auto rejected = [](RejectReason reason, const std::string& detail) {
+    Taken taken;
+    taken.rejection = Rejection{reason, detail};
+    return taken;
+  };
+  Taken taken;
+  switch (addition) {
+    case OdometryBuffer::Addition::added:
+      break;
+    case OdometryBuffer::Addition::out_of_order:
+      return rejected(RejectReason::out_of_order, step + " after the newest");
+    case OdometryBuffer::Addition::time_jump:
+      return rejected(RejectReason::time_jump, step + " after the newest");
+    case OdometryBuffer::Addition::time_gap:
+      return rejected(RejectReason::time_gap, step + " after the newest");
+    case OdometryBuffer::Addition::pose_jump:
+      return rejected(RejectReason::pose_jump,
+                      "it moves faster than odometry_input/max_speed and max_turn_rate");
+    case OdometryBuffer::Addition::time_jumped_back:
+      ++time_jumps_;
+      taken.time_jumped_back = true;
+      taken.warning = "time jumped back by " + seconds_text((before - buffer_.oldest()).toSec()) +
+                      ": buffers are reset";
+      taken.began_again = (buffer_.oldest() - began_).toSec() <= kBegin * (before - began_).toSec();
+      taken.until_jump = since_;
+      first_ = ros::Time();
+      if (taken.began_again) began_ = ros::Time();
+      break;
+    case OdometryBuffer::Addition::gap_closed:
+      taken.warning = "no odometry for " + step;
+      break;
+    case OdometryBuffer::Addition::pose_jumped:
+      ++pose_jumps_;
+      taken.warning = "the odometry jumped: the jump is taken as no motion";
+      break;
+  }
+  if (first_.isZero()) {
+    first_ = buffer_.oldest();
+    if (began_.isZero()) began_ = first_;
+    restart_at_oldest(noise);
+  } else {
+    buffer_.extend(before, buffer_.newest(), noise, &since_);
+  }
+  return taken;
+}
+
+void DeadReckoning::clear() {
+  buffer_.clear();
+  first_ = began_ = ros::Time();
+  used_ = ros::Time();
+  since_ = OdometryIncrement{};
+}
+
+std::optional<Rejection> DeadReckoning::check_stamp(ros::Time stamp, double tolerance) const {
+  if (stamp < first_) {
+    return Rejection{RejectReason::before_odometry,
+                     seconds_text((first_ - stamp).toSec()) + " before the first odometry"};
+  }
+  if (stamp + ros::Duration(tolerance) < used_) {
+    return Rejection{RejectReason::old, seconds_text((used_ - stamp).toSec()) +
+                                            " older than what the filter has used"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Rejection> DeadReckoning::check_ahead(ros::Time stamp, double limit) const {
+  if (buffer_.empty()) return std::nullopt;
+  const double ahead = (stamp - buffer_.newest()).toSec();
+  if (ahead <= limit) return std::nullopt;
+  return Rejection{RejectReason::ahead_of_odometry,
+                   seconds_text(ahead) + " newer than the newest odometry"};
+}
+
+OdometryIncrement DeadReckoning::until(ros::Time stamp, const OdometryNoise& noise) const {
+  return buffer_.integrate(used_, stamp, noise);
+}
+
+void DeadReckoning::use_until(ros::Time stamp, const OdometryNoise& noise) {
+  used_ = stamp;
+  since_ = buffer_.integrate(used_, buffer_.newest(), noise);
+}
+
+void DeadReckoning::restart_at_oldest(const OdometryNoise& noise) {
+  if (!buffer_.empty()) use_until(buffer_.oldest(), noise);
+}
+
+void DeadReckoning::restart_at(ros::Time stamp, const OdometryNoise& noise) {
+  if (!buffer_.empty()) use_until(buffer_.covers(stamp) ? stamp : buffer_.newest(), noise);
+}
+
+void DeadReckoning::save(SavedProgress* progress) const {
+  progress->first_odometry = static_cast<std::int64_t>(first_.toNSec());
+  progress->used = static_cast<std::int64_t>(used_.toNSec());
+  buffer_.save(used_, progress);
+}
+
+void DeadReckoning::resume(const SavedProgress& progress, const OdometryNoise& noise) {
+  buffer_.resume(progress);
+  first_.fromNSec(static_cast<std::uint64_t>(progress.first_odometry));
+  began_ = first_;
+  used_.fromNSec(static_cast<std::uint64_t>(progress.used));
+  use_until(used_, noise);
+}
+
+std::optional<ros::Time> DeadReckoning::overdue() const {
+  if (buffer_.empty() || (buffer_.newest() - used_).toSec() < 0.5 * length_) return std::nullopt;
+  return buffer_.newest() - ros::Duration(0.25 * length_);
+}
+
+PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion,
+                      double yaw_rate_bias, double yaw_rate_bias_sigma) {
+  // Dead reckoning turns by its bias too much.
+  const Eigen::Vector3d& sensitivity = motion.yaw_rate_sensitivity;
+  const Pose2 corrected = {motion.mean.x - sensitivity[0] * yaw_rate_bias,
+                           motion.mean.y - sensitivity[1] * yaw_rate_bias,
+                           motion.mean.heading - sensitivity[2] * yaw_rate_bias};
+  PoseEstimate moved;
+  moved.mean = compose(estimate.mean, corrected);
+  Eigen::Matrix3d by_start = Eigen::Matrix3d::Identity();
+  by_start(0, 2) = -(moved.mean.y - estimate.mean.y);
+  by_start(1, 2) = moved.mean.x - estimate.mean.x;
+  const double cosine = std::cos(estimate.mean.heading);
+  const double sine = std::sin(estimate.mean.heading);
+  Eigen::Matrix3d to_map = Eigen::Matrix3d::Identity();
+  to_map.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  const Eigen::Matrix3d of_motion = motion.covariance + yaw_rate_bias_sigma * yaw_rate_bias_sigma *
+                                                            sensitivity * sensitivity.transpose();
+  moved.covariance = by_start * estimate.covariance * by_start.transpose() +
+                     to_map * of_motion * to_map.transpose();
+  return moved;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,253 @@
+#include "src/odometry/odometry_buffer.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// What a message may be off by whatever the time since the last: rounding, late stamps.
+constexpr double kPositionSlack = 0.5;  // m
+constexpr double kHeadingSlack = 0.5;   // rad
+
+/// The motion that takes `share` of the time of `motion`, at constant speed and turn rate: a piece
+/// of the same arc.
+Pose2 part_of(const Pose2& motion, double share) {
+  const double turn = motion.heading;
+  if (std::abs(turn) < 1e-6) return {share * motion.x, share * motion.y, share * turn};
+  // Twist of the arc (SE(2) logarithm), then the motion along it (exponential).
+  const double half_cotangent = 0.5 * turn / std::tan(0.5 * turn);
+  const double vx = half_cotangent * motion.x + 0.5 * turn * motion.y;
+  const double vy = -0.5 * turn * motion.x + half_cotangent * motion.y;
+  const double a = std::sin(share * turn) / turn;
+  const double b = (1.0 - std::cos(share * turn)) / turn;
+  return {a * vx - b * vy, b * vx + a * vy, share * turn};
+}
+
+std::string text_of(ros::Time stamp) {
+  return std::to_string(stamp.toSec());
+}
+
+}  // namespace
+
+ParameterList parameters_of(OdometryBufferOptions* options) {
+  return {
+      real_above_parameter("odometry_input/length", &options->length, 0.0, 1e4, "s",
+                           "Odometry that is kept for observations that come late."),
+      real_above_parameter("odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
+                           "Odometry that moves faster jumped: it is no motion."),
+      real_above_parameter("odometry_input/max_turn_rate", &options->max_turn_rate, 0.0, 1e4,
+                           "rad/s", "Odometry that turns faster jumped: it is no motion."),
+      real_above_parameter("odometry_input/max_gap", &options->max_gap, 0.0, 1e4, "s",
+                           "After a longer silence messages have to confirm one another."),
+      real_above_parameter("odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
+                           "Odometry older by more than this means that time jumped back."),
+      integer_parameter("odometry_input/confirmations", &options->confirmations, 1, 1000,
+                        "Messages in a row that jump alike, in time or in pose, before the jump is "
+                        "believed."),
+      boolean_parameter("odometry_input/use_covariance", &options->use_covariance,
+                        "Take the noise of the motion from the covariance of the odometry "
+                        "messages where that grows, instead of the motion model."),
+  };
+}
+
+std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2& to,
+                                                 const Eigen::Matrix3d& before,
+                                                 const Eigen::Matrix3d& after) {
+  Eigen::Matrix3d lever = Eigen::Matrix3d::Identity();
+  lever(0, 2) = -(to.y - from.y);
+  lever(1, 2) = to.x - from.x;
+  Eigen::Matrix3d growth = after - lever * before * lever.transpose();
+  const double cosine = std::cos(from.heading);
+  const double sine = std::sin(from.heading);
+  Eigen::Matrix3d to_body = Eigen::Matrix3d::Identity();
+  to_body.topLeftCorner<2, 2>() << cosine, sine, -sine, cosine;
+  growth = to_body * growth * to_body.transpose();
+  growth = 0.5 * (growth + growth.transpose()).eval();
+
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(growth);
+  const Eigen::Vector3d& values = solver.eigenvalues();
+  const double rounding = 1e-9 * (before.trace() + after.trace());
+  if (!(values.maxCoeff() > rounding) || values.minCoeff() < -0.01 * values.maxCoeff() - rounding) {
+    return std::nullopt;
+  }
+  return Eigen::Matrix3d(solver.eigenvectors() * values.cwiseMax(0.0).asDiagonal() *
+                         solver.eigenvectors().transpose());
+}
+
+bool OdometryBuffer::continues(ros::Time stamp, const Pose2& pose,
+                               const StampedOdometry& next) const {
+  const double duration = (next.stamp - stamp).toSec();
+  if (duration <= 0.0 || duration > options_.max_gap) return false;
+  const double distance = std::hypot(next.pose.x - pose.x, next.pose.y - pose.y);
+  const double turn = std::abs(wrap_angle(next.pose.heading - pose.heading));
+  return distance <= options_.max_speed * duration + kPositionSlack &&
+         turn <= options_.max_turn_rate * duration + kHeadingSlack;
+}
+
+void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
+  Sample sample;
+  sample.stamp = odometry.stamp;
+  sample.received = odometry.pose;
+  sample.covariance = odometry.covariance;
+  if (samples_.empty()) {
+    offset_ = Pose2{};
+  } else {
+    const Sample& last = samples_.back();
+    if (!moved) offset_ = compose(last.pose, relative(odometry.pose, Pose2{}));
+    if (moved && options_.use_covariance && last.covariance && odometry.covariance) {
+      sample.step_covariance =
+          covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
+    }
+  }
+  sample.pose = compose(offset_, odometry.pose);
+  samples_.push_back(sample);
+}
+
+OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry) {
+  if (samples_.empty()) {
+    push(odometry, false);
+    return Addition::added;
+  }
+  if (newest().toSec() > options_.length) {
+    forget_before(newest() - ros::Duration(options_.length));
+  }
+  const Sample& last = samples_.back();
+  if (continues(last.stamp, last.received, odometry)) {
+    suspects_.clear();
+    push(odometry, true);
+    return Addition::added;
+  }
+  return suspect(odometry);
+}
+
+OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry) {
+  const auto comes_late_after = [&](ros::Time stamp) {
+    const double duration = (odometry.stamp - stamp).toSec();
+    return duration <= 0.0 && duration >= -options_.jump_back;
+  };
+  const Sample& last = samples_.back();
+  if (comes_late_after(last.stamp)) return Addition::out_of_order;
+  if (!suspects_.empty()) {
+    const StampedOdometry& newest = suspects_.back();
+    if (comes_late_after(newest.stamp)) return Addition::out_of_order;
+    if (!continues(newest.stamp, newest.pose, odometry)) suspects_.clear();
+  }
+  if (suspects_.empty()) {
+    const double duration = (odometry.stamp - last.stamp).toSec();
+    const double distance =
+        std::hypot(odometry.pose.x - last.received.x, odometry.pose.y - last.received.y);
+    const bool is_gap =
+        duration > options_.max_gap && distance <= options_.max_speed * duration + kPositionSlack;
+    suspicion_ = duration < 0.0 ? Addition::time_jump
+                 : is_gap       ? Addition::time_gap
+                                : Addition::pose_jump;
+  }
+  suspects_.push_back(odometry);
+  const bool is_confirmed = static_cast<int>(suspects_.size()) >= options_.confirmations;
+  return is_confirmed ? believe_suspects() : suspicion_;
+}
+
+OdometryBuffer::Addition OdometryBuffer::believe_suspects() {
+  const std::vector<StampedOdometry> believed = std::move(suspects_);
+  if (suspicion_ == Addition::time_jump) samples_.clear();
+  suspects_.clear();
+  bool moved = suspicion_ == Addition::time_gap;
+  for (const StampedOdometry& odometry : believed) {
+    push(odometry, moved);
+    moved = true;
+  }
+  return suspicion_ == Addition::time_jump  ? Addition::time_jumped_back
+         : suspicion_ == Addition::time_gap ? Addition::gap_closed
+                                            : Addition::pose_jumped;
+}
+
+void OdometryBuffer::clear() {
+  samples_.clear();
+  suspects_.clear();
+}
+
+void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
+  progress->odometry_offset = offset_;
+  progress->odometry.clear();
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (i + 1 < samples_.size() && samples_[i + 1].stamp <= from) continue;
+    const Sample& sample = samples_[i];
+    progress->odometry.push_back({static_cast<std::int64_t>(sample.stamp.toNSec()), sample.received,
+                                  sample.pose, sample.covariance, sample.step_covariance});
+  }
+}
+
+void OdometryBuffer::resume(const SavedProgress& progress) {
+  clear();
+  offset_ = progress.odometry_offset;
+  for (const SavedOdometry& saved : progress.odometry) {
+    Sample sample;
+    sample.stamp.fromNSec(static_cast<std::uint64_t>(saved.stamp));
+    sample.received = saved.received;
+    sample.pose = saved.pose;
+    sample.covariance = saved.covariance;
+    sample.step_covariance = saved.step_covariance;
+    samples_.push_back(sample);
+  }
+}
+
+void OdometryBuffer::forget_before(ros::Time stamp) {
+  while (samples_.size() > 2 && samples_[1].stamp <= stamp) samples_.pop_front();
+}
+
+bool OdometryBuffer::covers(ros::Time stamp) const {
+  return !samples_.empty() && oldest() <= stamp && stamp <= newest();
+}
+
+Pose2 OdometryBuffer::pose_within(const Sample& first, const Sample& second, double share) const {
+  if (share <= 0.0) return first.pose;
+  if (share >= 1.0) return second.pose;
+  return compose(first.pose, part_of(relative(first.pose, second.pose), share));
+}
+
+OdometryIncrement OdometryBuffer::integrate(ros::Time from, ros::Time to,
+                                            const OdometryNoise& noise) const {
+  OdometryIncrement increment;
+  extend(from, to, noise, &increment);
+  return increment;
+}
+
+void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& noise,
+                            OdometryIncrement* increment) const {
+  if (!covers(from) || !covers(to) || from > to) {
+    throw Error("odometry from " + text_of(from) + " to " + text_of(to) +
+                (empty() ? " is not there: none received"
+                         : " is not covered: it reaches from " + text_of(oldest()) + " to " +
+                               text_of(newest())));
+  }
+  // First step that ends after `from`; observations are recent, so the search starts at the end.
+  std::size_t second = samples_.size() - 1;
+  while (second > 1 && samples_[second - 1].stamp > from) --second;
+  for (; from < to && second < samples_.size(); ++second) {
+    const Sample& a = samples_[second - 1];
+    const Sample& b = samples_[second];
+    const double step = (b.stamp - a.stamp).toSec();
+    const double begin = (std::max(from, a.stamp) - a.stamp).toSec() / step;
+    const double end = (std::min(to, b.stamp) - a.stamp).toSec() / step;
+    if (end <= begin) break;
+    const Pose2 start = pose_within(a, b, begin);
+    const Pose2 motion = relative(start, pose_within(a, b, end));
+    if (b.step_covariance) {
+      const double cosine = std::cos(increment->mean.heading);
+      const double sine = std::sin(increment->mean.heading);
+      Eigen::Matrix3d to_start = Eigen::Matrix3d::Identity();
+      to_start.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+      append(OdometryNoise::none(), motion, step * (end - begin), increment);
+      increment->covariance += (end - begin) * to_start * *b.step_covariance * to_start.transpose();
+    } else {
+      append(noise, motion, step * (end - begin), increment);
+    }
+    if (b.stamp >= to) break;
+  }
+}
+
+}  // namespace pf_resampling

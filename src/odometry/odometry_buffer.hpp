@@ -1,0 +1,125 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/checkpoint/checkpoint.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
+
+namespace pf_resampling {
+
+struct OdometryBufferOptions {
+  double length = 30.0;         ///< s of odometry that are kept
+  double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion
+  double max_turn_rate = 20.0;  ///< rad/s, likewise
+  double max_gap = 5.0;         ///< s; silence after which messages have to confirm one another
+  double jump_back = 1.0;       ///< s; older by more than this means that time itself jumped back
+  int confirmations = 5;        ///< messages in a row that are believed when they all jump alike
+  bool use_covariance = true;   ///< take the noise of a step from the growth of the messages'
+                                ///< covariance, where it grows
+};
+
+/// The parameters of the buffer, in the group "odometry_input".
+ParameterList parameters_of(OdometryBufferOptions* options);
+
+/// A pose of dead reckoning, in the odometry frame.
+struct StampedOdometry {
+  ros::Time stamp;
+  Pose2 pose;
+  std::optional<Eigen::Matrix3d> covariance;  ///< of (x, y, heading) since the start of odometry
+};
+
+/// Recent odometry, to be integrated between any two stamps within it.
+///
+/// A message that cannot be the continuation of the last one (it jumps in time or space) is held
+/// back until so many in a row (options.confirmations) continue one another, and none between them
+/// continues what was there before: false messages that come in pairs then change nothing, while
+/// a restarted odometry, or a bag played again, is believed after a few messages.
+class OdometryBuffer {
+ public:
+  enum class Addition {
+    added,
+    out_of_order,      ///< not newer than the last; dropped
+    time_jump,         ///< older by more than jump_back: held back until others confirm it
+    time_gap,          ///< newer by more than max_gap: likewise
+    pose_jump,         ///< faster than max_speed or max_turn_rate: likewise
+    time_jumped_back,  ///< the message that confirms a jump back: the buffer starts over with
+                       ///< those held back
+    gap_closed,        ///< the message that confirms a gap: those held back were added
+    pose_jumped,       ///< the message that confirms a jump of the pose: those held back were
+                       ///< added, the jump counts as no motion
+  };
+
+  explicit OdometryBuffer(const OdometryBufferOptions& options = {}) : options_(options) {}
+
+  /// Adds a pose; numbers have to be finite. What was more than options.length older than the
+  /// newest pose before this call is forgotten.
+  Addition add(const StampedOdometry& odometry);
+
+  void clear();
+
+  /// Saves what is kept from the last pose that is not after `from` on; goes on from there.
+  void save(ros::Time from, SavedProgress* progress) const;
+  void resume(const SavedProgress& progress);
+
+  bool empty() const { return samples_.empty(); }
+  int size() const { return static_cast<int>(samples_.size()); }
+  /// Stamps of the oldest and newest pose. Not to be called when empty.
+  ros::Time oldest() const { return samples_.front().stamp; }
+  ros::Time newest() const { return samples_.back().stamp; }
+  /// The newest pose as it was received.
+  const Pose2& newest_pose() const { return samples_.back().received; }
+
+  /// Whether `stamp` lies between the oldest and the newest pose, both included.
+  bool covers(ros::Time stamp) const;
+
+  /// Motion from `from` to `to`, in the frame of the robot at `from`; poses between messages are
+  /// interpolated at constant speed and turn rate. The noise of a step is the growth of the
+  /// messages' covariance where that grows, else `noise`. Throws Error when either stamp is not
+  /// covered or from > to.
+  OdometryIncrement integrate(ros::Time from, ros::Time to, const OdometryNoise& noise) const;
+
+  /// Appends that motion to an increment that ends at `from`.
+  void extend(ros::Time from, ros::Time to, const OdometryNoise& noise,
+              OdometryIncrement* increment) const;
+
+ private:
+  struct Sample {
+    ros::Time stamp;
+    Pose2 received;
+    Pose2 pose;  ///< as received, but continuous over jumps of the odometry
+    /// Growth of the covariance in this step (from the previous sample), in the frame of the robot
+    /// at the previous sample.
+    std::optional<Eigen::Matrix3d> step_covariance;
+    std::optional<Eigen::Matrix3d> covariance;
+  };
+
+  bool continues(ros::Time stamp, const Pose2& pose, const StampedOdometry& next) const;
+  void push(const StampedOdometry& odometry, bool moved);
+  Addition suspect(const StampedOdometry& odometry);
+  Addition believe_suspects();
+  void forget_before(ros::Time stamp);
+  Pose2 pose_within(const Sample& first, const Sample& second, double share) const;
+
+  OdometryBufferOptions options_;
+  std::deque<Sample> samples_;
+  Pose2 offset_;  // from poses as received to continuous ones: nothing until the odometry jumps
+  std::vector<StampedOdometry> suspects_;  // held back: each continues the one before it
+  Addition suspicion_ = Addition::added;   // of the first of them
+};
+
+/// Growth of the covariance of dead reckoning over one step from `from` to `to`, in the frame of
+/// the robot at `from`: Q in after = F before F' + R Q R', F moving the lever arm. Nothing when it
+/// does not grow as a covariance has to (a constant one, for instance, says nothing about the
+/// step).
+std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2& to,
+                                                 const Eigen::Matrix3d& before,
+                                                 const Eigen::Matrix3d& after);
+
+}  // namespace pf_resampling

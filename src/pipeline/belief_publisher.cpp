@@ -1,0 +1,143 @@
+#include "src/pipeline/belief_publisher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/pictures/markers.hpp"
+
+namespace pf_resampling {
+namespace {
+
+bool is_finite(const FilterStatus& status) {
+  bool finite = std::isfinite(status.effective_sample_size) &&
+                std::isfinite(status.entropy_sample_size) && std::isfinite(status.log_likelihood) &&
+                std::isfinite(status.innovation) && std::isfinite(status.innovation_sigma) &&
+                std::isfinite(status.yaw_rate_bias) && std::isfinite(status.yaw_rate_bias_sigma);
+  for (const CalibrationStatus& radio : status.calibration) {
+    finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
+             std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);
+  }
+  return finite;
+}
+
+}  // namespace
+
+void add_parameters(OutputOptions* output, ParameterList* list) {
+  const auto period = [&](const char* name, double* field, const char* help) {
+    list->push_back(real_parameter(name, field, 0.0, 1e6, "s", help));
+  };
+  period("output/cloud_period", &output->cloud_period,
+         "Between particle clouds; 0: with every odometry message.");
+  period("output/marker_period", &output->marker_period, "Between markers.");
+  period("output/path_period", &output->path_period, "Between paths.");
+  list->push_back(real_parameter("output/path_spacing", &output->path_spacing, 0.0, 1e6, "m",
+                                 "Between poses of the path."));
+  list->push_back(real_above_parameter("output/path_max_sigma", &output->path_max_sigma, 0.0, 1e9,
+                                       "m", "Less certain positions are not put on the path."));
+  list->push_back(integer_parameter("output/path_length", &output->path_length, 10, 10000000,
+                                    "Poses; every second is left out when the path gets longer."));
+  period("output/diagnostics_period", &output->diagnostics_period, "Between diagnostics.");
+}
+
+bool is_due(double period, ros::Time stamp, ros::Time* last) {
+  // A little less than the period, so that rounded stamps do not skip a message.
+  if (!last->isZero() && stamp >= *last && (stamp - *last).toSec() < period - 1e-4) return false;
+  *last = stamp;
+  return true;
+}
+
+double position_sigma(const PoseEstimate& estimate) {
+  return std::sqrt(std::max(0.0, estimate.covariance(0, 0) + estimate.covariance(1, 1)));
+}
+
+void BeliefPublisher::publish_pose(ros::Time stamp, const PoseEstimate& belief, const Pose2& base) {
+  if (!is_finite(belief.mean) || !belief.covariance.allFinite()) return hold_back();
+  if (sinks_->estimate) sinks_->estimate(stamp, belief);
+  if (sinks_->pose) {
+    geometry_msgs::PoseWithCovarianceStamped message;
+    message.header.stamp = stamp;
+    message.header.frame_id = frames_.map;
+    message.pose.pose = to_pose_message(belief.mean);
+    message.pose.covariance = to_covariance_message(belief.covariance);
+    sinks_->pose(message);
+  }
+  if (sinks_->transform) {
+    // map -> odom such that the robot is where it is believed: map -> base = map -> odom -> base.
+    const Pose2 odom = compose(belief.mean, relative(base, Pose2{}));
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = stamp + ros::Duration(frames_.transform_tolerance);
+    transform.header.frame_id = frames_.map;
+    transform.child_frame_id = frames_.odom;
+    transform.transform.translation.x = odom.x;
+    transform.transform.translation.y = odom.y;
+    transform.transform.rotation = to_quaternion_message(odom.heading);
+    sinks_->transform(transform);
+  }
+  if (sinks_->path && position_sigma(belief) <= options_.path_max_sigma) {
+    path_.add(stamp, frames_.map, belief.mean);
+  }
+}
+
+void BeliefPublisher::publish_clouds(ros::Time stamp, const ParticleView& particles,
+                                     const Pose2& motion) {
+  if (!wants_clouds() || !is_due(options_.cloud_period, stamp, &last_cloud_)) return;
+  if (sinks_->particlecloud) {
+    geometry_msgs::PoseArray cloud = to_pose_array(particles, motion);
+    cloud.header.stamp = stamp;
+    cloud.header.frame_id = frames_.map;
+    if (std::all_of(cloud.poses.begin(), cloud.poses.end(),
+                    [](const geometry_msgs::Pose& pose) { return is_finite(pose); })) {
+      sinks_->particlecloud(cloud);
+    } else {
+      hold_back();
+    }
+  }
+  if (sinks_->particles) {
+    sensor_msgs::PointCloud2 cloud = to_point_cloud(particles, motion);
+    cloud.header.stamp = stamp;
+    cloud.header.frame_id = frames_.map;
+    if (is_finite(cloud)) {
+      sinks_->particles(cloud);
+    } else {
+      hold_back();
+    }
+  }
+}
+
+void BeliefPublisher::publish_path(ros::Time stamp) {
+  if (!sinks_->path || path_.path().poses.empty()) return;
+  if (is_due(options_.path_period, stamp, &last_path_)) sinks_->path(path_.path());
+}
+
+void BeliefPublisher::publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
+                                   const std::function<std::vector<Pose2>()>& poses) {
+  if (!sinks_->path || stamps.empty() || !is_due(options_.path_period, stamp, &last_path_)) return;
+  const std::vector<Pose2> all = poses();
+  PathRecorder path(options_.path_spacing, options_.path_length);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!is_finite(all[i])) return hold_back();
+    path.add(stamps[i], frames_.map, all[i]);
+  }
+  sinks_->path(path.path());
+}
+
+void BeliefPublisher::publish_markers(const visualization_msgs::MarkerArray& markers) {
+  if (!sinks_->markers) return;
+  visualization_msgs::MarkerArray finite;
+  for (const visualization_msgs::Marker& marker : markers.markers) {
+    if (is_finite(marker)) {
+      finite.markers.push_back(marker);
+    } else {
+      hold_back();
+    }
+  }
+  sinks_->markers(finite);
+}
+
+void BeliefPublisher::publish_status(const FilterStatus& status) {
+  if (!sinks_->status) return;
+  if (!is_finite(status)) return hold_back();
+  sinks_->status(status);
+}
+
+}  // namespace pf_resampling

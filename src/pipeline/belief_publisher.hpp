@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "src/frames/frame_names.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/pictures/path_recorder.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
+
+namespace pf_resampling {
+
+/// How much of what is for looking at is given out.
+struct OutputOptions {
+  double cloud_period = 0.5;        ///< s between particle clouds; 0: with all odometry messages
+  double marker_period = 0.5;       ///< s between markers
+  double path_period = 2.0;         ///< s between paths
+  double path_spacing = 0.5;        ///< m between poses of the path
+  double path_max_sigma = 3.0;      ///< m; less certain positions are not put on the path
+  int path_length = 10000;          ///< poses; a path that gets longer is thinned
+  double diagnostics_period = 1.0;  ///< s between diagnostics
+};
+
+/// Adds them as parameters, in the group "output".
+void add_parameters(OutputOptions* output, ParameterList* list);
+
+/// Whether a period (s) has gone by since *last, which is then set to `stamp`.
+bool is_due(double period, ros::Time stamp, ros::Time* last);
+
+/// Standard deviation of the position, m.
+double position_sigma(const PoseEstimate& estimate);
+
+/// Gives out a filter's belief: pose, map -> odom, path, particle clouds, markers and status. What
+/// is not finite (of the markers: each that is not) is held back and counted.
+class BeliefPublisher {
+ public:
+  /// The sinks have to outlive it.
+  BeliefPublisher(const FrameNames& frames, const OutputOptions& options,
+                  const PipelineSinks* sinks)
+      : frames_(frames),
+        options_(options),
+        sinks_(sinks),
+        path_(options.path_spacing, options.path_length) {}
+
+  /// `base`: the robot in the odometry frame at `stamp`.
+  void publish_pose(ros::Time stamp, const PoseEstimate& belief, const Pose2& base);
+  /// The particles, each moved by `motion`, in its own frame; when they are due.
+  void publish_clouds(ros::Time stamp, const ParticleView& particles, const Pose2& motion);
+  bool wants_clouds() const { return sinks_->particlecloud || sinks_->particles; }
+  /// The path driven as it was believed at the time, when it is due.
+  void publish_path(ros::Time stamp);
+  /// Likewise a path that is known otherwise: `poses` at `stamps`, as many. Poses nearer to the one
+  /// before than path_spacing are left out.
+  void publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
+                    const std::function<std::vector<Pose2>()>& poses);
+  void publish_markers(const visualization_msgs::MarkerArray& markers);
+  void publish_status(const FilterStatus& status);
+  /// The next path is due, whenever the last one was.
+  void hurry_path() { last_path_ = ros::Time(); }
+
+  void clear_path() { path_.clear(); }
+  /// Counts a message that was not given out for being not finite.
+  void hold_back() { ++held_back_; }
+  std::uint64_t held_back() const { return held_back_; }
+
+ private:
+  FrameNames frames_;
+  OutputOptions options_;
+  const PipelineSinks* sinks_;
+  PathRecorder path_;
+  std::uint64_t held_back_ = 0;
+  ros::Time last_cloud_, last_path_;
+};
+
+}  // namespace pf_resampling
