@@ -4,7 +4,7 @@
 
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/strategy/summary.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/given_particles_message.hpp"
 #include "src/messages/input_checks.hpp"
@@ -36,7 +36,7 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options, Be
     : options_(options),
       sinks_(std::move(sinks)),
       names_(names_of(options)),
-      strategy_(strategy_of(options.filter.population, options.filter.excitation)),
+      strategy_(strategy_of(options.filter.strategy)),
       odometry_(options.odometry_input),
       publisher_(options.frames, options.output, &sinks_) {
   validate(options_.filter);
@@ -203,7 +203,7 @@ void BeaconMclPipeline::set_parameters(const std::map<std::string, std::string>&
   }
   refused_.clear();
   options_.filter = options.filter;
-  strategy_ = strategy_of(options_.filter.population, options_.filter.excitation);
+  strategy_ = strategy_of(options_.filter.strategy);
   log(LogLevel::info, "strategy: " + strategy_);
 }
 

@@ -5,7 +5,7 @@
 
 #include "fastslam_node/landmark_checks.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/strategy/summary.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/given_particles_message.hpp"
 #include "src/messages/input_checks.hpp"
@@ -32,7 +32,7 @@ RangeBearingObservation to_observation(const LandmarkObservation& message) {
 FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options, FastSlamSinks sinks)
     : options_(options),
       sinks_(std::move(sinks)),
-      strategy_(strategy_of(options.filter.population, options.filter.excitation)),
+      strategy_(strategy_of(options.filter.strategy)),
       starts_frozen_(options.filter.map.frozen),
       tags_(FramePattern(options.tag_pattern), options.frames),
       filter_(options.filter, static_cast<std::uint64_t>(options.seed)),
@@ -153,7 +153,7 @@ void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& 
     starts_frozen_ = options.filter.map.frozen;
   }
   options_.filter = options.filter;
-  strategy_ = strategy_of(options_.filter.population, options_.filter.excitation);
+  strategy_ = strategy_of(options_.filter.strategy);
   log(LogLevel::info, "strategy: " + strategy_);
 }
 

@@ -344,7 +344,7 @@ TEST(BeaconMclPipeline, RefusedParametersChangeNothingAndSayWhy) {
   EXPECT_THROW(run.pipeline.set_parameters(
                    {{"population/renewal", "compensation"}, {"population/threshold", "7"}}),
                Error);
-  EXPECT_EQ(run.pipeline.filter()->options().population.renewal, Renewal::resampling);
+  EXPECT_EQ(run.pipeline.filter()->options().strategy.renewal, Renewal::resampling);
   run.feed(BeaconMclDrive::messages(5.0, 6.0));
   EXPECT_NE(run.out.statuses.back().refused.find("population/threshold"), std::string::npos);
   EXPECT_EQ(run.out.statuses.back().strategy.find("compensation"), std::string::npos);

@@ -104,26 +104,26 @@ TEST(CompensationVariants, HaveNamesOfTheirOwnAndOptionsThatMakeSense) {
     return options_of(compensation_variants({name}).front(), base);
   };
   const FastSlamOptions gentle = options("compensation random 20 %");
-  EXPECT_EQ(gentle.population.renewal, Renewal::compensation);
-  EXPECT_EQ(gentle.population.compensation.pairing, Pairing::random);
-  EXPECT_EQ(gentle.population.compensation.ratio, 0.2);
-  EXPECT_EQ(options("RSR").population.resampling.scheme, ResamplingScheme::residual_systematic);
+  EXPECT_EQ(gentle.strategy.renewal, Renewal::compensation);
+  EXPECT_EQ(gentle.strategy.compensation.pairing, Pairing::random);
+  EXPECT_EQ(gentle.strategy.compensation.ratio, 0.2);
+  EXPECT_EQ(options("RSR").strategy.resampling.scheme, ResamplingScheme::residual_systematic);
   EXPECT_EQ(options("RSR M=500").particles, 500);
-  EXPECT_EQ(options("compensation T_N=1").population.threshold, 1.0);
+  EXPECT_EQ(options("compensation T_N=1").strategy.threshold, 1.0);
 }
 
 TEST(PaperK, HasTheNumbersOfItsSection4) {
   const FastSlamOptions options = paper_k_options();
   EXPECT_EQ(options.particles, 100);
-  EXPECT_EQ(options.population.threshold, 0.75);
-  EXPECT_EQ(options.population.resampling.rank_max, 1.5);
+  EXPECT_EQ(options.strategy.threshold, 0.75);
+  EXPECT_EQ(options.strategy.resampling.rank_max, 1.5);
   EXPECT_EQ(options.sensor.range_sigma, 0.1);
   EXPECT_NEAR(options.sensor.bearing_sigma, kPi / 180.0, 1e-8);
   // White noise of 0.3 m/s and 3 degrees/s, drawn anew every 25 ms, over one second: the sum of 40
   // independent steps of 0.3 * 0.025 m.
   EXPECT_NEAR(options.odometry.along_per_time, 0.3 * 0.025 * std::sqrt(40.0), 1e-8);
   EXPECT_NEAR(options.odometry.heading_per_time, 3.0 * kPi / 180.0 * 0.025 * std::sqrt(40.0), 1e-8);
-  EXPECT_EQ(options.excitation.excitation, Excitation::none);
+  EXPECT_EQ(options.strategy.excitation.method, Excitation::none);
 }
 
 // What the file leaves out would follow the defaults, which may change. A parameter that is new

@@ -66,9 +66,9 @@ TEST(Configuration, TheParameterServerGivesTheSame) {
   BeaconMclPipelineOptions options;
   apply(configuration, &options);
   EXPECT_EQ(options.filter.particles, 300);
-  EXPECT_EQ(options.filter.population.threshold, 0.1 + 0.2);
-  EXPECT_EQ(options.filter.population.resampling.scheme, ResamplingScheme::ssp);
-  EXPECT_TRUE(options.filter.excitation.keep_variance);
+  EXPECT_EQ(options.filter.strategy.threshold, 0.1 + 0.2);
+  EXPECT_EQ(options.filter.strategy.resampling.scheme, ResamplingScheme::ssp);
+  EXPECT_TRUE(options.filter.strategy.excitation.keep_variance);
   EXPECT_EQ(options.filter.calibration.estimation, CalibrationEstimation::off);
 }
 

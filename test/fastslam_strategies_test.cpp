@@ -19,19 +19,19 @@ constexpr double kLost = 0.5;  // m
 
 TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
   FastSlamPipelineOptions options = Drive::options();
-  options.filter.population.schedule = Schedule::every_n;
-  options.filter.population.every_n = 5;
-  options.filter.population.renewal = Renewal::resampling;
-  options.filter.population.resampling.scheme = ResamplingScheme::stratified;
+  options.filter.strategy.schedule = Schedule::every_n;
+  options.filter.strategy.every_n = 5;
+  options.filter.strategy.renewal = Renewal::resampling;
+  options.filter.strategy.resampling.scheme = ResamplingScheme::stratified;
   FastSlamRig resampling(options);
   resampling.feed(Drive::messages(40.0));
   EXPECT_EQ(resampling.out.statuses.back().strategy, "every_n 5, resampling stratified, none");
   EXPECT_LT(resampling.error(), kLost);
   EXPECT_LT(resampling.map_error(), kLost);
 
-  options.filter.population.renewal = Renewal::compensation;
-  options.filter.population.compensation.pairing = Pairing::roulette;
-  options.filter.population.compensation.ratio = 0.5;
+  options.filter.strategy.renewal = Renewal::compensation;
+  options.filter.strategy.compensation.pairing = Pairing::roulette;
+  options.filter.strategy.compensation.ratio = 0.5;
   FastSlamRig compensation(options);
   compensation.feed(Drive::messages(40.0));
   EXPECT_EQ(compensation.out.statuses.back().strategy,
@@ -89,7 +89,7 @@ TEST(FastSlamPipeline, ASwitchOfStrategyLeavesEveryParticleAndLandmarkAsItIs) {
   const auto strategies = all_strategies();
   ASSERT_GE(strategies.size(), 50u);
   FastSlamPipelineOptions options = Drive::options();
-  options.filter.population.threshold = 1.0;  // renews with every scan
+  options.filter.strategy.threshold = 1.0;  // renews with every scan
   FastSlamRig run(options);
   const auto contents = [&] {
     run.pipeline.save_map(directory.file("map"));

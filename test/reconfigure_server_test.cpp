@@ -61,15 +61,15 @@ TEST(ReconfigureServer, RangesAndDefaultsAreThoseOfTheDescription) {
 TEST(ReconfigureServer, ValuesSurviveTheWayThroughMessages) {
   BeaconMclPipelineOptions options;
   options.filter.particles = 1234;
-  options.filter.population.threshold = 0.1 + 0.2;  // needs all 17 digits
-  options.filter.population.renewal = Renewal::compensation;
+  options.filter.strategy.threshold = 0.1 + 0.2;  // needs all 17 digits
+  options.filter.strategy.renewal = Renewal::compensation;
   options.filter.recovery.enabled = false;
   const auto values = values_of(to_config(live_parameters_of(&options)));
   BeaconMclPipelineOptions read;
   set_parameters(live_parameters_of(&read), values);
   EXPECT_EQ(read.filter.particles, 1234);
-  EXPECT_EQ(read.filter.population.threshold, 0.1 + 0.2);
-  EXPECT_EQ(read.filter.population.renewal, Renewal::compensation);
+  EXPECT_EQ(read.filter.strategy.threshold, 0.1 + 0.2);
+  EXPECT_EQ(read.filter.strategy.renewal, Renewal::compensation);
   EXPECT_FALSE(read.filter.recovery.enabled);
 }
 

@@ -26,7 +26,7 @@ CommandLine command_line() {
                  "landmark observations")("seed", po::value<std::string>()->value_name("N"),
                                           "of the random numbers (1)")(
       "threads", po::value<std::string>()->value_name("N"),
-      "of computation (1); the result does not depend on it")(
+      "beacon_mcl: of computation (1); the result does not depend on it")(
       "no-clouds", "leave out what is for looking at: clouds, path, markers")(
       "pose-only", "write pose and tf only")(
       "load-map", po::value<std::string>()->value_name("FILE"),

@@ -125,8 +125,8 @@ BeaconMclOptions same_work(int particles, int threads) {
   BeaconMclOptions options;
   options.particles = particles;
   options.threads = threads;
-  options.population.schedule = Schedule::always;
-  options.excitation.excitation = Excitation::none;
+  options.strategy.schedule = Schedule::always;
+  options.strategy.excitation.method = Excitation::none;
   options.ranges.sigma = kSigma;
   options.calibration.estimation = CalibrationEstimation::off;
   options.noise_estimation.ranges = false;

@@ -28,13 +28,13 @@ FastSlamOptions options_for(Kind kind, DataAssociation association) {
   FastSlamOptions options;
   options.particles = kParticles;
   options.association.method = association;
-  options.population.schedule = kind == Kind::nothing ? Schedule::never : Schedule::always;
-  options.population.renewal = kind == Kind::keep || kind == Kind::moment_matched
-                                   ? Renewal::compensation
-                                   : Renewal::resampling;
-  options.population.compensation.covariance = kind == Kind::moment_matched
-                                                   ? CovarianceTreatment::moment_matched
-                                                   : CovarianceTreatment::keep;
+  options.strategy.schedule = kind == Kind::nothing ? Schedule::never : Schedule::always;
+  options.strategy.renewal = kind == Kind::keep || kind == Kind::moment_matched
+                                 ? Renewal::compensation
+                                 : Renewal::resampling;
+  options.strategy.compensation.covariance = kind == Kind::moment_matched
+                                                 ? CovarianceTreatment::moment_matched
+                                                 : CovarianceTreatment::keep;
   return options;
 }
 

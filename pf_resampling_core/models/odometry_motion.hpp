@@ -3,15 +3,16 @@
 #include <Eigen/Core>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
 
 namespace pf_resampling {
 
 /// Noise of dead reckoning, as variance per distance driven, angle turned and time passed.
 struct OdometryNoise {
-  double translation_per_distance =
-      0.05;  ///< standard deviation of the distance after one metre, m/sqrt(m)
-  double slip_per_distance =
-      0.05;  ///< standard deviation of the lateral offset after one metre, m/sqrt(m)
+  /// Standard deviation of the distance after one metre, m/sqrt(m).
+  double translation_per_distance = 0.05;
+  /// Standard deviation of the sideways offset after one metre, m/sqrt(m).
+  double slip_per_distance = 0.05;
   double heading_per_distance = 0.01;   ///< rad/sqrt(m)
   double heading_per_angle = 0.05;      ///< rad/sqrt(rad)
   double heading_per_time = 0.003;      ///< rad/sqrt(s)
@@ -22,8 +23,11 @@ struct OdometryNoise {
   static OdometryNoise none() { return {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}; }
 };
 
+/// The parameters odometry/..., bound to `noise`, which must outlive the list.
+void add_parameters(OdometryNoise* noise, ParameterList* parameters);
+
 /// Odometry between two observations, integrated once for all particles: a Gaussian over the motion
-/// in the body frame of its start (FastSLAM: K section 2; MCL: M section III).
+/// in the body frame of its start (FastSLAM: Kwak section 2; MCL: Mahmoud section III).
 struct OdometryIncrement {
   double duration = 0.0;  ///< s
   Pose2 mean;             ///< motion, in the frame of the robot at the start

@@ -223,8 +223,9 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
       nearest = &parameter;
     }
   }
-  throw Error("parameter " + name + " is unknown" +
-              (nearest == nullptr ? std::string() : "; did you mean " + nearest->name + "?"));
+  const bool is_near = nearest != nullptr && edit_distance(nearest->name, name) <= name.size() / 2;
+  throw Error("parameter " + name + " is unknown; " +
+              (is_near ? "did you mean " + nearest->name + "?" : "leave it out"));
 }
 
 void set_parameters(const ParameterList& parameters,

@@ -125,18 +125,12 @@ const std::vector<Pairing>& all_pairings() {
 std::string to_string(Pairing pairing) {
   return kPairings.name(pairing);
 }
-Pairing pairing_from_string(const std::string& name) {
-  return kPairings.value(name);
-}
 
 const std::vector<CovarianceTreatment>& all_covariance_treatments() {
   return kCovarianceTreatments.values();
 }
 std::string to_string(CovarianceTreatment treatment) {
   return kCovarianceTreatments.name(treatment);
-}
-CovarianceTreatment covariance_treatment_from_string(const std::string& name) {
-  return kCovarianceTreatments.value(name);
 }
 
 const std::vector<CompensatedWeights>& all_compensated_weights() {
@@ -145,8 +139,21 @@ const std::vector<CompensatedWeights>& all_compensated_weights() {
 std::string to_string(CompensatedWeights policy) {
   return kCompensatedWeights.name(policy);
 }
-CompensatedWeights compensated_weights_from_string(const std::string& name) {
-  return kCompensatedWeights.value(name);
+
+void add_parameters(CompensationOptions* options, ParameterList* parameters) {
+  const std::string group = "population/compensation/";
+  parameters->push_back(
+      choice_parameter(group + "pairing", &options->pairing, all_pairings(),
+                       "How a weak particle finds the strong one it is blended with."));
+  parameters->push_back(
+      real_above_parameter(group + "ratio", &options->ratio, 0.0, 1.0, "",
+                           "Share of the weak half that is compensated, worst first."));
+  parameters->push_back(choice_parameter(group + "covariance", &options->covariance,
+                                         all_covariance_treatments(),
+                                         "What becomes of a blended landmark's covariance."));
+  parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
+                                         all_compensated_weights(),
+                                         "Weights after a compensation."));
 }
 
 CompensationResult compensate(const CompensationOptions& options, ConstArray weights,

@@ -4,13 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
 
-/// How a weak particle finds the strong one it is blended with (K Table V).
+/// How a weak particle finds the strong one it is blended with (Kwak Table V).
 enum class Pairing {
   rank,      ///< the worst with the best, the second worst with the second best, ...
   random,    ///< any of the strong half
@@ -18,39 +19,39 @@ enum class Pairing {
 };
 const std::vector<Pairing>& all_pairings();
 std::string to_string(Pairing pairing);
-Pairing pairing_from_string(const std::string& name);
 
 /// What becomes of a blended landmark's covariance.
 enum class CovarianceTreatment {
-  keep,            ///< the weak particle's own (K section 5.1)
+  keep,            ///< the weak particle's own (Kwak section 5.1)
   moment_matched,  ///< a·Σ_l + b·Σ_h + a·b·d·dᵀ, d the difference of the means
 };
 const std::vector<CovarianceTreatment>& all_covariance_treatments();
 std::string to_string(CovarianceTreatment treatment);
-CovarianceTreatment covariance_treatment_from_string(const std::string& name);
 
 /// The weights after a compensation.
 enum class CompensatedWeights {
-  reset,      ///< all 1/M (K)
+  reset,      ///< all 1/M (Kwak)
   pair_mean,  ///< both of a pair get the mean of their weights; a strong one with several weak ones
               ///< shares the mean with all of them
 };
 const std::vector<CompensatedWeights>& all_compensated_weights();
 std::string to_string(CompensatedWeights policy);
-CompensatedWeights compensated_weights_from_string(const std::string& name);
 
 struct CompensationOptions {
   Pairing pairing = Pairing::rank;
-  /// Share of the weak half that is compensated, worst first, in (0, 1] (K Table VI); rounded to
+  /// Share of the weak half that is compensated, worst first, in (0, 1] (Kwak Table VI); rounded to
   /// the nearest whole number of particles, and at least one.
   double ratio = 1.0;
   CovarianceTreatment covariance = CovarianceTreatment::keep;
   CompensatedWeights weights_after = CompensatedWeights::reset;
 };
 
+/// The parameters population/compensation/..., bound to `options`, which must outlive the list.
+void add_parameters(CompensationOptions* options, ParameterList* parameters);
+
 /// One weak particle to be blended with a strong one: low <- share·low + (1 - share)·high.
-/// K eqs. 7 and 8 with the pair's weights normalised: as printed they are not convex and the filter
-/// diverges.
+/// Kwak eqs. 7 and 8 with the pair's weights normalised: as printed they are not convex and the
+/// filter diverges.
 struct BlendPair {
   int low = 0;
   int high = 0;
@@ -63,7 +64,7 @@ struct CompensationResult {
   Eigen::ArrayXd log_weights;    ///< normalised, afterwards
 };
 
-/// Compensation instead of resampling (K section 5). Weak are the particles below the median
+/// Compensation instead of resampling (Kwak section 5). Weak are the particles below the median
 /// weight: the first ⌊M/2⌋ in ascending order of weight, ties by slot; the others are strong.
 /// `weights`: normalised, linear, at least one. Two particles of weight zero share equally. Uniform
 /// number i of the stream chooses the partner of the i-th worst (`random`, `roulette`). O(M log M).

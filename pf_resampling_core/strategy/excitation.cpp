@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
@@ -11,12 +12,6 @@
 
 namespace pf_resampling {
 namespace {
-
-const EnumNames<Excitation> kExcitations{"excitation",
-                                         {{Excitation::none, "none"},
-                                          {Excitation::gaussian, "gaussian"},
-                                          {Excitation::regularized, "regularized"},
-                                          {Excitation::roughening, "roughening"}}};
 
 constexpr double kDimensions = 3.0;
 
@@ -42,7 +37,7 @@ void perturb(const double root[6], double pull, const Pose2& centre, std::int64_
   }
 }
 
-Perturbation fixed_deviations(const ExcitationOptions& options) {
+Perturbation fixed_deviations(const ExcitationOptions& options, ConstArray, const PoseArrays&) {
   Perturbation perturbation;
   perturbation.root.diagonal() << options.sigma_position, options.sigma_position,
       options.sigma_heading;
@@ -68,7 +63,7 @@ Perturbation regularization(const ExcitationOptions& options, ConstArray weights
 // Gordon, Salmond, Smith (1993): per coordinate, in proportion to its range over the population.
 // That of the headings is taken about the first one, so that a cloud astride of pi does not pass
 // for a full circle.
-Perturbation roughening(const ExcitationOptions& options, const PoseArrays& poses) {
+Perturbation roughening(const ExcitationOptions& options, ConstArray, const PoseArrays& poses) {
   double lowest = 0.0;
   double highest = 0.0;
   for (Eigen::Index i = 0; i < poses.heading.size(); ++i) {
@@ -99,38 +94,73 @@ void hold_first_copies(ConstIndices ancestors, ExcitationWorkspace* workspace) {
   }
 }
 
-Perturbation perturbation_for(const ExcitationOptions& options, ConstArray weights,
-                              const PoseArrays& poses) {
-  switch (options.excitation) {
-    case Excitation::none:
-      break;
-    case Excitation::gaussian:
-      return fixed_deviations(options);
-    case Excitation::regularized:
-      return regularization(options, weights, poses);
-    case Excitation::roughening:
-      return roughening(options, poses);
+// The one table of excitations: their names, parameters and tests come from it.
+struct ExcitationRow {
+  Excitation excitation;
+  const char* name;  // as users write it
+  Perturbation (*perturbation)(const ExcitationOptions& options, ConstArray weights,
+                               const PoseArrays& poses);  // null: none
+};
+constexpr ExcitationRow kExcitations[] = {
+    {Excitation::none, "none", nullptr},
+    {Excitation::gaussian, "gaussian", fixed_deviations},
+    {Excitation::regularized, "regularized", regularization},
+    {Excitation::roughening, "roughening", roughening},
+};
+
+const EnumNames<Excitation>& excitation_names() {
+  static const EnumNames<Excitation> names = [] {
+    std::vector<std::pair<Excitation, std::string>> list;
+    for (const ExcitationRow& row : kExcitations) list.emplace_back(row.excitation, row.name);
+    return EnumNames<Excitation>("excitation", list);
+  }();
+  return names;
+}
+
+const ExcitationRow& row_of(Excitation excitation) {
+  for (const ExcitationRow& row : kExcitations) {
+    if (row.excitation == excitation) return row;
   }
-  return {};
+  throw Error("excitation " + std::to_string(static_cast<int>(excitation)) + " is unknown");
 }
 
 }  // namespace
 
 const std::vector<Excitation>& all_excitations() {
-  return kExcitations.values();
+  return excitation_names().values();
 }
 std::string to_string(Excitation excitation) {
-  return kExcitations.name(excitation);
+  return excitation_names().name(excitation);
 }
 Excitation excitation_from_string(const std::string& name) {
-  return kExcitations.value(name);
+  return excitation_names().value(name);
+}
+
+void add_parameters(ExcitationOptions* options, ParameterList* parameters) {
+  ParameterList& list = *parameters;
+  list.push_back(choice_parameter("excitation/method", &options->method, all_excitations(),
+                                  "Perturbation of the particles after a renewal."));
+  list.push_back(real_parameter("excitation/sigma_position", &options->sigma_position, 0.0, 100.0,
+                                "m", "gaussian: standard deviation per axis."));
+  list.push_back(real_parameter("excitation/sigma_heading", &options->sigma_heading, 0.0, 3.2,
+                                "rad", "gaussian: standard deviation of the heading."));
+  list.push_back(real_parameter("excitation/bandwidth_scale", &options->bandwidth_scale, 0.0, 2.0,
+                                "", "regularized: multiple of Silverman's bandwidth."));
+  list.push_back(
+      boolean_parameter("excitation/keep_variance", &options->keep_variance,
+                        "regularized: pull towards the mean so that the variance is kept."));
+  list.push_back(real_parameter("excitation/roughening_scale", &options->roughening_scale, 0.0, 1.0,
+                                "", "roughening: Gordon's K."));
+  list.push_back(boolean_parameter("excitation/duplicates_only", &options->duplicates_only,
+                                   "Leave the first copy of each ancestor where it is."));
 }
 
 void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIndices ancestors,
             const RandomStream& stream, PoseArrays poses, ExcitationWorkspace* workspace) {
   const Eigen::Index count = poses.x.size();
-  if (options.excitation == Excitation::none || count == 0) return;
-  const Perturbation perturbation = perturbation_for(options, linear_weights, poses);
+  const ExcitationRow& excitation = row_of(options.method);
+  if (excitation.perturbation == nullptr || count == 0) return;
+  const Perturbation perturbation = excitation.perturbation(options, linear_weights, poses);
 
   workspace->normals.resize(4 * count);
   double* z = workspace->normals.data();

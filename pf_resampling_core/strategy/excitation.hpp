@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
 
-/// Gaussian perturbation of every particle after a renewal (M section III: "adding a Gaussian
-/// perturbation around each particle position"), against impoverishment.
+/// Gaussian perturbation of every particle after a renewal (Mahmoud section III: "adding a Gaussian
+/// perturbation around each particle position"), against impoverishment. To add one: a line here,
+/// and in excitation.cpp a function and a line in the table.
 enum class Excitation {
   none,
   gaussian,     ///< fixed standard deviations
@@ -21,18 +23,22 @@ enum class Excitation {
 };
 const std::vector<Excitation>& all_excitations();
 std::string to_string(Excitation excitation);
+/// Throws Error that lists the known names when `name` is none of them.
 Excitation excitation_from_string(const std::string& name);
 
 struct ExcitationOptions {
-  Excitation excitation = Excitation::regularized;
+  Excitation method = Excitation::regularized;
   double sigma_position = 0.05;  ///< gaussian: per axis, m, >= 0
   double sigma_heading = 0.01;   ///< gaussian: rad, >= 0
   double bandwidth_scale = 0.5;  ///< regularized: multiple of Silverman's bandwidth, in [0, 2]
-  bool keep_variance =
-      false;  ///< regularized: shrink towards the mean so that the variance is kept (West 1993)
+  /// regularized: shrink towards the mean so that the variance is kept (West 1993).
+  bool keep_variance = false;
   double roughening_scale = 0.05;  ///< roughening: K, in [0, 1]; Gordon uses 0.2
   bool duplicates_only = false;    ///< leave the first copy of each ancestor where it is
 };
+
+/// The parameters excitation/..., bound to `options`, which must outlive the list.
+void add_parameters(ExcitationOptions* options, ParameterList* parameters);
 
 /// Poses of all particles, structure of arrays, same sizes; heading in radians.
 struct PoseArrays {

@@ -4,56 +4,85 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 
 namespace pf_resampling {
+
+// Each in a file of its own: schemes/<name>.cpp.
+DrawCounts multinomial, residual, stratified, partial, rank_based, ssp, killing;
+LogWeightsAfter log_weights_after_partial, log_weights_after_rank_based;
+
 namespace {
 
-template <typename Enum>
-struct Named {
-  Enum value;
-  const char* name;
-};
-
-constexpr Named<ResamplingScheme> kSchemes[] = {
-    {ResamplingScheme::multinomial, "multinomial"},
-    {ResamplingScheme::residual, "residual"},
-    {ResamplingScheme::systematic, "systematic"},
-    {ResamplingScheme::residual_systematic, "residual_systematic"},
-    {ResamplingScheme::residual_then_systematic, "residual_then_systematic"},
-    {ResamplingScheme::stratified, "stratified"},
-    {ResamplingScheme::partial, "partial"},
-    {ResamplingScheme::rank_based, "rank_based"},
-    {ResamplingScheme::ssp, "ssp"},
-    {ResamplingScheme::killing, "killing"},
-};
-
-constexpr Named<WeightsAfter> kWeightsAfter[] = {
-    {WeightsAfter::reset, "reset"},
-    {WeightsAfter::unbiased, "unbiased"},
-};
-
-template <typename Enum, std::size_t kCount>
-std::string name_of(const Named<Enum> (&list)[kCount], Enum value) {
-  for (const Named<Enum>& item : list) {
-    if (item.value == value) return item.name;
-  }
-  return "unknown";
+template <void (*scheme)(const ScaledWeights&, double, int*)>
+void with_one_uniform(const ScaledWeights& weights, const ResamplingOptions&,
+                      const RandomStream& stream, ResamplingWorkspace*, int* counts) {
+  scheme(weights, stream.uniform(0), counts);
 }
 
-template <typename Enum, std::size_t kCount>
-Enum value_of(const Named<Enum> (&list)[kCount], const std::string& name, const char* what) {
-  std::string known;
-  for (const Named<Enum>& item : list) {
-    if (name == item.name) return item.value;
-    known += known.empty() ? "" : ", ";
-    known += item.name;
-  }
-  throw Error(std::string(what) + " '" + name + "' is unknown; known are " + known);
+struct SchemeRow {
+  ResamplingScheme scheme;
+  const char* name;  // as users write it
+  DrawCounts* draw;
+  bool keeps_size;     // cannot give more particles than it gets, nor fewer
+  bool may_be_inside;  // another scheme; those that may not leave the draw to options.inner_scheme
+  LogWeightsAfter* log_weights_after;  // null: all weigh the same
+};
+
+// The one table of schemes. Their list, names, parameters, checks and tests all come from it.
+using Scheme = ResamplingScheme;
+constexpr SchemeRow kSchemes[] = {
+    // clang-format off
+    //                                                                                                         keeps  may be log-weights
+    // value                           name                        draw                                        size   inside afterwards
+    {Scheme::multinomial,              "multinomial",              multinomial,                                false, true,  nullptr},
+    {Scheme::residual,                 "residual",                 residual,                                   false, true,  nullptr},
+    {Scheme::systematic,               "systematic",               with_one_uniform<systematic>,               false, true,  nullptr},
+    {Scheme::residual_systematic,      "residual_systematic",      with_one_uniform<residual_systematic>,      false, true,  nullptr},
+    {Scheme::residual_then_systematic, "residual_then_systematic", with_one_uniform<residual_then_systematic>, false, true,  nullptr},
+    {Scheme::stratified,               "stratified",               stratified,                                 false, true,  nullptr},
+    {Scheme::partial,                  "partial",                  partial,                                    true,  false, log_weights_after_partial},
+    {Scheme::rank_based,               "rank_based",               rank_based,                                 false, false, log_weights_after_rank_based},
+    {Scheme::ssp,                      "ssp",                      ssp,                                        false, true,  nullptr},
+    {Scheme::killing,                  "killing",                  killing,                                    true,  true,  nullptr},
+    // clang-format on
+};
+
+const EnumNames<ResamplingScheme>& scheme_names() {
+  static const EnumNames<ResamplingScheme> names = [] {
+    std::vector<std::pair<ResamplingScheme, std::string>> list;
+    for (const SchemeRow& row : kSchemes) list.emplace_back(row.scheme, row.name);
+    return EnumNames<ResamplingScheme>("resampling scheme", list);
+  }();
+  return names;
 }
 
-bool chooses_who_takes_part(ResamplingScheme scheme) {
-  return scheme == ResamplingScheme::partial || scheme == ResamplingScheme::rank_based;
+const EnumNames<WeightsAfter> kWeightsAfter{
+    "policy for weights after resampling",
+    {{WeightsAfter::reset, "reset"}, {WeightsAfter::unbiased, "unbiased"}}};
+
+const SchemeRow& row_of(ResamplingScheme scheme) {
+  for (const SchemeRow& row : kSchemes) {
+    if (row.scheme == scheme) return row;
+  }
+  throw Error("resampling: scheme " + std::to_string(static_cast<int>(scheme)) + " is unknown");
+}
+
+// The scheme in use that keeps the number of particles; null if none does.
+const SchemeRow* size_keeper(const ResamplingOptions& options) {
+  const SchemeRow& outer = row_of(options.scheme);
+  if (outer.keeps_size) return &outer;
+  const SchemeRow& inner = row_of(options.inner_scheme);
+  return !outer.may_be_inside && inner.keeps_size ? &inner : nullptr;
+}
+
+std::string inner_scheme_names() {
+  std::string names;
+  for (const ResamplingScheme scheme : inner_resampling_schemes()) {
+    names += (names.empty() ? "" : ", ") + to_string(scheme);
+  }
+  return names;
 }
 
 [[noreturn]] void bad_option(const std::string& name, double value, const std::string& range) {
@@ -61,9 +90,10 @@ bool chooses_who_takes_part(ResamplingScheme scheme) {
 }
 
 void check(const ResamplingOptions& options) {
-  if (chooses_who_takes_part(options.inner_scheme)) {
+  row_of(options.scheme);
+  if (!row_of(options.inner_scheme).may_be_inside) {
     throw Error("resampling: inner_scheme is " + to_string(options.inner_scheme) +
-                "; it must be one of the others, neither partial nor rank_based");
+                "; it must be one of " + inner_scheme_names());
   }
   if (!(options.partial_low >= 0.0 && options.partial_low <= 1.0)) {
     bad_option("partial_low", options.partial_low, "in [0, 1]");
@@ -78,73 +108,73 @@ void check(const ResamplingOptions& options) {
 }
 
 void check_sizes(const ResamplingOptions& options, std::int64_t particles, int copies) {
-  if (particles == copies) return;
-  const bool killing = options.scheme == ResamplingScheme::killing ||
-                       (options.scheme == ResamplingScheme::rank_based &&
-                        options.inner_scheme == ResamplingScheme::killing);
-  if (killing || options.scheme == ResamplingScheme::partial) {
-    throw Error("resampling: " + std::to_string(copies) + " particles were asked for from " +
-                std::to_string(particles) + ", but " + (killing ? "killing" : "partial") +
-                " keeps the number of particles; choose another scheme to change it");
-  }
+  const SchemeRow* keeper = particles == copies ? nullptr : size_keeper(options);
+  if (keeper == nullptr) return;
+  throw Error("resampling: " + std::to_string(copies) + " particles were asked for from " +
+              std::to_string(particles) + ", but " + keeper->name +
+              " keeps the number of particles; choose another scheme to change it");
 }
 
 }  // namespace
 
 const std::vector<ResamplingScheme>& all_resampling_schemes() {
-  static const std::vector<ResamplingScheme> all = [] {
-    std::vector<ResamplingScheme> values;
-    for (const auto& item : kSchemes) values.push_back(item.value);
-    return values;
+  return scheme_names().values();
+}
+
+const std::vector<ResamplingScheme>& inner_resampling_schemes() {
+  static const std::vector<ResamplingScheme> inner = [] {
+    std::vector<ResamplingScheme> schemes;
+    for (const SchemeRow& row : kSchemes) {
+      if (row.may_be_inside) schemes.push_back(row.scheme);
+    }
+    return schemes;
   }();
-  return all;
+  return inner;
 }
 
 std::string to_string(ResamplingScheme scheme) {
-  return name_of(kSchemes, scheme);
+  return scheme_names().name(scheme);
 }
 
 ResamplingScheme resampling_scheme_from_string(const std::string& name) {
-  return value_of(kSchemes, name, "resampling scheme");
+  return scheme_names().value(name);
 }
 
 const std::vector<WeightsAfter>& all_weights_after() {
-  static const std::vector<WeightsAfter> all = {WeightsAfter::reset, WeightsAfter::unbiased};
-  return all;
+  return kWeightsAfter.values();
 }
 
 std::string to_string(WeightsAfter policy) {
-  return name_of(kWeightsAfter, policy);
+  return kWeightsAfter.name(policy);
 }
 
-WeightsAfter weights_after_from_string(const std::string& name) {
-  return value_of(kWeightsAfter, name, "policy for weights after resampling");
+void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
+  const std::string group = "population/resampling/";
+  parameters->push_back(choice_parameter(group + "scheme", &options->scheme,
+                                         all_resampling_schemes(), "Resampling scheme."));
+  parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
+                                         inner_resampling_schemes(),
+                                         "Scheme inside partial and rank_based."));
+  parameters->push_back(real_parameter(group + "partial_high", &options->partial_high, 1.0, 1000.0,
+                                       "",
+                                       "partial: weights above this multiple of 1/M take part."));
+  parameters->push_back(real_parameter(group + "partial_low", &options->partial_low, 0.0, 1.0, "",
+                                       "partial: weights below this multiple of 1/M take part."));
+  parameters->push_back(
+      real_parameter(group + "rank_max", &options->rank_max, 1.0, 2.0, "",
+                     "rank_based: eta_max, times 1/M the probability of the best particle."));
+  parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
+                                         all_weights_after(),
+                                         "Weights after partial and rank_based."));
 }
 
-void draw_counts(ResamplingScheme scheme, const ScaledWeights& weights, const RandomStream& stream,
-                 ResamplingWorkspace* work, int* counts) {
-  switch (scheme) {
-    case ResamplingScheme::multinomial:
-      return multinomial(weights, stream, work, counts);
-    case ResamplingScheme::residual:
-      return residual(weights, stream, work, counts);
-    case ResamplingScheme::systematic:
-      return systematic(weights, stream.uniform(0), counts);
-    case ResamplingScheme::residual_systematic:
-      return residual_systematic(weights, stream.uniform(0), counts);
-    case ResamplingScheme::residual_then_systematic:
-      return residual_then_systematic(weights, stream.uniform(0), counts);
-    case ResamplingScheme::stratified:
-      return stratified(weights, stream, work, counts);
-    case ResamplingScheme::ssp:
-      return ssp(weights, stream, work, counts);
-    case ResamplingScheme::killing:
-      return killing(weights, stream, work, counts);
-    case ResamplingScheme::partial:
-    case ResamplingScheme::rank_based:
-      break;
-  }
-  throw Error("resampling: " + to_string(scheme) + " cannot be used inside another scheme");
+bool keeps_size(const ResamplingOptions& options) {
+  return size_keeper(options) != nullptr;
+}
+
+void draw_inner_counts(const ScaledWeights& weights, const ResamplingOptions& options,
+                       const RandomStream& stream, ResamplingWorkspace* work, int* counts) {
+  row_of(options.inner_scheme).draw(weights, options, stream, work, counts);
 }
 
 Resampler::Resampler(const ResamplingOptions& options) : options_(options) {
@@ -158,27 +188,14 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   int* ancestors = grow(&ancestors_, size);
   double* log_weights = grow(&log_weights_, size);
 
-  SharedMass shared;
-  switch (options_.scheme) {
-    case ResamplingScheme::partial:
-      shared = partial(scaled, options_, stream, &work_, counts);
-      break;
-    case ResamplingScheme::rank_based:
-      rank_based(scaled, options_, stream, &work_, counts);
-      break;
-    default:
-      draw_counts(options_.scheme, scaled, stream, &work_, counts);
-  }
+  const SchemeRow& scheme = row_of(options_.scheme);
+  scheme.draw(scaled, options_, stream, &work_, counts);
   Eigen::Map<Eigen::ArrayXi> ancestors_map(ancestors, size);
   counts_to_ancestors(Eigen::Map<const Eigen::ArrayXi>(counts, scaled.size), ancestors_map);
 
-  if (chooses_who_takes_part(options_.scheme) && options_.weights_after == WeightsAfter::unbiased) {
+  if (scheme.log_weights_after != nullptr && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
-    if (options_.scheme == ResamplingScheme::partial) {
-      log_weights_after_partial(scaled, shared, &work_, ancestors, size, log_weights);
-    } else {
-      log_weights_after_rank_based(scaled, &work_, ancestors, size, log_weights);
-    }
+    scheme.log_weights_after(scaled, &work_, ancestors, size, log_weights);
   } else if (equal_log_weights_ != size) {
     std::fill(log_weights, log_weights + size, -log_vector(static_cast<double>(size)));
     equal_log_weights_ = size;

@@ -5,29 +5,33 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
 
-/// Every scheme of papers K and M, and two from beyond them. Names for users: to_string().
+/// Every scheme of Kwak (2008) and Mahmoud (2012), and two from beyond them. What is to be known of
+/// each stands in one table, in resampling.cpp. To add one: a file in schemes/, a line here, and a
+/// line there.
 enum class ResamplingScheme {
-  multinomial,               ///< M section II.A
-  residual,                  ///< M section II.B
-  systematic,                ///< K Table I, M section II.C
-  residual_systematic,       ///< K Table II (Bolic, Djuric, Hong 2003)
-  residual_then_systematic,  ///< M section II.D
-  stratified,                ///< M section II.E
-  partial,                   ///< K section 3.2
-  rank_based,                ///< K eq. 3
+  multinomial,               ///< Mahmoud section II.A
+  residual,                  ///< Mahmoud section II.B
+  systematic,                ///< Kwak Table I, Mahmoud section II.C
+  residual_systematic,       ///< Kwak Table II (Bolic, Djuric, Hong 2003)
+  residual_then_systematic,  ///< Mahmoud section II.D
+  stratified,                ///< Mahmoud section II.E
+  partial,                   ///< Kwak section 3.2
+  rank_based,                ///< Kwak eq. 3
   ssp,                       ///< Srinivasan sampling process (Gerber, Chopin, Whiteley 2019)
   killing,                   ///< Del Moral; as in Gerber, Chopin, Whiteley 2019
 };
 
-/// All schemes in the order of the enum, and their names as users write them
-/// ("residual_systematic").
+/// All schemes in the order of the enum, and those of them that may be inside another one.
 const std::vector<ResamplingScheme>& all_resampling_schemes();
+const std::vector<ResamplingScheme>& inner_resampling_schemes();
+/// The name as users write it: "residual_systematic".
 std::string to_string(ResamplingScheme scheme);
 /// Throws Error that lists the known names when `name` is none of them.
 ResamplingScheme resampling_scheme_from_string(const std::string& name);
@@ -35,32 +39,39 @@ ResamplingScheme resampling_scheme_from_string(const std::string& name);
 /// Weights after `partial` and `rank_based`, which select with probabilities other than the
 /// weights.
 enum class WeightsAfter {
-  reset,     ///< all 1/M: what K's text says and its Table IV fits; biased
+  reset,     ///< all 1/M: what Kwak's text says and what fits Kwak's Table IV; biased
   unbiased,  ///< partial: the resampled mass shared equally among the resampled; rank_based: w/p,
              ///< renormalised
 };
 const std::vector<WeightsAfter>& all_weights_after();
 std::string to_string(WeightsAfter policy);
-WeightsAfter weights_after_from_string(const std::string& name);
 
 struct ResamplingOptions {
   ResamplingScheme scheme = ResamplingScheme::systematic;
-  /// Scheme inside `partial` and `rank_based`; any but these two.
+  /// Scheme inside `partial` and `rank_based`: one of inner_resampling_schemes().
   ResamplingScheme inner_scheme = ResamplingScheme::systematic;
-  double partial_high =
-      2.0;  ///< T_h: weights above partial_high / M take part (K section 3.2); > partial_low
+  /// T_h of Kwak section 3.2: weights above partial_high / M take part; > partial_low.
+  double partial_high = 2.0;
   double partial_low = 0.5;  ///< T_l: weights below partial_low / M take part; in [0, 1]
-  double rank_max = 1.5;     ///< eta_max of K eq. 3, in [1, 2]
+  double rank_max = 1.5;     ///< eta_max of Kwak eq. 3, in [1, 2]
   WeightsAfter weights_after = WeightsAfter::unbiased;
 };
 
+/// The parameters population/resampling/..., bound to `options`, which must outlive the list.
+void add_parameters(ResamplingOptions* options, ParameterList* parameters);
+
+/// Whether resampling gives exactly as many particles as it gets: `partial` and `killing` do, and
+/// `rank_based` with `killing` inside.
+bool keeps_size(const ResamplingOptions& options);
+
 /// What resampling did. The arrays live in the Resampler and hold until its next call.
 struct ResamplingResult {
-  Eigen::Map<const Eigen::ArrayXi>
-      counts;  ///< size N: how often each input particle was taken; sum M
-  Eigen::Map<const Eigen::ArrayXi>
-      ancestors;  ///< size M: survivors keep their own slot (counts_to_ancestors)
-  Eigen::Map<const Eigen::ArrayXd> log_weights;  ///< size M: normalised log-weights afterwards
+  /// Size N: how often each input particle was taken; sum M.
+  Eigen::Map<const Eigen::ArrayXi> counts;
+  /// Size M: survivors keep their own slot, see counts_to_ancestors().
+  Eigen::Map<const Eigen::ArrayXi> ancestors;
+  /// Size M: normalised log-weights afterwards.
+  Eigen::Map<const Eigen::ArrayXd> log_weights;
 };
 
 /// Working space of the schemes: grows to the largest size met, never shrinks.
@@ -70,6 +81,8 @@ struct ResamplingWorkspace {
   std::vector<double> inner_weights;      ///< what the scheme inside partial and rank_based sees
   std::vector<double> log_after;          ///< log-weight of a copy of each particle
   std::vector<int> moderate;              ///< partial: 1 for those that do not take part
+  double shared_mass = 0.0;               ///< partial: S_hl, weight of those that take part
+  int sharing = 0;                        ///< partial: how many take part
   std::vector<double> uniforms;           ///< draws
   std::vector<std::int64_t> sums;         ///< sorted draws: running sum of the spacings
   std::vector<double> thresholds;         ///< sorted draws
@@ -89,12 +102,12 @@ class Resampler {
   /// Draws `size` ancestors from `weights`.
   ///
   /// weights: N linear weights, finite, >= 0, with a positive sum; they need not be normalised,
-  /// only their ratios count. size: M >= 1, may differ from N, save for `killing` (also as the
-  /// inner scheme) and `partial`, which need M == N. stream: for the draws; the same stream gives
-  /// the same result on every machine. Throws Error, changing nothing, on weights that are empty,
-  /// negative, not finite or sum to zero, and on a size that the scheme cannot give. O(N + M).
+  /// only their ratios count. size: M >= 1, may differ from N unless keeps_size(options). stream:
+  /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
+  /// nothing, on weights that are empty, negative, not finite or sum to zero, and on a size that
+  /// the scheme cannot give. O(N + M).
   ///
-  /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (K eq. 3); in `partial`
+  /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it
   /// is counts and log-weights together that are unbiased, and under WeightsAfter::reset not even
   /// that. A particle of weight zero is never taken.

@@ -52,7 +52,7 @@ std::string settings_of(const CompensationStudy& study) {
   const ParameterList of_paper = parameters_of(&paper);
   std::string text;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].name == "threads" || parameters[i].get() == of_paper[i].get()) continue;
+    if (parameters[i].get() == of_paper[i].get()) continue;
     text +=
         (text.empty() ? ", but for `" : ", `") + parameters[i].name + "` = " + parameters[i].get();
   }

@@ -39,8 +39,8 @@ void run(const std::vector<BeaconMclMessage>& messages, const std::vector<TruePo
   BeaconMclPipelineOptions pipeline = options.pipeline;
   pipeline.seed = result->seed;
   pipeline.filter.threads = 1;
-  pipeline.filter.population.resampling.scheme = cell.scheme;
-  pipeline.filter.excitation.excitation = cell.excitation;
+  pipeline.filter.strategy.resampling.scheme = cell.scheme;
+  pipeline.filter.strategy.excitation.method = cell.excitation;
   const std::vector<EstimatedPose> path = to_path(run_beacon_mcl(messages, pipeline).estimates);
   if (path.empty() || path.back().time < truth.front().time) return;
   result->errors = evaluate_path(truth, path, options.errors);

@@ -1,6 +1,6 @@
 #include <iostream>
 
-#include "pf_resampling_core/strategy/summary.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/beacon_mcl_options.hpp"
 #include "tools/runs/bag_run.hpp"
 #include "tools/runs/run_parameters.hpp"
@@ -39,10 +39,10 @@ int run_beacon_mcl_bag(const CommandLine& line) {
   run.finish([&] { return why_no_pose(pipeline); });
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();
-  run.report(pipeline.rejects(),
-             std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +
-                 " renewals, " + std::to_string(status.particles) + " particles, " +
-                 strategy_of(options.filter.population, options.filter.excitation));
+  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
+                                     std::to_string(status.renewals) + " renewals, " +
+                                     std::to_string(status.particles) + " particles, " +
+                                     strategy_of(options.filter.strategy));
   return 0;
 }
 

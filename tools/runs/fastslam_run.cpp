@@ -1,6 +1,6 @@
 #include <iostream>
 
-#include "pf_resampling_core/strategy/summary.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/fastslam_bag.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/table.hpp"
@@ -100,12 +100,12 @@ int run_fastslam_bag(const CommandLine& line) {
     std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
   }
   const FastSlamStatus& status = pipeline.filter().status();
-  run.report(pipeline.rejects(),
-             std::to_string(status.updates) + " updates, " + std::to_string(status.renewals) +
-                 " renewals, " + std::to_string(status.particles) + " particles, " +
-                 std::to_string(status.landmarks) + " landmarks (" +
-                 to_string(pipeline.filter().association()) + "), " +
-                 strategy_of(options.filter.population, options.filter.excitation));
+  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
+                                     std::to_string(status.renewals) + " renewals, " +
+                                     std::to_string(status.particles) + " particles, " +
+                                     std::to_string(status.landmarks) + " landmarks (" +
+                                     to_string(pipeline.filter().association()) + "), " +
+                                     strategy_of(options.filter.strategy));
   if (errors.updates > 0) std::cout << errors.text() << "\n";
   return 0;
 }

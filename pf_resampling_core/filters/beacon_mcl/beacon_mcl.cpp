@@ -56,7 +56,7 @@ BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacon
 void BeaconMcl::reset() {
   step_ = 0;
   particles_ = BeaconMclParticles{};
-  control_ = PopulationControl(options_.population);
+  strategy_ = Strategy(options_.strategy);
   status_ = BeaconMclStatus{};
   requested_size_ = options_.particles;
   dead_reckoning_ = Pose2{};
@@ -84,7 +84,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   const bool other_noise = options.noise_estimation.odometry != options_.noise_estimation.odometry;
   const bool other_count = options.particles != options_.particles ||
                            (options_.adaptive_count.enabled && !options.adaptive_count.enabled);
-  control_.set_options(options.population);
+  strategy_.set_options(options.strategy);
   options_ = options;
   if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   if (other_count) requested_size_ = options.particles;
@@ -94,7 +94,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   if (other_noise) start_noise_factors();
 }
 
-// The filter's steps, M section III: move, weigh, renew, excite.
+// The filter's steps, Mahmoud section III: move, weigh, renew, excite.
 void BeaconMcl::update(const OdometryIncrement& odometry,
                        const std::vector<RangeObservation>& ranges) {
   checks::check_odometry(odometry);

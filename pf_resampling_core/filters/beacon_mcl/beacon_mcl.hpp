@@ -15,7 +15,7 @@
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
-#include "pf_resampling_core/strategy/population_control.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace pf_resampling {
 
@@ -79,9 +79,10 @@ struct BeaconMclParticles {
   Eigen::Index size() const { return x.size(); }
 };
 
-/// Monte Carlo localization by ranges to known beacons (M section III): the particles hold the
-/// pose, each with small Kalman filters for what is linear given the pose: scale and bias of the
-/// ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for landmarks).
+/// Monte Carlo localization by ranges to known beacons (Mahmoud section III): the particles hold
+/// the pose, each with small Kalman filters for what is linear given the pose: scale and bias of
+/// the ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for
+/// landmarks).
 ///
 /// Same seed and same calls: same bytes, at any number of threads.
 class BeaconMcl {
@@ -183,8 +184,7 @@ class BeaconMcl {
   void initialize_from_ranges();
   void resize_population(Eigen::Index size);
   void reset_weights();
-  void select(const ResamplingResult& result);
-  void blend(const CompensationResult& result);
+  void select(ConstIndices ancestors);
   void begin_population(bool first);
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();
@@ -206,7 +206,7 @@ class BeaconMcl {
 
   BeaconMclParticles particles_;
   std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
-  PopulationControl control_;
+  Strategy strategy_;
   BeaconMclStatus status_;
   int requested_size_ = 0;
 
@@ -224,8 +224,6 @@ class BeaconMcl {
   std::unique_ptr<WorkerPool> pool_;
   Eigen::ArrayXd work_;
   std::vector<std::pair<int, int>> copies_;  // slot and ancestor of a selection
-  ExcitationWorkspace excitation_workspace_;
-  std::vector<std::uint8_t> seen_;
 };
 
 }  // namespace pf_resampling

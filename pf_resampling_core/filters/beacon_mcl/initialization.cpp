@@ -76,8 +76,10 @@ void BeaconMcl::set_particles(const GivenParticles& particles) {
     resize_population(count);
   } else {
     Resampler resampler;
-    select(resampler.resample(particles_.weight, static_cast<int>(count),
-                              stream(RandomPurpose::selection)));
+    select(
+        resampler
+            .resample(particles_.weight, static_cast<int>(count), stream(RandomPurpose::selection))
+            .ancestors);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];

@@ -16,15 +16,6 @@ const EnumNames<Initialization> kInitializations{"initialization",
                                                   {Initialization::uniform, "uniform"},
                                                   {Initialization::gaussian, "gaussian"}}};
 
-std::vector<ResamplingScheme> inner_schemes() {
-  std::vector<ResamplingScheme> inner;
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
-    if (scheme != ResamplingScheme::partial && scheme != ResamplingScheme::rank_based)
-      inner.push_back(scheme);
-  }
-  return inner;
-}
-
 }  // namespace
 
 const std::vector<CalibrationEstimation>& all_calibration_estimations() {
@@ -40,96 +31,13 @@ std::string to_string(Initialization initialization) {
   return kInitializations.name(initialization);
 }
 
-void add_parameters(PopulationControlOptions* options, ExcitationOptions* excitation,
-                    ParameterList* parameters) {
-  ResamplingOptions& resampling = options->resampling;
-  ParameterList& list = *parameters;
-  list.push_back(choice_parameter("population/schedule", &options->schedule, all_schedules(),
-                                  "When the population is renewed."));
-  list.push_back(real_above_parameter("population/threshold", &options->threshold, 0.0, 1.0, "",
-                                      "Renew when N_eff falls below this share of the particles."));
-  list.push_back(integer_parameter("population/every_n", &options->every_n, 1, 1000000,
-                                   "Observations between renewals under every_n."));
-  list.push_back(choice_parameter("population/renewal", &options->renewal, all_renewals(),
-                                  "How the population is renewed."));
-  list.push_back(choice_parameter("population/resampling/scheme", &resampling.scheme,
-                                  all_resampling_schemes(), "Resampling scheme."));
-  list.push_back(choice_parameter("population/resampling/inner_scheme", &resampling.inner_scheme,
-                                  inner_schemes(), "Scheme inside partial and rank_based."));
-  list.push_back(real_parameter("population/resampling/partial_high", &resampling.partial_high, 1.0,
-                                1000.0, "",
-                                "partial: weights above this multiple of 1/M take part."));
-  list.push_back(real_parameter("population/resampling/partial_low", &resampling.partial_low, 0.0,
-                                1.0, "", "partial: weights below this multiple of 1/M take part."));
-  list.push_back(
-      real_parameter("population/resampling/rank_max", &resampling.rank_max, 1.0, 2.0, "",
-                     "rank_based: eta_max, times 1/M the probability of the best particle."));
-  list.push_back(choice_parameter("population/resampling/weights_after", &resampling.weights_after,
-                                  all_weights_after(), "Weights after partial and rank_based."));
-  CompensationOptions& compensation = options->compensation;
-  list.push_back(choice_parameter("population/compensation/pairing", &compensation.pairing,
-                                  all_pairings(),
-                                  "How a weak particle finds the strong one it is blended with."));
-  list.push_back(real_above_parameter("population/compensation/ratio", &compensation.ratio, 0.0,
-                                      1.0, "",
-                                      "Share of the weak half that is compensated, worst first."));
-  list.push_back(choice_parameter("population/compensation/covariance", &compensation.covariance,
-                                  all_covariance_treatments(),
-                                  "What becomes of a blended landmark's covariance."));
-  list.push_back(choice_parameter("population/compensation/weights_after",
-                                  &compensation.weights_after, all_compensated_weights(),
-                                  "Weights after a compensation."));
-  list.push_back(choice_parameter("excitation/method", &excitation->excitation, all_excitations(),
-                                  "Perturbation of the particles after a renewal."));
-  list.push_back(real_parameter("excitation/sigma_position", &excitation->sigma_position, 0.0,
-                                100.0, "m", "gaussian: standard deviation per axis."));
-  list.push_back(real_parameter("excitation/sigma_heading", &excitation->sigma_heading, 0.0, 3.2,
-                                "rad", "gaussian: standard deviation of the heading."));
-  list.push_back(real_parameter("excitation/bandwidth_scale", &excitation->bandwidth_scale, 0.0,
-                                2.0, "", "regularized: multiple of Silverman's bandwidth."));
-  list.push_back(
-      boolean_parameter("excitation/keep_variance", &excitation->keep_variance,
-                        "regularized: pull towards the mean so that the variance is kept."));
-  list.push_back(real_parameter("excitation/roughening_scale", &excitation->roughening_scale, 0.0,
-                                1.0, "", "roughening: Gordon's K."));
-  list.push_back(boolean_parameter("excitation/duplicates_only", &excitation->duplicates_only,
-                                   "Leave the first copy of each ancestor where it is."));
-}
-
-void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
-  OdometryNoise& odometry = *noise;
-  ParameterList& list = *parameters;
-  list.push_back(real_parameter("odometry/translation_per_distance",
-                                &odometry.translation_per_distance, 0.0, 10.0, "m/sqrt(m)",
-                                "Standard deviation of the distance after one metre."));
-  list.push_back(real_parameter("odometry/slip_per_distance", &odometry.slip_per_distance, 0.0,
-                                10.0, "m/sqrt(m)",
-                                "Standard deviation of the sideways offset after one metre."));
-  list.push_back(real_parameter("odometry/heading_per_distance", &odometry.heading_per_distance,
-                                0.0, 10.0, "rad/sqrt(m)",
-                                "Standard deviation of the heading after one metre."));
-  list.push_back(real_parameter("odometry/heading_per_angle", &odometry.heading_per_angle, 0.0,
-                                10.0, "rad/sqrt(rad)",
-                                "Standard deviation of the heading after one radian turned."));
-  list.push_back(real_parameter("odometry/heading_per_time", &odometry.heading_per_time, 0.0, 10.0,
-                                "rad/sqrt(s)",
-                                "Standard deviation of the heading after one second."));
-  list.push_back(real_parameter("odometry/along_per_time", &odometry.along_per_time, 0.0, 10.0,
-                                "m/sqrt(s)",
-                                "Standard deviation along the motion after one second."));
-  list.push_back(real_parameter("odometry/translation_per_time", &odometry.translation_per_time,
-                                0.0, 10.0, "m/sqrt(s)",
-                                "Standard deviation along both axes after one second."));
-}
-
 ParameterList parameters_of(BeaconMclOptions* options) {
   ParameterList list;
   list.push_back(
       integer_parameter("particles", &options->particles, 1, 10000000, "Number of particles."));
   list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
                                    "Threads of computation; results do not depend on it."));
-  add_parameters(&options->population, &options->excitation, &list);
-
+  add_parameters(&options->strategy, &list);
   add_parameters(&options->odometry, &list);
 
   RangeModelOptions& ranges = options->ranges;
@@ -257,8 +165,7 @@ void validate(const BeaconMclOptions& options) {
                 std::to_string(options.ranges.non_line_of_sight_share) +
                 ", have to add up to less than 1");
   }
-  Resampler resampler(options.population.resampling);
-  PopulationControl control(options.population);
+  const Strategy strategy(options.strategy);
 }
 
 }  // namespace pf_resampling

@@ -6,8 +6,7 @@
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "pf_resampling_core/strategy/excitation.hpp"
-#include "pf_resampling_core/strategy/population_control.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace pf_resampling {
 
@@ -73,8 +72,8 @@ struct InitializationOptions {
   Initialization method = Initialization::from_ranges;
   int beacons = 3;        ///< from_ranges: different beacons to wait for
   double patience = 5.0;  ///< s: from_ranges: start with fewer after this long
-  double area_margin =
-      0.2;  ///< uniform: the beacons' bounding box, widened by this share of its diagonal
+  /// uniform: the beacons' bounding box, widened by this share of its diagonal.
+  double area_margin = 0.2;
   double x = 0.0, y = 0.0, heading = 0.0;  ///< gaussian
   double sigma_position = 1.0;             ///< m
   double sigma_heading = 0.3;              ///< rad
@@ -107,8 +106,7 @@ struct AdaptiveCountOptions {
 struct BeaconMclOptions {
   int particles = 1000;
   int threads = 1;
-  PopulationControlOptions population;
-  ExcitationOptions excitation;
+  StrategyOptions strategy;
   OdometryNoise odometry;
   RangeModelOptions ranges;
   CalibrationOptions calibration;
@@ -118,14 +116,6 @@ struct BeaconMclOptions {
   RecoveryOptions recovery;
   AdaptiveCountOptions adaptive_count;
 };
-
-/// The parameters of population control and excitation, bound to these structs; shared by all
-/// filters.
-void add_parameters(PopulationControlOptions* options, ExcitationOptions* excitation,
-                    ParameterList* parameters);
-
-/// The parameters of the dead reckoning's noise, likewise.
-void add_parameters(OdometryNoise* noise, ParameterList* parameters);
 
 /// Every parameter of the filter, bound to `options`, which must outlive the list.
 ParameterList parameters_of(BeaconMclOptions* options);

@@ -9,38 +9,41 @@
 namespace pf_resampling {
 
 void BeaconMcl::renew() {
-  const Eigen::Index before = particles_.size();
-  status_.renewed =
-      control_.is_due(status_.effective_sample_size, static_cast<int>(before), requested_size_);
-  // Of a cloud that is all wrong every particle fits as badly as the others: their weights stay
-  // equal, and N_eff says that all is well.
-  const bool may_renew =
-      control_.options().schedule != Schedule::never && control_.options().renewal != Renewal::none;
-  status_.renewed = status_.renewed || (may_renew && recovery_is_due());
-  if (!status_.renewed) return;
-  if (control_.options().renewal == Renewal::compensation && requested_size_ == before) {
-    blend(control_.compensate(particles_.weight, stream(RandomPurpose::compensation)));
-  } else {
-    select(control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling)));
-  }
-  status_.renewals = control_.calls();
-  excite(options_.excitation, particles_.weight, particles_.ancestor,
-         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
-         &excitation_workspace_);
+  Population population{&particles_.x,
+                        &particles_.y,
+                        &particles_.heading,
+                        &particles_.log_weight,
+                        &particles_.weight,
+                        &particles_.ancestor,
+                        nullptr,
+                        nullptr};
+  population.select = [this](ConstIndices ancestors) { select(ancestors); };
+  // The weak move towards the strong, and keep what they have learnt.
+  population.blend = [this](const std::vector<BlendPair>& pairs) {
+    blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
+  };
+  // In a cloud that is all wrong every particle fits as badly as the others: their weights stay
+  // equal, and N_eff says that all is well. So recovery may renew before it is due.
+  const RenewalOutcome outcome = strategy_.renew(
+      status_.effective_sample_size, requested_size_, recovery_is_due(),
+      [this](RandomPurpose purpose) { return stream(purpose); }, population);
+  status_.renewed = outcome.renewed;
+  if (!outcome.renewed) return;
+  status_.renewals = strategy_.renewals();
+  status_.distinct_ancestors = outcome.distinct_ancestors;
   inject();
   vary_noise_factors();
   if (options_.adaptive_count.enabled) adapt_count();
 }
 
 // Survivors keep their slots, so copies can be made in place.
-void BeaconMcl::select(const ResamplingResult& result) {
-  status_.distinct_ancestors = static_cast<int>((result.counts > 0).count());
+void BeaconMcl::select(ConstIndices ancestors) {
   const Eigen::Index before = particles_.size();
-  const Eigen::Index after = result.ancestors.size();
+  const Eigen::Index after = ancestors.size();
   if (after > before) resize_population(after);
   copies_.clear();
   for (Eigen::Index i = 0; i < after; ++i) {
-    if (result.ancestors[i] != i) copies_.push_back({static_cast<int>(i), result.ancestors[i]});
+    if (ancestors[i] != i) copies_.push_back({static_cast<int>(i), ancestors[i]});
   }
   const auto copy = [&](auto&& column) {
     for (const auto& [slot, ancestor] : copies_) column[slot] = column[ancestor];
@@ -60,19 +63,6 @@ void BeaconMcl::select(const ResamplingResult& result) {
     copy(particles_.bias_variance.col(radio));
   }
   if (after < before) resize_population(after);
-  particles_.log_weight = result.log_weights;
-  particles_.weight = result.log_weights.exp();
-  particles_.ancestor = result.ancestors;
-}
-
-// Nobody is rejected: the weak move towards the strong, with their own calibration.
-void BeaconMcl::blend(const CompensationResult& result) {
-  blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
-  const Eigen::Index count = particles_.size();
-  particles_.log_weight = result.log_weights;
-  particles_.weight = result.log_weights.exp();
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
-  status_.distinct_ancestors = static_cast<int>(count);
 }
 
 // Slots that are added hold copies, so that nothing in them is ever undefined.

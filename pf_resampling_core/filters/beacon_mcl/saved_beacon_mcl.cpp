@@ -94,7 +94,7 @@ SavedBeaconMcl BeaconMcl::saved() const {
   saved.beacons = beacons_;
   saved.step = step_;
   saved.time = time_;
-  saved.updates_since_renewal = control_.observations_since_renewal();
+  saved.updates_since_renewal = strategy_.observations_since_renewal();
   saved.requested_particles = requested_size_;
   saved.dead_reckoning = dead_reckoning_;
   saved.first_range_time = first_range_time_.value_or(time_);
@@ -140,7 +140,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   reset();
   step_ = saved.step;
   time_ = saved.time;
-  control_.resume(saved.updates_since_renewal);
+  strategy_.resume(saved.updates_since_renewal);
   requested_size_ =
       options_.adaptive_count.enabled ? saved.requested_particles : options_.particles;
   dead_reckoning_ = saved.dead_reckoning;

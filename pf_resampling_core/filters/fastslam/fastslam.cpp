@@ -87,7 +87,7 @@ void FastSlam::reset() {
   next_id_ = 0;
   ancestry_.start(options_.particles);
   has_landmarks_ = false;
-  control_ = PopulationControl(options_.population);
+  strategy_ = Strategy(options_.strategy);
   association_ = options_.association.method;
   requested_size_ = options_.particles;
   status_ = FastSlamStatus{};
@@ -105,7 +105,7 @@ void FastSlam::set_options(const FastSlamOptions& options) {
         "ids, "
         "and their numbers are no ids; reset the filter or load a map with ids first");
   }
-  control_.set_options(options.population);
+  strategy_.set_options(options.strategy);
   // What the first observations decided stays.
   if (options.association.method != DataAssociation::automatic) {
     association_ = options.association.method;
@@ -130,7 +130,7 @@ DataAssociation FastSlam::method_for(
   return have_ids ? DataAssociation::known : DataAssociation::mutual_exclusion;
 }
 
-// The filter's steps, K section 2: draw the poses, update the landmarks, weigh, renew.
+// The filter's steps, Kwak section 2: draw the poses, update the landmarks, weigh, renew.
 void FastSlam::update(const OdometryIncrement& odometry,
                       const std::vector<RangeBearingObservation>& observations,
                       const Pose2& sensor) {
@@ -255,35 +255,27 @@ void FastSlam::normalize_weights() {
 }
 
 void FastSlam::renew() {
-  const int size = static_cast<int>(particles_.size());
-  status_.renewed = control_.is_due(status_.effective_sample_size, size, requested_size_);
-  if (!status_.renewed) return;
-  if (control_.options().renewal == Renewal::compensation && requested_size_ == size) {
-    const CompensationResult& result =
-        control_.compensate(particles_.weight, stream(RandomPurpose::compensation));
-    blend_poses(result.pairs, particles_.x, particles_.y, particles_.heading);
-    odometry_errors_.blend(result.pairs);
-    if (!options_.map.frozen) {
-      store_.blend(result.pairs, control_.options().compensation.covariance);
-    }
-    particles_.log_weight = result.log_weights;
-    particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
-  } else {
-    const ResamplingResult result =
-        control_.select(particles_.weight, requested_size_, stream(RandomPurpose::resampling));
-    select(result);
-  }
-  particles_.weight = particles_.log_weight.exp();
-  status_.renewals = control_.calls();
+  Population population{&particles_.x,
+                        &particles_.y,
+                        &particles_.heading,
+                        &particles_.log_weight,
+                        &particles_.weight,
+                        &particles_.ancestor,
+                        nullptr,
+                        nullptr};
+  population.select = [this](ConstIndices ancestors) { select(ancestors); };
+  population.blend = [this](const std::vector<BlendPair>& pairs) { blend(pairs); };
+  const RenewalOutcome outcome = strategy_.renew(
+      status_.effective_sample_size, requested_size_, false,
+      [this](RandomPurpose purpose) { return stream(purpose); }, population);
+  status_.renewed = outcome.renewed;
+  if (!outcome.renewed) return;
+  status_.renewals = strategy_.renewals();
   status_.distinct_ancestors = ancestry_.distinct();
-  excite(options_.excitation, particles_.weight, particles_.ancestor,
-         stream(RandomPurpose::excitation), {particles_.x, particles_.y, particles_.heading},
-         &excitation_workspace_);
 }
 
 // The poses are copied, the maps are not: their store takes note.
-void FastSlam::select(const ResamplingResult& result) {
-  const Eigen::ArrayXi ancestors = result.ancestors;
+void FastSlam::select(ConstIndices ancestors) {
   for (Eigen::ArrayXd* array : {&particles_.x, &particles_.y, &particles_.heading}) {
     work_.resize(std::max<Eigen::Index>(work_.size(), ancestors.size()));
     for (Eigen::Index i = 0; i < ancestors.size(); ++i) work_[i] = (*array)[ancestors[i]];
@@ -293,8 +285,12 @@ void FastSlam::select(const ResamplingResult& result) {
   store_.select(ancestors);
   ancestry_.select(ancestors);
   paths_.select(ancestors);
-  particles_.ancestor = ancestors;
-  particles_.log_weight = result.log_weights;
+}
+
+void FastSlam::blend(const std::vector<BlendPair>& pairs) {
+  blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
+  odometry_errors_.blend(pairs);
+  if (!options_.map.frozen) store_.blend(pairs, options_.strategy.compensation.covariance);
 }
 
 PoseEstimate FastSlam::estimate() const {

@@ -17,8 +17,7 @@
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
-#include "pf_resampling_core/strategy/excitation.hpp"
-#include "pf_resampling_core/strategy/population_control.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace pf_resampling {
 
@@ -49,8 +48,8 @@ struct LandmarkEstimate {
 
 /// What became of an observation of the last update.
 struct ObservationOutcome {
-  std::int64_t landmark =
-      -1;  ///< id of the landmark it was taken as in the heaviest particle; -1: of none
+  /// Id of the landmark it was taken as in the heaviest particle; -1: of none.
+  std::int64_t landmark = -1;
   bool is_new = false;    ///< whether it started that landmark
   double accepted = 0.0;  ///< share of the weight that believed it
 };
@@ -59,24 +58,24 @@ struct ObservationOutcome {
 struct FastSlamStatus {
   int particles = 0;
   int landmarks = 0;
-  double effective_sample_size =
-      0.0;  ///< after the last update's weighing, before its renewal if there was one
+  /// After the last update's weighing, before its renewal if there was one.
+  double effective_sample_size = 0.0;
   double entropy_sample_size = 0.0;  ///< likewise
-  int distinct_ancestors =
-      0;  ///< particles since the first landmark that have descendants (K section 4.1)
+  /// Particles at the first landmark that have descendants (Kwak section 4.1).
+  int distinct_ancestors = 0;
   bool renewed = false;
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
   std::int64_t weight_resets = 0;
-  std::int64_t gated =
-      0;  ///< observations of known landmarks that most of the weight did not believe
+  /// Observations of known landmarks that most of the weight did not believe.
+  std::int64_t gated = 0;
   double log_likelihood = 0.0;  ///< of the last update's observations
 };
 
-/// FastSLAM 2.0 and 1.0 (K section 2; Montemerlo, Thrun, Koller, Wegbreit 2003): the particles hold
-/// the path, each with an extended Kalman filter per landmark.
+/// FastSLAM 2.0 and 1.0 (Kwak section 2; Montemerlo, Thrun, Koller, Wegbreit 2003): the particles
+/// hold the path, each with an extended Kalman filter per landmark.
 ///
-/// Same seed and same calls: same bytes, at any number of threads.
+/// Same seed and same calls: same bytes.
 class FastSlam {
  public:
   FastSlam(const FastSlamOptions& options, std::uint64_t seed);
@@ -191,7 +190,8 @@ class FastSlam {
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
   void normalize_weights();
   void renew();
-  void select(const ResamplingResult& result);
+  void select(ConstIndices ancestors);
+  void blend(const std::vector<BlendPair>& pairs);
   RandomStream stream(RandomPurpose purpose) const;
 
   FastSlamOptions options_;
@@ -207,7 +207,7 @@ class FastSlam {
   Ancestry ancestry_;
   ParticlePaths paths_;
   bool has_landmarks_ = false;
-  PopulationControl control_;
+  Strategy strategy_;
   int requested_size_ = 0;
   FastSlamStatus status_;
   std::vector<ObservationOutcome> outcomes_;
@@ -221,7 +221,6 @@ class FastSlam {
   Eigen::ArrayXXd proposal_;  // covariance: a column per entry
   Eigen::ArrayXd work_;
   Eigen::ArrayXXd drawn_;  // poses before the motion, then the motion itself: a row per particle
-  ExcitationWorkspace excitation_workspace_;
 };
 
 }  // namespace pf_resampling

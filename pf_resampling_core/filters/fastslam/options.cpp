@@ -32,23 +32,21 @@ std::string to_string(DataAssociation association) {
 }
 
 FastSlamOptions::FastSlamOptions() {
-  population.threshold = 0.75;  // K section 4.2
+  strategy.threshold = 0.75;  // Kwak section 4.2
   // A wheeled robot of any size; what of its errors is constant is estimated (odometry_errors).
   odometry.heading_per_time = 0.02;
-  // The proposal spreads the poses already; K perturbs nothing.
-  excitation.excitation = Excitation::none;
+  // The proposal spreads the poses already; Kwak perturbs nothing.
+  strategy.excitation.method = Excitation::none;
 }
 
 ParameterList parameters_of(FastSlamOptions* options) {
   ParameterList list;
   list.push_back(
       integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles."));
-  list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
-                                   "Threads of computation; results do not depend on it."));
   list.push_back(choice_parameter(
       "version", &options->version, all_fastslam_versions(),
       "What poses are drawn from: the odometry (1.0), or it and the observations (2.0)."));
-  add_parameters(&options->population, &options->excitation, &list);
+  add_parameters(&options->strategy, &list);
   add_parameters(&options->odometry, &list);
 
   OdometryErrorOptions& errors = options->odometry_errors;
@@ -132,7 +130,7 @@ void validate(const FastSlamOptions& options) {
                 ", has to be at least association/gate, which is " +
                 std::to_string(options.association.gate));
   }
-  const PopulationControl control(options.population);
+  const Strategy strategy(options.strategy);
 }
 
 }  // namespace pf_resampling

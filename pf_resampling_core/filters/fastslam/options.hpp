@@ -3,17 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
 #include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "pf_resampling_core/strategy/excitation.hpp"
-#include "pf_resampling_core/strategy/population_control.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace pf_resampling {
 
-/// What the poses are drawn from (K section 2).
+/// What the poses are drawn from (Kwak section 2).
 enum class FastSlamVersion {
   fastslam_1,  ///< the odometry
   fastslam_2,  ///< the odometry and the observations
@@ -33,14 +31,13 @@ std::string to_string(DataAssociation association);
 
 /// Noise of a landmark sensor, and what it can see. The defaults suit a camera that tells distances
 /// by size as well as a laser scanner; they are rather wide, as too narrow ones cost the population
-/// its diversity. K section 4: 0.1 m, 1 degree, no share.
+/// its diversity. Kwak section 4: 0.1 m, 1 degree, no share.
 struct LandmarkSensorOptions {
   double range_sigma = 0.1;         ///< m, where the message has no variance
   double range_sigma_share = 0.02;  ///< of the range, added to it
   double bearing_sigma = 0.03;      ///< rad, where the message has no variance
   double maximum_range = 0.0;       ///< m; 0: as far as anything was seen yet
-  double field_of_view =
-      0.0;  ///< rad, about the sensor's x axis; 0: as wide as anything was seen yet
+  double field_of_view = 0.0;       ///< rad, about its x axis; 0: as wide as anything was seen yet
 };
 
 /// m^2 and rad^2, of an observation: its own where it has one, else the model's.
@@ -71,10 +68,8 @@ struct MapOptions {
 /// parameters_of().
 struct FastSlamOptions {
   int particles = 1000;
-  int threads = 1;
   FastSlamVersion version = FastSlamVersion::fastslam_2;
-  PopulationControlOptions population;
-  ExcitationOptions excitation;
+  StrategyOptions strategy;
   OdometryNoise odometry;
   OdometryErrorOptions odometry_errors;
   LandmarkSensorOptions sensor;

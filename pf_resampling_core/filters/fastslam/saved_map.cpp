@@ -65,7 +65,7 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   map.view_bearing = filter->view_bearing_;
   map.step = filter->step_;
   map.next_id = filter->next_id_;
-  map.observations_since_renewal = filter->control_.observations_since_renewal();
+  map.observations_since_renewal = filter->strategy_.observations_since_renewal();
 
   const int size = static_cast<int>(population.size());
   Eigen::ArrayXi chosen = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
@@ -181,7 +181,7 @@ void FastSlam::load(const SavedMap& map) {
   step_ = map.step;
   view_range_ = map.view_range;
   view_bearing_ = map.view_bearing;
-  control_.resume(map.observations_since_renewal);
+  strategy_.resume(map.observations_since_renewal);
   // Of a map with ids alone the first observations decide whether these are used.
   const bool leaves_open = is_shared && ids_are_known;
   if (association_ == DataAssociation::automatic && !leaves_open) association_ = map.association;
@@ -197,8 +197,11 @@ void FastSlam::load(const SavedMap& map) {
   odometry_errors_.resume(map.odometry_errors);
   if (saved != options_.particles) {
     Resampler resampler;
-    select(resampler.resample(particles_.weight, options_.particles,
-                              stream(RandomPurpose::selection)));
+    const ResamplingResult drawn =
+        resampler.resample(particles_.weight, options_.particles, stream(RandomPurpose::selection));
+    select(drawn.ancestors);
+    particles_.ancestor = drawn.ancestors;
+    particles_.log_weight = drawn.log_weights;
     particles_.weight = particles_.log_weight.exp();
     ancestry_.start(options_.particles);
   }
@@ -233,7 +236,7 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   ++step_;  // for a draw of its own
   const int count = static_cast<int>(particles.poses.size());
   Resampler resampler;
-  select(resampler.resample(particles_.weight, count, stream(RandomPurpose::selection)));
+  select(resampler.resample(particles_.weight, count, stream(RandomPurpose::selection)).ancestors);
   paths_.clear();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];

@@ -25,8 +25,8 @@ int mark_survivors(const ScaledWeights& weights, const double* uniforms, int* co
 // Killing (Del Moral, "Feynman-Kac formulae", 2004; as in Gerber, Chopin and Whiteley 2019): a
 // particle keeps its slot with probability w_k / max w, and every slot that falls free is filled by
 // an independent draw. E[count_k] = w_k / max w + (M - sum w / max w) w_k = M w_k needs M = N.
-void killing(const ScaledWeights& weights, const RandomStream& stream, ResamplingWorkspace* work,
-             int* counts) {
+void killing(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
+             ResamplingWorkspace* work, int* counts) {
   reserve_sorted_draws(weights.copies, weights.copies, work);
   double* uniforms = grow(&work->uniforms, weights.size);
   stream.fill_uniform(0, weights.size, uniforms);

@@ -44,8 +44,8 @@ void log_weights_of_copies(const double* weights, const int* moderate, std::int6
 //
 // Should nobody be above T_h / M and all below T_l / M have weight zero, there is nothing that
 // could fill their slots; then everybody takes part.
-SharedMass partial(const ScaledWeights& weights, const ResamplingOptions& options,
-                   const RandomStream& stream, ResamplingWorkspace* work, int* counts) {
+void partial(const ScaledWeights& weights, const ResamplingOptions& options,
+             const RandomStream& stream, ResamplingWorkspace* work, int* counts) {
   double* inner = grow(&work->inner_weights, weights.size);
   int* moderate = grow(&work->moderate, weights.size);
   const double mean = weights.sum / static_cast<double>(weights.size);
@@ -53,7 +53,8 @@ SharedMass partial(const ScaledWeights& weights, const ResamplingOptions& option
                            options.partial_low * mean, inner, moderate);
   if (taking_part == 0) {
     std::fill(counts, counts + weights.size, 1);
-    return {};
+    work->sharing = 0;
+    return;
   }
   if (std::all_of(inner, inner + weights.size, [](double weight) { return weight == 0.0; })) {
     std::copy(weights.weights, weights.weights + weights.size, inner);
@@ -62,17 +63,17 @@ SharedMass partial(const ScaledWeights& weights, const ResamplingOptions& option
   }
   const ScaledWeights scaled =
       scale_weights(inner, weights.size, taking_part, &work->rescaled_inner);
-  draw_counts(options.inner_scheme, scaled, stream, work, counts);
+  draw_inner_counts(scaled, options, stream, work, counts);
   add_moderate(moderate, weights.size, counts);
-  return {std::ldexp(scaled.sum, -scaled.exponent), taking_part};
+  work->shared_mass = std::ldexp(scaled.sum, -scaled.exponent);
+  work->sharing = taking_part;
 }
 
 // The moderate keep their weights; the others share the mass they had together, S_hl, equally.
-void log_weights_after_partial(const ScaledWeights& weights, const SharedMass& shared,
-                               ResamplingWorkspace* work, const int* ancestors, int size,
-                               double* log_weights) {
+void log_weights_after_partial(const ScaledWeights& weights, ResamplingWorkspace* work,
+                               const int* ancestors, int size, double* log_weights) {
   const double inverse_sum = 1.0 / weights.sum;
-  const double share = shared.particles > 0 ? shared.mass * inverse_sum / shared.particles : 1.0;
+  const double share = work->sharing > 0 ? work->shared_mass * inverse_sum / work->sharing : 1.0;
   double* log_after = grow(&work->log_after, weights.size);
   log_weights_of_copies(weights.weights, work->moderate.data(), weights.size, inverse_sum, share,
                         log_after);

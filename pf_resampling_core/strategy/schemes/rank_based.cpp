@@ -137,7 +137,7 @@ void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
   }
   const ScaledWeights scaled =
       scale_weights(probabilities, weights.size, weights.copies, &work->rescaled_inner);
-  draw_counts(options.inner_scheme, scaled, stream, work, counts);
+  draw_inner_counts(scaled, options, stream, work, counts);
 }
 
 // A copy of particle k carries w_k / p_k, renormalised.

@@ -13,8 +13,8 @@ namespace pf_resampling {
 // their means. Counts are floor or ceil of M w, as in systematic(), but for every order of the
 // particles negatively associated. In integers the fraction that remains at the end is exactly 0,
 // where the listing of the authors' Python package has to repair it.
-void ssp(const ScaledWeights& weights, const RandomStream& stream, ResamplingWorkspace* work,
-         int* counts) {
+void ssp(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
+         ResamplingWorkspace* work, int* counts) {
   double* uniforms = grow(&work->uniforms, weights.size);
   stream.fill_uniform(0, weights.size, uniforms);
   const std::int64_t one = weights.one();

@@ -42,8 +42,8 @@ void count_strata(const ScaledWeights& weights, const double* uniforms, int* cou
 // with K reset in every pass) and lets j run past N when rounding keeps the sum below 1. A peer
 // that offsets the strata in integers leaves one survivor of 100 equal weights; another that takes
 // an absolute 1e-6 off their width is biased from 1e5 particles on.
-void stratified(const ScaledWeights& weights, const RandomStream& stream, ResamplingWorkspace* work,
-                int* counts) {
+void stratified(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
+                ResamplingWorkspace* work, int* counts) {
   double* uniforms = grow(&work->uniforms, std::int64_t{weights.copies} + 1);
   stream.fill_uniform(0, weights.copies, uniforms);
   uniforms[weights.copies] = 1.0;  // behind the last stratum

@@ -86,8 +86,8 @@ BeaconMclOptions learning_options(CalibrationEstimation estimation) {
   options.yaw_rate_bias.estimate = true;
   options.noise_estimation.ranges = options.noise_estimation.odometry = true;
   options.recovery.enabled = true;
-  options.population.schedule = Schedule::every_n;
-  options.population.every_n = 3;
+  options.strategy.schedule = Schedule::every_n;
+  options.strategy.every_n = 3;
   return options;
 }
 

@@ -367,8 +367,8 @@ TEST(FilterParameters, CombinationsThatMakeNoSenseAreRefused) {
   options.ranges.sigma = std::numeric_limits<double>::quiet_NaN();
   expect_refused(options, {"ranges/sigma", "nan"});
   options = {};
-  options.population.resampling.partial_high = 1.0;
-  options.population.resampling.partial_low = 1.0;
+  options.strategy.resampling.partial_high = 1.0;
+  options.strategy.resampling.partial_low = 1.0;
   expect_refused(options, {"partial_high", "partial_low"});
 }
 

@@ -91,7 +91,7 @@ void expect_given(const Filter& filter) {
 TEST(GivenParticles, BeaconMclTakesThemAndGoesOnWithItsOwnNumber) {
   BeaconMclOptions options;
   options.particles = 200;
-  options.excitation.excitation = Excitation::none;
+  options.strategy.excitation.method = Excitation::none;
   for (const bool has_started : {false, true}) {
     BeaconMcl filter(options, kBeacons, 1);
     if (has_started) filter.initialize_gaussian({100.0, 100.0, 0.0}, Eigen::Matrix3d::Identity());
@@ -141,7 +141,7 @@ TEST(GivenParticles, BeaconMclKeepsWhatItKnowsOfCalibration) {
 TEST(GivenParticles, FastSlamTakesThemWithTheMapThatIsThere) {
   FastSlamOptions options;
   options.particles = 50;
-  options.excitation.excitation = Excitation::none;
+  options.strategy.excitation.method = Excitation::none;
   FastSlam filter(options, 1);
   RangeBearingObservation seen;
   seen.id = 7;

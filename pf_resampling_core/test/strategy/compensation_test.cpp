@@ -256,19 +256,6 @@ TEST(Compensation, RefusesWhatIsNoDistribution) {
   }
 }
 
-TEST(Compensation, NamesAreReadBack) {
-  for (const Pairing value : all_pairings()) {
-    EXPECT_EQ(pairing_from_string(to_string(value)), value);
-  }
-  for (const CovarianceTreatment value : all_covariance_treatments()) {
-    EXPECT_EQ(covariance_treatment_from_string(to_string(value)), value);
-  }
-  for (const CompensatedWeights value : all_compensated_weights()) {
-    EXPECT_EQ(compensated_weights_from_string(to_string(value)), value);
-  }
-  EXPECT_THROW(pairing_from_string("best"), Error);
-}
-
 TEST(CheckPairs, AcceptsAStrongParticleTwice) {
   EXPECT_NO_THROW(check_pairs({{0, 2, 0.5}, {1, 2, 0.0}}, 3));
   EXPECT_NO_THROW(check_pairs({}, 0));

@@ -35,10 +35,6 @@ RandomStream test_stream(std::uint32_t step) {
   return RandomStream(42, RandomPurpose::test, step);
 }
 
-bool keeps_the_number(ResamplingScheme scheme) {
-  return scheme == ResamplingScheme::partial || scheme == ResamplingScheme::killing;
-}
-
 std::string scheme_name(const testing::TestParamInfo<ResamplingScheme>& info) {
   return to_string(info.param);
 }
@@ -67,7 +63,7 @@ class EveryScheme : public testing::TestWithParam<ResamplingScheme> {
 
   // Other sizes than the number of weights, where the scheme can.
   std::vector<int> sizes(int inputs) const {
-    if (keeps_the_number(GetParam())) return {inputs};
+    if (keeps_size(options_)) return {inputs};
     return {inputs, 1, (inputs + 1) / 2, 2 * inputs + 1};
   }
 
@@ -236,7 +232,7 @@ TEST_P(EveryScheme, TakesNegativeZeroForZero) {
 TEST_P(EveryScheme, SaysSoWhenItCannotChangeTheNumber) {
   Resampler resampler(options_);
   const Eigen::ArrayXd weights = make_weights(Weights::random, 10);
-  if (keeps_the_number(GetParam())) {
+  if (keeps_size(options_)) {
     EXPECT_THROW(resampler.resample(weights, 11, test_stream(1)), Error);
   } else {
     EXPECT_NO_THROW(resampler.resample(weights, 11, test_stream(1)));
@@ -258,10 +254,37 @@ TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
       EXPECT_NE(message.find(to_string(scheme)), std::string::npos);
     }
   }
-  for (const WeightsAfter policy : all_weights_after()) {
-    EXPECT_EQ(weights_after_from_string(to_string(policy)), policy);
+  EXPECT_THROW(to_string(static_cast<ResamplingScheme>(1000)), Error);
+}
+
+// Kwak section 3.2: as many are resampled as were weak or strong. Del Moral: only slots that fall
+// free are filled. All others draw as many as they are asked for.
+TEST(Resampling, KeepsTheSizeUnderPartialAndKilling) {
+  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+    for (const ResamplingScheme inner : inner_resampling_schemes()) {
+      ResamplingOptions options;
+      options.scheme = scheme;
+      options.inner_scheme = inner;
+      EXPECT_EQ(keeps_size(options),
+                scheme == ResamplingScheme::partial || scheme == ResamplingScheme::killing ||
+                    (scheme == ResamplingScheme::rank_based && inner == ResamplingScheme::killing))
+          << to_string(scheme) << " with " << to_string(inner);
+    }
   }
-  EXPECT_THROW(weights_after_from_string("keep"), Error);
+}
+
+TEST(Resampling, AnySchemeButPartialAndRankBasedMayBeInsideThese) {
+  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+    ResamplingOptions options;
+    options.inner_scheme = scheme;
+    const bool may_be =
+        scheme != ResamplingScheme::partial && scheme != ResamplingScheme::rank_based;
+    if (may_be) {
+      EXPECT_NO_THROW(Resampler{options}) << to_string(scheme);
+    } else {
+      EXPECT_THROW(Resampler{options}, Error) << to_string(scheme);
+    }
+  }
 }
 
 TEST(Resampling, RejectsOptionsOutsideTheirRanges) {

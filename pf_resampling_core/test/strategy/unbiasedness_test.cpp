@@ -224,19 +224,17 @@ TEST_P(ManyParticles, AreTakenAsTheirWeightsSay) {
   expect_patterns(parameters, parameters.inputs > 10000 ? 100 : 1000, 1);
 }
 
-// A million: few trials, the schemes with an aim for their speed.
+// A million: few trials.
 class AMillionParticles : public testing::TestWithParam<ResamplingScheme> {};
 
-INSTANTIATE_TEST_SUITE_P(All, AMillionParticles,
-                         testing::Values(ResamplingScheme::multinomial, ResamplingScheme::residual,
-                                         ResamplingScheme::systematic, ResamplingScheme::stratified,
-                                         ResamplingScheme::ssp, ResamplingScheme::killing));
+INSTANTIATE_TEST_SUITE_P(All, AMillionParticles, testing::ValuesIn(inner_resampling_schemes()));
 
 TEST_P(AMillionParticles, AreTakenAsTheirWeightsSay) {
   expect_patterns({GetParam(), Weights::random, 1000000, 1000000}, 40, 3);
 }
 
-// K eq. 3: E[counts_k] = M p_k, whatever the weights, with p written down from the ranks by hand.
+// Kwak eq. 3: E[counts_k] = M p_k, whatever the weights, with p written down from the ranks by
+// hand.
 TEST(RankBased, TakesParticlesAsOftenAsTheirRankSays) {
   // Ranks: 2nd; 1st; 5th; two share 3rd and 4th; the last two share 6th and 7th... of 7.
   Eigen::ArrayXd weights(7);
@@ -270,13 +268,7 @@ TEST(RankBased, TakesParticlesAsOftenAsTheirRankSays) {
 // The inner scheme draws for rank_based and partial: with each of them the means stay.
 class InnerScheme : public testing::TestWithParam<ResamplingScheme> {};
 
-INSTANTIATE_TEST_SUITE_P(All, InnerScheme,
-                         testing::Values(ResamplingScheme::multinomial, ResamplingScheme::residual,
-                                         ResamplingScheme::systematic,
-                                         ResamplingScheme::residual_systematic,
-                                         ResamplingScheme::residual_then_systematic,
-                                         ResamplingScheme::stratified, ResamplingScheme::ssp,
-                                         ResamplingScheme::killing));
+INSTANTIATE_TEST_SUITE_P(All, InnerScheme, testing::ValuesIn(inner_resampling_schemes()));
 
 TEST_P(InnerScheme, KeepsTheMeansOfRankBasedAndPartial) {
   // Weights for partial, T_h = 2 and T_l = 0.5, mean 1/8: 0.3 above 0.25, three below 0.0625. These

@@ -176,10 +176,10 @@ TEST(BeaconMcl, NothingNonFiniteComesOfAbsurdRanges) {
 
 TEST(BeaconMcl, WithoutRenewalTheWeightsAreCarriedOn) {
   BeaconMclOptions never = default_options_with(300);
-  never.population.schedule = Schedule::never;
+  never.strategy.schedule = Schedule::never;
   BeaconMclOptions none = default_options_with(300);
-  none.population.schedule = Schedule::always;
-  none.population.renewal = Renewal::none;
+  none.strategy.schedule = Schedule::always;
+  none.strategy.renewal = Renewal::none;
   for (const BeaconMclOptions& options : {never, none}) {
     const BeaconMcl filter = lived_in(options, 40);
     EXPECT_EQ(filter.status().renewals, 0);
@@ -193,13 +193,13 @@ TEST(BeaconMcl, WithoutRenewalTheWeightsAreCarriedOn) {
 TEST(BeaconMcl, SchedulesCountTheirRenewals) {
   BeaconMclOptions options = default_options_with(300);
   options.initialization.method = Initialization::uniform;
-  options.population.schedule = Schedule::always;
+  options.strategy.schedule = Schedule::always;
   EXPECT_EQ(lived_in(options, 40).status().renewals, 40);
-  options.population.schedule = Schedule::every_n;
-  options.population.every_n = 7;
+  options.strategy.schedule = Schedule::every_n;
+  options.strategy.every_n = 7;
   EXPECT_EQ(lived_in(options, 40).status().renewals, 5);
-  options.population.schedule = Schedule::effective_sample_size;
-  options.population.threshold = 1.0;
+  options.strategy.schedule = Schedule::effective_sample_size;
+  options.strategy.threshold = 1.0;
   EXPECT_EQ(lived_in(options, 40).status().renewals, 40);
 }
 
@@ -212,8 +212,8 @@ TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
     options.particles = 2000;
     options.ranges.sigma = 0.5;
     BeaconMclOptions renewing = options;
-    renewing.population.schedule = Schedule::always;
-    renewing.population.resampling.scheme = scheme;
+    renewing.strategy.schedule = Schedule::always;
+    renewing.strategy.resampling.scheme = scheme;
     BeaconMcl carried(options, square_of_beacons(), 7);
     BeaconMcl renewed(renewing, square_of_beacons(), 7);
     carried.update({}, {range_of(1, 12.5)});
@@ -242,8 +242,8 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   options.initialization.heading = 3.1;
   options.calibration.estimation = CalibrationEstimation::shared;
   BeaconMclOptions compensating = options;
-  compensating.population.schedule = Schedule::always;
-  compensating.population.renewal = Renewal::compensation;
+  compensating.strategy.schedule = Schedule::always;
+  compensating.strategy.renewal = Renewal::compensation;
   BeaconMcl carried(options, square_of_beacons(), 7);
   BeaconMcl blended(compensating, square_of_beacons(), 7);
   carried.update({}, {range_of(1, 12.5)});
@@ -294,19 +294,19 @@ TEST(BeaconMcl, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
       EXPECT_TRUE(same_bytes(all_numbers(filter), before)) << what << " after " << updates;
     };
     for (const ResamplingScheme scheme : all_resampling_schemes()) {
-      options.population.resampling.scheme = scheme;
+      options.strategy.resampling.scheme = scheme;
       expect_unchanged(to_string(scheme));
     }
     for (const Schedule schedule : all_schedules()) {
-      options.population.schedule = schedule;
+      options.strategy.schedule = schedule;
       expect_unchanged(to_string(schedule));
     }
     for (const Renewal renewal : all_renewals()) {
-      options.population.renewal = renewal;
+      options.strategy.renewal = renewal;
       expect_unchanged(to_string(renewal));
     }
     for (const Excitation excitation : all_excitations()) {
-      options.excitation.excitation = excitation;
+      options.strategy.excitation.method = excitation;
       expect_unchanged(to_string(excitation));
     }
     options.particles = 777;
@@ -349,7 +349,7 @@ TEST(BeaconMcl, AnotherParticleCountComesWithTheNextUpdate) {
       BeaconMclOptions options = default_options_with(250);
       BeaconMcl filter = lived_in(options);
       options.particles = count;
-      options.population.resampling.scheme = scheme;
+      options.strategy.resampling.scheme = scheme;
       filter.set_options(options);
       EXPECT_EQ(filter.particles().size(), 250);
       const PoseEstimate before = filter.estimate();
@@ -396,7 +396,7 @@ TEST(BeaconMcl, ImpossibleOptionsChangeNothing) {
   bad.particles = 10;
   expect_refused(bad, "ranges/sigma");
   bad = options;
-  bad.population.threshold = 0.0;
+  bad.strategy.threshold = 0.0;
   expect_refused(bad, "population/threshold");
   bad = options;
   bad.adaptive_count.minimum = 10000;
@@ -408,7 +408,7 @@ TEST(BeaconMcl, SwitchingTheAdaptiveCountOffGoesBackToTheGivenCount) {
   BeaconMclOptions options = default_options_with(600);
   options.adaptive_count.enabled = true;
   options.adaptive_count.minimum = 50;
-  options.population.schedule = Schedule::always;
+  options.strategy.schedule = Schedule::always;
   BeaconMcl filter = lived_in(options, 40);
   ASSERT_NE(filter.particles().size(), 600);
   options.adaptive_count.enabled = false;
@@ -568,7 +568,7 @@ TEST(BeaconMcl, AfterResetAllIsAsAfterConstruction) {
 // The bins are counted here, from the particles that the filter had.
 TEST(BeaconMcl, AdaptiveCountIsFoxsFormula) {
   BeaconMclOptions options = default_options_with(3000);
-  options.population.schedule = Schedule::always;
+  options.strategy.schedule = Schedule::always;
   options.initialization.method = Initialization::uniform;
   AdaptiveCountOptions& adaptive = options.adaptive_count;
   adaptive.enabled = true;
@@ -608,7 +608,7 @@ TEST(BeaconMcl, AdaptiveCountIsFoxsFormula) {
 TEST(BeaconMcl, AdaptiveCountOfOneBinIsTheMinimum) {
   BeaconMclOptions options = known_pose_options();
   options.particles = 500;
-  options.population.schedule = Schedule::always;
+  options.strategy.schedule = Schedule::always;
   options.adaptive_count.enabled = true;
   options.adaptive_count.minimum = 17;
   BeaconMcl filter(options, square_of_beacons(), 8);

@@ -22,8 +22,8 @@ inline std::vector<Beacon> square_of_beacons() {
 inline BeaconMclOptions plain_options() {
   BeaconMclOptions options;
   options.particles = 500;
-  options.population.schedule = Schedule::never;
-  options.excitation.excitation = Excitation::none;
+  options.strategy.schedule = Schedule::never;
+  options.strategy.excitation.method = Excitation::none;
   OdometryNoise& odometry = options.odometry;
   odometry.translation_per_distance = odometry.slip_per_distance = 0.0;
   odometry.heading_per_distance = odometry.heading_per_angle = odometry.heading_per_time = 0.0;

@@ -172,8 +172,8 @@ TEST(Calibration, OffBelievesWhatIsGiven) {
 TEST(Calibration, IsKeptThroughRenewals) {
   BeaconMclOptions options = calibrating(CalibrationEstimation::shared);
   options.particles = 2000;
-  options.population.schedule = Schedule::always;
-  options.excitation.excitation = Excitation::regularized;
+  options.strategy.schedule = Schedule::always;
+  options.strategy.excitation.method = Excitation::regularized;
   options.odometry.translation_per_distance = options.odometry.slip_per_distance = 1e-3;
   options.odometry.heading_per_distance = 1e-4;
   BeaconMcl filter(options, square_of_beacons(), 1);

@@ -218,9 +218,9 @@ TEST(Localization, EverySchemeWithEveryExcitation) {
                      to_string(weights_after));
         BeaconMclOptions options;
         options.particles = 300;
-        options.population.resampling.scheme = scheme;
-        options.population.resampling.weights_after = weights_after;
-        options.excitation.excitation = excitation;
+        options.strategy.resampling.scheme = scheme;
+        options.strategy.resampling.weights_after = weights_after;
+        options.strategy.excitation.method = excitation;
         options.initialization.method = Initialization::gaussian;
         options.initialization.x = 25.5;
         options.initialization.y = 14.5;
@@ -252,10 +252,10 @@ TEST(Localization, EveryCompensationWithEveryExcitation) {
                      to_string(excitation));
         BeaconMclOptions options;
         options.particles = 300;
-        options.population.renewal = Renewal::compensation;
-        options.population.compensation.pairing = pairing;
-        options.population.compensation.weights_after = weights_after;
-        options.excitation.excitation = excitation;
+        options.strategy.renewal = Renewal::compensation;
+        options.strategy.compensation.pairing = pairing;
+        options.strategy.compensation.weights_after = weights_after;
+        options.strategy.excitation.method = excitation;
         options.initialization.method = Initialization::gaussian;
         options.initialization.x = 25.5;
         options.initialization.y = 14.5;

@@ -67,7 +67,7 @@ Eigen::Matrix<double, 2, 5> derivatives(const Eigen::Vector3d& robot,
 FastSlamOptions quiet_options(int particles) {
   FastSlamOptions options;
   options.particles = particles;
-  options.population.renewal = Renewal::none;
+  options.strategy.renewal = Renewal::none;
   options.sensor.range_sigma_share = 0.0;
   return options;
 }
@@ -409,7 +409,7 @@ TEST(FastSlam, AnotherStrategyLeavesParticlesAndMapsAsTheyAre) {
   const FastSlamParticles before = filter.particles();
   const std::vector<LandmarkEstimate> map = filter.map();
   for (const Renewal renewal : all_renewals()) {
-    options.population.renewal = renewal;
+    options.strategy.renewal = renewal;
     options.particles = 150;
     filter.set_options(options);
     EXPECT_TRUE((filter.particles().x == before.x).all());

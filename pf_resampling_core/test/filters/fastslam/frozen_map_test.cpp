@@ -64,7 +64,7 @@ TEST(FrozenMap, LocalizesInAFrozenMapAndLeavesItAsItIs) {
     for (const Renewal renewal : all_renewals()) {
       FastSlamOptions options = some_options();
       options.map.frozen = true;
-      options.population.renewal = renewal;
+      options.strategy.renewal = renewal;
       FastSlam filter(options, 9);
       filter.load(map);
       EXPECT_EQ(filter.particles().x[3], map.particles[3].pose.x);
@@ -100,7 +100,7 @@ TEST(FrozenMap, FreezesAndThawsLive) {
   for (const Renewal renewal : all_renewals()) {
     const std::vector<Step> steps = drive(80, true, 5);
     FastSlamOptions options = some_options();
-    options.population.renewal = renewal;
+    options.strategy.renewal = renewal;
     FastSlam filter(options, 7);
     run(&filter, steps, 0, 15);  // a part of the circle
     const std::size_t known = filter.map().size();

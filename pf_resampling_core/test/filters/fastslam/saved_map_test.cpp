@@ -43,9 +43,9 @@ TEST(SavedMap, ALoadedFilterGoesOnToTheBit) {
     for (const Renewal renewal : all_renewals()) {
       for (const Schedule schedule : {Schedule::effective_sample_size, Schedule::every_n}) {
         FastSlamOptions options = some_options(method);
-        options.population.renewal = renewal;
-        options.population.schedule = schedule;
-        options.population.every_n = 4;
+        options.strategy.renewal = renewal;
+        options.strategy.schedule = schedule;
+        options.strategy.every_n = 4;
         FastSlam uninterrupted(options, 7);
         run(&uninterrupted, steps, 0, steps.size());
         FastSlam first(options, 7);
@@ -104,7 +104,7 @@ TEST(SavedMap, LoadsAnotherNumberOfParticles) {
   for (const int count : {10, 40, 300}) {
     FastSlamOptions options = some_options();
     options.particles = count;
-    options.population.renewal = Renewal::none;
+    options.strategy.renewal = Renewal::none;
     FastSlam second(options, 8);
     second.load(map);
     EXPECT_EQ(second.particles().size(), count);

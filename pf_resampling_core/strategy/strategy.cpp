@@ -1,0 +1,169 @@
+#include "pf_resampling_core/strategy/strategy.hpp"
+
+#include <cstdio>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/parameters/enum_names.hpp"
+
+namespace pf_resampling {
+namespace {
+
+const EnumNames<Schedule> kSchedules{"schedule",
+                                     {{Schedule::never, "never"},
+                                      {Schedule::always, "always"},
+                                      {Schedule::effective_sample_size, "effective_sample_size"},
+                                      {Schedule::every_n, "every_n"}}};
+const EnumNames<Renewal> kRenewals{"renewal",
+                                   {{Renewal::none, "none"},
+                                    {Renewal::resampling, "resampling"},
+                                    {Renewal::compensation, "compensation"}}};
+
+}  // namespace
+
+const std::vector<Schedule>& all_schedules() {
+  return kSchedules.values();
+}
+std::string to_string(Schedule schedule) {
+  return kSchedules.name(schedule);
+}
+
+const std::vector<Renewal>& all_renewals() {
+  return kRenewals.values();
+}
+std::string to_string(Renewal renewal) {
+  return kRenewals.name(renewal);
+}
+
+void add_parameters(StrategyOptions* options, ParameterList* parameters) {
+  parameters->push_back(choice_parameter("population/schedule", &options->schedule, all_schedules(),
+                                         "When the population is renewed."));
+  parameters->push_back(
+      real_above_parameter("population/threshold", &options->threshold, 0.0, 1.0, "",
+                           "Renew when N_eff falls below this share of the particles."));
+  parameters->push_back(integer_parameter("population/every_n", &options->every_n, 1, 1000000,
+                                          "Observations between renewals under every_n."));
+  parameters->push_back(choice_parameter("population/renewal", &options->renewal, all_renewals(),
+                                         "How the population is renewed."));
+  add_parameters(&options->resampling, parameters);
+  add_parameters(&options->compensation, parameters);
+  add_parameters(&options->excitation, parameters);
+}
+
+std::string strategy_of(const StrategyOptions& options) {
+  std::string strategy = to_string(options.schedule);
+  char text[60];
+  if (options.schedule == Schedule::effective_sample_size) {
+    std::snprintf(text, sizeof(text), " < %g", options.threshold);
+    strategy += text;
+  } else if (options.schedule == Schedule::every_n) {
+    strategy += " " + std::to_string(options.every_n);
+  }
+  strategy += ", " + to_string(options.renewal);
+  if (options.renewal == Renewal::resampling) {
+    strategy += " " + to_string(options.resampling.scheme);
+  } else if (options.renewal == Renewal::compensation) {
+    std::snprintf(text, sizeof(text), " %s %g %%", to_string(options.compensation.pairing).c_str(),
+                  100.0 * options.compensation.ratio);
+    strategy += text;
+  }
+  return strategy + ", " + to_string(options.excitation.method);
+}
+
+Strategy::Strategy(const StrategyOptions& options)
+    : options_(options), resampler_(options.resampling) {
+  if (!(options.threshold > 0.0 && options.threshold <= 1.0)) {
+    throw Error("strategy: threshold is " + std::to_string(options.threshold) +
+                ", has to be in (0, 1]");
+  }
+  if (options.every_n < 1) {
+    throw Error("strategy: every_n is " + std::to_string(options.every_n) +
+                ", has to be at least 1");
+  }
+  const double ratio = options.compensation.ratio;
+  if (!(ratio > 0.0 && ratio <= 1.0)) {
+    throw Error("strategy: the compensation's ratio is " + std::to_string(ratio) +
+                ", has to be in (0, 1]");
+  }
+}
+
+void Strategy::set_options(const StrategyOptions& options) {
+  Strategy other(options);
+  options_ = other.options_;
+  resampler_ = std::move(other.resampler_);
+}
+
+bool Strategy::is_due(double effective_sample_size, int size, int requested_size) {
+  ++observations_since_renewal_;
+  if (options_.renewal == Renewal::none) return false;
+  if (requested_size != size) return true;
+  switch (options_.schedule) {
+    case Schedule::never:
+      return false;
+    case Schedule::always:
+      return true;
+    case Schedule::effective_sample_size:
+      // A threshold of one means after every observation, also when all weights are equal (Kwak
+      // section 5.2).
+      return options_.threshold >= 1.0 || effective_sample_size < options_.threshold * size;
+    case Schedule::every_n:
+      return observations_since_renewal_ >= options_.every_n;
+  }
+  return false;
+}
+
+RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size, bool is_urgent,
+                               const RandomStreams& streams, const Population& population) {
+  const int size = static_cast<int>(population.weight->size());
+  const bool is_now = is_due(effective_sample_size, size, requested_size) ||
+                      (is_urgent && options_.schedule != Schedule::never);
+  if (!is_now || options_.renewal == Renewal::none) return {};
+
+  RenewalOutcome outcome{true, size};
+  // Another number of particles can only be drawn.
+  switch (requested_size == size ? options_.renewal : Renewal::resampling) {
+    case Renewal::none:
+      break;
+    case Renewal::resampling: {
+      const ResamplingResult result =
+          select(*population.weight, requested_size, streams(RandomPurpose::resampling));
+      population.select(result.ancestors);
+      *population.ancestor = result.ancestors;
+      *population.log_weight = result.log_weights;
+      outcome.distinct_ancestors = static_cast<int>((result.counts > 0).count());
+      break;
+    }
+    case Renewal::compensation: {
+      const CompensationResult result =
+          compensate(*population.weight, streams(RandomPurpose::compensation));
+      population.blend(result.pairs);
+      *population.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+      *population.log_weight = result.log_weights;
+      break;
+    }
+  }
+  *population.weight = population.log_weight->exp();
+  excite(options_.excitation, *population.weight, *population.ancestor,
+         streams(RandomPurpose::excitation), {*population.x, *population.y, *population.heading},
+         &excitation_workspace_);
+  return outcome;
+}
+
+ResamplingResult Strategy::select(ConstArray weights, int requested_size,
+                                  const RandomStream& stream) {
+  count_renewal();
+  const bool resizes = weights.size() != requested_size;
+  Resampler& resampler = resizes && keeps_size(options_.resampling) ? resizer_ : resampler_;
+  return resampler.resample(weights, requested_size, stream);
+}
+
+CompensationResult Strategy::compensate(ConstArray weights, const RandomStream& stream) {
+  count_renewal();
+  return pf_resampling::compensate(options_.compensation, weights, stream);
+}
+
+void Strategy::count_renewal() {
+  ++renewals_;
+  observations_since_renewal_ = 0;
+}
+
+}  // namespace pf_resampling
