@@ -15,13 +15,18 @@ void move(const OdometryIncrement& motion, std::uint64_t seed, SavedMap* map) {
   map->pose.covariance = 0.5 * (map->pose.covariance + map->pose.covariance.transpose()).eval();
   const Eigen::Matrix3d root = lower_root(motion.covariance);
   const RandomStream normals(seed, RandomPurpose::saving, map->step);
-  for (std::size_t i = 0; i < map->particles.size(); ++i) {
+  FastSlamParticles& particles = map->particles;
+  for (Eigen::Index i = 0; i < particles.size(); ++i) {
+    const std::uint64_t first = 4 * static_cast<std::uint64_t>(i);
     const Eigen::Vector3d offset =
-        root * Eigen::Vector3d(normals.normal(4 * i), normals.normal(4 * i + 1),
-                               normals.normal(4 * i + 2));
-    Pose2& pose = map->particles[i].pose;
-    pose = compose(pose, {motion.mean.x + offset[0], motion.mean.y + offset[1],
-                          motion.mean.heading + offset[2]});
+        root * Eigen::Vector3d(normals.normal(first), normals.normal(first + 1),
+                               normals.normal(first + 2));
+    const Pose2 pose = compose(
+        {particles.x[i], particles.y[i], particles.heading[i]},
+        {motion.mean.x + offset[0], motion.mean.y + offset[1], motion.mean.heading + offset[2]});
+    particles.x[i] = pose.x;
+    particles.y[i] = pose.y;
+    particles.heading[i] = pose.heading;
   }
 }
 

@@ -25,7 +25,7 @@ TEST_F(RunBagFastSlam, TheOutputHoldsPosesAndTheMapThatIsSaved) {
   const auto published = read_landmark_map(open_bag(out_), "/landmark_map").value();
   const SavedMap saved = read_map_file(map_);
   EXPECT_EQ(saved.frame, "map");
-  EXPECT_EQ(saved.particles.size(), 1000u);
+  EXPECT_EQ(saved.particles.size(), 1000);
   ASSERT_EQ(published.size(), 30u);
   ASSERT_EQ(saved.landmarks.size(), 30u);
   for (std::size_t i = 0; i < published.size(); ++i) {

@@ -1,5 +1,5 @@
-#include <array>
 #include <limits>
+#include <type_traits>
 
 #include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/checkpoint/checkpoint_lines.hpp"
@@ -89,40 +89,49 @@ Rows rows_of(const std::vector<double>& numbers, Eigen::Index rows, Eigen::Index
 }
 
 BeaconMclParticles read_particles(std::size_t radios, LineReader* reader) {
-  constexpr std::size_t kNumbers = 9;
-  constexpr std::size_t kAncestor = 6;  // its word
+  BeaconMclParticles particles;
+  // Kinds of the numbers in a particle's line, and how many are in a radio's.
+  std::vector<ColumnKind> kinds;
+  std::size_t per_radio = 0;
+  BeaconMclParticles::for_each_column(particles,
+                                      [&](const char*, ColumnKind kind, const auto& column) {
+                                        if (has_one_number<decltype(column)>) {
+                                          kinds.push_back(kind);
+                                        } else {
+                                          ++per_radio;
+                                        }
+                                      });
   const Eigen::Index count = take_count("particles", kMost, reader);
   std::vector<double> numbers;
-  std::vector<int> ancestors;
-  std::array<std::vector<double>, 5> calibrations;
+  std::vector<double> of_radios;
   for (Eigen::Index i = 0; i < count; ++i) {
-    reader->take("particle", kNumbers + 1);
-    for (std::size_t word = 1; word <= kNumbers + 1; ++word) {
-      if (word != kAncestor) numbers.push_back(reader->real(word));
+    reader->take("particle", kinds.size());
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      const bool is_slot = kinds[k] == ColumnKind::ancestor;
+      numbers.push_back(is_slot ? static_cast<double>(reader->integer(k + 1, kLargestInt))
+                                : reader->real(k + 1));
     }
-    ancestors.push_back(static_cast<int>(reader->integer(kAncestor, kLargestInt)));
     for (std::size_t radio = 0; radio < radios; ++radio) {
-      reader->take("radio", calibrations.size());
-      for (std::size_t k = 0; k < calibrations.size(); ++k) {
-        calibrations[k].push_back(reader->finite(k + 1));
-      }
+      reader->take("radio", per_radio);
+      for (std::size_t k = 0; k < per_radio; ++k) of_radios.push_back(reader->finite(k + 1));
     }
   }
-  BeaconMclParticles particles;
-  const Rows rows = rows_of(numbers, count, kNumbers);
-  Eigen::Index column = 0;
-  for (Eigen::ArrayXd* array :
-       {&particles.x, &particles.y, &particles.heading, &particles.log_weight, &particles.weight,
-        &particles.yaw_rate_bias, &particles.yaw_rate_bias_variance, &particles.translation_factor,
-        &particles.heading_factor}) {
-    *array = rows.col(column++);
-  }
-  particles.ancestor = Eigen::Map<const Eigen::ArrayXi>(ancestors.data(), count);
-  std::size_t k = 0;
-  for (Eigen::ArrayXXd* array : {&particles.scale, &particles.bias, &particles.scale_variance,
-                                 &particles.scale_bias_covariance, &particles.bias_variance}) {
-    *array = rows_of(calibrations[k++], count, static_cast<Eigen::Index>(radios));
-  }
+  const Rows rows = rows_of(numbers, count, static_cast<Eigen::Index>(kinds.size()));
+  // A row per particle and radio.
+  const auto lines = static_cast<Eigen::Index>(radios) * count;
+  const Rows rows_of_radios = rows_of(of_radios, lines, static_cast<Eigen::Index>(per_radio));
+  Eigen::Index number = 0;
+  Eigen::Index number_of_radio = 0;
+  BeaconMclParticles::for_each_column(particles, [&](const char*, ColumnKind, auto& column) {
+    using Column = std::decay_t<decltype(column)>;
+    if constexpr (has_one_number<Column>) {
+      column = rows.col(number++).template cast<typename Column::Scalar>();
+    } else {
+      const Eigen::ArrayXd of_all = rows_of_radios.col(number_of_radio++);
+      column = rows_of({of_all.data(), of_all.data() + of_all.size()}, count,
+                       static_cast<Eigen::Index>(radios));
+    }
+  });
   return particles;
 }
 

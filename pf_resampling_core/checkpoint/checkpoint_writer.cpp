@@ -67,23 +67,27 @@ void write_progress(const SavedProgress& progress, LineWriter* writer) {
 }
 
 void write_particles(const BeaconMclParticles& particles, LineWriter* writer) {
-  writer->line("# x, y, heading, log-weight, weight, slot before the last renewal; yaw-rate bias");
-  writer->line("# and its variance; factors of the noise of translation and heading; then a line");
-  writer->line("# per radio: scale and bias, their covariance ss sb bb");
+  for (const char* line : BeaconMclParticles::kLinesMean) writer->line(line);
   writer->line("particles " + std::to_string(particles.size()));
+  const Eigen::Index radios = particles.scale.cols();
   for (Eigen::Index i = 0; i < particles.size(); ++i) {
-    const std::string text =
-        one(line_of("particle", particles.x[i], particles.y[i], particles.heading[i],
-                    particles.log_weight[i], particles.weight[i]),
-            std::int64_t{particles.ancestor[i]});
-    writer->line(line_of(text, particles.yaw_rate_bias[i], particles.yaw_rate_bias_variance[i],
-                         particles.translation_factor[i], particles.heading_factor[i]));
-    for (Eigen::Index radio = 0; radio < particles.scale.cols(); ++radio) {
-      writer->line(line_of("radio", particles.scale(i, radio), particles.bias(i, radio),
-                           particles.scale_variance(i, radio),
-                           particles.scale_bias_covariance(i, radio),
-                           particles.bias_variance(i, radio)));
-    }
+    std::string of_particle = "particle";
+    std::vector<std::string> of_radios(static_cast<std::size_t>(radios), "radio");
+    BeaconMclParticles::for_each_column(
+        particles, [&](const char*, ColumnKind kind, const auto& column) {
+          if (kind == ColumnKind::ancestor) {
+            append(static_cast<std::int64_t>(column(i, 0)), &of_particle);
+          } else if (has_one_number<decltype(column)>) {
+            append(static_cast<double>(column(i, 0)), &of_particle);
+          } else {
+            for (Eigen::Index radio = 0; radio < radios; ++radio) {
+              append(static_cast<double>(column(i, radio)),
+                     &of_radios[static_cast<std::size_t>(radio)]);
+            }
+          }
+        });
+    writer->line(of_particle);
+    for (const std::string& line : of_radios) writer->line(line);
   }
 }
 

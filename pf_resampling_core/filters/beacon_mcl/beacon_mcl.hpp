@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/particles.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parallel/worker_pool.hpp"
@@ -59,24 +60,6 @@ struct NoiseFactors {
 struct ScalarEstimate {
   double mean = 0.0;
   double sigma = 0.0;
-};
-
-/// The population, structure of arrays: entry i of every array belongs to particle i; the
-/// calibration has a column per radio (one where it is shared).
-struct BeaconMclParticles {
-  Eigen::ArrayXd x, y;                    ///< m, map frame
-  Eigen::ArrayXd heading;                 ///< rad, in [-pi, pi]
-  Eigen::ArrayXd log_weight;              ///< normalised
-  Eigen::ArrayXd weight;                  ///< normalised, linear
-  Eigen::ArrayXi ancestor;                ///< slot before the last renewal
-  Eigen::ArrayXd yaw_rate_bias;           ///< rad/s, mean of the particle's Kalman filter
-  Eigen::ArrayXd yaw_rate_bias_variance;  ///< and its variance
-  /// Of the dead reckoning's standard deviations.
-  Eigen::ArrayXd translation_factor, heading_factor;
-  Eigen::ArrayXXd scale, bias;  ///< means of the particle's Kalman filters
-  Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
-
-  Eigen::Index size() const { return x.size(); }
 };
 
 /// Monte Carlo localization by ranges to known beacons (Mahmoud section III): the particles hold
@@ -182,9 +165,7 @@ class BeaconMcl {
   void initialize_when_possible();
   void initialize_uniform();
   void initialize_from_ranges();
-  void resize_population(Eigen::Index size);
   void reset_weights();
-  void select(ConstIndices ancestors);
   void begin_population(bool first);
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();
@@ -223,7 +204,6 @@ class BeaconMcl {
 
   std::unique_ptr<WorkerPool> pool_;
   Eigen::ArrayXd work_;
-  std::vector<std::pair<int, int>> copies_;  // slot and ancestor of a selection
 };
 
 }  // namespace pf_resampling

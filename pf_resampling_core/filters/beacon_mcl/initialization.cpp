@@ -52,7 +52,7 @@ void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& co
   checks::check_pose(mean, covariance);
   ++step_;
   const bool first = !is_initialized();
-  resize_population(requested_size_);
+  resize_columns(requested_size_, &particles_);
   const Eigen::Matrix3d root = lower_root(covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
@@ -73,13 +73,12 @@ void BeaconMcl::set_particles(const GivenParticles& particles) {
   const bool first = !is_initialized();
   const auto count = static_cast<Eigen::Index>(particles.poses.size());
   if (first) {
-    resize_population(count);
+    resize_columns(count, &particles_);
   } else {
     Resampler resampler;
-    select(
-        resampler
-            .resample(particles_.weight, static_cast<int>(count), stream(RandomPurpose::selection))
-            .ancestors);
+    const ResamplingResult drawn = resampler.resample(particles_.weight, static_cast<int>(count),
+                                                      stream(RandomPurpose::selection));
+    select_columns(drawn.ancestors, &particles_);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
@@ -109,7 +108,7 @@ void BeaconMcl::initialize_uniform() {
     low[axis] -= is_flat ? options_.ranges.maximum_range : margin;
     high[axis] += is_flat ? options_.ranges.maximum_range : margin;
   }
-  resize_population(requested_size_);
+  resize_columns(requested_size_, &particles_);
   const RandomStream uniforms = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
     const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
@@ -123,7 +122,7 @@ void BeaconMcl::initialize_uniform() {
 void BeaconMcl::initialize_from_ranges() {
   const bool first = !is_initialized();
   const std::vector<Pose2> poses = propose_from_ranges(requested_size_);
-  resize_population(requested_size_);
+  resize_columns(requested_size_, &particles_);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Index slot = static_cast<Eigen::Index>(i);
     particles_.x[slot] = poses[i].x;

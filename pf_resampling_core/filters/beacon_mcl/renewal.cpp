@@ -17,7 +17,7 @@ void BeaconMcl::renew() {
                         &particles_.ancestor,
                         nullptr,
                         nullptr};
-  population.select = [this](ConstIndices ancestors) { select(ancestors); };
+  population.select = [this](ConstIndices ancestors) { select_columns(ancestors, &particles_); };
   // The weak move towards the strong, and keep what they have learnt.
   population.blend = [this](const std::vector<BlendPair>& pairs) {
     blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
@@ -34,56 +34,6 @@ void BeaconMcl::renew() {
   inject();
   vary_noise_factors();
   if (options_.adaptive_count.enabled) adapt_count();
-}
-
-// Survivors keep their slots, so copies can be made in place.
-void BeaconMcl::select(ConstIndices ancestors) {
-  const Eigen::Index before = particles_.size();
-  const Eigen::Index after = ancestors.size();
-  if (after > before) resize_population(after);
-  copies_.clear();
-  for (Eigen::Index i = 0; i < after; ++i) {
-    if (ancestors[i] != i) copies_.push_back({static_cast<int>(i), ancestors[i]});
-  }
-  const auto copy = [&](auto&& column) {
-    for (const auto& [slot, ancestor] : copies_) column[slot] = column[ancestor];
-  };
-  copy(particles_.x);
-  copy(particles_.y);
-  copy(particles_.heading);
-  copy(particles_.yaw_rate_bias);
-  copy(particles_.yaw_rate_bias_variance);
-  copy(particles_.translation_factor);
-  copy(particles_.heading_factor);
-  for (Eigen::Index radio = 0; radio < particles_.scale.cols(); ++radio) {
-    copy(particles_.scale.col(radio));
-    copy(particles_.bias.col(radio));
-    copy(particles_.scale_variance.col(radio));
-    copy(particles_.scale_bias_covariance.col(radio));
-    copy(particles_.bias_variance.col(radio));
-  }
-  if (after < before) resize_population(after);
-}
-
-// Slots that are added hold copies, so that nothing in them is ever undefined.
-void BeaconMcl::resize_population(Eigen::Index size) {
-  const Eigen::Index before = particles_.size();
-  const auto resize = [&](auto* array) {
-    array->conservativeResize(size, array->cols());
-    for (Eigen::Index i = before; before > 0 && i < size; ++i)
-      array->row(i) = array->row(i % before).eval();
-  };
-  for (Eigen::ArrayXd* array :
-       {&particles_.x, &particles_.y, &particles_.heading, &particles_.yaw_rate_bias,
-        &particles_.yaw_rate_bias_variance, &particles_.translation_factor,
-        &particles_.heading_factor, &particles_.log_weight, &particles_.weight}) {
-    resize(array);
-  }
-  resize(&particles_.ancestor);
-  for (Eigen::ArrayXXd* array : {&particles_.scale, &particles_.bias, &particles_.scale_variance,
-                                 &particles_.scale_bias_covariance, &particles_.bias_variance}) {
-    resize(array);
-  }
 }
 
 bool BeaconMcl::recovery_is_due() const {

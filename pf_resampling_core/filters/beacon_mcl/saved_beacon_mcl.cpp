@@ -13,39 +13,13 @@ namespace {
 
 constexpr double kRounding = 1e-6;
 
-// Sizes and values of the population.
-std::string fault_of(const BeaconMclParticles& particles, std::size_t radios) {
-  const Eigen::Index count = particles.size();
-  if (count < 1) return "there are no particles";
-  for (const Eigen::ArrayXd* array :
-       {&particles.x, &particles.y, &particles.heading, &particles.weight, &particles.yaw_rate_bias,
-        &particles.yaw_rate_bias_variance, &particles.translation_factor,
-        &particles.heading_factor}) {
-    if (array->size() != count) return "the particles' numbers are not of one size";
-    if (!array->allFinite()) return "a number of a particle is not finite";
-  }
-  for (const Eigen::ArrayXXd* array :
-       {&particles.scale, &particles.bias, &particles.scale_variance,
-        &particles.scale_bias_covariance, &particles.bias_variance}) {
-    if (array->rows() != count || array->cols() != static_cast<Eigen::Index>(radios)) {
-      return "the particles' calibrations are not one per radio";
-    }
-    if (!array->allFinite()) return "a calibration of a particle is not finite";
-  }
-  if (particles.log_weight.size() != count || particles.ancestor.size() != count) {
-    return "the particles' numbers are not of one size";
-  }
-  if (!(particles.log_weight <= kRounding).all()) return "a log-weight is above 0";
+// What cannot be seen of a column by itself.
+std::string fault_of_weights(const BeaconMclParticles& particles) {
   if (!((particles.log_weight.exp() - particles.weight).abs() <= kRounding).all()) {
     return "a weight is not what its logarithm says";
   }
   if (!(std::abs(particles.weight.sum() - 1.0) <= kRounding)) {
     return "the weights do not add up to 1";
-  }
-  if ((particles.ancestor < 0).any()) return "an ancestor is negative";
-  if ((particles.yaw_rate_bias_variance < 0.0).any()) return "a variance is negative";
-  if (!(particles.translation_factor > 0.0).all() || !(particles.heading_factor > 0.0).all()) {
-    return "a noise factor is not above 0";
   }
   return {};
 }
@@ -83,7 +57,9 @@ std::string fault_of(const SavedBeaconMcl& saved) {
       return "beacon " + std::to_string(range.observation.beacon) + " of a range is not listed";
     }
   }
-  return fault_of(saved.particles, saved.calibration_times.size());
+  const auto radios = static_cast<Eigen::Index>(saved.calibration_times.size());
+  const std::string fault = fault_of_columns(saved.particles, radios);
+  return fault.empty() ? fault_of_weights(saved.particles) : fault;
 }
 
 SavedBeaconMcl BeaconMcl::saved() const {

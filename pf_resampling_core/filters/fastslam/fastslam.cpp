@@ -276,15 +276,22 @@ void FastSlam::renew() {
 
 // The poses are copied, the maps are not: their store takes note.
 void FastSlam::select(ConstIndices ancestors) {
-  for (Eigen::ArrayXd* array : {&particles_.x, &particles_.y, &particles_.heading}) {
-    work_.resize(std::max<Eigen::Index>(work_.size(), ancestors.size()));
-    for (Eigen::Index i = 0; i < ancestors.size(); ++i) work_[i] = (*array)[ancestors[i]];
-    *array = work_.head(ancestors.size());
-  }
+  select_columns(ancestors, &particles_);
   odometry_errors_.select(ancestors);
   store_.select(ancestors);
   ancestry_.select(ancestors);
   paths_.select(ancestors);
+}
+
+// Another number of particles, drawn from the present ones outside of any renewal.
+void FastSlam::draw_population(int size) {
+  Resampler resampler;
+  const ResamplingResult drawn =
+      resampler.resample(particles_.weight, size, stream(RandomPurpose::selection));
+  select(drawn.ancestors);
+  particles_.ancestor = drawn.ancestors;
+  particles_.log_weight = drawn.log_weights;
+  particles_.weight = particles_.log_weight.exp();
 }
 
 void FastSlam::blend(const std::vector<BlendPair>& pairs) {

@@ -12,6 +12,7 @@
 #include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
+#include "pf_resampling_core/filters/fastslam/particles.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -25,17 +26,6 @@ namespace kernels {
 struct PoseGaussians;
 }
 struct SavedMap;
-
-/// The poses of the population, structure of arrays: entry i of every array belongs to particle i.
-struct FastSlamParticles {
-  Eigen::ArrayXd x, y;        ///< m, map frame
-  Eigen::ArrayXd heading;     ///< rad, in [-pi, pi]
-  Eigen::ArrayXd log_weight;  ///< normalised
-  Eigen::ArrayXd weight;      ///< normalised, linear
-  Eigen::ArrayXi ancestor;    ///< slot before the last renewal
-
-  Eigen::Index size() const { return x.size(); }
-};
 
 /// A landmark of the weighted-mean map.
 struct LandmarkEstimate {
@@ -192,6 +182,8 @@ class FastSlam {
   void renew();
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
+  void draw_population(int size);
+  void take_particles(const SavedMap& map);
   RandomStream stream(RandomPurpose purpose) const;
 
   FastSlamOptions options_;

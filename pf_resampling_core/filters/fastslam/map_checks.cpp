@@ -104,16 +104,23 @@ std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
   return {};
 }
 
-std::string fault_of(const SavedParticle& particle) {
-  std::string fault = fault_of_pose(particle.pose);
+std::string fault_of(const FastSlamParticles& particles, Eigen::Index i) {
+  std::string fault = fault_of_pose({particles.x[i], particles.y[i], particles.heading[i]});
   if (!fault.empty()) return fault;
+  const double log_weight = particles.log_weight[i];
+  const double weight = particles.weight[i];
   // Minus infinity is the logarithm of a weight of zero.
-  if (!(particle.log_weight <= kRounding)) return "the log-weight is above 0";
-  if (!(std::abs(std::exp(particle.log_weight) - particle.weight) <= kRounding &&
-        particle.weight >= 0.0)) {
+  if (!(log_weight <= kRounding)) return "the log-weight is above 0";
+  if (!(std::abs(std::exp(log_weight) - weight) <= kRounding && weight >= 0.0)) {
     return "the weight is not what its logarithm says";
   }
-  return {};
+  FastSlamParticles::for_each_column(
+      particles, [&](const std::string& name, ColumnKind kind, const auto& column) {
+        if (kind == ColumnKind::log_weight || kind == ColumnKind::ancestor) return;
+        if (!std::isfinite(static_cast<double>(column[i])))
+          fault = "the " + name + " is not finite";
+      });
+  return fault;
 }
 
 std::string fault_of(const OdometryErrorState& errors, std::size_t particles) {
@@ -158,13 +165,12 @@ std::string fault_of_whole(const SavedMap& map) {
   if (by_discovery && !map.landmarks.empty() && map.landmarks.back().estimate.id >= map.next_id) {
     return "the next id is that of a landmark that is there";
   }
-  if (map.particles.empty()) return {};
-  if (static_cast<std::int64_t>(map.particles.size()) > kMostParticles) {
+  if (map.particles.size() == 0) return {};
+  if (map.particles.size() > kMostParticles) {
     return "there are more than 1000000 particles";
   }
-  double sum = 0.0;
-  for (const SavedParticle& particle : map.particles) sum += particle.weight;
-  if (!(std::abs(sum - 1.0) <= 1e-6)) return "the weights do not add up to 1";
+  if (!(std::abs(map.particles.weight.sum() - 1.0) <= 1e-6))
+    return "the weights do not add up to 1";
   return {};
 }
 
@@ -184,16 +190,26 @@ void check_saved_map(const SavedMap& map) {
     refuse_if(fault_of(landmark, previous));
     previous = landmark.estimate.id;
   }
-  for (std::size_t i = 0; i < map.particles.size(); ++i) {
+  const Eigen::Index particles = map.particles.size();
+  if (particles > 0) {
+    FastSlamParticles saved = map.particles;
+    saved.ancestor.setZero(particles);  // is not saved
+    refuse_if(fault_of_sizes(saved));
+  }
+  if (map.particle_maps.size() != static_cast<std::size_t>(particles)) {
+    refuse_if("there are " + std::to_string(map.particle_maps.size()) + " maps of particles for " +
+              std::to_string(particles) + " particles");
+  }
+  for (Eigen::Index i = 0; i < particles; ++i) {
     const std::string where = "particle " + std::to_string(i) + ": ";
-    refuse_if(fault_of(map.particles[i]), where);
+    refuse_if(fault_of(map.particles, i), where);
     previous = -1;
-    for (const ParticleLandmark& landmark : map.particles[i].landmarks) {
+    for (const ParticleLandmark& landmark : map.particle_maps[static_cast<std::size_t>(i)]) {
       refuse_if(fault_of(landmark, previous, map), where);
       previous = landmark.id;
     }
   }
-  refuse_if(fault_of(map.odometry_errors, map.particles.size()));
+  refuse_if(fault_of(map.odometry_errors, static_cast<std::size_t>(particles)));
   refuse_if(fault_of_whole(map));
 }
 

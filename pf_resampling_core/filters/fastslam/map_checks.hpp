@@ -20,7 +20,7 @@ std::string fault_of_view(double range, double bearing);
 /// `previous`: the id before it in the list, -1 for the first.
 std::string fault_of(const SavedLandmark& landmark, std::int64_t previous);
 /// Its pose and weights.
-std::string fault_of(const SavedParticle& particle);
+std::string fault_of(const FastSlamParticles& particles, Eigen::Index particle);
 /// `map`: with the landmarks that particles can have.
 std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, const SavedMap& map);
 /// Of so many particles.

@@ -1,4 +1,7 @@
 #include <limits>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "pf_resampling_core/files/line_reader.hpp"
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
@@ -66,15 +69,24 @@ SavedLandmark read_landmark(LineReader* reader, std::int64_t previous) {
   return landmark;
 }
 
-// Memory grows with what is in the file, never with what it says is to come.
-SavedParticle read_particle(LineReader* reader, const SavedMap& map) {
-  reader->take("particle", 6);
-  SavedParticle particle;
-  particle.pose = {reader->real(1), reader->real(2), reader->real(3)};
-  particle.log_weight = reader->real(4);
-  particle.weight = reader->real(5);
-  reader->refuse_if(fault_of(particle));
-  const std::int64_t count = reader->integer(6, static_cast<std::int64_t>(map.landmarks.size()));
+// One particle: its numbers are put at the end of those of all, its map likewise. Memory grows with
+// what is in the file, never with what it says is to come.
+void read_particle(LineReader* reader, std::vector<std::vector<double>>* columns, SavedMap* map) {
+  reader->take("particle", columns->size() + 1);
+  FastSlamParticles particle;
+  std::size_t word = 0;
+  FastSlamParticles::for_each_column(particle, [&](const char*, ColumnKind kind, auto& column) {
+    column.setZero(1);
+    if (kind == ColumnKind::ancestor) return;
+    const double number = reader->real(word + 1);
+    using Number = typename std::decay_t<decltype(column)>::Scalar;
+    column[0] = static_cast<Number>(number);
+    (*columns)[word++].push_back(number);
+  });
+  reader->refuse_if(fault_of(particle, 0));
+  const std::int64_t count =
+      reader->integer(word + 1, static_cast<std::int64_t>(map->landmarks.size()));
+  std::vector<ParticleLandmark> landmarks;
   std::int64_t previous = -1;
   for (std::int64_t i = 0; i < count; ++i) {
     reader->take("has", 7);
@@ -83,11 +95,31 @@ SavedParticle read_particle(LineReader* reader, const SavedMap& map) {
     landmark.mean = {reader->real(2), reader->real(3)};
     landmark.covariance = covariance_of(*reader, 4);
     landmark.log_odds = reader->real(7);
-    reader->refuse_if(fault_of(landmark, previous, map));
+    reader->refuse_if(fault_of(landmark, previous, *map));
     previous = landmark.id;
-    particle.landmarks.push_back(landmark);
+    landmarks.push_back(landmark);
   }
-  return particle;
+  map->particle_maps.push_back(std::move(landmarks));
+}
+
+void read_particles(LineReader* reader, SavedMap* map) {
+  std::size_t saved = 0;
+  FastSlamParticles::for_each_column(map->particles, [&](const char*, ColumnKind kind, auto&) {
+    saved += kind == ColumnKind::ancestor ? 0 : 1;
+  });
+  reader->take("particles", 1);
+  const std::int64_t count = reader->integer(1, map_checks::kMostParticles);
+  std::vector<std::vector<double>> columns(saved);
+  for (std::int64_t i = 0; i < count; ++i) read_particle(reader, &columns, map);
+  std::size_t next = 0;
+  FastSlamParticles::for_each_column(
+      map->particles, [&](const char*, ColumnKind kind, auto& column) {
+        column.setZero(count);
+        if (kind == ColumnKind::ancestor) return;
+        using Number = typename std::decay_t<decltype(column)>::Scalar;
+        column =
+            Eigen::Map<const Eigen::ArrayXd>(columns[next++].data(), count).template cast<Number>();
+      });
 }
 
 void read_odometry_errors(LineReader* reader, SavedMap* map) {
@@ -101,15 +133,14 @@ void read_odometry_errors(LineReader* reader, SavedMap* map) {
           reader->real(static_cast<std::size_t>(column) + 1);
     }
   }
-  errors.means.setZero(static_cast<Eigen::Index>(map->particles.size()),
-                       OdometryErrorEstimator::kCount);
+  errors.means.setZero(map->particles.size(), OdometryErrorEstimator::kCount);
   for (Eigen::Index i = 0; i < errors.means.rows(); ++i) {
     reader->take("odometry_errors", OdometryErrorEstimator::kCount);
     for (int error = 0; error < OdometryErrorEstimator::kCount; ++error) {
       errors.means(i, error) = reader->real(static_cast<std::size_t>(error) + 1);
     }
   }
-  reader->refuse_if(fault_of(errors, map->particles.size()));
+  reader->refuse_if(fault_of(errors, map->particle_maps.size()));
 }
 
 }  // namespace
@@ -123,9 +154,7 @@ SavedMap read_map_lines(LineReader* reader) {
     const std::int64_t previous = map.landmarks.empty() ? -1 : map.landmarks.back().estimate.id;
     map.landmarks.push_back(read_landmark(reader, previous));
   }
-  reader->take("particles", 1);
-  const std::int64_t particles = reader->integer(1, map_checks::kMostParticles);
-  for (std::int64_t i = 0; i < particles; ++i) map.particles.push_back(read_particle(reader, map));
+  read_particles(reader, &map);
   read_odometry_errors(reader, &map);
   reader->refuse_if(map_checks::fault_of_whole(map));
   return map;

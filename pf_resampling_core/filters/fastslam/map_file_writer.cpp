@@ -66,14 +66,18 @@ void write_map_lines(const SavedMap& map, LineWriter* writer) {
   writer->line("# existence, x and y where it was last seen");
   writer->line("landmarks " + std::to_string(map.landmarks.size()));
   for (const SavedLandmark& landmark : map.landmarks) writer->line(line_of(landmark));
-  writer->line("# x, y, heading, log-weight, weight, number of its landmarks, which follow:");
+  writer->line(FastSlamParticles::kLineMeans);
   writer->line("# id, x, y, covariance xx xy yy, log-odds");
   writer->line("particles " + std::to_string(map.particles.size()));
-  for (const SavedParticle& particle : map.particles) {
-    writer->line(line_of("particle", particle.pose.x, particle.pose.y, particle.pose.heading,
-                         particle.log_weight, particle.weight) +
-                 " " + std::to_string(particle.landmarks.size()));
-    for (const ParticleLandmark& landmark : particle.landmarks) writer->line(line_of(landmark));
+  for (std::size_t i = 0; i < map.particle_maps.size(); ++i) {
+    std::string text = "particle";
+    FastSlamParticles::for_each_column(
+        map.particles, [&](const char*, ColumnKind kind, const auto& column) {
+          if (kind == ColumnKind::ancestor) return;
+          append(static_cast<double>(column[static_cast<Eigen::Index>(i)]), &text);
+        });
+    writer->line(text + " " + std::to_string(map.particle_maps[i].size()));
+    for (const ParticleLandmark& landmark : map.particle_maps[i]) writer->line(line_of(landmark));
   }
   write_odometry_errors(map, writer);
 }

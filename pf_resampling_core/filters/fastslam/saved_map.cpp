@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <unordered_map>
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
@@ -35,17 +37,74 @@ void put(std::int64_t particle, const Eigen::Vector2d& mean, const Eigen::Matrix
   row.held[particle] = 1;
 }
 
-// Position of each particle's landmarks in the map's list, particle by particle.
-std::vector<std::size_t> numbers_in_map(const SavedMap& map) {
-  std::vector<std::size_t> numbers;
-  for (const SavedParticle& particle : map.particles) {
-    std::size_t number = 0;
-    for (const ParticleLandmark& landmark : particle.landmarks) {
-      while (map.landmarks[number].estimate.id != landmark.id) ++number;
-      numbers.push_back(number);
+// What load() puts into the filter for the maps of all particles.
+struct LoadedMaps {
+  explicit LoadedMaps(int particles) : store(particles) {}
+
+  LandmarkRow add(std::int64_t id, const Eigen::Vector2d& place) {
+    const int row = store.add(id);
+    index.place(row, place);
+    row_of_id[id] = row;
+    return store.row(row);
+  }
+
+  LandmarkStore store;
+  LandmarkIndex index;
+  std::unordered_map<std::int64_t, int> row_of_id;
+};
+
+// Every particle gets the landmarks that most of the weight holds.
+LoadedMaps shared_maps(const SavedMap& map, int particles) {
+  LoadedMaps maps(particles);
+  for (const SavedLandmark& landmark : map.landmarks) {
+    const LandmarkEstimate& estimate = landmark.estimate;
+    if (estimate.held < kBelieved) continue;
+    const LandmarkRow row = maps.add(estimate.id, estimate.mean);
+    for (int i = 0; i < particles; ++i) {
+      put(i, estimate.mean, estimate.covariance, estimate.log_odds, row);
     }
   }
-  return numbers;
+  return maps;
+}
+
+// Every particle gets its own landmarks; those that no particle has are left out.
+LoadedMaps own_maps(const SavedMap& map) {
+  // Number in the map's list of each landmark of each particle. Both lists ascend.
+  std::vector<std::size_t> numbers;
+  std::vector<std::uint8_t> is_held(map.landmarks.size(), 0);
+  for (const std::vector<ParticleLandmark>& landmarks : map.particle_maps) {
+    std::size_t number = 0;
+    for (const ParticleLandmark& landmark : landmarks) {
+      while (map.landmarks[number].estimate.id != landmark.id) ++number;
+      numbers.push_back(number);
+      is_held[number] = 1;
+    }
+  }
+  LoadedMaps maps(static_cast<int>(map.particles.size()));
+  std::vector<LandmarkRow> rows(map.landmarks.size());
+  for (std::size_t k = 0; k < map.landmarks.size(); ++k) {
+    const SavedLandmark& landmark = map.landmarks[k];
+    if (is_held[k] == 1) rows[k] = maps.add(landmark.estimate.id, landmark.last_seen);
+  }
+  auto number = numbers.begin();
+  for (std::size_t i = 0; i < map.particle_maps.size(); ++i) {
+    for (const ParticleLandmark& landmark : map.particle_maps[i]) {
+      put(static_cast<std::int64_t>(i), landmark.mean, landmark.covariance, landmark.log_odds,
+          rows[*number++]);
+    }
+  }
+  return maps;
+}
+
+// Rows `chosen` of every column.
+FastSlamParticles rows_of(const FastSlamParticles& particles, const Eigen::ArrayXi& chosen) {
+  FastSlamParticles rows = particles;
+  FastSlamParticles::for_each_column(rows, [&](const char*, ColumnKind, auto& column) {
+    const auto all = column;
+    column.resize(chosen.size());
+    for (Eigen::Index i = 0; i < chosen.size(); ++i) column[i] = all[chosen[i]];
+  });
+  return rows;
 }
 
 }  // namespace
@@ -69,26 +128,20 @@ SavedMap saved_map(FastSlam* filter, int particles) {
 
   const int size = static_cast<int>(population.size());
   Eigen::ArrayXi chosen = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
-  Eigen::ArrayXd log_weights = population.log_weight;
-  Eigen::ArrayXd weights = population.weight;
+  map.particles = population;
   if (particles == 0) {
     chosen.resize(0);
+    map.particles = FastSlamParticles();
   } else if (particles < size) {
     Resampler resampler;
-    const ResamplingResult result =
+    const ResamplingResult drawn =
         resampler.resample(population.weight, particles, filter->stream(RandomPurpose::selection));
-    chosen = result.ancestors;
-    log_weights = result.log_weights;
-    weights = log_weights.exp();
+    chosen = drawn.ancestors;
+    map.particles = rows_of(population, chosen);
+    map.particles.log_weight = drawn.log_weights;
+    map.particles.weight = map.particles.log_weight.exp();
   }
-  for (Eigen::Index i = 0; i < chosen.size(); ++i) {
-    SavedParticle particle;
-    particle.pose = {population.x[chosen[i]], population.y[chosen[i]],
-                     population.heading[chosen[i]]};
-    particle.log_weight = log_weights[i];
-    particle.weight = weights[i];
-    map.particles.push_back(particle);
-  }
+  map.particle_maps.resize(static_cast<std::size_t>(chosen.size()));
 
   const OdometryErrorState& errors = filter->odometry_errors_.state();
   map.odometry_errors = errors;
@@ -109,7 +162,7 @@ SavedMap saved_map(FastSlam* filter, int particles) {
     for (Eigen::Index i = 0; i < chosen.size(); ++i) {
       const Eigen::Index from = chosen[i];
       if (data.held[from] == 0) continue;
-      map.particles[static_cast<std::size_t>(i)].landmarks.push_back(
+      map.particle_maps[static_cast<std::size_t>(i)].push_back(
           {landmark.estimate.id, Eigen::Vector2d(data.x[from], data.y[from]),
            covariance_of(data, from), data.log_odds[from]});
     }
@@ -126,56 +179,17 @@ void FastSlam::load(const SavedMap& map) {
                 to_string(map.association) +
                 "), but association/method is known; set it to automatic");
   }
-  const int saved = static_cast<int>(map.particles.size());
-  const int count = saved > 0 ? saved : options_.particles;
-  // Whether all particles get the same map.
-  const bool is_shared = options_.map.frozen || saved == 0;
-  const std::vector<std::size_t> numbers =
-      is_shared ? std::vector<std::size_t>() : numbers_in_map(map);
-  std::vector<std::uint8_t> is_wanted(map.landmarks.size(), 0);
-  for (const std::size_t number : numbers) is_wanted[number] = 1;
-
-  LandmarkStore store(count);
-  LandmarkIndex index;
-  std::unordered_map<std::int64_t, int> row_of_id;
-  std::vector<LandmarkRow> rows(map.landmarks.size());
-  for (std::size_t k = 0; k < map.landmarks.size(); ++k) {
-    const LandmarkEstimate& estimate = map.landmarks[k].estimate;
-    if (is_shared) is_wanted[k] = estimate.held >= kBelieved ? 1 : 0;
-    if (is_wanted[k] == 0) continue;
-    const int row = store.add(estimate.id);
-    rows[k] = store.row(row);
-    index.place(row, is_shared ? estimate.mean : map.landmarks[k].last_seen);
-    if (ids_are_known) row_of_id[estimate.id] = row;
-    for (int i = 0; is_shared && i < count; ++i) {
-      put(i, estimate.mean, estimate.covariance, estimate.log_odds, rows[k]);
-    }
-  }
-  auto number = numbers.begin();
-  FastSlamParticles particles;
-  for (Eigen::ArrayXd* array :
-       {&particles.x, &particles.y, &particles.heading, &particles.log_weight, &particles.weight}) {
-    array->resize(saved);
-  }
-  for (int i = 0; i < saved; ++i) {
-    const SavedParticle& particle = map.particles[static_cast<std::size_t>(i)];
-    particles.x[i] = particle.pose.x;
-    particles.y[i] = particle.pose.y;
-    particles.heading[i] = particle.pose.heading;
-    particles.log_weight[i] = particle.log_weight;
-    particles.weight[i] = particle.weight;
-    for (std::size_t k = 0; !is_shared && k < particle.landmarks.size(); ++k) {
-      const ParticleLandmark& landmark = particle.landmarks[k];
-      put(i, landmark.mean, landmark.covariance, landmark.log_odds, rows[*number++]);
-    }
-  }
+  const bool has_particles = map.particles.size() > 0;
+  const bool is_shared = options_.map.frozen || !has_particles;
+  const int count = has_particles ? static_cast<int>(map.particles.size()) : options_.particles;
+  LoadedMaps maps = is_shared ? shared_maps(map, count) : own_maps(map);
 
   reset();
-  store_ = std::move(store);
-  index_ = std::move(index);
-  row_of_id_ = std::move(row_of_id);
-  status_.landmarks = static_cast<int>(std::count(is_wanted.begin(), is_wanted.end(), 1));
+  status_.landmarks = static_cast<int>(maps.row_of_id.size());
   has_landmarks_ = status_.landmarks > 0;
+  store_ = std::move(maps.store);
+  index_ = std::move(maps.index);
+  if (ids_are_known) row_of_id_ = std::move(maps.row_of_id);
   next_id_ = map.next_id;
   if (!map.landmarks.empty()) next_id_ = std::max(next_id_, map.landmarks.back().estimate.id + 1);
   step_ = map.step;
@@ -185,26 +199,23 @@ void FastSlam::load(const SavedMap& map) {
   // Of a map with ids alone the first observations decide whether these are used.
   const bool leaves_open = is_shared && ids_are_known;
   if (association_ == DataAssociation::automatic && !leaves_open) association_ = map.association;
-
-  if (saved == 0) {
+  if (has_particles) {
+    take_particles(map);
+  } else {
     set_poses(map.pose);
-    return;
   }
-  particles_ = std::move(particles);
+}
+
+void FastSlam::take_particles(const SavedMap& map) {
+  const int saved = static_cast<int>(map.particles.size());
+  particles_ = map.particles;
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(saved, 0, saved - 1);
   ancestry_.start(saved);
   odometry_errors_.start(options_.odometry_errors, saved);
   odometry_errors_.resume(map.odometry_errors);
-  if (saved != options_.particles) {
-    Resampler resampler;
-    const ResamplingResult drawn =
-        resampler.resample(particles_.weight, options_.particles, stream(RandomPurpose::selection));
-    select(drawn.ancestors);
-    particles_.ancestor = drawn.ancestors;
-    particles_.log_weight = drawn.log_weights;
-    particles_.weight = particles_.log_weight.exp();
-    ancestry_.start(options_.particles);
-  }
+  if (saved == options_.particles) return;
+  draw_population(options_.particles);
+  ancestry_.start(options_.particles);
 }
 
 void FastSlam::set_poses(const PoseEstimate& poses) {
@@ -235,8 +246,7 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   check_given_particles(particles);
   ++step_;  // for a draw of its own
   const int count = static_cast<int>(particles.poses.size());
-  Resampler resampler;
-  select(resampler.resample(particles_.weight, count, stream(RandomPurpose::selection)).ancestors);
+  draw_population(count);
   paths_.clear();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];

@@ -27,13 +27,6 @@ struct ParticleLandmark {
   double log_odds = 0.0;
 };
 
-struct SavedParticle {
-  Pose2 pose;
-  double log_weight = 0.0;                  ///< normalised
-  double weight = 1.0;                      ///< likewise, linear
-  std::vector<ParticleLandmark> landmarks;  ///< ids ascending
-};
-
 /// What a FastSLAM filter knows at a moment: the map for people and for localization, and the
 /// population for going on. Options and seed are not part of it. With the same of these, a filter
 /// that loads the whole population goes on to the bit as the one that was saved would have.
@@ -48,9 +41,10 @@ struct SavedMap {
   std::uint32_t step = 0;     ///< of the random streams
   std::int64_t next_id = 0;   ///< of the next landmark that is discovered
   std::int64_t observations_since_renewal = 0;
-  std::vector<SavedLandmark> landmarks;  ///< ids ascending
-  std::vector<SavedParticle> particles;  ///< empty: there is only the map
-  OdometryErrorState odometry_errors;    ///< a row of means per particle
+  std::vector<SavedLandmark> landmarks;                      ///< ids ascending
+  FastSlamParticles particles;                               ///< none: there is only the map
+  std::vector<std::vector<ParticleLandmark>> particle_maps;  ///< of each particle; ids ascending
+  OdometryErrorState odometry_errors;                        ///< a row of means per particle
 };
 
 /// The filter as it is now; it is not changed. All particles if there are no more than `particles`,

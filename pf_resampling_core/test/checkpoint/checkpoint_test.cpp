@@ -194,7 +194,7 @@ TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
       {refusal([](auto* s) { s->particles.weight[3] += 0.1; }), "what its logarithm says"},
       {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }), "not of one size"},
       {refusal([](auto* s) { s->particles.translation_factor[0] = 0.0; }), "is not above 0"},
-      {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "not one per radio"},
+      {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "instead of 2"},
       {refusal([](auto* s) { s->slow_likelihood = INFINITY; }), "is not finite"},
   };
   for (const auto& [said, expected] : cases) {
@@ -230,10 +230,9 @@ TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
   expect_same(read.progress, checkpoint.progress);
   EXPECT_EQ(read.scene.min(), kScene.min());
   EXPECT_EQ(read.scene.max(), kScene.max());
-  ASSERT_EQ(read.filter.particles.size(), 3u);
-  EXPECT_EQ(read.filter.particles[2].pose.x, checkpoint.filter.particles[2].pose.x);
-  EXPECT_EQ(read.filter.particles[2].landmarks[0].mean,
-            checkpoint.filter.particles[2].landmarks[0].mean);
+  ASSERT_EQ(read.filter.particles.size(), 3);
+  EXPECT_EQ(read.filter.particles.x[2], checkpoint.filter.particles.x[2]);
+  EXPECT_EQ(read.filter.particle_maps[2][0].mean, checkpoint.filter.particle_maps[2][0].mean);
   const std::string written = content_of(path_);
   write_checkpoint(path_, read);
   EXPECT_EQ(content_of(path_), written);

@@ -67,7 +67,7 @@ TEST(FrozenMap, LocalizesInAFrozenMapAndLeavesItAsItIs) {
       options.strategy.renewal = renewal;
       FastSlam filter(options, 9);
       filter.load(map);
-      EXPECT_EQ(filter.particles().x[3], map.particles[3].pose.x);
+      EXPECT_EQ(filter.particles().x[3], map.particles.x[3]);
       const std::vector<LandmarkEstimate> before = filter.map();
       EXPECT_GE(before.size(), landmarks().size());
       double sum = 0.0;

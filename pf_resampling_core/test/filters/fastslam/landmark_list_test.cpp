@@ -33,7 +33,7 @@ TEST(LandmarkList, ReadsColumnsInAnyOrderAndComments) {
                                           "site");
   EXPECT_EQ(map.frame, "site");
   EXPECT_EQ(map.association, DataAssociation::known);
-  EXPECT_TRUE(map.particles.empty());
+  EXPECT_EQ(map.particles.size(), 0);
   ASSERT_EQ(map.landmarks.size(), 2u);
   EXPECT_EQ(map.landmarks[0].estimate.id, 2);
   EXPECT_EQ(map.landmarks[0].estimate.mean, Eigen::Vector2d(3.0, -0.25));

@@ -57,19 +57,19 @@ SavedMap small_map() {
     landmark.last_seen = {1e-300, 12345678.9};
     map.landmarks.push_back(landmark);
   }
-  for (int i = 0; i < 2; ++i) {
-    SavedParticle particle;
-    particle.pose = {0.1 * i, std::nextafter(1.0, 2.0), -kPi};
-    particle.weight = i == 0 ? 0.3 : 0.7;
-    particle.log_weight = std::log(particle.weight);
-    map.particles.push_back(particle);
-  }
+  resize_columns(2, &map.particles);
+  map.particle_maps.resize(2);
+  map.particles.x << 0.0, 0.1;
+  map.particles.y.setConstant(std::nextafter(1.0, 2.0));
+  map.particles.heading.setConstant(-kPi);
+  map.particles.weight << 0.3, 0.7;
+  map.particles.log_weight << std::log(0.3), std::log(0.7);
   map.odometry_errors.velocity = {1.0 / 3.0, 0.0, -0.7};
   map.odometry_errors.covariance.setConstant(1e-3 / 3.0);
   map.odometry_errors.covariance.diagonal().setConstant(0.01 / 7.0);
   map.odometry_errors.means.setConstant(2, OdometryErrorEstimator::kCount, -0.1 / 3.0);
   for (const SavedLandmark& landmark : map.landmarks) {
-    map.particles[1].landmarks.push_back(
+    map.particle_maps[1].push_back(
         {landmark.estimate.id, landmark.estimate.mean, landmark.estimate.covariance, 1.0 / 9.0});
   }
   return map;
@@ -99,10 +99,14 @@ std::vector<double> numbers_of(const SavedMap& map) {
     all.insert(all.end(), {landmark.estimate.held, landmark.estimate.log_odds});
     add(landmark.last_seen);
   }
-  for (const SavedParticle& particle : map.particles) {
-    all.insert(all.end(), {particle.pose.x, particle.pose.y, particle.pose.heading,
-                           particle.log_weight, particle.weight});
-    for (const ParticleLandmark& landmark : particle.landmarks) {
+  const FastSlamParticles& particles = map.particles;
+  for (const Eigen::ArrayXd* column :
+       {&particles.x, &particles.y, &particles.heading, &particles.log_weight, &particles.weight}) {
+    add(*column);
+  }
+  for (const std::vector<ParticleLandmark>& landmarks : map.particle_maps) {
+    all.push_back(static_cast<double>(landmarks.size()));
+    for (const ParticleLandmark& landmark : landmarks) {
       all.push_back(static_cast<double>(landmark.id));
       add(landmark.mean);
       add(landmark.covariance);
@@ -239,14 +243,14 @@ end 36 9bea2d2b4450a0e0
   Eigen::Matrix2d covariance;
   covariance << 0.0625, -0.03125, -0.03125, 0.125;
   EXPECT_EQ(map.landmarks[0].estimate.covariance, covariance);
-  ASSERT_EQ(map.particles.size(), 2u);
-  EXPECT_EQ(map.particles[0].pose.heading, -0.375);
-  EXPECT_EQ(map.particles[0].weight, 0.5);
-  ASSERT_EQ(map.particles[0].landmarks.size(), 1u);
-  ASSERT_EQ(map.particles[1].landmarks.size(), 2u);
-  EXPECT_EQ(map.particles[1].landmarks[0].mean, Eigen::Vector2d(3.75, 2.5));
-  EXPECT_EQ(map.particles[1].landmarks[1].id, 8);
-  EXPECT_EQ(map.particles[1].landmarks[1].log_odds, -0.9);
+  ASSERT_EQ(map.particles.size(), 2);
+  EXPECT_EQ(map.particles.heading[0], -0.375);
+  EXPECT_EQ(map.particles.weight[0], 0.5);
+  ASSERT_EQ(map.particle_maps[0].size(), 1u);
+  ASSERT_EQ(map.particle_maps[1].size(), 2u);
+  EXPECT_EQ(map.particle_maps[1][0].mean, Eigen::Vector2d(3.75, 2.5));
+  EXPECT_EQ(map.particle_maps[1][1].id, 8);
+  EXPECT_EQ(map.particle_maps[1][1].log_odds, -0.9);
   EXPECT_EQ(map.odometry_errors.velocity, Eigen::Vector3d(0.5, 0.0, -0.25));
   EXPECT_EQ(map.odometry_errors.covariance(1, 3), -0.125);
   EXPECT_EQ(map.odometry_errors.covariance(4, 4), 1.0);
@@ -259,7 +263,8 @@ end 36 9bea2d2b4450a0e0
 
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
   SavedMap map = small_map();
-  map.particles.clear();
+  map.particles = {};
+  map.particle_maps.clear();
   map.odometry_errors.means.resize(0, OdometryErrorEstimator::kCount);
   write_map_file(path_, map);
   expect_same(map, read_map_file(path_));
@@ -270,10 +275,10 @@ TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
 
 TEST_F(MapFile, AWeightOfZeroComesBack) {
   SavedMap map = small_map();
-  map.particles[0].weight = 0.0;
-  map.particles[0].log_weight = -std::numeric_limits<double>::infinity();
-  map.particles[1].weight = 1.0;
-  map.particles[1].log_weight = 0.0;
+  map.particles.weight[0] = 0.0;
+  map.particles.log_weight[0] = -std::numeric_limits<double>::infinity();
+  map.particles.weight[1] = 1.0;
+  map.particles.log_weight[1] = 0.0;
   write_map_file(path_, map);
   expect_same(map, read_map_file(path_));
 }
@@ -398,9 +403,11 @@ TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
       [](SavedMap* map) { map->landmarks[0].estimate.mean.x() = HUGE_VAL; },
       [](SavedMap* map) { map->landmarks[0].estimate.covariance(0, 1) = 1.0; },
       [](SavedMap* map) { std::swap(map->landmarks[0], map->landmarks[1]); },
-      [](SavedMap* map) { map->particles[0].weight = 0.5; },
-      [](SavedMap* map) { map->particles.pop_back(); },
-      [](SavedMap* map) { map->particles[1].landmarks[0].log_odds = std::nan(""); },
+      [](SavedMap* map) { map->particles.weight[0] = 0.5; },
+      [](SavedMap* map) { resize_columns(1, &map->particles); },
+      [](SavedMap* map) { map->particles.heading.conservativeResize(1); },
+      [](SavedMap* map) { map->particle_maps.pop_back(); },
+      [](SavedMap* map) { map->particle_maps[1][0].log_odds = std::nan(""); },
       [](SavedMap* map) { map->landmarks.pop_back(); },
   };
   for (std::size_t i = 0; i < faults.size(); ++i) {

@@ -126,14 +126,14 @@ TEST(SavedMap, SavesSomeOfTheParticlesOrNone) {
   run(&filter, steps, 0, steps.size());
   const std::vector<double> before = numbers_of(&filter);
   const SavedMap some = through_a_file(saved_map(&filter, 15));
-  ASSERT_EQ(some.particles.size(), 15u);
-  for (const SavedParticle& particle : some.particles) {
-    EXPECT_NEAR(particle.weight, 1.0 / 15.0, 1e-12);
+  ASSERT_EQ(some.particles.size(), 15);
+  for (Eigen::Index i = 0; i < 15; ++i) {
+    EXPECT_NEAR(some.particles.weight[i], 1.0 / 15.0, 1e-12);
     const auto& x = filter.particles().x;
-    EXPECT_NE(std::find(x.data(), x.data() + x.size(), particle.pose.x), x.data() + x.size());
+    EXPECT_NE(std::find(x.data(), x.data() + x.size(), some.particles.x[i]), x.data() + x.size());
   }
   const SavedMap none = through_a_file(saved_map(&filter, 0));
-  EXPECT_TRUE(none.particles.empty());
+  EXPECT_EQ(none.particles.size(), 0);
   EXPECT_EQ(none.landmarks.size(), some.landmarks.size());
   EXPECT_THROW(saved_map(&filter, -1), Error);
   EXPECT_EQ(numbers_of(&filter), before);
@@ -181,10 +181,10 @@ TEST(SavedMap, ARefusedMapChangesNothing) {
   run(&filter, steps, 20, 30);
   const std::vector<double> before = numbers_of(&filter);
   const std::vector<std::function<void(SavedMap*)>> faults = {
-      [](SavedMap* map) { map->particles[2].weight = std::nan(""); },
-      [](SavedMap* map) { map->particles[39].pose.x = HUGE_VAL; },
-      [](SavedMap* map) { map->particles[39].landmarks.back().covariance(0, 1) = 5.0; },
-      [](SavedMap* map) { map->particles[5].landmarks[1].id = 1000; },
+      [](SavedMap* map) { map->particles.weight[2] = std::nan(""); },
+      [](SavedMap* map) { map->particles.x[39] = HUGE_VAL; },
+      [](SavedMap* map) { map->particle_maps[39].back().covariance(0, 1) = 5.0; },
+      [](SavedMap* map) { map->particle_maps[5][1].id = 1000; },
       [](SavedMap* map) { map->landmarks.push_back(map->landmarks.front()); },
       [](SavedMap* map) { map->view_range = -1.0; },
       [](SavedMap* map) { map->next_id = 0; },

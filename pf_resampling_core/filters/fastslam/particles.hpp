@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "pf_resampling_core/population/particle_columns.hpp"
+
+namespace pf_resampling {
+
+/// The poses of the population of FastSlam, structure of arrays: entry i of every array belongs to
+/// particle i. Their maps are in a LandmarkStore, their errors of the odometry in an
+/// OdometryErrorEstimator, their pasts in ParticlePaths.
+struct FastSlamParticles {
+  Eigen::ArrayXd x, y;        ///< m, map frame
+  Eigen::ArrayXd heading;     ///< rad, in [-pi, pi]
+  Eigen::ArrayXd log_weight;  ///< normalised
+  Eigen::ArrayXd weight;      ///< normalised, linear
+  Eigen::ArrayXi ancestor;    ///< slot before the last renewal
+
+  Eigen::Index size() const { return x.size(); }
+
+  /// The one list of these arrays, in the order in which they are saved (all but `ancestor`).
+  /// Selecting, resizing, checking, saving and loading go through it: see particle_columns.hpp.
+  /// visit(name, kind, array).
+  template <typename Self, typename Visit>
+  static void for_each_column(Self& self, const Visit& visit) {
+    visit("x", ColumnKind::number, self.x);
+    visit("y", ColumnKind::number, self.y);
+    visit("heading", ColumnKind::number, self.heading);
+    visit("log_weight", ColumnKind::log_weight, self.log_weight);
+    visit("weight", ColumnKind::weight, self.weight);
+    visit("ancestor", ColumnKind::ancestor, self.ancestor);
+  }
+
+  /// What a particle's line means, as a comment of the saved file says it.
+  static constexpr const char* kLineMeans =
+      "# x, y, heading, log-weight, weight, number of its landmarks, which follow:";
+};
+
+}  // namespace pf_resampling
