@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""Whether the documents are true: links, pages, commands, options and parameters that they name exist."""
+
+import pathlib
+import re
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+import rosunit
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md'] + sorted((ROOT / 'doc').glob('*.md'))
+
+
+def flattened(values, prefix=''):
+    """{'map': {'frozen': ...}} -> {'map/frozen'}"""
+    names = set()
+    for key, value in values.items():
+        names |= flattened(value, prefix + key + '/') if isinstance(value, dict) else {prefix + key}
+    return names
+
+
+PARAMETERS = set.union(*(flattened(yaml.safe_load((ROOT / 'config' / name).read_text()))
+                         for name in ('beacon_mcl.yaml', 'fastslam.yaml')))
+GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
+PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
+                            for source in sorted((ROOT / room).rglob('*.?pp')))
+
+
+def first_of(*paths):
+    return next((ROOT / path for path in paths if (ROOT / path).exists()), None)
+
+
+def is_parameter(name):
+    if name.endswith('/*'):
+        return any(known.startswith(name[:-1]) for known in PARAMETERS)
+    return name in PARAMETERS
+
+
+def dead_links(text, folder):
+    """Relative links whose file is missing; `folder` is that of the document."""
+    links = re.findall(r'\]\(([^)\s]+)\)', text)
+    return [link for link in links if not re.match(r'[a-z]+:|#', link)
+            and not (folder / link.split('#')[0]).exists()]
+
+
+def wrong_commands(text):
+    """What commands of this package name and is not there."""
+    wrong = []
+    for program, rest in re.findall(r'rosrun pf_resampling ([a-z_]+)([^\n`]*)', text):
+        if not first_of(f'tools/{program}.cpp', f'research/{program}.cpp'):
+            wrong.append(f'rosrun pf_resampling {program}')
+        rest = re.split(r'\s#|&&|\|', rest)[0]
+        for option in re.findall(r'\s--([a-z][a-z-]*)', rest):
+            if option != 'help' and not re.search(rf'"{option}[",]', PROGRAM_SOURCES):
+                wrong.append(f'rosrun pf_resampling {program} --{option}')
+    for name, rest in re.findall(r'(?:roslaunch|rostest)(?: --ros-args)? pf_resampling ([a-z0-9_]+\.(?:launch|test))([^\n`]*)', text):
+        file = first_of(f'launch/{name}', f'launch/recipes/{name}', f'test/{name}')
+        if not file:
+            wrong.append(name)
+            continue
+        known = {argument.get('name') for argument in ElementTree.parse(str(file)).getroot().iter('arg')}
+        wrong += [f'{name} {argument}:=' for argument in re.findall(r'\s([a-z][a-z_]*):=', rest.split(' #')[0])
+                  if argument not in known]
+    targets = set(re.findall(r'^([a-z-]+):', (ROOT / 'Makefile').read_text(), re.MULTILINE))
+    wrong += [f'make {name}' for name in re.findall(r'(?:`|^    )make ([a-z-]+)', text, re.MULTILINE) if name not in targets]
+    wrong += [name for name in re.findall(r'\b(scripts/[a-z_]+)', text) if not (ROOT / name).exists()]
+    return wrong
+
+
+def wrong_parameters(text):
+    """Names like `map/frozen` in code, of a group of parameters that exists, which are no parameters."""
+    named = re.findall(r'`([a-z_]+(?:/[a-z_*]+)+)(?::[^`]*)?`', text)
+    named += re.findall(r'--set \'?([a-z_/]+)=', text)
+    named += re.findall(r'dynparam [sg]et /\w+ ([a-z_/]+)', text)
+    return [name for name in named if '/' in name and name.split('/')[0] in GROUPS and not is_parameter(name)]
+
+
+class Documents(unittest.TestCase):
+    def check_each(self, findings_of):
+        findings = {str(document.relative_to(ROOT)): findings_of(document) for document in DOCUMENTS}
+        self.assertEqual({name: found for name, found in findings.items() if found}, {})
+
+    def test_readme_is_short(self):
+        lines = (ROOT / 'README.md').read_text().splitlines()
+        self.assertTrue(100 <= len(lines) <= 130, f'README.md has {len(lines)} lines, should have 100 to 130')
+
+    def test_links_lead_somewhere(self):
+        self.check_each(lambda document: dead_links(document.read_text(), document.parent))
+
+    def test_every_page_is_in_the_index(self):
+        index = (ROOT / 'doc' / 'README.md').read_text()
+        pages = {page.name for page in (ROOT / 'doc').glob('*.md')} - {'README.md'}
+        self.assertEqual({page for page in pages if f'({page})' not in index}, set())
+
+    def test_commands_exist(self):
+        self.check_each(lambda document: wrong_commands(document.read_text()))
+
+    def test_parameters_exist(self):
+        self.check_each(lambda document: wrong_parameters(document.read_text()))
+
+    def test_mistakes_are_found(self):
+        self.assertEqual(dead_links('[a](no.md) [b](nodes.md#in) [c](https://x.example)', ROOT / 'doc'), ['no.md'])
+        self.assertEqual(wrong_commands('rosrun pf_resampling run_bug a.bag\nrosrun pf_resampling run_bag x --seat 1 --seed 1'),
+                         ['rosrun pf_resampling run_bug', 'rosrun pf_resampling run_bag --seat'])
+        self.assertEqual(wrong_commands('roslaunch pf_resampling fastslam.launch beg:=a bag:=b\nroslaunch pf_resampling slam.launch'),
+                         ['fastslam.launch beg:=', 'slam.launch'])
+        self.assertEqual(wrong_commands('`make tests` `make test` scripts/tests scripts/test'), ['make tests', 'scripts/tests'])
+        self.assertEqual(wrong_parameters('`map/frosen` `map/frozen` `odometry/*` `map/x*` --set population/renew=1 `a/b`'),
+                         ['map/frosen', 'map/x*', 'population/renew'])
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('pf_resampling', 'documents', Documents)
