@@ -78,6 +78,8 @@ def wrong_parameters(text):
 
 
 class Documents(unittest.TestCase):
+    maxDiff = None
+
     def check_each(self, findings_of):
         findings = {str(document.relative_to(ROOT)): findings_of(document) for document in DOCUMENTS}
         self.assertEqual({name: found for name, found in findings.items() if found}, {})
