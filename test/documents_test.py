@@ -10,7 +10,8 @@ import rosunit
 import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md'] + sorted((ROOT / 'doc').glob('*.md'))
+DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md')),
+             *sorted(set(ROOT.glob('*/README.md')) - {ROOT / 'doc' / 'README.md'})]
 
 
 def flattened(values, prefix=''):
