@@ -1,6 +1,6 @@
 # The two commands: `make demo` and `make test`. `make help` lists the rest.
 .DEFAULT_GOAL := help
-.PHONY: help demo build test bench lint format clean install-check
+.PHONY: help demo build test fresh bench lint format clean install-check
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
@@ -16,6 +16,9 @@ build: ## build only
 test: ## install what is missing, build, run every test, end with "N passed, N failed"
 	@scripts/set_up build test
 	@scripts/test
+
+fresh: ## as root: the two commands on machines made for it that have nothing but git and make
+	@scripts/fresh_machine
 
 bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL and plain loops
 	@scripts/set_up build bench
