@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "fastslam_node/run_fastslam.hpp"
+#include "fastslam_node/messages_in_memory.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fastslam_node/run_fastslam.hpp"
+#include "fastslam_node/messages_in_memory.hpp"
 
 namespace pf_resampling {
 

@@ -34,7 +34,7 @@ struct BeaconMclRun {
 
 /// Runs the filter over messages in memory, in their order; for studies with many seeds and
 /// configurations on one recording. Throws Error on options that make no sense.
-BeaconMclRun run_beacon_mcl(const std::vector<BeaconMclMessage>& messages,
-                            const BeaconMclPipelineOptions& options);
+BeaconMclRun run_over_messages(const std::vector<BeaconMclMessage>& messages,
+                               const BeaconMclPipelineOptions& options);
 
 }  // namespace pf_resampling

@@ -1,4 +1,4 @@
-#include "fastslam_node/run_fastslam.hpp"
+#include "fastslam_node/messages_in_memory.hpp"
 
 namespace pf_resampling {
 
