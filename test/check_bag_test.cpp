@@ -13,7 +13,7 @@
 
 #include "test/run_program.hpp"
 #include "test/temporary_directory.hpp"
-#include "tools/checks/bag_check.hpp"
+#include "tools/checks/bag_findings.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
 #include "tools/datasets/recording_to_bag.hpp"
@@ -55,19 +55,19 @@ Recording landmark_recording() {
   return recording;
 }
 
-BagCheck check_of(const Recording& recording, const BagCheckTopics& topics = {}) {
+BagFindings check_of(const Recording& recording, const CheckedTopics& topics = {}) {
   const TemporaryDirectory directory;
   write_recording(recording, directory.file("a.bag"));
-  return check_bag(open_bag(directory.file("a.bag")), topics);
+  return findings_of(open_bag(directory.file("a.bag")), topics);
 }
 
 /// What is found in a bag that `write` fills.
-BagCheck check_of_written(const std::function<void(BagWriter*)>& write) {
+BagFindings check_of_written(const std::function<void(BagWriter*)>& write) {
   const TemporaryDirectory directory;
   BagWriter bag(directory.file("a.bag"));
   write(&bag);
   bag.finish();
-  return check_bag(open_bag(directory.file("a.bag")), {});
+  return findings_of(open_bag(directory.file("a.bag")), {});
 }
 
 bool has(const std::vector<std::string>& lines, const std::string& words) {
@@ -78,7 +78,7 @@ bool has(const std::vector<std::string>& lines, const std::string& words) {
 }
 
 TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
-  const BagCheck found = check_of(good_recording());
+  const BagFindings found = check_of(good_recording());
   EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
   // Of beacon 1: ranges 2, 5, ..., 29.
@@ -92,7 +92,7 @@ TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
 }
 
 TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
-  const BagCheck found = check_of(landmark_recording());
+  const BagFindings found = check_of(landmark_recording());
   EXPECT_EQ(found.fastslam.text(), "ready for fastslam: yes");
   EXPECT_FALSE(found.beacon_mcl.is_ready());
   EXPECT_TRUE(found.is_ready_for_any());
@@ -115,7 +115,7 @@ TEST(CheckBag, ABagCanBeReadyForBoth) {
   recording.ranges = good_recording().ranges;
   recording.beacons = good_recording().beacons;
   recording.frames.push_back({"antenna", 0.25, 0.0, 0.5, 0.0});
-  const BagCheck found = check_of(recording);
+  const BagFindings found = check_of(recording);
   EXPECT_TRUE(found.beacon_mcl.is_ready()) << found.beacon_mcl.text();
   EXPECT_TRUE(found.fastslam.is_ready()) << found.fastslam.text();
 }
@@ -123,7 +123,7 @@ TEST(CheckBag, ABagCanBeReadyForBoth) {
 TEST(CheckBag, SaysWhetherLandmarksHaveIds) {
   Recording recording = landmark_recording();
   for (std::size_t i = 0; i < 4; ++i) recording.landmark_observations[i].id = -1;
-  BagCheck found = check_of(recording);
+  BagFindings found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "/landmarks: 4 of 18 observations have no id"));
   EXPECT_TRUE(found.fastslam.is_ready());
   for (auto& seen : recording.landmark_observations) seen.id = -1;
@@ -148,7 +148,7 @@ TEST(CheckBag, FindsWhatHindersFastSlam) {
   recording.landmark_observations[1].range_variance = kNan;
   recording.landmark_observations[2].range = 0.0;
   recording.landmark_observations[3].bearing_variance = -1.0;
-  BagCheck found = check_of(recording);
+  BagFindings found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "/landmarks: 2 values are not finite"));
   EXPECT_TRUE(has(found.remarks, "/landmarks: 2 ranges are not positive or variances negative"));
   EXPECT_TRUE(found.fastslam.is_ready());
@@ -159,7 +159,7 @@ TEST(CheckBag, FindsWhatHindersFastSlam) {
 
 /// A scan of a camera 0.3 m above the robot; `parent` is the frame that it sits on. Its z axis
 /// points ahead if `is_optical`.
-BagCheck check_of_camera(bool is_optical, const std::string& parent = "base_link") {
+BagFindings check_of_camera(bool is_optical, const std::string& parent = "base_link") {
   return check_of_written([&](BagWriter* bag) {
     nav_msgs::Odometry odometry;
     odometry.header.stamp = ros::Time(10.0);
@@ -200,7 +200,7 @@ TEST(CheckBag, SensorsLieFlatAndMayBePlacedByTf) {
 }
 
 TEST(CheckBag, GivesTheCommandWithTheOptionsThatTheBagNeeds) {
-  const BagCheck found = check_of_written([](BagWriter* bag) {
+  const BagFindings found = check_of_written([](BagWriter* bag) {
     nav_msgs::Odometry odometry;
     odometry.header.stamp = ros::Time(10.0);
     odometry.header.frame_id = "wheels";
@@ -214,11 +214,11 @@ TEST(CheckBag, GivesTheCommandWithTheOptionsThatTheBagNeeds) {
                 "/a.bag out.bag --set frames/odom=wheels --set 'frames/base=the robot'"),
             std::string::npos)
       << found.fastslam.command;
-  BagCheckTopics topics;
+  CheckedTopics topics;
   topics.odom = "/robot/odom";
   topics.ranges = "/uwb";
   topics.landmarks = "/camera/landmarks";
-  const BagCheck renamed = check_of(good_recording(), topics);
+  const BagFindings renamed = check_of(good_recording(), topics);
   EXPECT_NE(renamed.beacon_mcl.command.find("out.bag --odom /robot/odom --ranges /uwb"),
             std::string::npos);
   EXPECT_NE(
@@ -230,7 +230,7 @@ TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
   Recording recording = good_recording();
   recording.beacons.clear();
   recording.ranges.clear();
-  const BagCheck found = check_of(recording);
+  const BagFindings found = check_of(recording);
   EXPECT_EQ(found.beacon_mcl.text(),
             "ready for beacon_mcl: no: no /ranges (needed: pf_resampling/BeaconRange); "
             "no /beacons (needed: pf_resampling/BeaconArray) (or give the beacons in the "
@@ -245,10 +245,10 @@ TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
 }
 
 TEST(CheckBag, HintsAtTopicsOfTheRightType) {
-  BagCheckTopics topics;
+  CheckedTopics topics;
   topics.odom = "/robot/odom";
   topics.ranges = "/odom";
-  const BagCheck found = check_of(good_recording(), topics);
+  const BagFindings found = check_of(good_recording(), topics);
   EXPECT_TRUE(has(found.beacon_mcl.problems,
                   "no /robot/odom (needed: nav_msgs/Odometry), /odom could be it (--odom /odom; "
                   "for the node odom:=/odom)"));
@@ -259,7 +259,7 @@ TEST(CheckBag, HintsAtTopicsOfTheRightType) {
 TEST(CheckBag, FindsGapsAndCoverage) {
   Recording recording = good_recording();
   recording.odometry.erase(recording.odometry.begin() + 41, recording.odometry.begin() + 56);
-  const BagCheck gap = check_of(recording);
+  const BagFindings gap = check_of(recording);
   // 1.6 s from 14 s on: one gap.
   EXPECT_NE(gap.text.find("1.600  14.000     1"), std::string::npos) << gap.text;
 
@@ -277,7 +277,7 @@ TEST(CheckBag, FindsNumbersThatAreNone) {
   recording.ranges[4].range = -1.0;
   recording.ranges[6].variance = -1.0;
   recording.truth[2].pose.y = kNan;
-  const BagCheck found = check_of(recording);
+  const BagFindings found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "/odom: 1 values are not finite"));
   EXPECT_TRUE(has(found.remarks, "/ranges: 1 values are not finite"));
   EXPECT_TRUE(has(found.remarks, "/ranges: 2 ranges are not positive or variances negative"));
@@ -295,7 +295,7 @@ TEST(CheckBag, FindsNumbersThatAreNone) {
 TEST(CheckBag, FindsBeaconsThatAreNotKnown) {
   Recording recording = good_recording();
   recording.beacons[0].id = 9;
-  const BagCheck found = check_of(recording);
+  const BagFindings found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "ranges to beacons that are not in /beacons: 1"));
   EXPECT_TRUE(has(found.remarks, "only 2 known beacons"));
   EXPECT_TRUE(found.beacon_mcl.problems.empty());
@@ -327,7 +327,7 @@ struct TwoMessages {
     range.range = 3.0;
   }
 
-  BagCheck check() const {
+  BagFindings check() const {
     return check_of_written([this](BagWriter* bag) {
       bag->write("/odom", ros::Time(10.0), odometry);
       bag->write("/ranges", ros::Time(10.0), range);
@@ -339,7 +339,7 @@ TEST(CheckBag, FindsStampsThatAreNone) {
   TwoMessages messages;
   messages.odometry.header.stamp = ros::Time();
   messages.range.header.stamp = ros::Time();
-  const BagCheck found = messages.check();
+  const BagFindings found = messages.check();
   EXPECT_TRUE(has(found.remarks, "/odom: 1 messages without a stamp"));
   EXPECT_TRUE(has(found.beacon_mcl.problems, "/odom has no stamps"));
   EXPECT_TRUE(has(found.beacon_mcl.problems, "/ranges has no stamps"));
@@ -376,7 +376,7 @@ TEST(CheckBag, FindsOrientationsThatAreNone) {
 }
 
 TEST(CheckBag, FindsAnotherLocalization) {
-  const BagCheck found = check_of_written([](BagWriter* bag) {
+  const BagFindings found = check_of_written([](BagWriter* bag) {
     bag->write("/odom", ros::Time(10.0), TwoMessages().odometry);
     tf2_msgs::TFMessage transforms;
     transforms.transforms.resize(1);
@@ -463,12 +463,12 @@ void write_sensor_ranges(const std::string& topic, BagWriter* bag) {
 }
 
 TEST(CheckBag, RangesMayBeOfSensorMsgs) {
-  const BagCheck found =
+  const BagFindings found =
       check_of_written([](BagWriter* bag) { write_sensor_ranges("/sensor_ranges", bag); });
   EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
   EXPECT_TRUE(has(found.remarks, "/sensor_ranges: frame 'sonar' names no beacon"));
 
-  const BagCheck elsewhere =
+  const BagFindings elsewhere =
       check_of_written([](BagWriter* bag) { write_sensor_ranges("/radio", bag); });
   EXPECT_TRUE(has(elsewhere.beacon_mcl.problems, "/radio could be it (--sensor-ranges /radio"));
 }
@@ -483,9 +483,9 @@ TEST(CheckBag, TagsOnTfAreSuggestedAsLandmarks) {
     tf.transforms[0].transform.rotation.w = 1.0;
     bag->write("/tf", ros::Time(10.0), tf);
   };
-  const BagCheck seen = check_of_written([&](BagWriter* bag) { write("camera", bag); });
+  const BagFindings seen = check_of_written([&](BagWriter* bag) { write("camera", bag); });
   EXPECT_TRUE(has(seen.fastslam.problems, "--set 'landmark_input/tag_pattern=ar_marker_(\\d+)'"));
-  const BagCheck placed = check_of_written([&](BagWriter* bag) { write("map", bag); });
+  const BagFindings placed = check_of_written([&](BagWriter* bag) { write("map", bag); });
   EXPECT_FALSE(has(placed.fastslam.problems, "tag_pattern"));
 }
 

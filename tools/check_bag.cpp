@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/checks/bag_check.hpp"
+#include "tools/checks/bag_findings.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
 
@@ -13,7 +13,7 @@ using namespace pf_resampling;
 namespace po = boost::program_options;
 
 int check(const std::vector<std::string>& arguments) {
-  BagCheckTopics topics;
+  CheckedTopics topics;
   CommandLine line(
       "check_bag",
       "Says what is in a bag and what is missing for each filter: topics, rates, gaps,\n"
@@ -40,7 +40,7 @@ int check(const std::vector<std::string>& arguments) {
   }
 
   const rosbag::Bag bag = open_bag(line.get<std::string>("in.bag"));
-  const BagCheck found = check_bag(bag, topics);
+  const BagFindings found = findings_of(bag, topics);
   std::cout << found.text;
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
   std::cout << "\n";

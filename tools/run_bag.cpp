@@ -3,7 +3,7 @@
 #include "tools/common/beacon_mcl_options.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/filter_options.hpp"
-#include "tools/runs/bag_run.hpp"
+#include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -64,7 +64,7 @@ int run(const std::vector<std::string>& arguments) {
     is_fastslam ? print_fastslam_parameters(line) : print_beacon_mcl_parameters(line);
     return 0;
   }
-  return is_fastslam ? run_fastslam_bag(line) : run_beacon_mcl_bag(line);
+  return is_fastslam ? fastslam_over_bag(line) : beacon_mcl_over_bag(line);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::string without_slash(const std::string& frame) {
 
 class Surveyor {
  public:
-  Surveyor(const rosbag::Bag& bag, const BagCheckTopics& names) : bag_(bag), names_(names) {
+  Surveyor(const rosbag::Bag& bag, const CheckedTopics& names) : bag_(bag), names_(names) {
     survey_.odom.topic = names.odom;
     survey_.ranges.topic = names.ranges;
     survey_.landmarks.topic = names.landmarks;
@@ -217,7 +217,7 @@ class Surveyor {
   }
 
   const rosbag::Bag& bag_;
-  const BagCheckTopics& names_;
+  const CheckedTopics& names_;
   const BeaconNames beacon_names_{{}, FramePattern(BeaconMclPipelineOptions().frame_pattern), ""};
   BagSurvey survey_;
 };
@@ -256,7 +256,7 @@ bool BagSurvey::places_on_robot(const std::string& frame) const {
   return false;
 }
 
-BagSurvey survey_bag(const rosbag::Bag& bag, const BagCheckTopics& names) {
+BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names) {
   return Surveyor(bag, names).survey();
 }
 

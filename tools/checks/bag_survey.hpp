@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/checks/bag_check.hpp"
+#include "tools/checks/bag_findings.hpp"
 #include "tools/checks/stamps.hpp"
 #include "tools/common/bag.hpp"
 
@@ -64,6 +64,6 @@ struct BagSurvey {
 };
 
 /// Reads a bag through. Throws Error if it is damaged.
-BagSurvey survey_bag(const rosbag::Bag& bag, const BagCheckTopics& names);
+BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names);
 
 }  // namespace pf_resampling

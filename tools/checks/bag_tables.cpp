@@ -46,7 +46,7 @@ std::string stamps_table(const BagSurvey& survey) {
          " of it)\n";
 }
 
-std::string frames_table(const BagCheckTopics& names, const BagSurvey& survey) {
+std::string frames_table(const CheckedTopics& names, const BagSurvey& survey) {
   Table table({"frames", "x m", "y m", "z m", "yaw deg"});
   const auto place = [&](const std::string& topic, const std::string& frame) {
     const auto found = survey.on_robot.find(frame);
@@ -124,8 +124,7 @@ std::string landmarks_table(const LandmarkSurvey& seen) {
 
 }  // namespace
 
-std::string tables_of(const rosbag::Bag& bag, const BagCheckTopics& names,
-                      const BagSurvey& survey) {
+std::string tables_of(const rosbag::Bag& bag, const CheckedTopics& names, const BagSurvey& survey) {
   rosbag::View view(bag);
   const double duration = view.size() > 0 ? (view.getEndTime() - view.getBeginTime()).toSec() : 0.0;
   const BagTopic* truth = survey.topic_named(names.ground_truth);

@@ -2,7 +2,7 @@
 
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/beacon_mcl_options.hpp"
-#include "tools/runs/bag_run.hpp"
+#include "tools/runs/filter_over_bag.hpp"
 #include "tools/runs/run_parameters.hpp"
 
 namespace pf_resampling {
@@ -23,10 +23,10 @@ std::string why_no_pose(const BeaconMclPipeline& pipeline) {
 
 }  // namespace
 
-int run_beacon_mcl_bag(const CommandLine& line) {
+int beacon_mcl_over_bag(const CommandLine& line) {
   const BeaconMclPipelineOptions options = read_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
-  BagRun run(line);
+  FilterOverBag run(line);
   require_beacon_mcl_topics(run.in(), run.in_path(), topics,
                             options.beacons.empty() && !line.has("resume"));
   BeaconMclSinks sinks;

@@ -1,4 +1,4 @@
-#include "tools/checks/bag_check.hpp"
+#include "tools/checks/bag_findings.hpp"
 
 #include <cmath>
 #include <regex>
@@ -44,10 +44,10 @@ std::string word(const std::string& text) {
 
 class Checker {
  public:
-  Checker(const rosbag::Bag& bag, const BagCheckTopics& names)
+  Checker(const rosbag::Bag& bag, const CheckedTopics& names)
       : bag_(bag), names_(names), survey_(survey_bag(bag, names)) {}
 
-  BagCheck check() {
+  BagFindings check() {
     check_presence();
     for (const TopicSurvey* topic :
          {&survey_.odom, &survey_.ranges, &survey_.landmarks, &survey_.truth}) {
@@ -284,7 +284,7 @@ class Checker {
 
   /// What runs a filter on this bag.
   std::string command(const std::string& filter) const {
-    const BagCheckTopics usual;
+    const CheckedTopics usual;
     std::string text =
         "rosrun pf_resampling run_bag " + filter + " " + word(bag_.getFileName()) + " out.bag";
     const auto option = [&](const char* name, const std::string& topic,
@@ -303,10 +303,10 @@ class Checker {
   }
 
   const rosbag::Bag& bag_;
-  const BagCheckTopics& names_;
+  const CheckedTopics& names_;
   const BagSurvey survey_;
   std::string settings_;  // options of run_bag for frames of other names
-  BagCheck result_;
+  BagFindings result_;
 };
 
 }  // namespace
@@ -315,7 +315,7 @@ std::string FilterVerdict::text() const {
   return "ready for " + filter + ": " + (is_ready() ? "yes" : "no: " + joined(problems, "; "));
 }
 
-BagCheck check_bag(const rosbag::Bag& bag, const BagCheckTopics& topics) {
+BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics) {
   return Checker(bag, topics).check();
 }
 

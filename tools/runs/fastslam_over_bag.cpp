@@ -4,7 +4,7 @@
 #include "tools/common/fastslam_bag.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/table.hpp"
-#include "tools/runs/bag_run.hpp"
+#include "tools/runs/filter_over_bag.hpp"
 #include "tools/runs/particle_judge.hpp"
 #include "tools/runs/run_parameters.hpp"
 
@@ -59,10 +59,10 @@ struct RunErrors {
 
 }  // namespace
 
-int run_fastslam_bag(const CommandLine& line) {
+int fastslam_over_bag(const CommandLine& line) {
   const FastSlamPipelineOptions options = read_options(line);
   const FastSlamTopics topics = topics_of(line);
-  BagRun run(line);
+  FilterOverBag run(line);
   require_fastslam_topics(run.in(), run.in_path(), topics, options.tag_pattern.empty());
   FastSlamSinks sinks;
   run.connect(&sinks);

@@ -1,4 +1,4 @@
-#include "tools/runs/bag_run.hpp"
+#include "tools/runs/filter_over_bag.hpp"
 
 #include <rosbag/view.h>
 #include <sys/resource.h>
@@ -49,7 +49,7 @@ std::string out_path_of(const CommandLine& line, const std::string& in) {
 
 }  // namespace
 
-BagRun::BagRun(const CommandLine& line)
+FilterOverBag::FilterOverBag(const CommandLine& line)
     : in_path_(in_path_of(line)),
       in_(open_bag(in_path_)),
       writer_(out_path_of(line, in_path_)),
@@ -58,7 +58,7 @@ BagRun::BagRun(const CommandLine& line)
   if (line.has("pose-only")) outputs_ = Outputs::pose_only;
 }
 
-void BagRun::connect(PipelineSinks* sinks) {
+void FilterOverBag::connect(PipelineSinks* sinks) {
   sinks->pose = [this](const geometry_msgs::PoseWithCovarianceStamped& message) {
     ++poses_;
     writer_.write("/pose", now_, message);
@@ -85,8 +85,9 @@ void BagRun::connect(PipelineSinks* sinks) {
   }
 }
 
-void BagRun::for_each_message(const std::vector<std::string>& order, const FrameNames& frames,
-                              const std::function<void(const rosbag::MessageInstance&)>& take) {
+void FilterOverBag::for_each_message(
+    const std::vector<std::string>& order, const FrameNames& frames,
+    const std::function<void(const rosbag::MessageInstance&)>& take) {
   rosbag::View view(in_);
   recorded_ = (view.getEndTime() - view.getBeginTime()).toSec();
   ProgressBar bar("run_bag", view.size());
@@ -100,7 +101,7 @@ void BagRun::for_each_message(const std::vector<std::string>& order, const Frame
 }
 
 /// Copies an input message; what an earlier run of the filter wrote is left out.
-void BagRun::copy_input(const rosbag::MessageInstance& message, const FrameNames& frames) {
+void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const FrameNames& frames) {
   if (kOutputTopics.count(message.getTopic()) > 0) return;
   if (message.getTopic() == "/tf") {
     const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
@@ -120,12 +121,12 @@ void BagRun::copy_input(const rosbag::MessageInstance& message, const FrameNames
   writer_.copy(message);
 }
 
-void BagRun::finish(const std::function<std::string()>& otherwise) {
+void FilterOverBag::finish(const std::function<std::string()>& otherwise) {
   if (poses_ == 0) throw Error(in_path_ + ": no pose came out: " + otherwise());
   writer_.finish();
 }
 
-void BagRun::report(const RejectCounter& rejects, const std::string& summary) const {
+void FilterOverBag::report(const RejectCounter& rejects, const std::string& summary) const {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double wall = wall_seconds() - wall_start_;

@@ -8,7 +8,7 @@
 namespace pf_resampling {
 
 /// Where a bag has what the filters need.
-struct BagCheckTopics {
+struct CheckedTopics {
   std::string odom = "/odom";
   std::string ranges = "/ranges";
   std::string sensor_ranges = "/sensor_ranges";  ///< looked at where there are no `ranges`
@@ -29,7 +29,7 @@ struct FilterVerdict {
 };
 
 /// What a look at a bag has found.
-struct BagCheck {
+struct BagFindings {
   std::string text;                  ///< tables for people, several lines
   std::vector<std::string> remarks;  ///< what is odd but does not hinder, a line each
   FilterVerdict beacon_mcl{"beacon_mcl", {}, {}};
@@ -40,6 +40,6 @@ struct BagCheck {
 
 /// Looks at topics, rates, gaps, stamps, frames, numbers and ids. Throws Error if the bag is
 /// damaged.
-BagCheck check_bag(const rosbag::Bag& bag, const BagCheckTopics& topics);
+BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics);
 
 }  // namespace pf_resampling

@@ -19,10 +19,10 @@ namespace pf_resampling {
 
 /// A filter's run over a bag, in-process and as fast as it goes: inputs and outputs go to another
 /// bag, each output at the bag time of the message that caused it.
-class BagRun {
+class FilterOverBag {
  public:
   /// Opens `in.bag` of the command line and begins `out.bag`. Throws Error.
-  explicit BagRun(const CommandLine& line);
+  explicit FilterOverBag(const CommandLine& line);
 
   const rosbag::Bag& in() const { return in_; }
   const std::string& in_path() const { return in_path_; }
@@ -85,8 +85,8 @@ std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipelin
 std::string text_of(const RejectCounter& rejects);
 
 /// Range-beacon localization and FastSLAM over a bag; the exit code of the program.
-int run_beacon_mcl_bag(const CommandLine& line);
-int run_fastslam_bag(const CommandLine& line);
+int beacon_mcl_over_bag(const CommandLine& line);
+int fastslam_over_bag(const CommandLine& line);
 
 /// Prints all their parameters with the values that the command line gives.
 void print_beacon_mcl_parameters(const CommandLine& line);
