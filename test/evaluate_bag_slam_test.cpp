@@ -166,8 +166,8 @@ TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
 
   const ProgramResult printed = run_program("evaluate_bag " + bag);
   for (const char* text :
-       {"landmarks (K eq. 5), RMS:       mean 0.275 m, max 0.500 m, last 0.500 m",
-        "positions (K eq. 6), RMS:       mean 0.260 m, max 0.900 m, last 0.100 m"}) {
+       {"landmarks (Kwak eq. 5), RMS:    mean 0.275 m, max 0.500 m, last 0.500 m",
+        "positions (Kwak eq. 6), RMS:    mean 0.260 m, max 0.900 m, last 0.100 m"}) {
     EXPECT_NE(printed.out.find(text), std::string::npos) << text << "\n" << printed.out;
   }
 }

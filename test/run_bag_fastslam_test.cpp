@@ -1,7 +1,7 @@
 // run_bag fastslam, on the reference world and on a recording, with the help of run_program.hpp.
+#include <pf_resampling/ParticleErrors.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include "pf_resampling/ParticleErrors.h"
 #include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {

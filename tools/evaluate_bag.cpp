@@ -1,5 +1,5 @@
-// Judges a run of a filter by the ground truth in the same bag: errors as in paper M, section IV,
-// beside those of dead reckoning, those of its map, whether the filter's own confidence is right,
+// Judges a run of a filter by the ground truth in the same bag: errors as in Mahmoud (2012), section
+// IV, beside those of dead reckoning, errors of the map, whether the filter's own confidence is right,
 // and a picture.
 #include <algorithm>
 #include <cmath>

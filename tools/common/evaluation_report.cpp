@@ -123,8 +123,8 @@ void print(const ParticleErrorSummary& particles) {
     std::printf("  particles' %s mean %s, max %s, last %s\n", what, metres(series.mean).c_str(),
                 metres(series.max).c_str(), metres(series.last).c_str());
   };
-  if (particles.feature_rms) line("landmarks (K eq. 5), RMS:      ", *particles.feature_rms);
-  line("positions (K eq. 6), RMS:      ", particles.position_rms);
+  if (particles.feature_rms) line("landmarks (Kwak eq. 5), RMS:   ", *particles.feature_rms);
+  line("positions (Kwak eq. 6), RMS:   ", particles.position_rms);
 }
 
 void print(const BatchComparison& batch) {

@@ -33,7 +33,7 @@ bool has_initial_pose(const rosbag::Bag& bag, const FastSlamTopics& topics) {
   return false;
 }
 
-/// K's measures over a run: means of what was judged at every update.
+/// The errors of Kwak (2008), eqs. 5 and 6, over a run: means over the updates, and the last.
 struct RunErrors {
   void add(const ParticleErrors& errors) {
     ++updates;
@@ -45,7 +45,7 @@ struct RunErrors {
     last_feature = errors.feature_rms;
   }
   std::string text() const {
-    std::string text = "particles' errors (K eqs. 5 and 6), mean over the updates and at the end: ";
+    std::string text = "particles' errors (Kwak eqs. 5 and 6), mean over the updates and at the end: ";
     if (with_features > 0) {
       text += "landmarks " + fixed(feature / with_features, 3) + " m, " + fixed(last_feature, 3) +
               " m; ";

@@ -12,8 +12,8 @@
 
 namespace pf_resampling {
 
-/// Judges particles and their maps by the truth in the bag while the filter runs (K eqs. 5 and 6):
-/// nobody keeps the maps of all particles for later.
+/// Judges particles and their maps by the truth in the bag while the filter runs (Kwak 2008,
+/// eqs. 5 and 6): the maps of all particles are too much to keep for later.
 class ParticleJudge {
  public:
   /// Takes /ground_truth and /ground_truth_landmarks. `frame_is_given`: the filter's frame is the
