@@ -108,11 +108,25 @@ void check(const ResamplingOptions& options) {
 }
 
 void check_sizes(const ResamplingOptions& options, std::int64_t particles, int copies) {
-  const SchemeRow* keeper = particles == copies ? nullptr : size_keeper(options);
+  const bool may_resize = particles == copies || options.own_scheme;
+  const SchemeRow* keeper = may_resize ? nullptr : size_keeper(options);
   if (keeper == nullptr) return;
   throw Error("resampling: " + std::to_string(copies) + " particles were asked for from " +
               std::to_string(particles) + ", but " + keeper->name +
               " keeps the number of particles; choose another scheme to change it");
+}
+
+void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const RandomStream& stream,
+              int* counts) {
+  Eigen::Map<Eigen::ArrayXi> own(counts, weights.size());
+  own.setZero();
+  scheme(weights, size, stream, own);
+  if ((own < 0).any() || own.cast<std::int64_t>().sum() != size) {
+    throw Error("resampling: own_scheme gave counts that sum to " +
+                std::to_string(own.cast<std::int64_t>().sum()) + ", the smallest of them " +
+                std::to_string(own.minCoeff()) + "; they must be 0 or more and sum to " +
+                std::to_string(size));
+  }
 }
 
 }  // namespace
@@ -169,7 +183,7 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
 }
 
 bool keeps_size(const ResamplingOptions& options) {
-  return size_keeper(options) != nullptr;
+  return !options.own_scheme && size_keeper(options) != nullptr;
 }
 
 void draw_inner_counts(const ScaledWeights& weights, const ResamplingOptions& options,
@@ -189,11 +203,16 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   double* log_weights = grow(&log_weights_, size);
 
   const SchemeRow& scheme = row_of(options_.scheme);
-  scheme.draw(scaled, options_, stream, &work_, counts);
+  if (options_.own_scheme) {
+    draw_own(options_.own_scheme, weights, size, stream, counts);
+  } else {
+    scheme.draw(scaled, options_, stream, &work_, counts);
+  }
   Eigen::Map<Eigen::ArrayXi> ancestors_map(ancestors, size);
   counts_to_ancestors(Eigen::Map<const Eigen::ArrayXi>(counts, scaled.size), ancestors_map);
 
-  if (scheme.log_weights_after != nullptr && options_.weights_after == WeightsAfter::unbiased) {
+  const bool is_weighted = !options_.own_scheme && scheme.log_weights_after != nullptr;
+  if (is_weighted && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
     scheme.log_weights_after(scaled, &work_, ancestors, size, log_weights);
   } else if (equal_log_weights_ != size) {

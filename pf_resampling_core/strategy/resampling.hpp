@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ enum class WeightsAfter {
 const std::vector<WeightsAfter>& all_weights_after();
 std::string to_string(WeightsAfter policy);
 
+/// A scheme that the caller brings along: fills in how often each particle is taken. `weights`: as
+/// Resampler::resample was given them, checked; `size`: copies to be made, the sum of the counts;
+/// `counts`: all 0, of the weights' size.
+using OwnScheme = std::function<void(ConstArray weights, int size, const RandomStream& stream,
+                                     MutableIndices counts)>;
+
 struct ResamplingOptions {
   ResamplingScheme scheme = ResamplingScheme::systematic;
   /// Scheme inside `partial` and `rank_based`: one of inner_resampling_schemes().
@@ -55,6 +62,9 @@ struct ResamplingOptions {
   double partial_low = 0.5;  ///< T_l: weights below partial_low / M take part; in [0, 1]
   double rank_max = 1.5;     ///< eta_max of Kwak eq. 3, in [1, 2]
   WeightsAfter weights_after = WeightsAfter::unbiased;
+  /// Where it is set, from code, it takes the place of `scheme`; all copies weigh the same
+  /// afterwards. See examples/own_scheme.
+  OwnScheme own_scheme = nullptr;
 };
 
 /// The parameters population/resampling/..., bound to `options`, which must outlive the list.
@@ -104,8 +114,9 @@ class Resampler {
   /// weights: N linear weights, finite, >= 0, with a positive sum; they need not be normalised,
   /// only their ratios count. size: M >= 1, may differ from N unless keeps_size(options). stream:
   /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
-  /// nothing, on weights that are empty, negative, not finite or sum to zero, and on a size that
-  /// the scheme cannot give. O(N + M).
+  /// nothing, on weights that are empty, negative, not finite or sum to zero, on a size that
+  /// the scheme cannot give, and on counts of own_scheme that are negative or do not sum to `size`.
+  /// O(N + M).
   ///
   /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it

@@ -60,7 +60,8 @@ std::string strategy_of(const StrategyOptions& options) {
   }
   strategy += ", " + to_string(options.renewal);
   if (options.renewal == Renewal::resampling) {
-    strategy += " " + to_string(options.resampling.scheme);
+    strategy += options.resampling.own_scheme ? std::string(" by a scheme of its own")
+                                              : " " + to_string(options.resampling.scheme);
   } else if (options.renewal == Renewal::compensation) {
     std::snprintf(text, sizeof(text), " %s %g %%", to_string(options.compensation.pairing).c_str(),
                   100.0 * options.compensation.ratio);

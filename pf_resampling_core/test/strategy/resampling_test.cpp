@@ -287,6 +287,40 @@ TEST(Resampling, AnySchemeButPartialAndRankBasedMayBeInsideThese) {
   }
 }
 
+TEST(Resampling, UsesASchemeOfTheCallersOwn) {
+  // All copies of the heaviest.
+  ResamplingOptions options{ResamplingScheme::partial};
+  options.own_scheme = [](ConstArray weights, int size, const RandomStream&,
+                          MutableIndices counts) {
+    Eigen::Index heaviest = 0;
+    weights.maxCoeff(&heaviest);
+    counts[heaviest] = size;
+  };
+  Resampler resampler(options);
+  const Eigen::Array4d weights(0.1, 0.2, 0.6, 0.1);
+  const ResamplingResult result = resampler.resample(weights, 6, test_stream(0));
+  EXPECT_TRUE((result.counts == Eigen::Array4i(0, 0, 6, 0)).all());
+  EXPECT_TRUE((result.ancestors == 2).all());
+  EXPECT_TRUE((result.log_weights == -std::log(6.0)).all());
+  EXPECT_FALSE(keeps_size(options));
+}
+
+TEST(Resampling, RejectsCountsOfAnOwnSchemeThatDoNotAddUp) {
+  for (const Eigen::Array3i& counts : {Eigen::Array3i(1, 1, 0), Eigen::Array3i(4, -1, 0)}) {
+    ResamplingOptions options;
+    options.own_scheme = [counts](ConstArray, int, const RandomStream&, MutableIndices own) {
+      own = counts;
+    };
+    Resampler resampler(options);
+    try {
+      resampler.resample(Eigen::Array3d(1.0, 1.0, 1.0), 3, test_stream(0));
+      FAIL() << counts.transpose();
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("own_scheme"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Resampling, RejectsOptionsOutsideTheirRanges) {
   const auto rejects = [](const ResamplingOptions& options, const std::string& name) {
     try {
