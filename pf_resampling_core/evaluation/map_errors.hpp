@@ -7,6 +7,7 @@
 
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "pf_resampling_core/models/point_alignment.hpp"
 
 namespace pf_resampling {
 
@@ -20,14 +21,7 @@ struct PointLandmark {
 /// Throws Error unless every landmark of the map, called `name` in the message, is finite.
 void check_map(const std::vector<PointLandmark>& map, const char* name);
 
-/// The turn and shift T that bring points nearest to their partners: T from[i] ~ to[i], least
-/// squares, in closed form (Umeyama 1991, in the plane, without scale). A single pair, or points
-/// that coincide, are shifted only. Throws Error on different sizes or no points.
-Pose2 align_points(const std::vector<Eigen::Vector2d>& from,
-                   const std::vector<Eigen::Vector2d>& to);
-
-/// A point, a path or a map turned and shifted, with its covariances.
-Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by);
+/// A path or a map turned and shifted, with its covariances.
 std::vector<EstimatedPose> moved(std::vector<EstimatedPose> path, const Pose2& by);
 std::vector<PointLandmark> moved(std::vector<PointLandmark> map, const Pose2& by);
 

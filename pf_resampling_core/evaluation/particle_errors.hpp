@@ -5,7 +5,7 @@
 
 namespace pf_resampling {
 
-/// Root mean square error of the landmarks that particles hold (K eq. 5):
+/// Root mean square error of the landmarks that particles hold (Kwak eq. 5):
 ///
 ///     f_rmse = sqrt( 1/(M N) sum_k sum_i |theta_i - mu_i^[k]|^2 ),
 ///
@@ -30,7 +30,7 @@ class FeatureError {
   std::int64_t count_ = 0;
 };
 
-/// Root mean square error of the particles' positions (K eq. 6; x and y only, unweighted), m.
+/// Root mean square error of the particles' positions (Kwak eq. 6; x and y only, unweighted), m.
 /// `truth`: where the robot is; x, y: of each particle, m. Throws Error on no particles or
 /// different sizes.
 double position_error(const Eigen::Vector2d& truth, const Eigen::Ref<const Eigen::ArrayXd>& x,

@@ -9,8 +9,8 @@ namespace pf_resampling {
 
 struct PathErrorOptions {
   /// Share of the truth's time span, from its start, that is left out of the errors and coverages
-  /// (M section IV: "the first 5000 steps are clipped, giving the filter time to converge"); in [0,
-  /// 1).
+  /// (Mahmoud section IV: "the first 5000 steps are clipped, giving the filter time to converge");
+  /// in [0, 1).
   double clip = 0.0;
   /// Longest gap of the estimate that is interpolated across, s; 0: usual_max_gap().
   double max_gap = 0.0;
@@ -27,7 +27,8 @@ void check_options(const PathErrorOptions& options);
 /// depends on the figure.
 double usual_lost_error(const std::vector<TruePose>& truth);
 
-/// Of the absolute values of an error, as in M's Tables 1 to 3: all truth poses count the same.
+/// Of the absolute values of an error, as in the Tables 1 to 3 of Mahmoud: all truth poses count
+/// the same.
 struct AbsoluteErrors {
   int count = 0;  ///< truth poses at which the error is defined; the rest has no meaning if 0
   double mean = 0.0;

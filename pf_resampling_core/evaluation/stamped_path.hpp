@@ -48,7 +48,7 @@ std::optional<TruePose> interpolate(const std::vector<TruePose>& path, double ti
 double extent_diagonal(const std::vector<TruePose>& path);
 
 /// Direction, rad, that splits an error at each true pose into along-track and cross-track: the
-/// true heading where it is known (M section IV: "orthogonal to the true heading"), else the
+/// true heading where it is known (Mahmoud section IV: "orthogonal to the true heading"), else the
 /// direction of travel. The latter comes from chords of at least 2 % of extent_diagonal(), so that
 /// noise of a standing reference does not turn it, and is held while the robot stands; a robot in
 /// reverse only flips its sign, which no absolute error sees. Nothing at all if the truth never

@@ -15,7 +15,7 @@ using MutableIndices = Eigen::Ref<Eigen::ArrayXi>;
 /// counts.sum() == ancestors.size(); counts.size() may differ from it. O(N + M), allocates nothing.
 void counts_to_ancestors(ConstIndices counts, MutableIndices ancestors);
 
-/// Which particles of the past are still alive: follows ancestor indices over many selections (K
+/// Which particles of the past are still alive: follows ancestor indices over many selections (Kwak
 /// section 4.1, "number of distinct particles").
 class Ancestry {
  public:
@@ -28,11 +28,8 @@ class Ancestry {
   /// How many of the particles at the last start() have descendants, in [1, size].
   int distinct() const;
 
-  /// For each slot, the particle at the last start() it descends from.
-  const Eigen::ArrayXi& origins() const { return origins_; }
-
  private:
-  Eigen::ArrayXi origins_;
+  Eigen::ArrayXi origins_;  // for each slot, the particle at the last start() it descends from
   Eigen::ArrayXi scratch_;
   int start_size_ = 0;
 };

@@ -11,7 +11,7 @@ namespace pf_resampling {
 struct PoseStatistics {
   Pose2 mean;  ///< weighted; the heading is the mean direction
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading) about the mean
-  double effective_sample_size = 0.0;                    ///< K eq. 4
+  double effective_sample_size = 0.0;                    ///< Kwak eq. 4
 };
 
 /// Moments of the whole set: mean and covariance belong together, also when the set has several

@@ -11,7 +11,7 @@ using MutableArray = Eigen::Ref<Eigen::ArrayXd>;
 /// What a set of weights says of the health of the filter.
 struct WeightSummary {
   double log_sum = 0.0;                ///< log of the sum of the weights before normalisation
-  double effective_sample_size = 0.0;  ///< 1 / sum of squares (K eq. 4), in [1, size]
+  double effective_sample_size = 0.0;  ///< 1 / sum of squares (Kwak eq. 4), in [1, size]
   double entropy_sample_size = 0.0;    ///< exp of the Shannon entropy, in [1, size]
 };
 
@@ -25,7 +25,7 @@ bool is_normalizable(ConstArray log_weights);
 /// before anything is changed, when !is_normalizable(log_weights).
 WeightSummary normalize(MutableArray log_weights, MutableArray linear);
 
-/// K eq. 4 for normalised linear weights.
+/// Kwak eq. 4 for normalised linear weights.
 double effective_sample_size(ConstArray linear);
 
 }  // namespace pf_resampling

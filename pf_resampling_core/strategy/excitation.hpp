@@ -33,7 +33,7 @@ struct ExcitationOptions {
   double bandwidth_scale = 0.5;  ///< regularized: multiple of Silverman's bandwidth, in [0, 2]
   /// regularized: shrink towards the mean so that the variance is kept (West 1993).
   bool keep_variance = false;
-  double roughening_scale = 0.05;  ///< roughening: K, in [0, 1]; Gordon uses 0.2
+  double roughening_scale = 0.05;  ///< roughening: the K of Gordon et al., in [0, 1]; they use 0.2
   bool duplicates_only = false;    ///< leave the first copy of each ancestor where it is
 };
 

@@ -101,8 +101,7 @@ void FastSlam::set_options(const FastSlamOptions& options) {
   validate(options);
   if (options.association.method == DataAssociation::known && !all_have_ids()) {
     throw Error(
-        "association/method cannot become known: the map has landmarks that were found without "
-        "ids, "
+        "association/method cannot become known: the landmarks of the map were found without ids, "
         "and their numbers are no ids; reset the filter or load a map with ids first");
   }
   strategy_.set_options(options.strategy);

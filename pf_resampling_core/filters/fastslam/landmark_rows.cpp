@@ -128,8 +128,8 @@ void gather(const RowMemory& row, const int* ancestors, int particles, RowMemory
   }
 }
 
-// low <- share·low + (1 - share)·high (K eq. 8 with the pair's weights normalised), where both hold
-// the landmark; the covariance as that of the mixture of the two, or left.
+// low <- share·low + (1 - share)·high (Kwak eq. 8 with the pair's weights normalised), where both
+// hold the landmark; the covariance as that of the mixture of the two, or left.
 void blend(const LoggedBlend& blend, RowMemory* row) {
   const bool all_hold = row->all_hold();
   const bool moment_matched = blend.treatment == CovarianceTreatment::moment_matched;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/models/point_alignment.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,8 +5,8 @@
 
 namespace pf_resampling {
 
-// M section II.A: M independent draws. Drawn in ascending order as exponential spacings (Devroye
-// 1986, chapter V.3), so that one pass over the running sum finds them all.
+// Mahmoud section II.A: M independent draws. Drawn in ascending order as exponential spacings
+// (Devroye 1986, chapter V.3), so that one pass over the running sum finds them all.
 void multinomial(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
                  ResamplingWorkspace* work, int* counts) {
   sorted_draws(stream, 0, weights.copies, weights.copies, weights.fraction_bits, work);

@@ -39,8 +39,9 @@ void log_weights_of_copies(const double* weights, const int* moderate, std::int6
 
 }  // namespace
 
-// K section 3.2: only weights above T_h / M or below T_l / M are resampled, among themselves, to as
-// many as they were; the moderate ones keep their slots. K gives no values for the thresholds.
+// Kwak section 3.2: only weights above T_h / M or below T_l / M are resampled, among themselves, to
+// as many as they were; the moderate ones keep their slots. Kwak gives no values for the
+// thresholds.
 //
 // Should nobody be above T_h / M and all below T_l / M have weight zero, there is nothing that
 // could fill their slots; then everybody takes part.

@@ -113,10 +113,10 @@ void log_ratios(const double* weights, const double* probabilities, std::int64_t
 
 }  // namespace
 
-// K eq. 3, linear ranking: p_k = (eta_max - (eta_max - eta_min) (rank_k - 1) / (n - 1)) / n with
-// eta_min = 2 - eta_max, rank 1 for the largest weight. K leaves ties and n = 1 open: particles of
-// equal weight share the mean of their ranks, and one alone has p = 1. Particles of weight zero are
-// not ranked: they are impossible, and eq. 3 would bring them back to life.
+// Kwak eq. 3, linear ranking: p_k = (eta_max - (eta_max - eta_min) (rank_k - 1) / (n - 1)) / n with
+// eta_min = 2 - eta_max, rank 1 for the largest weight. Kwak leaves ties and n = 1 open: particles
+// of equal weight share the mean of their ranks, and one alone has p = 1. Particles of weight zero
+// are not ranked: they are impossible, and eq. 3 would bring them back to life.
 void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
                 const RandomStream& stream, ResamplingWorkspace* work, int* counts) {
   const std::int64_t ranked = sort_positive(weights.weights, weights.size, work);

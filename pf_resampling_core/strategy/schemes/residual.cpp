@@ -25,9 +25,9 @@ int take_whole_copies(const ScaledWeights& weights, int* counts) {
 
 }  // namespace
 
-// M section II.B (Liu and Chen 1998): the whole copies of M w, then multinomial draws from what is
-// left over. A peer takes for these the smallest of M sorted uniforms, and so favours the first
-// particles; here the number left over is drawn anew over the whole of the left-overs.
+// Mahmoud section II.B (Liu and Chen 1998): the whole copies of M w, then multinomial draws from
+// what is left over. A peer takes for these the smallest of M sorted uniforms, and so favours the
+// first particles; here the number left over is drawn anew over the whole of the left-overs.
 void residual(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
               ResamplingWorkspace* work, int* counts) {
   reserve_sorted_draws(weights.copies, weights.copies, work);

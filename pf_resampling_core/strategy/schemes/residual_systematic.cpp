@@ -4,16 +4,16 @@
 
 namespace pf_resampling {
 
-// K Table II, after Bolić, Djurić and Hong, "New resampling algorithms for particle filters",
+// Kwak Table II, after Bolić, Djurić and Hong, "New resampling algorithms for particle filters",
 // ICASSP 2003: one loop that carries the distance from the running sum to the next threshold.
 //
 //   n_k  = floor((w_k - dU) M) + 1
 //   dU  += n_k / M - w_k
 //
-// K prints the bracket without saying that it is floor; truncation, which a C++ cast does, differs
-// from it whenever w_k < dU and then gives 1 copy for 0. `room` is one() - 1 - dU in units, so that
-// both lines become a sum of which the whole copies are split off. Equal to systematic() for the
-// same uniform.
+// Kwak prints the bracket without saying that it is floor; truncation, which a C++ cast does,
+// differs from it whenever w_k < dU and then gives 1 copy for 0. `room` is one() - 1 - dU in units,
+// so that both lines become a sum of which the whole copies are split off. Equal to systematic()
+// for the same uniform.
 PF_RESAMPLING_VECTOR_CLONES
 void residual_systematic(const ScaledWeights& weights, double uniform, int* counts) {
   const int bits = weights.fraction_bits;

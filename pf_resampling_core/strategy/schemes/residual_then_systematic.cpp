@@ -4,13 +4,13 @@
 
 namespace pf_resampling {
 
-// M section II.D, its "residual systematic resampling": the whole copies of M w, then systematic
-// resampling of what is left over.
+// Mahmoud section II.D, its "residual systematic resampling": the whole copies of M w, then
+// systematic resampling of what is left over.
 //
-// M's listing forgets the floor in `r = w M`, so that nothing would be left over, and its last loop
-// must add, `r = r + rr`, where it doubles r. Normalising the left-overs and asking for M_r copies
-// gives them the width they have already, in copies. The running sum differs from systematic()'s
-// by whole copies only, so for the same uniform the counts are equal.
+// Mahmoud's listing forgets the floor in `r = w M`, so that nothing would be left over, and its
+// last loop must add, `r = r + rr`, where it doubles r. Normalising the left-overs and asking for
+// M_r copies gives them the width they have already, in copies. The running sum differs from
+// systematic()'s by whole copies only, so for the same uniform the counts are equal.
 PF_RESAMPLING_VECTOR_CLONES
 void residual_then_systematic(const ScaledWeights& weights, double uniform, int* counts) {
   const int bits = weights.fraction_bits;

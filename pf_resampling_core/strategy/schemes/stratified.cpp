@@ -36,10 +36,10 @@ void count_strata(const ScaledWeights& weights, const double* uniforms, int* cou
 
 }  // namespace
 
-// M section II.E: one threshold in each of the M strata, u_j + j/M.
+// Mahmoud section II.E: one threshold in each of the M strata, u_j + j/M.
 //
-// M's listing stores the particle's number where the count belongs (`R(m) = K` for `R(j) += 1`,
-// with K reset in every pass) and lets j run past N when rounding keeps the sum below 1. A peer
+// Mahmoud's listing stores the particle's number where the count belongs (`R(m) = K` for `R(j) +=
+// 1`, with K reset in every pass) and lets j run past N when rounding keeps the sum below 1. A peer
 // that offsets the strata in integers leaves one survivor of 100 equal weights; another that takes
 // an absolute 1e-6 off their width is biased from 1e5 particles on.
 void stratified(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,

@@ -4,13 +4,14 @@
 
 namespace pf_resampling {
 
-// K Table I, M section II.C: the thresholds u + k/M on the running sum of the weights.
+// Kwak Table I, Mahmoud section II.C: the thresholds u + k/M on the running sum of the weights.
 //
-// K's listing counts by `U = U + 1/M` in a while loop, whose rounding loses a particle from about
-// 1e5 on in single precision; M prints no listing. Here the thresholds up to the running sum s are
-// counted at once, ceil(M s - M u), and a particle has as many copies as thresholds lie in its
-// part. One threshold lies at uniform · one(), rounded to half-odd units, so that it is inside the
-// open interval and never falls together with a running sum; `shift` turns ceil into floor.
+// Kwak's listing counts by `U = U + 1/M` in a while loop, whose rounding loses a particle from
+// about 1e5 on in single precision; Mahmoud prints no listing. Here the thresholds up to the
+// running sum s are counted at once, ceil(M s - M u), and a particle has as many copies as
+// thresholds lie in its part. One threshold lies at uniform · one(), rounded to half-odd units, so
+// that it is inside the open interval and never falls together with a running sum; `shift` turns
+// ceil into floor.
 PF_RESAMPLING_VECTOR_CLONES
 void systematic(const ScaledWeights& weights, double uniform, int* counts) {
   const int bits = weights.fraction_bits;

@@ -95,7 +95,7 @@ TEST(Compensation, TheRatioIsOfTheWeakHalfWorstFirst) {
   Eigen::ArrayXd weights(100);
   for (int i = 0; i < 100; ++i) weights[i] = (100.0 - i) / 5050.0;
   for (const Pairing pairing : all_pairings()) {
-    // K Table VI, then rounding to the nearest, at least one.
+    // Kwak Table VI, then rounding to the nearest, at least one.
     for (const auto& [ratio, count] : std::vector<std::pair<double, std::size_t>>{{0.1, 5},
                                                                                   {0.2, 10},
                                                                                   {0.5, 25},
@@ -279,7 +279,7 @@ TEST(CheckPairs, RefusesSlotsAndSharesOutOfRange) {
   }
 }
 
-// K eqs. 7 and 8 with the weights of the pair normalised.
+// Kwak eqs. 7 and 8 with the weights of the pair normalised.
 TEST(BlendPoses, PositionsAreBlendedLinearly) {
   Eigen::ArrayXd x = array({1.0, 5.0, 9.0});
   Eigen::ArrayXd y = array({-2.0, 2.0, 8.0});

@@ -36,7 +36,7 @@ Eigen::ArrayXi draw(OneUniform scheme, const Eigen::ArrayXd& weights, int size, 
   return counts;
 }
 
-// K Table I, with thresholds u + k/M.
+// Kwak Table I, with thresholds u + k/M.
 Eigen::ArrayXi systematic_listing(const Eigen::ArrayXd& w, int size, double uniform) {
   Eigen::ArrayXi replicated(w.size());
   const long double total = w.cast<long double>().sum();
@@ -53,7 +53,7 @@ Eigen::ArrayXi systematic_listing(const Eigen::ArrayXd& w, int size, double unif
   return replicated;
 }
 
-// K Table II, the bracket as floor.
+// Kwak Table II, the bracket as floor.
 Eigen::ArrayXi residual_systematic_listing(const Eigen::ArrayXd& w, int size, double uniform) {
   Eigen::ArrayXi replicated(w.size());
   const long double total = w.cast<long double>().sum();
@@ -66,7 +66,7 @@ Eigen::ArrayXi residual_systematic_listing(const Eigen::ArrayXd& w, int size, do
   return replicated;
 }
 
-// M section II.D with the floor and the last line put right.
+// Mahmoud section II.D with the floor and the last line put right.
 Eigen::ArrayXi residual_then_systematic_listing(const Eigen::ArrayXd& w, int size, double uniform) {
   Eigen::ArrayXi r(w.size());
   Eigen::ArrayXd left_over(w.size());
@@ -81,7 +81,7 @@ Eigen::ArrayXi residual_then_systematic_listing(const Eigen::ArrayXd& w, int siz
   return r;
 }
 
-// M section II.E with the count stored where it belongs.
+// Mahmoud section II.E with the count stored where it belongs.
 Eigen::ArrayXi stratified_listing(const Eigen::ArrayXd& w, int size, const RandomStream& stream) {
   Eigen::ArrayXi r = Eigen::ArrayXi::Zero(w.size());
   const long double total = w.cast<long double>().sum();
@@ -103,7 +103,7 @@ Eigen::ArrayXd random_weights(std::uint32_t trial, int size) {
   return weights / weights.sum();
 }
 
-// K section 3.1: weights and offset, and its result {1, 2, 2, 4, 5, 6}. U = 0.06 = uniform / 6.
+// Kwak section 3.1: weights and offset, and its result {1, 2, 2, 4, 5, 6}. U = 0.06 = uniform / 6.
 TEST(Systematic, GivesTheWorkedExampleOfK) {
   Eigen::ArrayXd weights(6);
   weights << 0.2, 0.29, 0.04, 0.13, 0.2, 0.14;
@@ -161,7 +161,7 @@ TEST(SystematicForms, AreAllTheSameForManyParticlesAndAllWeights) {
   }
 }
 
-// A cast truncates towards zero where K's bracket means floor, and then a particle without a
+// A cast truncates towards zero where Kwak's bracket means floor, and then a particle without a
 // threshold in its part gets a copy. Here the second has none: 0.1 < dU.
 TEST(ResidualSystematic, RoundsDownBelowZero) {
   Eigen::ArrayXd weights(3);
@@ -246,8 +246,8 @@ TEST(Stratified, StaysWithinOneOfFloorAndCeil) {
 
 // ---- Variances --------------------------------------------------------------------------------
 
-// Variance of each count: M section II.A, B, C and E; stratified as the sum over the strata that a
-// particle's part touches, which is M's formula where the left-over lies in one.
+// Variance of each count: Mahmoud section II.A, B, C and E; stratified as the sum over the strata
+// that a particle's part touches, which is Mahmoud's formula where the left-over lies in one.
 Eigen::ArrayXd expected_variances(Scheme scheme, const Eigen::ArrayXd& weights, int size) {
   const Eigen::ArrayXd copies = weights * size;
   const Eigen::ArrayXd left_over = copies - copies.floor();
@@ -479,8 +479,8 @@ TEST(Partial, LetsEverybodyTakePartWhenOnlyTheImpossibleWould) {
 
 // ---- Rank-based -------------------------------------------------------------------------------
 
-// K eq. 3 with eta_max = 1.5 on the weights of K section 3.1, two of which tie for ranks 2 and 3.
-// Systematic inside: counts are floor or ceil of M p, here 0 or 1 and 1 or 2.
+// Kwak eq. 3 with eta_max = 1.5 on the weights of Kwak section 3.1, two of which tie for ranks 2
+// and 3. Systematic inside: counts are floor or ceil of M p, here 0 or 1 and 1 or 2.
 TEST(RankBased, GivesTheProbabilitiesOfEquationThree) {
   Eigen::ArrayXd weights(6);
   weights << 0.2, 0.29, 0.04, 0.13, 0.2, 0.14;

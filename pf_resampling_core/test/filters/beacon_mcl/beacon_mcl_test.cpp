@@ -204,8 +204,8 @@ TEST(BeaconMcl, SchedulesCountTheirRenewals) {
 }
 
 // Partial and rank-based resampling leave weights that differ; the filter has to go on with those
-// (K section 3.2). Belief before and after agree: the mean to within four deviations of a mean over
-// half of the particles.
+// (Kwak section 3.2). Belief before and after agree: the mean to within four deviations of a mean
+// over half of the particles.
 TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
   for (const ResamplingScheme scheme : {ResamplingScheme::partial, ResamplingScheme::rank_based}) {
     BeaconMclOptions options = plain_options();
@@ -233,9 +233,9 @@ TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
   }
 }
 
-// K section 5.1 with normalised pair weights: the worst particle goes towards the best, the second
-// worst towards the second best, positions linearly and headings along the shorter arc. Weights are
-// reset, nobody is copied, what each has learnt stays its own.
+// Kwak section 5.1 with normalised pair weights: the worst particle goes towards the best, the
+// second worst towards the second best, positions linearly and headings along the shorter arc.
+// Weights are reset, nobody is copied, what each has learnt stays its own.
 TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   BeaconMclOptions options = plain_options();
   options.particles = 100;
