@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "pf_resampling_core/health/lost_detector.hpp"
+
 namespace pf_resampling {
 namespace {
 
@@ -76,7 +78,7 @@ void FilterHealth::clear() {
 
 FilterHealth::Verdict FilterHealth::verdict() const {
   if (!latest_) return {Level::unknown, "No status yet"};
-  if (latest_->lost > lost_warning())
+  if (latest_->lost > kLikelyLost)
     return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
   const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
   if (!counts_from_start() && ancestors < kFew) {

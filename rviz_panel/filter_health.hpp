@@ -27,9 +27,6 @@ class FilterHealth {
     std::uint64_t recent;  ///< of these, in the last minute
   };
 
-  /// Above this probability a filter counts as lost, as in the nodes' diagnostics.
-  static constexpr double lost_warning() { return 0.5; }
-
   void add(const FilterStatus& status);
   void clear();
 

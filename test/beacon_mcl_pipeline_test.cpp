@@ -179,7 +179,7 @@ TEST(BeaconMclPipeline, PicturesComeAtTheirPeriods) {
   EXPECT_EQ(run.out.clouds.size(), run.out.pose_arrays.size());
   EXPECT_EQ(run.out.markers.size(), 21u);
   EXPECT_EQ(run.out.diagnostics.size(), 11u);
-  EXPECT_EQ(run.out.diagnostics.back().status[0].message, "localized");
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message, "fine");
 
   // Rings, beacons with their ids, ellipse and arrow.
   const auto& first = run.out.markers.front().markers;

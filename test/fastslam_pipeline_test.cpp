@@ -338,7 +338,7 @@ TEST(FastSlamPipeline, ScansThatAreWrongAllOverCarryNobodyAway) {
 
 TEST(FastSlamPipeline, WithoutRecoveryACarriedRobotStaysLostAndSaysSo) {
   FastSlamPipelineOptions options = Drive::options();
-  options.recovers = false;
+  options.filter.recovery.enabled = false;
   FastSlamRig run(options);
   run.feed(Drive::messages(45.0));
   kidnap(&run, 45.2, 50.0);
@@ -358,7 +358,7 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
   EXPECT_GT(run.pipeline.lost_probability(), 0.9);
   for (int i = 402; i <= 420; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
-            "the position is uncertain by a good part of the map");
+            "the position is uncertain by a good part of the scene");
 }
 
 TEST(FastSlamPipeline, ARobotThatHasJustBegunIsNotLost) {

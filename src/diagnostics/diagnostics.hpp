@@ -78,6 +78,7 @@ FilterStatus to_message(const Status& filter) {
   message.updates = static_cast<std::uint64_t>(filter.updates);
   message.renewals = static_cast<std::uint64_t>(filter.renewals);
   message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
+  message.injected = static_cast<std::uint64_t>(filter.injected);
   message.log_likelihood = filter.log_likelihood;
   return message;
 }

@@ -93,6 +93,7 @@ void FastSlam::reset() {
   status_ = FastSlamStatus{};
   status_.particles = status_.distinct_ancestors = options_.particles;
   outcomes_.clear();
+  sightings_.clear();
   paths_.clear();
   view_range_ = view_bearing_ = 0.0;
 }
