@@ -93,7 +93,6 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   }
   reported_injected_ = status.injected;
   add_value("landmarks", std::to_string(status.landmarks), entry);
-  add_value("distinct ancestors", std::to_string(status.distinct_ancestors), entry);
   add_value("data association", to_string(filter_->association()), entry);
 }
 

@@ -67,6 +67,11 @@ struct FastSlamDrive {
     return scan;
   }
 
+  /// What is observed next after any number of observations.
+  static LandmarkObservationArray observation_at(ros::Time stamp, int /*count*/) {
+    return scan(stamp);
+  }
+
   static ros::Time at(double seconds) { return ros::Time(kStart) + ros::Duration(seconds); }
 
   /// All messages from `from` to `until` (s since the start, odometry at both), in the order in

@@ -48,8 +48,8 @@ TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
     }
   }
   // Compensation blends; nobody's line ends.
-  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors, 60u);
-  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
+  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors_since_start, 60u);
+  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors_since_start, 60u);
 }
 
 using Values = std::map<std::string, std::string>;

@@ -430,6 +430,10 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     reported_weight_resets_ = status.weight_resets;
     add_value("particles", std::to_string(status.particles), &entry);
     add_value("effective sample size", number_text(status.effective_sample_size), &entry);
+    add_value("distinct ancestors, of the last renewal",
+              std::to_string(status.distinct_ancestors_of_renewal), &entry);
+    add_value("distinct ancestors, since the start",
+              std::to_string(status.distinct_ancestors_since_start), &entry);
     add_value("updates", std::to_string(status.updates), &entry);
     add_value("renewals", std::to_string(status.renewals), &entry);
     add_value("injected particles", std::to_string(status.injected), &entry);

@@ -54,8 +54,10 @@ struct FastSlamStatus {
   /// After the last update's weighing, before its renewal if there was one.
   double effective_sample_size = 0.0;
   double entropy_sample_size = 0.0;  ///< likewise
-  /// Particles at the first landmark that have descendants (Kwak section 4.1).
-  int distinct_ancestors = 0;
+  /// Particles that have descendants: of those before the last renewal, and of those at the first
+  /// landmark (Kwak section 4.1).
+  int distinct_ancestors_of_renewal = 0;
+  int distinct_ancestors_since_start = 0;
   bool renewed = false;
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
