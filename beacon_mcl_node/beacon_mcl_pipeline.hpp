@@ -53,11 +53,11 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
 
   /// What it takes, and on which topics.
   static constexpr auto inputs() {
-    return std::make_tuple(
-        Input<nav_msgs::Odometry>{"odom"}, Input<BeaconRange>{"ranges"},
-        Input<sensor_msgs::Range>{"sensor_ranges"}, Input<BeaconArray>{"beacons"},
-        Input<geometry_msgs::PoseWithCovarianceStamped>{"initialpose"},
-        Input<tf2_msgs::TFMessage>{"/tf_static"}, Input<tf2_msgs::TFMessage>{"/tf"});
+    return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}}, Input<BeaconRange>{{"ranges"}},
+                           Input<sensor_msgs::Range>{{"sensor_ranges"}},
+                           Input<BeaconArray>{{"beacons"}},
+                           Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
+                           Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
   }
 
   /// Service: starts anew from the ranges or over the area.
@@ -111,5 +111,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   std::map<int, BeaconHealth> beacon_health_;
   ros::Time last_beacons_;  // that were drawn
 };
+
+using BeaconMclMessage = AnyMessage<BeaconMclPipeline>;
 
 }  // namespace pf_resampling

@@ -62,10 +62,10 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   /// What it takes, and on which topics. Transforms may also be of tags that were seen: they become
   /// scans.
   static constexpr auto inputs() {
-    return std::make_tuple(
-        Input<nav_msgs::Odometry>{"odom"}, Input<LandmarkObservationArray>{"landmarks"},
-        Input<geometry_msgs::PoseWithCovarianceStamped>{"initialpose"},
-        Input<tf2_msgs::TFMessage>{"/tf_static"}, Input<tf2_msgs::TFMessage>{"/tf"});
+    return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}},
+                           Input<LandmarkObservationArray>{{"landmarks"}},
+                           Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
+                           Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
   }
 
   /// Services. They return what they did in one line, or throw Error with nothing changed. What is
@@ -127,5 +127,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::int64_t reported_injected_ = 0;
   ros::Time last_map_;
 };
+
+using FastSlamMessage = AnyMessage<FastSlamPipeline>;
 
 }  // namespace pf_resampling

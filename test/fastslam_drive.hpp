@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "fastslam_node/run_fastslam.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {

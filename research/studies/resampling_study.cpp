@@ -41,7 +41,7 @@ void run(const std::vector<BeaconMclMessage>& messages, const std::vector<TruePo
   pipeline.filter.threads = 1;
   pipeline.filter.strategy.resampling.scheme = cell.scheme;
   pipeline.filter.strategy.excitation.method = cell.excitation;
-  const std::vector<EstimatedPose> path = to_path(run_beacon_mcl(messages, pipeline).estimates);
+  const std::vector<EstimatedPose> path = to_path(run_over_messages(messages, pipeline).estimates);
   if (path.empty() || path.back().time < truth.front().time) return;
   result->errors = evaluate_path(truth, path, options.errors);
   result->errors.samples = {};

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "beacon_mcl_node/run_beacon_mcl.hpp"
+#include "beacon_mcl_node/messages_in_memory.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 
 namespace pf_resampling {

@@ -32,7 +32,8 @@ class FilterNode {
             [this](const auto& values) { pipeline_.set_parameters(values); }),
         silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
     checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
-    for_each_input<Pipeline>([this](const auto& input) { subscribe(input); });
+    for_each_input<Pipeline>(
+        [this](const auto& input, const char* topic) { subscribe(input, topic); });
     serve("reset", [this] { pipeline_.reset(); });
     serve<SetParticles>("set_particles", [this](const auto& request) {
       return pipeline_.set_particles(request.particles, request.weights);
@@ -86,15 +87,14 @@ class FilterNode {
   }
 
   template <typename Message>
-  void subscribe(const Input<Message>& input) {
+  void subscribe(const Input<Message>& /*input*/, const char* topic) {
     const boost::function<void(const typename Message::ConstPtr&)> take =
         [this](const typename Message::ConstPtr& message) {
           silence_.message_came();
           pipeline_.handle(*message);
         };
-    subscribers_.push_back(node_->subscribe<Message>(input.topic, kNodeInputQueue, take,
-                                                     ros::VoidConstPtr(),
-                                                     ros::TransportHints().tcpNoDelay()));
+    subscribers_.push_back(node_->subscribe<Message>(
+        topic, kNodeInputQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
   }
 
   ros::NodeHandle* node_;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "beacon_mcl_node/run_beacon_mcl.hpp"
+#include "beacon_mcl_node/messages_in_memory.hpp"
 
 namespace pf_resampling {
 
@@ -34,7 +34,7 @@ void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
 std::optional<BeaconMclMessage> to_beacon_mcl_message(const rosbag::MessageInstance& message,
                                                       const BeaconMclTopics& topics);
 
-/// All of them in order of time, for run_beacon_mcl(). Throws Error that names the file.
+/// All of them in order of time, for run_over_messages(). Throws Error that names the file.
 std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
                                                        const BeaconMclTopics& topics,
                                                        bool needs_beacons);

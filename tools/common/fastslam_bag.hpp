@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fastslam_node/run_fastslam.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
 
 namespace pf_resampling {
 

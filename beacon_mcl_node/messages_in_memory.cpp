@@ -1,15 +1,9 @@
-#include "beacon_mcl_node/run_beacon_mcl.hpp"
-
-#include "src/messages/conversions.hpp"
+#include "beacon_mcl_node/messages_in_memory.hpp"
 
 namespace pf_resampling {
 
-void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline) {
-  std::visit([pipeline](const auto& pointer) { pipeline->handle(*pointer); }, message);
-}
-
-BeaconMclRun run_beacon_mcl(const std::vector<BeaconMclMessage>& messages,
-                            const BeaconMclPipelineOptions& options) {
+BeaconMclRun run_over_messages(const std::vector<BeaconMclMessage>& messages,
+                               const BeaconMclPipelineOptions& options) {
   BeaconMclRun run;
   run.estimates.reserve(messages.size());
   BeaconMclSinks sinks;

@@ -2,21 +2,11 @@
 
 #include <ros/time.h>
 
-#include <variant>
 #include <vector>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 
 namespace pf_resampling {
-
-/// A message that the pipeline takes in.
-using BeaconMclMessage =
-    std::variant<nav_msgs::Odometry::ConstPtr, BeaconRange::ConstPtr, sensor_msgs::Range::ConstPtr,
-                 BeaconArray::ConstPtr, geometry_msgs::PoseWithCovarianceStamped::ConstPtr,
-                 tf2_msgs::TFMessage::ConstPtr>;
-
-/// Hands a message to the pipeline.
-void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline);
 
 struct StampedEstimate {
   ros::Time stamp;
@@ -34,7 +24,7 @@ struct BeaconMclRun {
 
 /// Runs the filter over messages in memory, in their order; for studies with many seeds and
 /// configurations on one recording. Throws Error on options that make no sense.
-BeaconMclRun run_beacon_mcl(const std::vector<BeaconMclMessage>& messages,
-                            const BeaconMclPipelineOptions& options);
+BeaconMclRun run_over_messages(const std::vector<BeaconMclMessage>& messages,
+                               const BeaconMclPipelineOptions& options);
 
 }  // namespace pf_resampling
