@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
+#include "beacon_mcl_node/beacon_markers.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/input_checks.hpp"
-#include "src/pictures/markers.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
 
 namespace pf_resampling {

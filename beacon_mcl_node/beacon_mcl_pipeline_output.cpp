@@ -1,7 +1,7 @@
 // What of the messages that BeaconMclPipeline gives out is its own.
+#include "beacon_mcl_node/beacon_markers.hpp"
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "src/diagnostics/diagnostics.hpp"
-#include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
 namespace {
