@@ -1,12 +1,6 @@
 #include "beacon_mcl_node/messages_in_memory.hpp"
 
-#include "src/messages/conversions.hpp"
-
 namespace pf_resampling {
-
-void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline) {
-  std::visit([pipeline](const auto& pointer) { pipeline->handle(*pointer); }, message);
-}
 
 BeaconMclRun run_over_messages(const std::vector<BeaconMclMessage>& messages,
                                const BeaconMclPipelineOptions& options) {

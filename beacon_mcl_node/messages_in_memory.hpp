@@ -2,21 +2,11 @@
 
 #include <ros/time.h>
 
-#include <variant>
 #include <vector>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 
 namespace pf_resampling {
-
-/// A message that the pipeline takes in.
-using BeaconMclMessage =
-    std::variant<nav_msgs::Odometry::ConstPtr, BeaconRange::ConstPtr, sensor_msgs::Range::ConstPtr,
-                 BeaconArray::ConstPtr, geometry_msgs::PoseWithCovarianceStamped::ConstPtr,
-                 tf2_msgs::TFMessage::ConstPtr>;
-
-/// Hands a message to the pipeline.
-void handle(const BeaconMclMessage& message, BeaconMclPipeline* pipeline);
 
 struct StampedEstimate {
   ros::Time stamp;

@@ -33,7 +33,7 @@ void move(const OdometryIncrement& motion, std::uint64_t seed, SavedMap* map) {
 }  // namespace
 
 std::string FastSlamPipeline::save_map(const std::string& path) {
-  SavedMap map = saved_map(&filter_, options_.map_file_particles);
+  SavedMap map = saved_map(filter_.get(), options_.map_file_particles);
   if (!odometry_.empty() && odometry_.used() != odometry_.newest()) {
     move(odometry_.since(), static_cast<std::uint64_t>(options_.seed), &map);
   }
@@ -47,11 +47,11 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   const SavedMap map = read_map_file(path);
   FastSlamOptions options = options_.filter;
   options.map.frozen = frozen;
-  filter_.set_options(options);
+  filter_->set_options(options);
   try {
-    filter_.load(map);
+    filter_->load(map);
   } catch (const Error&) {
-    filter_.set_options(options_.filter);
+    filter_->set_options(options_.filter);
     throw;
   }
   options_.filter = options;

@@ -117,7 +117,7 @@ visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
     const auto landmark = std::find_if(
         map.begin(), map.end(),
         [&](const LandmarkEstimate& candidate) { return candidate.id == outcome.landmark; });
-    if (outcome.landmark < 0 || outcome.accepted < 0.5) {
+    if (outcome.landmark < 0 || !outcome.is_believed()) {
       add_line(from, observed, &refused);
     } else if (outcome.is_new || landmark == map.end()) {
       add_line(from, observed, &found);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "pf_resampling_core/health/lost_detector.hpp"
+
 namespace pf_resampling {
 namespace {
 
@@ -55,7 +57,7 @@ void FilterHealth::add(const FilterStatus& status) {
   latest_ = status;
   const double particles = status.particles;
   sample_size_.add(now, share(status.effective_sample_size, particles));
-  ancestors_.add(now, share(status.distinct_ancestors, particles));
+  ancestors_.add(now, share(status.distinct_ancestors_of_renewal, particles));
   load_.add(now, share(status.update_time, timing_.observation_period()));
   lost_.add(now, status.lost);
   renewals_.add(now, status.renewed ? 1.0 : 0.0);
@@ -76,10 +78,10 @@ void FilterHealth::clear() {
 
 FilterHealth::Verdict FilterHealth::verdict() const {
   if (!latest_) return {Level::unknown, "No status yet"};
-  if (latest_->lost > lost_warning())
+  if (latest_->lost > kLikelyLost)
     return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
   const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
-  if (!counts_from_start() && ancestors < kFew) {
+  if (ancestors < kFew) {
     return {Level::warning, "Depleted: " + percent_text(ancestors) + " have descendants"};
   }
   const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
@@ -98,12 +100,9 @@ std::string FilterHealth::sample_size_text() const {
 
 std::string FilterHealth::ancestors_text() const {
   if (!latest_) return "";
-  return std::to_string(latest_->distinct_ancestors) + " of " + std::to_string(latest_->particles) +
-         (counts_from_start() ? " at the start" : "");
-}
-
-bool FilterHealth::counts_from_start() const {
-  return latest_ && latest_->landmarks > 0;
+  return std::to_string(latest_->distinct_ancestors_of_renewal) + " of " +
+         std::to_string(latest_->particles) + ", " +
+         std::to_string(latest_->distinct_ancestors_since_start) + " since the start";
 }
 
 std::string FilterHealth::load_text() const {

@@ -27,19 +27,16 @@ class FilterHealth {
     std::uint64_t recent;  ///< of these, in the last minute
   };
 
-  /// Above this probability a filter counts as lost, as in the nodes' diagnostics.
-  static constexpr double lost_warning() { return 0.5; }
-
   void add(const FilterStatus& status);
   void clear();
 
   const std::optional<FilterStatus>& latest() const { return latest_; }
 
   const StripBuffer& sample_size() const { return sample_size_; }  ///< N_eff / particles
-  const StripBuffer& ancestors() const { return ancestors_; }      ///< distinct / particles
-  const StripBuffer& load() const { return load_; }                ///< update time / budget
-  const StripBuffer& lost() const { return lost_; }                ///< probability
-  const StripBuffer& renewals() const { return renewals_; }        ///< 1 where renewed, else 0
+  const StripBuffer& ancestors() const { return ancestors_; }  ///< of the last renewal / particles
+  const StripBuffer& load() const { return load_; }            ///< update time / budget
+  const StripBuffer& lost() const { return lost_; }            ///< probability
+  const StripBuffer& renewals() const { return renewals_; }    ///< 1 where renewed, else 0
 
   /// Whether the filter can be believed, and if not, why not.
   Verdict verdict() const;
@@ -53,10 +50,6 @@ class FilterHealth {
   std::vector<Reject> rejects() const;
 
  private:
-  // Filters with a map count the particles of the start that have descendants. That number can only
-  // fall, in a filter that is well, too.
-  bool counts_from_start() const;
-
   std::optional<FilterStatus> latest_;
   StripBuffer sample_size_, ancestors_, load_, lost_, renewals_;
   UpdateTiming timing_;

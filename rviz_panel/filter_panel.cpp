@@ -17,6 +17,7 @@
 #include <QVBoxLayout>
 #include <cstdlib>
 
+#include "pf_resampling_core/health/lost_detector.hpp"
 #include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
@@ -134,7 +135,7 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
                      "From the innovations and the spread of the belief.\nDashed: above this the "
                      "filter warns.",
                      1.0});
-  lost_strip_->show_threshold(FilterHealth::lost_warning(), true);
+  lost_strip_->show_threshold(kLikelyLost, true);
   load_strip_ =
       add({"Update time",
            "Of computation, beside the time between observations.\nDashed: all of it.", 1.2, true});

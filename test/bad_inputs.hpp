@@ -4,6 +4,9 @@
 #include <nav_msgs/Odometry.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <limits>
 #include <string>
@@ -11,6 +14,7 @@
 #include <vector>
 
 #include "src/messages/rejects.hpp"
+#include "test/pipeline_outputs.hpp"
 
 /// Messages that no pipeline can use, of the inputs that both have.
 namespace pf_resampling::bad_inputs {
@@ -120,6 +124,79 @@ inline std::vector<BadInput> all(ros::Time now, const nav_msgs::Odometry& odomet
                                  [](auto* m) { m->pose.pose.position.x = 1e200; }));
   bad.push_back(bad_transform("at the end of the world", 1e200, 1.0));
   return bad;
+}
+
+/// A bad message of a pipeline, and what has to be counted.
+template <typename Message>
+struct BadMessage {
+  std::string name;
+  Message message;
+  std::string input;
+  RejectReason reason;
+};
+
+/// Adds all().
+template <typename Message>
+void add_all(ros::Time now, const nav_msgs::Odometry& odometry,
+             std::vector<BadMessage<Message>>* bad) {
+  for (const BadInput& input : all(now, odometry)) {
+    std::visit(
+        [&](const auto& message) {
+          bad->push_back({input.name, message, input.input, input.reason});
+        },
+        input.message);
+  }
+}
+
+/// Puts each, alone, into a drive of 20 s, after the odometry of 12 s: it is counted and reported,
+/// and changes nothing.
+template <typename AnyRig>
+void expect_to_change_nothing(const std::vector<BadMessage<typename AnyRig::Message>>& all_bad) {
+  using Drive = typename AnyRig::Drive;
+  const auto drive = Drive::messages(20.0);
+  AnyRig good;
+  good.feed(drive);
+  ASSERT_EQ(good.pipeline.rejects().total(), 0u);
+  ASSERT_LT(good.error(), 0.5);
+  int odometries = 0;
+  const auto middle = std::find_if(drive.begin(), drive.end(),
+                                   [&](const auto& message) {
+                                     return AnyRig::is_odometry(message) && ++odometries == 121;
+                                   }) +
+                      1;
+  for (const auto& bad : all_bad) {
+    SCOPED_TRACE(bad.input + ", " + bad.name);
+    AnyRig run;
+    run.feed({drive.begin(), middle});
+    ASSERT_EQ(run.out.poses.back().header.stamp, Drive::at(12.0));
+    const auto before = run.particles();
+    const std::size_t poses = run.out.poses.size();
+    run.feed({bad.message});
+    EXPECT_TRUE(same_particles(before, run.particles()));
+    EXPECT_EQ(run.out.poses.size(), poses) << "it was answered with a pose";
+    EXPECT_EQ(run.rejected(bad.input, bad.reason), 1u);
+    EXPECT_EQ(run.pipeline.rejects().total(), 1u);
+
+    run.feed({middle, drive.end()});
+    EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+    EXPECT_TRUE(same_bytes(run.out.clouds, good.out.clouds));
+    const FilterStatus& status = run.out.statuses.back();
+    ASSERT_EQ(status.rejects.size(), 1u);
+    EXPECT_EQ(status.rejects[0].input, bad.input);
+    EXPECT_EQ(status.rejects[0].reason, to_string(bad.reason));
+    EXPECT_EQ(status.rejects[0].count, 1u);
+    const std::string key = "rejected " + bad.input + " " + to_string(bad.reason);
+    EXPECT_EQ(value_of(run.out.diagnostics.back(), key).substr(0, 2), "1,");
+    bool warned = false;
+    for (const auto& diagnostics : run.out.diagnostics) {
+      warned = warned ||
+               (diagnostics.status[1].level == diagnostic_msgs::DiagnosticStatus::WARN &&
+                diagnostics.status[1].message.find("1 messages rejected") != std::string::npos);
+    }
+    EXPECT_TRUE(warned);
+    ASSERT_EQ(run.out.log.size(), 1u);
+    EXPECT_NE(run.out.log[0].find(to_string(bad.reason)), std::string::npos);
+  }
 }
 
 }  // namespace pf_resampling::bad_inputs

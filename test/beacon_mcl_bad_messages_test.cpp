@@ -11,13 +11,7 @@ using bad_inputs::kInfinity;
 using bad_inputs::kNan;
 constexpr double kStart = BeaconMclDrive::kStart;
 
-/// A bad message, put in after 12 s of the drive, and what has to be counted.
-struct BadMessage {
-  std::string name;
-  BeaconMclMessage message;
-  std::string input;
-  RejectReason reason;
-};
+using BadMessage = bad_inputs::BadMessage<BeaconMclMessage>;
 
 ros::Time now() {
   return ros::Time(kStart + 12.0);
@@ -73,58 +67,12 @@ std::vector<BadMessage> bad_messages() {
   bad.push_back(
       bad_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; }));
 
-  for (const bad_inputs::BadInput& input :
-       bad_inputs::all(now(), BeaconMclDrive::odometry(now() + ros::Duration(0.05)))) {
-    std::visit(
-        [&](const auto& message) {
-          bad.push_back({input.name, message, input.input, input.reason});
-        },
-        input.message);
-  }
+  bad_inputs::add_all(now(), BeaconMclDrive::odometry(now() + ros::Duration(0.05)), &bad);
   return bad;
 }
 
 TEST(BeaconMclPipeline, ABadMessageIsCountedReportedAndChangesNothing) {
-  const std::vector<BeaconMclMessage> drive = BeaconMclDrive::messages(20.0);
-  Rig good;
-  good.feed(drive);
-  ASSERT_EQ(good.pipeline.rejects().total(), 0u);
-  ASSERT_LT(good.error(), 0.5);
-
-  // Up to and with the odometry of 12 s: 121 of them, 60 ranges, one array of beacons.
-  const auto middle = drive.begin() + 1 + 121 + 60;
-  for (const BadMessage& bad : bad_messages()) {
-    SCOPED_TRACE(bad.input + ", " + bad.name);
-    Rig run;
-    run.feed({drive.begin(), middle});
-    ASSERT_EQ(run.out.poses.back().header.stamp, now());
-    const BeaconMclParticles before = run.pipeline.filter()->particles();
-    const std::size_t poses = run.out.poses.size();
-    handle(bad.message, &run.pipeline);
-    EXPECT_TRUE(same_particles(before, run.pipeline.filter()->particles()));
-    EXPECT_EQ(run.out.poses.size(), poses) << "it was answered with a pose";
-    EXPECT_EQ(run.pipeline.rejects().count(bad.input, bad.reason), 1u);
-    EXPECT_EQ(run.pipeline.rejects().total(), 1u);
-
-    run.feed({middle, drive.end()});
-    EXPECT_EQ(bytes_of_all(run.out.poses), bytes_of_all(good.out.poses));
-    const FilterStatus& status = run.out.statuses.back();
-    ASSERT_EQ(status.rejects.size(), 1u);
-    EXPECT_EQ(status.rejects[0].input, bad.input);
-    EXPECT_EQ(status.rejects[0].reason, to_string(bad.reason));
-    EXPECT_EQ(status.rejects[0].count, 1u);
-    const std::string key = "rejected " + bad.input + " " + to_string(bad.reason);
-    EXPECT_EQ(value_of(run.out.diagnostics.back(), key).substr(0, 2), "1,");
-    bool warned = false;
-    for (const auto& diagnostics : run.out.diagnostics) {
-      warned = warned ||
-               (diagnostics.status[1].level == diagnostic_msgs::DiagnosticStatus::WARN &&
-                diagnostics.status[1].message.find("1 messages rejected") != std::string::npos);
-    }
-    EXPECT_TRUE(warned);
-    ASSERT_EQ(run.out.log.size(), 1u);
-    EXPECT_NE(run.out.log[0].find(to_string(bad.reason)), std::string::npos);
-  }
+  bad_inputs::expect_to_change_nothing<Rig>(bad_messages());
 }
 
 TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {

@@ -66,6 +66,11 @@ struct BeaconMclDrive {
     return range;
   }
 
+  static ros::Time at(double seconds) { return ros::Time(kStart) + ros::Duration(seconds); }
+
+  /// What is observed next after `count` observations.
+  static BeaconRange observation_at(ros::Time stamp, int count) { return range(stamp, count % 4); }
+
   /// All messages of `seconds`, in order of time.
   static std::vector<BeaconMclMessage> messages(double seconds) { return messages(0.0, seconds); }
 

@@ -73,13 +73,13 @@ TEST(Configuration, TheParameterServerGivesTheSame) {
 }
 
 TEST(Configuration, LaterFilesWin) {
-  Configuration configuration =
-      parse_configuration("particles: 1\nseed: 2\ncalibration: [{beacon: 1, scale: 1.1}]", "a");
-  merge(parse_configuration("seed: 3\ncalibration: [{beacon: 2, scale: 1.2}]", "b"),
-        &configuration);
-  EXPECT_EQ(configuration.values.at("particles"), "1");
-  EXPECT_EQ(configuration.values.at("seed"), "3");
-  EXPECT_EQ(configuration.calibration.size(), 2u);
+  BeaconMclPipelineOptions options;
+  apply(parse_configuration("particles: 1\nseed: 2\ncalibration: [{beacon: 1, scale: 1.1}]", "a"),
+        &options);
+  apply(parse_configuration("seed: 3\ncalibration: [{beacon: 2, scale: 1.2}]", "b"), &options);
+  EXPECT_EQ(options.filter.particles, 1);
+  EXPECT_EQ(options.seed, 3);
+  EXPECT_EQ(options.calibration.size(), 2u);
 }
 
 TEST(Configuration, EachMistakeIsNamedWithItsPlace) {

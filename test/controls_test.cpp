@@ -23,7 +23,7 @@ const Control* find(const std::vector<ControlGroup>& groups, const std::string& 
 template <typename Options>
 void expect_every_parameter_has_its_control() {
   Options options;
-  const ParameterList parameters = live_parameters_of(&options);
+  const ParameterList parameters = parameters_of(&options.filter);
   const auto groups = controls_of(to_description(parameters));
   const auto values = values_of(to_config(parameters));
   std::size_t count = 0;
@@ -55,7 +55,7 @@ TEST(Controls, EveryParameterOfTheNodesHasItsControl) {
 
 TEST(Controls, GroupsNestAndLabelsLeaveThemOut) {
   FastSlamPipelineOptions options;
-  const auto groups = controls_of(to_description(live_parameters_of(&options)));
+  const auto groups = controls_of(to_description(parameters_of(&options.filter)));
   EXPECT_EQ(groups[0].name, "");
   for (const ControlGroup& group : groups) {
     if (group.name != "population/resampling") continue;

@@ -87,7 +87,9 @@ class EvaluateSlamBag : public EvaluatedBag {
       status.header.stamp = time;
       status.particles = 100;
       status.effective_sample_size = i % 2 == 0 ? 40.0 : 80.0;
-      status.distinct_ancestors = 30;
+      // Only those of the renewals count.
+      status.distinct_ancestors_of_renewal = i % 2 == 1 ? 30 : 80;
+      status.distinct_ancestors_since_start = 7;
       status.updates = static_cast<std::uint64_t>(i) + 1;
       status.renewals = static_cast<std::uint64_t>(i / 2);
       status.renewed = i % 2 == 1;
@@ -133,7 +135,8 @@ TEST_F(EvaluateSlamBag, JudgesMapAndShapeWhateverTheFrame) {
   const json& filter = result["filter"];
   EXPECT_EQ(filter["renewals"], 200);
   EXPECT_EQ(filter["particles"], 100);
-  EXPECT_NEAR(filter["mean_distinct_ancestors"], 30.0, 1e-9);
+  EXPECT_NEAR(filter["mean_distinct_ancestors_of_renewal"], 30.0, 1e-9);
+  EXPECT_EQ(filter["distinct_ancestors_since_start"], 7);
   EXPECT_NEAR(filter["mean_effective_sample_size"], (201 * 40.0 + 200 * 80.0) / 401.0, 1e-9);
 }
 

@@ -13,13 +13,7 @@ using Drive = FastSlamDrive;
 using bad_inputs::kInfinity;
 using bad_inputs::kNan;
 
-/// A bad message, and what has to be counted.
-struct BadMessage {
-  std::string name;
-  FastSlamMessage message;
-  std::string input;
-  RejectReason reason;
-};
+using BadMessage = bad_inputs::BadMessage<FastSlamMessage>;
 
 /// A scan between the last that was used and the newest odometry, at `now`, that is rejected whole.
 template <typename Change>
@@ -72,64 +66,12 @@ std::vector<BadMessage> bad_messages(ros::Time now) {
            [](auto* m) { m->header.stamp += ros::Duration(1e6); });
   add_scan("before the start", R::before_odometry,
            [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
-  for (const bad_inputs::BadInput& input :
-       bad_inputs::all(now, Drive::odometry(now + ros::Duration(0.05)))) {
-    std::visit(
-        [&](const auto& message) {
-          bad.push_back({input.name, message, input.input, input.reason});
-        },
-        input.message);
-  }
+  bad_inputs::add_all(now, Drive::odometry(now + ros::Duration(0.05)), &bad);
   return bad;
 }
 
 TEST(FastSlamPipeline, ABadMessageIsCountedReportedAndChangesNothing) {
-  const auto drive = Drive::messages(20.0);
-  FastSlamRig good;
-  good.feed(drive);
-  ASSERT_EQ(good.pipeline.rejects().total(), 0u);
-  ASSERT_LT(good.error(), 0.5);
-
-  const ros::Time now = Drive::at(12.0);
-  const auto first = Drive::messages(0.0, 11.9);
-  const std::vector<FastSlamMessage> middle = {drive.begin(),
-                                               drive.begin() + static_cast<long>(first.size() + 1)};
-  const std::vector<FastSlamMessage> last = {drive.begin() + static_cast<long>(first.size() + 1),
-                                             drive.end()};
-  for (const BadMessage& bad : bad_messages(now)) {
-    SCOPED_TRACE(bad.input + ", " + bad.name);
-    FastSlamRig run;
-    run.feed(middle);
-    ASSERT_EQ(run.out.poses.back().header.stamp, now);
-    const FastSlamParticles before = run.pipeline.filter().particles();
-    const std::size_t poses = run.out.poses.size();
-    handle(bad.message, &run.pipeline);
-    EXPECT_TRUE(same_particles(before, run.pipeline.filter().particles()));
-    EXPECT_EQ(run.out.poses.size(), poses) << "it was answered with a pose";
-    EXPECT_EQ(run.rejected(bad.input, bad.reason), 1u);
-    EXPECT_EQ(run.pipeline.rejects().total(), 1u);
-
-    run.feed(last);
-    EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
-    EXPECT_TRUE(same_bytes(run.out.maps, good.out.maps));
-    EXPECT_TRUE(same_bytes(run.out.clouds, good.out.clouds));
-    const FilterStatus& status = run.out.statuses.back();
-    ASSERT_EQ(status.rejects.size(), 1u);
-    EXPECT_EQ(status.rejects[0].input, bad.input);
-    EXPECT_EQ(status.rejects[0].reason, to_string(bad.reason));
-    EXPECT_EQ(status.rejects[0].count, 1u);
-    const std::string key = "rejected " + bad.input + " " + to_string(bad.reason);
-    EXPECT_EQ(value_of(run.out.diagnostics.back(), key).substr(0, 2), "1,");
-    bool warned = false;
-    for (const auto& diagnostics : run.out.diagnostics) {
-      warned = warned ||
-               (diagnostics.status[1].level == diagnostic_msgs::DiagnosticStatus::WARN &&
-                diagnostics.status[1].message.find("1 messages rejected") != std::string::npos);
-    }
-    EXPECT_TRUE(warned);
-    ASSERT_EQ(run.out.log.size(), 1u);
-    EXPECT_NE(run.out.log[0].find(to_string(bad.reason)), std::string::npos);
-  }
+  bad_inputs::expect_to_change_nothing<FastSlamRig>(bad_messages(Drive::at(12.0)));
 }
 
 TEST(FastSlamPipeline, AnyNumberOfThemAtAnyTimeChangesNothing) {

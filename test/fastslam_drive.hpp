@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "fastslam_node/messages_in_memory.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -65,6 +65,11 @@ struct FastSlamDrive {
       if (seen.range < kReach) scan.observations.push_back(seen);
     }
     return scan;
+  }
+
+  /// What is observed next after any number of observations.
+  static LandmarkObservationArray observation_at(ros::Time stamp, int /*count*/) {
+    return scan(stamp);
   }
 
   static ros::Time at(double seconds) { return ros::Time(kStart) + ros::Duration(seconds); }

@@ -6,7 +6,7 @@
 
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "test/fastslam_drive.hpp"
-#include "test/pipeline_outputs.hpp"
+#include "test/pipeline_rig.hpp"
 
 namespace pf_resampling {
 
@@ -23,22 +23,11 @@ inline FastSlamSinks sinks_into(FastSlamOutputs* out) {
   return sinks;
 }
 
-inline double distance(const Pose2& a, const Pose2& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
-}
-
-struct FastSlamRig {
-  explicit FastSlamRig(const FastSlamPipelineOptions& options = FastSlamDrive::options())
-      : pipeline(options, sinks_into(&out)) {}
-
-  void feed(const std::vector<FastSlamMessage>& messages) {
-    for (const FastSlamMessage& message : messages) handle(message, &pipeline);
-  }
-
-  Pose2 pose() const { return to_pose2(out.poses.back().pose.pose); }
-  double error() const {
-    return distance(pose(), FastSlamDrive::truth(out.poses.back().header.stamp));
-  }
+struct FastSlamRig
+    : PipelineRig<FastSlamPipeline, FastSlamDrive, FastSlamOutputs, FastSlamMessage> {
+  using PipelineRig::PipelineRig;
+  static constexpr const char* kTopic = "landmarks";
+  const FastSlamParticles& particles() const { return pipeline.filter().particles(); }
   /// m; of the worst landmark of the last map, which has to be of the drive.
   double map_error() const {
     double worst = 0.0;
@@ -50,17 +39,6 @@ struct FastSlamRig {
     }
     return worst;
   }
-  bool has_said(const std::string& words) const {
-    return std::any_of(out.log.begin(), out.log.end(), [&](const std::string& line) {
-      return line.find(words) != std::string::npos;
-    });
-  }
-  std::uint64_t rejected(const std::string& input, RejectReason reason) const {
-    return pipeline.rejects().count(input, reason);
-  }
-
-  FastSlamOutputs out;
-  FastSlamPipeline pipeline;
 };
 
 /// The markers of a name in an array.

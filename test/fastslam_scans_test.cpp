@@ -339,8 +339,8 @@ TEST(FastSlamScans, StatusAndDiagnosticsSayHowTheFilterIs) {
     EXPECT_GE(status.effective_sample_size, 1.0);
     EXPECT_LE(status.effective_sample_size, 60.0 + 1e-9);
     EXPECT_GE(status.entropy_sample_size, status.effective_sample_size - 1e-9);  // Jensen
-    EXPECT_GE(status.distinct_ancestors, 1u);
-    EXPECT_LE(status.distinct_ancestors, 60u);
+    EXPECT_GE(status.distinct_ancestors_since_start, 1u);
+    EXPECT_LE(status.distinct_ancestors_since_start, 60u);
     EXPECT_EQ(status.update_time, 0.0);  // reproducible
     EXPECT_EQ(status.observation, -1);
     // Of the first scan all is new.

@@ -48,8 +48,8 @@ TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
     }
   }
   // Compensation blends; nobody's line ends.
-  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors, 60u);
-  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors, 60u);
+  EXPECT_EQ(compensation.out.statuses.back().distinct_ancestors_since_start, 60u);
+  EXPECT_LT(resampling.out.statuses.back().distinct_ancestors_since_start, 60u);
 }
 
 using Values = std::map<std::string, std::string>;
@@ -58,7 +58,7 @@ using Values = std::map<std::string, std::string>;
 std::vector<Values> all_strategies() {
   FastSlamPipelineOptions defaults = Drive::options();
   std::vector<Values> strategies;
-  for (const Parameter& parameter : live_parameters_of(&defaults)) {
+  for (const Parameter& parameter : parameters_of(&defaults.filter)) {
     const auto is_in = [&](const char* group) { return parameter.name.rfind(group, 0) == 0; };
     if (parameter.choices.empty() || !(is_in("population/") || is_in("excitation/"))) continue;
     for (const std::string& choice : parameter.choices) {
@@ -73,7 +73,7 @@ std::vector<Values> all_strategies() {
       }
       strategies.push_back(values);
       Values back;
-      for (const Parameter& other : live_parameters_of(&defaults)) {
+      for (const Parameter& other : parameters_of(&defaults.filter)) {
         if (values.count(other.name) > 0) back[other.name] = other.get();
       }
       strategies.push_back(back);

@@ -10,7 +10,8 @@ FilterStatus status_at(double stamp) {
   status.header.stamp = ros::Time(stamp);
   status.particles = 1000;
   status.effective_sample_size = 700.0;
-  status.distinct_ancestors = 480;
+  status.distinct_ancestors_of_renewal = 480;
+  status.distinct_ancestors_since_start = 12;
   status.update_time = 0.002;
   status.lost = 0.01;
   return status;
@@ -32,7 +33,7 @@ TEST(FilterHealth, SaysWhatIsWrong) {
   health.add(status_at(1.0));
   EXPECT_EQ(health.verdict().level, Level::good);
   EXPECT_EQ(health.sample_size_text(), "70 % of 1000");
-  EXPECT_EQ(health.ancestors_text(), "480 of 1000");
+  EXPECT_EQ(health.ancestors_text(), "480 of 1000, 12 since the start");
 
   FilterHealth degenerate;
   FilterStatus status = status_at(1.0);
@@ -43,7 +44,7 @@ TEST(FilterHealth, SaysWhatIsWrong) {
 
   FilterHealth depleted;
   status = status_at(1.0);
-  status.distinct_ancestors = 30;
+  status.distinct_ancestors_of_renewal = 30;
   depleted.add(status);
   EXPECT_EQ(depleted.verdict().text, "Depleted: 3 % have descendants");
 
@@ -58,21 +59,20 @@ TEST(FilterHealth, OneBadUpdateIsNoDepletion) {
   FilterHealth health;
   for (int i = 0; i < 40; ++i) health.add(status_at(0.25 * i));
   FilterStatus bad = status_at(10.0);
-  bad.distinct_ancestors = 1;
+  bad.distinct_ancestors_of_renewal = 1;
   bad.effective_sample_size = 1.0;
   health.add(bad);
   EXPECT_EQ(health.verdict().level, Level::good);
 }
 
-// FastSLAM counts the particles of the start, of which few are left sooner or later.
+// Sooner or later few of them have descendants, in a filter that is well, too.
 TEST(FilterHealth, FewParticlesOfTheStartAreNoDepletion) {
   FilterHealth health;
   FilterStatus status = status_at(1.0);
-  status.landmarks = 30;
-  status.distinct_ancestors = 2;
+  status.distinct_ancestors_since_start = 2;
   health.add(status);
   EXPECT_EQ(health.verdict().level, Level::good);
-  EXPECT_EQ(health.ancestors_text(), "2 of 1000 at the start");
+  EXPECT_EQ(health.ancestors_text(), "480 of 1000, 2 since the start");
 }
 
 TEST(FilterHealth, UpdateTimeBesideTheTimeBetweenObservations) {

@@ -14,7 +14,7 @@ namespace {
 template <typename Options>
 void expect_complete() {
   Options options;
-  const ParameterList parameters = live_parameters_of(&options);
+  const ParameterList parameters = parameters_of(&options.filter);
   const dynamic_reconfigure::ConfigDescription description = to_description(parameters);
   std::map<std::string, dynamic_reconfigure::ParamDescription> described;
   std::set<int> ids;
@@ -45,7 +45,7 @@ TEST(ReconfigureServer, DescribesEveryParameterOnce) {
 
 TEST(ReconfigureServer, RangesAndDefaultsAreThoseOfTheDescription) {
   FastSlamPipelineOptions options;
-  const auto description = to_description(live_parameters_of(&options));
+  const auto description = to_description(parameters_of(&options.filter));
   const auto value = [](const dynamic_reconfigure::Config& config, const std::string& name) {
     return values_of(config).at(name);
   };
@@ -64,9 +64,9 @@ TEST(ReconfigureServer, ValuesSurviveTheWayThroughMessages) {
   options.filter.strategy.threshold = 0.1 + 0.2;  // needs all 17 digits
   options.filter.strategy.renewal = Renewal::compensation;
   options.filter.recovery.enabled = false;
-  const auto values = values_of(to_config(live_parameters_of(&options)));
+  const auto values = values_of(to_config(parameters_of(&options.filter)));
   BeaconMclPipelineOptions read;
-  set_parameters(live_parameters_of(&read), values);
+  set_parameters(parameters_of(&read.filter), values);
   EXPECT_EQ(read.filter.particles, 1234);
   EXPECT_EQ(read.filter.strategy.threshold, 0.1 + 0.2);
   EXPECT_EQ(read.filter.strategy.renewal, Renewal::compensation);

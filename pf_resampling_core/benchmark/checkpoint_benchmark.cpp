@@ -4,22 +4,33 @@
 #include <filesystem>
 #include <string>
 
-#include "pf_resampling_core/checkpoint/checkpoint.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl_lines.hpp"
+#include "pf_resampling_core/filters/fastslam/map_lines.hpp"
 
-/// What a checkpoint costs: the copy of the population, for which updates wait, and the writing of
-/// it, to the disk of the working directory, which a thread does; and the reading.
+/// What a filter's part of a checkpoint costs, which is nearly all of it: the copy of the
+/// population, for which updates wait, and the writing of it, to the disk of the working directory,
+/// which a thread does; and the reading.
 namespace pf_resampling {
 namespace {
 
-SavedProgress some_progress() {
-  SavedProgress progress;
-  progress.odometry.resize(2);
-  progress.odometry[1].stamp = 1;
-  return progress;
-}
-
 std::string file() {
   return std::filesystem::current_path() / "benchmark.checkpoint";
+}
+
+void write(const SavedBeaconMcl& saved) {
+  text_file::LineWriter writer(text_file::kCheckpoint, file());
+  write_beacon_mcl_lines(saved, &writer);
+  writer.finish();
+}
+
+void write(const SavedMap& saved) {
+  text_file::LineWriter writer(text_file::kCheckpoint, file());
+  write_map_lines(saved, &writer);
+  writer.finish();
+}
+
+text_file::LineReader reader() {
+  return text_file::LineReader(text_file::kCheckpoint, file());
 }
 
 BeaconMcl localization(int particles) {
@@ -67,18 +78,18 @@ void copy_beacon_mcl(benchmark::State& state) {
 BENCHMARK(copy_beacon_mcl)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
 
 void write_beacon_mcl(benchmark::State& state) {
-  const BeaconMclCheckpoint checkpoint = {some_progress(),
-                                          localization(static_cast<int>(state.range(0))).saved()};
-  for (auto _ : state) write_checkpoint(file(), checkpoint);
+  const SavedBeaconMcl saved = localization(static_cast<int>(state.range(0))).saved();
+  for (auto _ : state) write(saved);
   report_size(state);
 }
 BENCHMARK(write_beacon_mcl)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void read_beacon_mcl(benchmark::State& state) {
-  write_checkpoint(
-      file(),
-      BeaconMclCheckpoint{some_progress(), localization(static_cast<int>(state.range(0))).saved()});
-  for (auto _ : state) benchmark::DoNotOptimize(read_beacon_mcl_checkpoint(file()));
+  write(localization(static_cast<int>(state.range(0))).saved());
+  for (auto _ : state) {
+    text_file::LineReader lines = reader();
+    benchmark::DoNotOptimize(read_beacon_mcl_lines(&lines));
+  }
   report_size(state);
 }
 BENCHMARK(read_beacon_mcl)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
@@ -97,10 +108,8 @@ BENCHMARK(copy_fastslam)
 
 void write_fastslam(benchmark::State& state) {
   FastSlam filter = mapping(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-  const FastSlamCheckpoint checkpoint = {some_progress(),
-                                         Eigen::AlignedBox2d(Eigen::Vector2d::Zero()),
-                                         saved_map(&filter, static_cast<int>(state.range(0)))};
-  for (auto _ : state) write_checkpoint(file(), checkpoint);
+  const SavedMap saved = saved_map(&filter, static_cast<int>(state.range(0)));
+  for (auto _ : state) write(saved);
   report_size(state);
 }
 BENCHMARK(write_fastslam)
@@ -112,10 +121,11 @@ BENCHMARK(write_fastslam)
 
 void read_fastslam(benchmark::State& state) {
   FastSlam filter = mapping(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-  write_checkpoint(file(),
-                   FastSlamCheckpoint{some_progress(), Eigen::AlignedBox2d(Eigen::Vector2d::Zero()),
-                                      saved_map(&filter, static_cast<int>(state.range(0)))});
-  for (auto _ : state) benchmark::DoNotOptimize(read_fastslam_checkpoint(file()));
+  write(saved_map(&filter, static_cast<int>(state.range(0))));
+  for (auto _ : state) {
+    text_file::LineReader lines = reader();
+    benchmark::DoNotOptimize(read_map_lines(&lines));
+  }
   report_size(state);
 }
 BENCHMARK(read_fastslam)

@@ -50,6 +50,16 @@ void LineReader::take(const std::string& keyword, std::size_t words) {
   }
 }
 
+std::int64_t LineReader::take_count(const std::string& keyword, std::int64_t most) {
+  take(keyword, 1);
+  return integer(1, most);
+}
+
+double LineReader::take_number(const std::string& keyword) {
+  take(keyword, 1);
+  return finite(1);
+}
+
 double LineReader::real(std::size_t i) const {
   return words_[i] == "-inf" ? -std::numeric_limits<double>::infinity() : finite(i);
 }
@@ -58,6 +68,10 @@ double LineReader::finite(std::size_t i) const {
   double value = 0.0;
   if (!parse(words_[i], &value)) refuse(printable(words_[i]) + " is not a number");
   return value;
+}
+
+Pose2 LineReader::pose(std::size_t first) const {
+  return {finite(first), finite(first + 1), finite(first + 2)};
 }
 
 std::int64_t LineReader::integer(std::size_t i, std::int64_t most) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling::text_file {
 
@@ -23,12 +24,16 @@ class LineReader {
 
   /// Takes the next line that is no comment: `keyword` and so many words.
   void take(const std::string& keyword, std::size_t words);
+  /// Likewise a line of one number: a whole one from 0 to `most`, or any that is finite.
+  std::int64_t take_count(const std::string& keyword, std::int64_t most);
+  double take_number(const std::string& keyword);
 
   /// Word `i` of that line, from 1; as a number, of which `real` may be minus infinity; as a whole
   /// number from 0 to `most`, or from `least`.
   const std::string& word(std::size_t i) const { return words_[i]; }
   double real(std::size_t i) const;
   double finite(std::size_t i) const;
+  Pose2 pose(std::size_t first) const;
   std::int64_t integer(std::size_t i, std::int64_t most) const;
   std::int64_t integer(std::size_t i, std::int64_t least, std::int64_t most) const;
 

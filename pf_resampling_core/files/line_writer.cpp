@@ -118,4 +118,12 @@ void append(double value, std::string* text) {
   *text += digits.data();
 }
 
+void append(std::int64_t value, std::string* text) {
+  *text += " " + std::to_string(value);
+}
+
+void append(const Pose2& pose, std::string* text) {
+  for (const double value : {pose.x, pose.y, pose.heading}) append(value, text);
+}
+
 }  // namespace pf_resampling::text_file

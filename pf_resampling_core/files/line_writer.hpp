@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling::text_file {
 
@@ -34,10 +35,12 @@ class LineWriter {
 
 /// Appends a number after a space, so that it comes back to the bit.
 void append(double value, std::string* text);
+void append(std::int64_t value, std::string* text);
+void append(const Pose2& pose, std::string* text);
 
 /// `text`, then the numbers.
 template <typename... Values>
-std::string line_of(std::string text, Values... values) {
+std::string line_of(std::string text, const Values&... values) {
   (append(values, &text), ...);
   return text;
 }

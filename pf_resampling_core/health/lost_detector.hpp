@@ -2,6 +2,9 @@
 
 namespace pf_resampling {
 
+/// Above this probability a filter counts as lost: it warns, and recovery may begin.
+inline constexpr double kLikelyLost = 0.5;
+
 /// What a robot's innovations look like when its filter is right, and when it is lost.
 struct LostDetectorOptions {
   double outlier_share = 0.05;   ///< of observations that say nothing although the filter is right

@@ -115,7 +115,7 @@ class Run {
     const FastSlamStatus& status = filter->status();
     if (has_observations) {
       effective_sample_size_.add(status.effective_sample_size);
-      distinct_.add(status.distinct_ancestors);
+      distinct_.add(status.distinct_ancestors_since_start);
     }
     const Eigen::Vector2d place(true_pose.x, true_pose.y);
     position_error_.add(position_error(place, filter->particles().x, filter->particles().y));
@@ -127,7 +127,7 @@ class Run {
     pose_nees_.push_back(squared);
 
     curves_.effective_sample_size.push_back(status.effective_sample_size);
-    curves_.distinct.push_back(status.distinct_ancestors);
+    curves_.distinct.push_back(status.distinct_ancestors_since_start);
     measure_map(filter);
   }
 
@@ -136,7 +136,7 @@ class Run {
     figures.calls = static_cast<double>(status.renewals);
     figures.effective_sample_size = effective_sample_size_.value();
     figures.distinct = distinct_.value();
-    figures.distinct_end = status.distinct_ancestors;
+    figures.distinct_end = status.distinct_ancestors_since_start;
     figures.feature_error = feature_error_.value();
     figures.feature_error_end = curves_.feature_error.back();
     figures.position_error = position_error_.value();

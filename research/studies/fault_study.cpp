@@ -11,6 +11,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "pf_resampling_core/health/lost_detector.hpp"
 #include "research/studies/for_each_index.hpp"
 #include "src/messages/conversions.hpp"
 
@@ -238,7 +239,7 @@ LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& sample
   for (const FaultRun::Sample& sample : samples) {
     const bool is_lost = sample.error > limit;
     (is_lost ? result.lost_samples : result.good_samples) += 1;
-    if (sample.lost > 0.5) (is_lost ? result.detected : result.false_alarms) += 1.0;
+    if (sample.lost > kLikelyLost) (is_lost ? result.detected : result.false_alarms) += 1.0;
     scores.emplace_back(sample.lost, is_lost);
   }
   if (result.lost_samples == 0 || result.good_samples == 0) return result;

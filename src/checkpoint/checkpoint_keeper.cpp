@@ -15,12 +15,12 @@ namespace pf_resampling {
 void add_parameters(CheckpointOptions* options, ParameterList* list) {
   list->push_back(
       text_parameter("checkpoint/file", &options->file,
-                     "Live: file that the whole filter is written to from time to time; "
+                     "Live: file to which the whole filter is written from time to time; "
                      "empty: none."));
   list->push_back(real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
-                                       "Between checkpoints, by the clock on the wall."));
+                                       "Time between checkpoints, by the wall clock."));
   list->push_back(boolean_parameter("checkpoint/resume", &options->resume,
-                                    "Live: go on from that file at the start, if it is there."));
+                                    "Live: continue from that file at the start, if it exists."));
 }
 
 namespace {
@@ -56,7 +56,7 @@ void CheckpointKeeper::start(const std::function<void(const std::string& path)>&
   try {
     resume(options_.file);
     start_ = "from " + options_.file;
-    log_(LogLevel::info, "going on from the checkpoint " + options_.file);
+    log_(LogLevel::info, "continuing from the checkpoint " + options_.file);
   } catch (const Error& error) {
     problem_ = std::string("started anew: ") + error.what();
     log_(LogLevel::warning, problem_);

@@ -260,17 +260,6 @@ void apply_values(const Configuration& configuration, const ParameterList& param
   set_parameters(parameters, values);
 }
 
-void merge(const Configuration& later, Configuration* configuration) {
-  for (const auto& [name, value] : later.values) configuration->values[name] = value;
-  for (const auto& [beacon, value] : later.calibration) configuration->calibration[beacon] = value;
-  for (const auto& [frame, place] : later.antennas) configuration->antennas[frame] = place;
-  for (const auto& [frame, place] : later.sensors) configuration->sensors[frame] = place;
-  if (!later.beacons.empty()) {
-    configuration->beacons = later.beacons;
-    configuration->beacon_frames = later.beacon_frames;
-  }
-}
-
 Configuration parse_assignment(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {

@@ -27,10 +27,10 @@ struct Configuration {
 
 /// Reads a YAML file: nested maps are groups of parameters, and the lists
 ///
-///     beacons: [{id: 1, x: 0.0, y: 0.0, z: 0.0}]                        # z may be left out;
-///     frame: its name calibration: [{beacon: 1, scale: 1.07, bias: 0.01, sigma: 0.56}]  # beacon
-///     -1: all others antennas: [{frame: antenna, x: 0.1, y: 0.0, z: 0.5}] sensors: [{frame: laser,
-///     x: 0.2, y: 0.0, yaw: 0.0}]               # yaw may be left out
+///     beacons: [{id: 1, x: 0.0, y: 0.0, z: 0.0}]           # z may be left out; frame: its name
+///     calibration: [{beacon: 1, scale: 1.07, bias: 0.01, sigma: 0.56}]  # beacon -1: all others
+///     antennas: [{frame: antenna, x: 0.1, y: 0.0, z: 0.5}]
+///     sensors: [{frame: laser, x: 0.2, y: 0.0, yaw: 0.0}]  # yaw may be left out
 ///
 /// Throws Error naming file, line and what is wrong there.
 Configuration read_configuration(const std::string& path);
@@ -44,10 +44,6 @@ Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters);
 /// Sets the parameters that the configuration gives values for. Throws Error naming parameter,
 /// value and range.
 void apply_values(const Configuration& configuration, const ParameterList& parameters);
-
-/// Adds `later` to `configuration`: values, calibration, antennas and sensors one by one, the list
-/// of beacons, with their frames, as a whole. Later wins.
-void merge(const Configuration& later, Configuration* configuration);
 
 /// "group/name=value" -> a configuration with that value. Throws Error without '='.
 Configuration parse_assignment(const std::string& text);

@@ -50,14 +50,18 @@ void FilterPublishers::connect(PipelineSinks* sinks) {
   sinks->status = [this](const auto& message) { status_.publish(message); };
   sinks->diagnostics = [this](const auto& message) { diagnostics_.publish(message); };
   sinks->transform = [this](const auto& transform) { broadcaster_.sendTransform(transform); };
-  sinks->log = [](LogLevel level, const std::string& text) {
+  sinks->log = log();
+  sinks->stopwatch = [] { return ros::WallTime::now().toSec(); };
+}
+
+std::function<void(LogLevel, const std::string&)> FilterPublishers::log() {
+  return [](LogLevel level, const std::string& text) {
     if (level == LogLevel::warning) {
       ROS_WARN("%s", text.c_str());
     } else {
       ROS_INFO("%s", text.c_str());
     }
   };
-  sinks->stopwatch = [] { return ros::WallTime::now().toSec(); };
 }
 
 SilenceWatch::SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report)

@@ -51,6 +51,8 @@ class FilterPublishers {
 
   /// Sinks into these topics, tf and the log; it has to outlive them.
   void connect(PipelineSinks* sinks);
+  /// The sink into the log alone.
+  static std::function<void(LogLevel, const std::string&)> log();
 
  private:
   ros::Publisher pose_, path_, particlecloud_, particles_, markers_, status_, diagnostics_;

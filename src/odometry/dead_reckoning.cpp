@@ -128,15 +128,9 @@ std::optional<ros::Time> DeadReckoning::overdue() const {
   return buffer_.newest() - ros::Duration(0.25 * length_);
 }
 
-PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion,
-                      double yaw_rate_bias, double yaw_rate_bias_sigma) {
-  // Dead reckoning turns by its bias too much.
-  const Eigen::Vector3d& sensitivity = motion.yaw_rate_sensitivity;
-  const Pose2 corrected = {motion.mean.x - sensitivity[0] * yaw_rate_bias,
-                           motion.mean.y - sensitivity[1] * yaw_rate_bias,
-                           motion.mean.heading - sensitivity[2] * yaw_rate_bias};
+PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion) {
   PoseEstimate moved;
-  moved.mean = compose(estimate.mean, corrected);
+  moved.mean = compose(estimate.mean, motion.mean);
   Eigen::Matrix3d by_start = Eigen::Matrix3d::Identity();
   by_start(0, 2) = -(moved.mean.y - estimate.mean.y);
   by_start(1, 2) = moved.mean.x - estimate.mean.x;
@@ -144,11 +138,20 @@ PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& mot
   const double sine = std::sin(estimate.mean.heading);
   Eigen::Matrix3d to_map = Eigen::Matrix3d::Identity();
   to_map.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
-  const Eigen::Matrix3d of_motion = motion.covariance + yaw_rate_bias_sigma * yaw_rate_bias_sigma *
-                                                            sensitivity * sensitivity.transpose();
   moved.covariance = by_start * estimate.covariance * by_start.transpose() +
-                     to_map * of_motion * to_map.transpose();
+                     to_map * motion.covariance * to_map.transpose();
   return moved;
+}
+
+// Dead reckoning turns by its bias too much.
+OdometryIncrement without_yaw_rate_bias(const OdometryIncrement& motion, double bias,
+                                        double sigma) {
+  const Eigen::Vector3d& sensitivity = motion.yaw_rate_sensitivity;
+  OdometryIncrement corrected = motion;
+  corrected.mean = {motion.mean.x - sensitivity[0] * bias, motion.mean.y - sensitivity[1] * bias,
+                    motion.mean.heading - sensitivity[2] * bias};
+  corrected.covariance += sigma * sigma * sensitivity * sensitivity.transpose();
+  return corrected;
 }
 
 }  // namespace pf_resampling

@@ -82,9 +82,10 @@ class DeadReckoning {
   std::uint64_t pose_jumps_ = 0;
 };
 
-/// `estimate` moved rigidly by `motion`; its covariance grows by the motion's. A bias of the
-/// yaw rate (rad/s, with its sigma) is taken out of the motion.
-PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion,
-                      double yaw_rate_bias = 0.0, double yaw_rate_bias_sigma = 0.0);
+/// `estimate` moved rigidly by `motion`; its covariance grows by the motion's.
+PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& motion);
+
+/// `motion` without a bias of the yaw rate (rad/s, with its sigma).
+OdometryIncrement without_yaw_rate_bias(const OdometryIncrement& motion, double bias, double sigma);
 
 }  // namespace pf_resampling

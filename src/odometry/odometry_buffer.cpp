@@ -36,21 +36,26 @@ std::string text_of(ros::Time stamp) {
 ParameterList parameters_of(OdometryBufferOptions* options) {
   return {
       real_above_parameter("odometry_input/length", &options->length, 0.0, 1e4, "s",
-                           "Odometry that is kept for observations that come late."),
+                           "How much odometry is kept, for observations that come late."),
       real_above_parameter("odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
-                           "Odometry that moves faster jumped: it is no motion."),
+                           "Odometry that moves faster has jumped; a jump is not taken as motion."),
       real_above_parameter("odometry_input/max_turn_rate", &options->max_turn_rate, 0.0, 1e4,
-                           "rad/s", "Odometry that turns faster jumped: it is no motion."),
-      real_above_parameter("odometry_input/max_gap", &options->max_gap, 0.0, 1e4, "s",
-                           "After a longer silence messages have to confirm one another."),
-      real_above_parameter("odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
-                           "Odometry older by more than this means that time jumped back."),
-      integer_parameter("odometry_input/confirmations", &options->confirmations, 1, 1000,
-                        "Messages in a row that jump alike, in time or in pose, before the jump is "
-                        "believed."),
-      boolean_parameter("odometry_input/use_covariance", &options->use_covariance,
-                        "Take the noise of the motion from the covariance of the odometry "
-                        "messages where that grows, instead of the motion model."),
+                           "rad/s",
+                           "Odometry that turns faster has jumped; a jump is not taken as motion."),
+      real_above_parameter(
+          "odometry_input/max_gap", &options->max_gap, 0.0, 1e4, "s",
+          "After a longer silence, odometry is believed only when several messages agree."),
+      real_above_parameter(
+          "odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
+          "Odometry older than the last by more than this means that time jumped back."),
+      integer_parameter(
+          "odometry_input/confirmations", &options->confirmations, 1, 1000,
+          "How many messages in a row have to jump alike, in time or in pose, before the "
+          "jump is believed."),
+      boolean_parameter(
+          "odometry_input/use_covariance", &options->use_covariance,
+          "Take the noise of the motion from the covariance of the odometry messages, "
+          "instead of from the motion model, wherever that covariance grows."),
   };
 }
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
+#include "src/checkpoint/saved_progress.hpp"
 
 namespace pf_resampling {
 

@@ -272,28 +272,25 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   FilterSummary summary;
   int messages = 0;
   int renewals = 0;
-  double ancestors_of_renewals = 0.0;
   double ancestors = 0.0;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
     const auto status = instance.instantiate<pf_resampling::FilterStatus>();
     if (!status) return;
     ++messages;
     summary.mean_effective_sample_size += status->effective_sample_size;
-    ancestors += status->distinct_ancestors;
     if (status->renewed) {
       ++renewals;
-      ancestors_of_renewals += status->distinct_ancestors;
+      ancestors += status->distinct_ancestors_of_renewal;
     }
     summary.particles = static_cast<int>(status->particles);
     summary.updates = status->updates;
     summary.renewals = status->renewals;
     summary.weight_resets = status->weight_resets;
-    summary.last_distinct_ancestors = static_cast<int>(status->distinct_ancestors);
+    summary.ancestors_since_start = static_cast<int>(status->distinct_ancestors_since_start);
   });
   if (messages == 0) return std::nullopt;
   summary.mean_effective_sample_size /= messages;
-  summary.mean_distinct_ancestors =
-      renewals > 0 ? ancestors_of_renewals / renewals : ancestors / messages;
+  summary.mean_ancestors_of_renewal = renewals > 0 ? ancestors / renewals : summary.particles;
   return summary;
 }
 

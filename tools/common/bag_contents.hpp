@@ -90,8 +90,8 @@ struct FilterSummary {
   std::uint64_t renewals = 0;               ///< calls of resampling or compensation, likewise
   std::uint64_t weight_resets = 0;          ///< likewise
   double mean_effective_sample_size = 0.0;  ///< over the updates
-  double mean_distinct_ancestors = 0.0;     ///< over the renewals; over all updates without any
-  int last_distinct_ancestors = 0;
+  double mean_ancestors_of_renewal = 0.0;   ///< distinct ones; all particles without a renewal
+  int ancestors_since_start = 0;            ///< distinct ones, at the end
 };
 /// Nothing if the bag has no such message.
 std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);

@@ -51,8 +51,8 @@ json to_json(const FilterSummary& summary) {
           {"renewals", summary.renewals},
           {"weight_resets", summary.weight_resets},
           {"mean_effective_sample_size", summary.mean_effective_sample_size},
-          {"mean_distinct_ancestors", summary.mean_distinct_ancestors},
-          {"last_distinct_ancestors", summary.last_distinct_ancestors}};
+          {"mean_distinct_ancestors_of_renewal", summary.mean_ancestors_of_renewal},
+          {"distinct_ancestors_since_start", summary.ancestors_since_start}};
 }
 
 json to_json(const ParticleErrorSummary::Series& series) {
@@ -110,9 +110,12 @@ void print(const MapErrors& map) {
 }
 
 void print(const FilterSummary& filter) {
-  std::printf("  %d particles: effective %.1f on average, distinct ancestors %.1f, %d at the end\n",
-              filter.particles, filter.mean_effective_sample_size, filter.mean_distinct_ancestors,
-              filter.last_distinct_ancestors);
+  std::printf(
+      "  %d particles: effective %.1f on average, distinct ancestors %.1f per renewal, %d since "
+      "the "
+      "start\n",
+      filter.particles, filter.mean_effective_sample_size, filter.mean_ancestors_of_renewal,
+      filter.ancestors_since_start);
   std::printf("  updates / renewals of the population:      %llu / %llu\n",
               static_cast<unsigned long long>(filter.updates),
               static_cast<unsigned long long>(filter.renewals));

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fastslam_node/messages_in_memory.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
 
 namespace pf_resampling {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/checkpoint/checkpoint.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/checkpoint/checkpoint.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/rejects.hpp"
 #include "src/pipeline/pipeline_sinks.hpp"

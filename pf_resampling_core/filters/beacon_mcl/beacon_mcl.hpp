@@ -28,8 +28,12 @@ struct BeaconMclStatus {
   /// After the last update's weighing, before its renewal if there was one.
   double effective_sample_size = 0.0;
   double entropy_sample_size = 0.0;  ///< likewise
-  int distinct_ancestors = 0;        ///< particles before the last renewal that have descendants
-  bool renewed = false;              ///< whether the last update renewed the population
+  /// Particles that have descendants: of those before the last renewal, and of those there were
+  /// when the population was last drawn, set or loaded. An injected particle counts as a descendant
+  /// of the one whose place it took.
+  int distinct_ancestors_of_renewal = 0;
+  int distinct_ancestors_since_start = 0;
+  bool renewed = false;  ///< whether the last update renewed the population
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
   std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
@@ -167,6 +171,7 @@ class BeaconMcl {
   void initialize_from_ranges();
   void reset_weights();
   void begin_population(bool first);
+  void start_ancestry();
   CalibrationEstimate calibration_or_prior(std::size_t beacon) const;
   void start_calibration();
   void start_yaw_rate_bias();
@@ -186,6 +191,7 @@ class BeaconMcl {
   double time_ = 0.0;
 
   BeaconMclParticles particles_;
+  Ancestry ancestry_;
   std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
   Strategy strategy_;
   BeaconMclStatus status_;

@@ -139,13 +139,19 @@ void BeaconMcl::begin_population(bool first) {
       Eigen::ArrayXi::LinSpaced(particles_.size(), 0, static_cast<int>(particles_.size()) - 1);
   slow_likelihood_ = fast_likelihood_ = 0.0;
   likelihoods_ = 0;
-  status_.particles = static_cast<int>(particles_.size());
-  status_.distinct_ancestors = status_.particles;
+  start_ancestry();
   if (first) {
     start_yaw_rate_bias();
     start_noise_factors();
   }
   if (first || particles_.scale.rows() != particles_.size()) start_calibration();
+}
+
+void BeaconMcl::start_ancestry() {
+  status_.particles = static_cast<int>(particles_.size());
+  status_.distinct_ancestors_of_renewal = status_.particles;
+  status_.distinct_ancestors_since_start = status_.particles;
+  ancestry_.start(status_.particles);
 }
 
 void BeaconMcl::start_yaw_rate_bias() {

@@ -17,7 +17,10 @@ void BeaconMcl::renew() {
                         &particles_.ancestor,
                         nullptr,
                         nullptr};
-  population.select = [this](ConstIndices ancestors) { select_columns(ancestors, &particles_); };
+  population.select = [this](ConstIndices ancestors) {
+    select_columns(ancestors, &particles_);
+    ancestry_.select(ancestors);
+  };
   // The weak move towards the strong, and keep what they have learnt.
   population.blend = [this](const std::vector<BlendPair>& pairs) {
     blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
@@ -30,7 +33,8 @@ void BeaconMcl::renew() {
   status_.renewed = outcome.renewed;
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();
-  status_.distinct_ancestors = outcome.distinct_ancestors;
+  status_.distinct_ancestors_of_renewal = outcome.distinct_ancestors;
+  status_.distinct_ancestors_since_start = ancestry_.distinct();
   inject();
   vary_noise_factors();
   if (options_.adaptive_count.enabled) adapt_count();

@@ -132,7 +132,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
     recent_.push_back({range.observation, range.pose, range.time});
   }
   particles_ = saved.particles;
-  status_.particles = status_.distinct_ancestors = static_cast<int>(particles_.size());
+  start_ancestry();
   status_.effective_sample_size = effective_sample_size(particles_.weight);
 }
 

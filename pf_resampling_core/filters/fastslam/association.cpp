@@ -171,7 +171,7 @@ void FastSlam::note_outcomes(const std::vector<RangeBearingObservation>& observa
       outcome.landmark = store_.birth(association.started_row);
       outcome.is_new = true;
     }
-    if (!association.rows.empty() && outcome.accepted < 0.5) ++status_.gated;
+    if (!association.rows.empty() && !outcome.is_believed()) ++status_.gated;
   }
 }
 

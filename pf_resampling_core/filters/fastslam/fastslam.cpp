@@ -91,8 +91,11 @@ void FastSlam::reset() {
   association_ = options_.association.method;
   requested_size_ = options_.particles;
   status_ = FastSlamStatus{};
-  status_.particles = status_.distinct_ancestors = options_.particles;
+  status_.particles = options_.particles;
+  status_.distinct_ancestors_of_renewal = options_.particles;
+  status_.distinct_ancestors_since_start = options_.particles;
   outcomes_.clear();
+  sightings_.clear();
   paths_.clear();
   view_range_ = view_bearing_ = 0.0;
 }
@@ -270,7 +273,8 @@ void FastSlam::renew() {
   status_.renewed = outcome.renewed;
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();
-  status_.distinct_ancestors = ancestry_.distinct();
+  status_.distinct_ancestors_of_renewal = outcome.distinct_ancestors;
+  status_.distinct_ancestors_since_start = ancestry_.distinct();
 }
 
 // The poses are copied, the maps are not: their store takes note.

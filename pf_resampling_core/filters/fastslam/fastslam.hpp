@@ -13,6 +13,7 @@
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
 #include "pf_resampling_core/filters/fastslam/particles.hpp"
+#include "pf_resampling_core/filters/fastslam/recent_sightings.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -42,6 +43,8 @@ struct ObservationOutcome {
   std::int64_t landmark = -1;
   bool is_new = false;    ///< whether it started that landmark
   double accepted = 0.0;  ///< share of the weight that believed it
+
+  bool is_believed() const { return accepted >= 0.5; }
 };
 
 /// Health of the filter. Counts are since the start.
@@ -51,12 +54,15 @@ struct FastSlamStatus {
   /// After the last update's weighing, before its renewal if there was one.
   double effective_sample_size = 0.0;
   double entropy_sample_size = 0.0;  ///< likewise
-  /// Particles at the first landmark that have descendants (Kwak section 4.1).
-  int distinct_ancestors = 0;
+  /// Particles that have descendants: of those before the last renewal, and of those at the first
+  /// landmark (Kwak section 4.1).
+  int distinct_ancestors_of_renewal = 0;
+  int distinct_ancestors_since_start = 0;
   bool renewed = false;
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
   std::int64_t weight_resets = 0;
+  std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.
   std::int64_t gated = 0;
   double log_likelihood = 0.0;  ///< of the last update's observations
@@ -108,6 +114,14 @@ class FastSlam {
   /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
   /// and keep their maps. Throws Error, changing nothing, for what is no Gaussian.
   void set_poses(const PoseEstimate& poses);
+
+  /// Finds a robot that was carried away, when options().recovery is enabled and landmarks have
+  /// ids. To be called after each update() with observations: with these, their stamp (ns), and the
+  /// probability that the filter is lost (LostDetector). Once that is likely, and what was seen in
+  /// the last seconds fits the map from one pose (relocalize()), all particles are put there.
+  /// Returns that pose, or nothing if they stay where they are.
+  std::optional<PoseEstimate> recover(const std::vector<RangeBearingObservation>& observations,
+                                      const Pose2& sensor, std::int64_t stamp, double lost);
 
   /// Puts other particles in place of the present ones, poses and weights as given, in the frame of
   /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
@@ -203,6 +217,7 @@ class FastSlam {
   int requested_size_ = 0;
   FastSlamStatus status_;
   std::vector<ObservationOutcome> outcomes_;
+  RecentSightings sightings_;
   std::vector<Association> associations_;
   double view_range_ = 0.0;    // m, farthest anything was seen
   double view_bearing_ = 0.0;  // rad, widest

@@ -109,6 +109,10 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(boolean_parameter(
       "map/frozen", &options->map.frozen,
       "Landmarks are neither moved nor added nor removed: localization in the map as it is."));
+  list.push_back(boolean_parameter(
+      "recovery/enabled", &options->recovery.enabled,
+      "Once the observations do not fit the belief, put the robot where most of the landmarks with "
+      "ids that it sees fit the map."));
   return list;
 }
 

@@ -64,6 +64,11 @@ struct MapOptions {
   bool frozen = false;
 };
 
+/// Recovery of a robot that was carried away, by the landmarks with ids that it sees.
+struct LandmarkRecoveryOptions {
+  bool enabled = true;
+};
+
 /// Everything FastSlam can be told, with the only defaults there are. Names, units and ranges:
 /// parameters_of().
 struct FastSlamOptions {
@@ -75,6 +80,7 @@ struct FastSlamOptions {
   LandmarkSensorOptions sensor;
   DataAssociationOptions association;
   MapOptions map;
+  LandmarkRecoveryOptions recovery;
 
   FastSlamOptions();
 };

@@ -224,6 +224,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   if (fault.empty()) fault = map_checks::fault_of_pose_covariance(poses.covariance);
   if (!fault.empty()) throw Error("poses to set: " + fault + "; give a place and its covariance");
   ++step_;  // for a draw of its own
+  sightings_.clear();
   paths_.clear();
   const Eigen::Index count = particles_.size();
   const Eigen::Matrix3d root = lower_root(poses.covariance);
@@ -247,6 +248,7 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   ++step_;  // for a draw of its own
   const int count = static_cast<int>(particles.poses.size());
   draw_population(count);
+  sightings_.clear();
   paths_.clear();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];

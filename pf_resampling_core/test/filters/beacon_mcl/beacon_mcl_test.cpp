@@ -233,6 +233,34 @@ TEST(BeaconMcl, WeightsAfterRenewalAreCarriedOn) {
   }
 }
 
+// Followed here by the slots that the particles say they come from.
+TEST(BeaconMcl, CountsAncestorsOfTheLastRenewalAndSinceTheStart) {
+  BeaconMclOptions options = plain_options();
+  options.particles = 100;
+  options.strategy.schedule = Schedule::every_n;
+  options.strategy.every_n = 2;
+  BeaconMcl filter(options, square_of_beacons(), 7);
+  std::vector<int> origins(100);
+  for (int i = 0; i < 100; ++i) origins[static_cast<std::size_t>(i)] = i;
+  int of_renewal = 100;
+  for (int t = 0; t < 20; ++t) {
+    filter.update({}, {range_of(1 + t % 4, 12.5)});
+    if (filter.status().renewed) {
+      const Eigen::ArrayXi& ancestor = filter.particles().ancestor;
+      const std::vector<int> before = origins;
+      for (std::size_t i = 0; i < 100; ++i) {
+        origins[i] = before[static_cast<std::size_t>(ancestor[static_cast<Eigen::Index>(i)])];
+      }
+      of_renewal = static_cast<int>(
+          std::set<int>(ancestor.data(), ancestor.data() + ancestor.size()).size());
+    }
+    const std::set<int> alive(origins.begin(), origins.end());
+    EXPECT_EQ(filter.status().distinct_ancestors_of_renewal, of_renewal) << t;
+    EXPECT_EQ(filter.status().distinct_ancestors_since_start, static_cast<int>(alive.size())) << t;
+  }
+  EXPECT_LT(filter.status().distinct_ancestors_since_start, of_renewal);
+}
+
 // Kwak section 5.1 with normalised pair weights: the worst particle goes towards the best, the
 // second worst towards the second best, positions linearly and headings along the shorter arc.
 // Weights are reset, nobody is copied, what each has learnt stays its own.
@@ -250,7 +278,8 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   blended.update({}, {range_of(1, 12.5)});
   EXPECT_TRUE(blended.status().renewed);
   EXPECT_EQ(blended.status().renewals, 1);
-  EXPECT_EQ(blended.status().distinct_ancestors, 100);
+  EXPECT_EQ(blended.status().distinct_ancestors_of_renewal, 100);
+  EXPECT_EQ(blended.status().distinct_ancestors_since_start, 100);
   const BeaconMclParticles& before = carried.particles();
   const BeaconMclParticles& after = blended.particles();
   std::vector<int> order(100);

@@ -80,7 +80,7 @@ inline std::vector<double> all_numbers(const BeaconMcl& filter) {
   const BeaconMclStatus& s = filter.status();
   for (const double value :
        {static_cast<double>(s.particles), s.effective_sample_size, s.entropy_sample_size,
-        static_cast<double>(s.distinct_ancestors), static_cast<double>(s.updates),
+        static_cast<double>(s.distinct_ancestors_of_renewal), static_cast<double>(s.updates),
         static_cast<double>(s.renewals), static_cast<double>(s.weight_resets),
         static_cast<double>(s.injected), s.log_likelihood, s.innovation, s.innovation_sigma,
         filter.noise_factors().range}) {

@@ -116,7 +116,7 @@ TEST(SavedMap, LoadsAnotherNumberOfParticles) {
     EXPECT_LT(distance(second.estimate().mean, before.mean), 0.1);
     run(&second, steps, 60, 80);
     EXPECT_LT(distance(second.estimate().mean, steps.back().truth), 0.5);
-    EXPECT_LE(second.status().distinct_ancestors, count);
+    EXPECT_LE(second.status().distinct_ancestors_since_start, count);
   }
 }
 

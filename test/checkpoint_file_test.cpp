@@ -1,4 +1,4 @@
-#include "pf_resampling_core/checkpoint/checkpoint.hpp"
+#include "src/checkpoint/checkpoint.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,84 @@
+#include "beacon_mcl_node/beacon_markers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kRingSegments = 72;
+
+// Color number `index` of a palette whose neighbours differ clearly (hue by the golden ratio).
+std_msgs::ColorRGBA palette_color(int index, float alpha) {
+  const double hue = std::fmod(0.58 + 0.618033988749895 * index, 1.0) * 6.0;
+  const auto channel = [hue](double offset) {
+    const double k = std::fmod(offset + hue, 6.0);
+    return static_cast<float>(1.0 - 0.8 * std::clamp(std::min(k, 4.0 - k), 0.0, 1.0));
+  };
+  std_msgs::ColorRGBA color;
+  color.r = channel(5.0);
+  color.g = channel(3.0);
+  color.b = channel(1.0);
+  color.a = alpha;
+  return color;
+}
+
+}  // namespace
+
+visualization_msgs::MarkerArray beacon_markers(const MarkerFrame& frame,
+                                               const std::vector<Beacon>& beacons, double size) {
+  visualization_msgs::MarkerArray array;
+  int index = 0;
+  for (const Beacon& beacon : beacons) {
+    const Eigen::Vector3d& place = beacon.position;
+    visualization_msgs::Marker post =
+        make_marker(frame, "beacons", index, visualization_msgs::Marker::CYLINDER);
+    post.pose.position = make_point(place.x(), place.y(), place.z());
+    post.scale.x = post.scale.y = 0.5 * size;
+    post.scale.z = size;
+    post.color = palette_color(index, 1.0F);
+    array.markers.push_back(post);
+
+    visualization_msgs::Marker label =
+        make_marker(frame, "beacon_ids", index, visualization_msgs::Marker::TEXT_VIEW_FACING);
+    label.pose.position = make_point(place.x() + 0.9 * size, place.y(), place.z() + size);
+    label.scale.z = 1.6 * size;
+    label.color = palette_color(index, 1.0F);
+    label.text = std::to_string(beacon.id);
+    array.markers.push_back(label);
+    ++index;
+  }
+  return array;
+}
+
+visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Beacon& beacon,
+                                             int index, double distance, double antenna_height,
+                                             double lifetime, double width) {
+  visualization_msgs::Marker ring =
+      make_marker(frame, "ranges", index, visualization_msgs::Marker::LINE_STRIP);
+  ring.scale.x = width;
+  ring.color = palette_color(index, 0.8F);
+  ring.lifetime = ros::Duration(lifetime);
+  const double height = beacon.is_planar ? 0.0 : beacon.position.z() - antenna_height;
+  const double radius = std::sqrt(std::max(0.0, distance * distance - height * height));
+  for (int i = 0; i <= kRingSegments; ++i) {
+    const double angle = 2.0 * kPi * (i % kRingSegments) / kRingSegments;
+    ring.points.push_back(make_point(beacon.position.x() + radius * std::cos(angle),
+                                     beacon.position.y() + radius * std::sin(angle),
+                                     antenna_height));
+  }
+  return ring;
+}
+
+double extent_of(const std::vector<Beacon>& beacons) {
+  if (beacons.empty()) return 1.0;
+  Eigen::Vector3d low = beacons.front().position;
+  Eigen::Vector3d high = low;
+  for (const Beacon& beacon : beacons) {
+    low = low.cwiseMin(beacon.position);
+    high = high.cwiseMax(beacon.position);
+  }
+  return std::max(1.0, (high - low).norm());
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,56 @@
+// How FastSlam finds a robot that was carried away: by the landmarks with ids that it sees.
+#include <cmath>
+
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/health/lost_detector.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Whether most of a scan's observations of landmarks that were known before were believed.
+bool fits(const std::vector<ObservationOutcome>& outcomes) {
+  std::ptrdiff_t known = 0;
+  std::ptrdiff_t believed = 0;
+  for (const ObservationOutcome& outcome : outcomes) {
+    if (outcome.is_new) continue;
+    ++known;
+    if (outcome.is_believed()) ++believed;
+  }
+  return 2 * believed > known;
+}
+
+}  // namespace
+
+std::optional<PoseEstimate> FastSlam::recover(
+    const std::vector<RangeBearingObservation>& observations, const Pose2& sensor,
+    std::int64_t stamp, double lost) {
+  if (!options_.recovery.enabled || association_ != DataAssociation::known) return std::nullopt;
+  if (fits(outcomes_)) {
+    sightings_.clear();
+    return std::nullopt;
+  }
+  const Pose2 robot = estimate().mean;
+  const Pose2 eye = compose(robot, sensor);
+  for (const RangeBearingObservation& z : observations) {
+    const std::optional<LandmarkEstimate> mapped = landmark(z.id);
+    if (!mapped) continue;
+    const double direction = eye.heading + z.bearing;
+    LandmarkSighting sighting;
+    sighting.id = z.id;
+    sighting.seen = {eye.x + z.range * std::cos(direction), eye.y + z.range * std::sin(direction)};
+    sighting.mapped = mapped->mean;
+    sighting.sigma = std::sqrt(range_variance(options_.sensor, z) +
+                               z.range * z.range * bearing_variance(options_.sensor, z) +
+                               mapped->covariance.trace());
+    sightings_.add(stamp, sighting);
+  }
+  sightings_.forget_before(stamp);
+  if (!(lost > kLikelyLost) || !sightings_.suffice()) return std::nullopt;
+  const std::optional<PoseEstimate> found = relocalize(sightings_.all(), robot);
+  if (!found) return std::nullopt;
+  set_poses(*found);
+  status_.injected += particles_.size();
+  return found;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/files/line_reader.hpp"
+#include "pf_resampling_core/files/line_writer.hpp"
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+
+/// Odometry as it is kept between observations. Stamps are in nanoseconds.
+struct SavedOdometry {
+  std::int64_t stamp = 0;
+  Pose2 received;                                  ///< odometry frame
+  Pose2 pose;                                      ///< the same, but continuous over jumps
+  std::optional<Eigen::Matrix3d> covariance;       ///< as received, of (x, y, heading)
+  std::optional<Eigen::Matrix3d> step_covariance;  ///< of the step from the one before
+};
+
+/// How far a filter has come with what it was given, beside its own state. Stamps are in
+/// nanoseconds.
+struct SavedProgress {
+  std::int64_t first_odometry = 0;
+  std::int64_t used = 0;                ///< until when odometry has been used
+  std::int64_t last_observation = 0;    ///< that was used; 0: none
+  double lost_probability = 0.0;        ///< see LostDetector
+  double normalized_innovation = 1.0;   ///< likewise
+  Pose2 odometry_offset;                ///< from poses as received to continuous ones
+  std::vector<SavedOdometry> odometry;  ///< from the last that is not after `used` on
+};
+
+/// What is wrong with it, in words; nothing if all is well.
+std::string fault_of(const SavedProgress& progress);
+
+/// Its lines in a checkpoint; it is without fault.
+void write_progress(const SavedProgress& progress, text_file::LineWriter* writer);
+/// Throws Error for all that write_progress() has not written so.
+SavedProgress read_progress(text_file::LineReader* reader);
+
+}  // namespace pf_resampling

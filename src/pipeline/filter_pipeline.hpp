@@ -1,0 +1,206 @@
+#pragma once
+
+#include <geometry_msgs/PoseArray.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pf_resampling_core/health/lost_detector.hpp"
+#include "src/diagnostics/diagnostics.hpp"
+#include "src/frames/static_frames.hpp"
+#include "src/messages/rejects.hpp"
+#include "src/odometry/dead_reckoning.hpp"
+#include "src/pipeline/belief_publisher.hpp"
+#include "src/pipeline/pipeline_options.hpp"
+#include "src/pipeline/pipeline_sinks.hpp"
+
+namespace pf_resampling {
+
+/// A filter from messages to messages: no node handle, no clock, no thread. What it gives out
+/// depends on the messages, the options and the seed alone.
+///
+/// Observations wait until odometry covers their stamps and are then used in order of time; the
+/// pose goes out with every odometry message. What cannot be used changes nothing; it is counted by
+/// input and reason, in `status` and in the diagnostics.
+///
+/// This is what all filters have in common; a filter's own pipeline derives from it and fills in
+/// the virtual functions below. `Types` names
+///
+///     Filter        the filter of the core
+///     Message       what it observes, as a message with a header
+///     Observations  what it observes, as the filter takes it
+///     Options       PipelineOptions, with the filter's own in `filter`
+///     Checkpoint    with `progress`; read_checkpoint(path) reads one
+///     kNames        ObservationNames
+template <typename Types>
+class FilterPipeline {
+ public:
+  using Filter = typename Types::Filter;
+  using Message = typename Types::Message;
+  using Observations = typename Types::Observations;
+  using Options = typename Types::Options;
+  using Checkpoint = typename Types::Checkpoint;
+
+  virtual ~FilterPipeline() = default;
+  FilterPipeline(const FilterPipeline&) = delete;
+  FilterPipeline& operator=(const FilterPipeline&) = delete;
+
+  void handle(const nav_msgs::Odometry& odometry);
+  void handle(const Message& message);
+  /// What rviz calls initialpose: the robot is put there; a map stays.
+  void handle(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
+  /// Of /tf_static and /tf: where the sensors are.
+  void handle(const tf2_msgs::TFMessage& transforms);
+
+  /// As after construction, but for what was counted.
+  void reset();
+  /// Puts particles in place of the present ones; returns what was set in one line, or throws Error
+  /// with nothing changed.
+  std::string set_particles(const geometry_msgs::PoseArray& poses,
+                            const std::vector<double>& weights);
+
+  /// All that is needed to go on as if nothing had happened, but for observations that wait;
+  /// nothing while there is nothing to save. resume() goes on from there, or from such a file; it
+  /// throws Error, with nothing changed, for a checkpoint that makes no sense or does not fit the
+  /// options.
+  std::optional<Checkpoint> checkpoint();
+  void resume(const Checkpoint& checkpoint);
+  void resume(const std::string& path) { resume(Types::read_checkpoint(path)); }
+
+  /// With options.deferred, what handle() is given only waits: a caller that takes all that has
+  /// come before every call of this stays up to date whatever an update costs. Uses the next
+  /// observation that odometry covers; when more than one waits, those older than max_latency are
+  /// dropped first. Returns whether there was one.
+  bool process_next();
+
+  /// Probability that the belief is wrong; 1 while there is none.
+  double lost_probability() const;
+
+  /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
+  /// the bit; another particle count takes effect at the next update. Throws Error that says why
+  /// none.
+  void set_parameters(const std::map<std::string, std::string>& values);
+  /// Those parameters, with present values: all of the filter.
+  ParameterList live_parameters() { return parameters_of(&options_.filter); }
+
+  /// Gives out diagnostics for a time at which messages do not come any more.
+  void report_silence(ros::Time now);
+
+  const RejectCounter& rejects() const { return rejects_; }
+  int queued() const { return static_cast<int>(waiting_.size()); }
+  /// Belief at the newest odometry; nothing before the first, or before the filter has started.
+  std::optional<PoseEstimate> estimate() const;
+
+ protected:
+  FilterPipeline(const Options& options, const PipelineSinks& sinks);
+
+  // ---- what a filter's own pipeline fills in --------------------------------------------------
+
+  /// Why a message cannot be used, as far as it can be told when it comes.
+  virtual std::optional<Rejection> fault_in(const Message& message) const = 0;
+  /// Takes a transform that is no sensor's place on the robot; false for all others.
+  virtual bool take_transform(const geometry_msgs::TransformStamped& /*transform*/) {
+    return false;
+  }
+  /// Hands over observations that odometry or transforms have made complete.
+  virtual void hand_over_observations() {}
+  /// Observations closer than this, s, are used together; nothing: each is used alone.
+  virtual std::optional<double> simultaneous() const { return std::nullopt; }
+  /// What can be used of observations; rejects the rest. Nothing if that is all.
+  virtual std::optional<Observations> to_observations(const std::vector<Message>& group) = 0;
+
+  virtual void update_filter(const OdometryIncrement& odometry, const Observations& used) = 0;
+  /// The filter was updated, with or without observations: it stands at `stamp`.
+  virtual void note_step(ros::Time /*stamp*/) {}
+  /// The filter has used them; `duration`: s since the last ones, 0 for the first.
+  virtual void note_observations(ros::Time stamp, const Observations& used, double duration) = 0;
+  /// Time jumped: what was kept of observations is out of date.
+  virtual void forget_observations() = 0;
+  /// The robot was put elsewhere: what was kept of its past is out of date.
+  virtual void forget_past() {}
+
+  /// The belief of the filter, which is there; nothing while it has no population.
+  virtual std::optional<PoseEstimate> belief_of_filter() { return filter_->estimate(); }
+  virtual void put_robot(const PoseEstimate& there) = 0;
+  virtual void restart_filter() { filter_->reset(); }
+  /// The motion since the last update, without the errors that the filter knows.
+  virtual OdometryIncrement motion_since_update() const = 0;
+  /// m, of the scene the robot is in.
+  virtual double extent(const PoseEstimate& belief) const = 0;
+  virtual void save_filter(Checkpoint* checkpoint) = 0;
+  /// Throws Error, with nothing changed, if it cannot go on from there.
+  virtual void load_filter(const Checkpoint& checkpoint) = 0;
+
+  virtual void publish_map_if_due(ros::Time /*stamp*/) {}
+  virtual void publish_path(ros::Time stamp) { publisher_.publish_path(stamp); }
+  virtual visualization_msgs::MarkerArray markers(ros::Time stamp) = 0;
+  virtual void fill_in(FilterStatus* status) const = 0;
+  /// What stands in the way of a belief.
+  virtual std::string waits_for() const = 0;
+  virtual void diagnose(diagnostic_msgs::DiagnosticStatus* status) = 0;
+  /// Adds entries of its own.
+  virtual void add_diagnostics(ros::Time /*stamp*/, diagnostic_msgs::DiagnosticArray* /*array*/) {}
+
+  // ---- what it can use ------------------------------------------------------------------------
+
+  /// Begins with a filter that was not there before.
+  void start(std::unique_ptr<Filter> filter);
+  /// The filter as after construction, and the belief with it.
+  void start_anew();
+  /// The filter was put elsewhere: what was before says nothing of it.
+  void take_new_belief();
+  void process_ready();
+  void reject(const std::string& input, const Rejection& rejection);
+  void reject(const Rejection& rejection) { reject(Types::kNames.topic, rejection); }
+  void log(LogLevel level, const std::string& text) const;
+  const OdometryNoise& noise() const { return options_.filter.odometry; }
+
+  Options options_;
+  PipelineSinks sinks_;
+  std::unique_ptr<Filter> filter_;  // nothing while it cannot be made yet
+  DeadReckoning odometry_;
+  std::optional<PoseEstimate> belief_;  // of the particles
+  StaticFrames frames_;
+  RejectCounter rejects_;
+  BeliefPublisher publisher_;
+  LostDetector lost_;
+  ros::Time last_observation_;  // that was used
+
+ private:
+  void start_about(const PoseEstimate& there, ros::Time stamp);
+  void take_belief();
+  void drop_oldest();
+  void drop_late();
+  bool is_covered(const Message& message) const;
+  void update(const std::vector<Message>& group);
+  void move_on(const OdometryIncrement& motion, ros::Time stamp);
+  void carry_belief_forward();
+  void forget_time(const DeadReckoning::Taken& jump);
+
+  void publish_pictures(ros::Time stamp);
+  void publish_status(ros::Time stamp, double update_time);
+  void publish_diagnostics(ros::Time stamp);
+  diagnostic_msgs::DiagnosticStatus belief_diagnostic();
+
+  std::string strategy_;
+  std::string refused_;          // why parameters were refused last; empty once some were taken
+  std::deque<Message> waiting_;  // in order of time
+  std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
+  UpdateTiming timing_;
+  double latency_ = 0.0;
+  std::uint64_t reported_drops_ = 0;
+  std::uint64_t reported_rejects_ = 0;
+  std::int64_t reported_weight_resets_ = 0;
+  ros::Time last_markers_, last_diagnostics_;
+};
+
+}  // namespace pf_resampling

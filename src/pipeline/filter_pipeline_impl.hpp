@@ -1,0 +1,452 @@
+#pragma once
+
+// What FilterPipeline does; included where a filter's own pipeline instantiates it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/messages/given_particles_message.hpp"
+#include "src/messages/input_checks.hpp"
+#include "src/pipeline/filter_pipeline.hpp"
+
+namespace pf_resampling {
+
+template <typename Types>
+FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
+    : options_(options),
+      sinks_(sinks),
+      odometry_(options.odometry_input),
+      publisher_(options.frames, options.output, &sinks_),
+      strategy_(strategy_of(options.filter.strategy)) {
+  validate(options_.filter);
+}
+
+// ---- messages in ------------------------------------------------------------------------------
+
+template <typename Types>
+void FilterPipeline<Types>::handle(const nav_msgs::Odometry& message) {
+  if (const auto rejection = check(message, options_.frames)) return reject("odom", *rejection);
+  const DeadReckoning::Taken taken = odometry_.take(message, noise());
+  if (taken.rejection) return reject("odom", *taken.rejection);
+  if (!taken.warning.empty()) {
+    const bool anew = taken.began_again && options_.restart_after_jump_back;
+    log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
+  }
+  if (taken.time_jumped_back) forget_time(taken);
+  hand_over_observations();
+  process_ready();
+  carry_belief_forward();
+  if (const auto belief = estimate()) {
+    publisher_.publish_pose(odometry_.newest(), *belief, odometry_.newest_pose());
+  }
+  publish_pictures(odometry_.newest());
+}
+
+template <typename Types>
+void FilterPipeline<Types>::handle(const Message& message) {
+  if (const auto rejection = fault_in(message)) return reject(*rejection);
+  const ros::Time stamp = message.header.stamp;
+  if (const auto rejection = odometry_.check_ahead(stamp, options_.max_ahead)) {
+    return reject(*rejection);
+  }
+  const auto place = std::upper_bound(
+      waiting_.begin(), waiting_.end(), stamp,
+      [](const ros::Time& earlier, const Message& other) { return earlier < other.header.stamp; });
+  waiting_.insert(place, message);
+  if (queued() > options_.queue_length) drop_oldest();
+  process_ready();
+}
+
+template <typename Types>
+void FilterPipeline<Types>::drop_oldest() {
+  const bool is_late = filter_ && odometry_.covers(waiting_.front().header.stamp);
+  const std::string needs = is_late ? "computation" : filter_ ? "odometry" : Types::kNames.needs;
+  reject({is_late ? RejectReason::overload : RejectReason::queue_full,
+          "more than " + std::to_string(options_.queue_length) + " " + Types::kNames.plural +
+              " wait for " + needs + ": the oldest is dropped"});
+  waiting_.pop_front();
+}
+
+template <typename Types>
+void FilterPipeline<Types>::handle(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  if (const auto rejection = check(message, options_.frames)) {
+    return reject("initialpose", *rejection);
+  }
+  const PoseEstimate there = {to_pose2(message.pose.pose), to_covariance3(message.pose.covariance)};
+  if (filter_) {
+    start_about(there, message.header.stamp);
+  } else {
+    pending_start_ = {there, message.header.stamp};
+  }
+}
+
+template <typename Types>
+void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    if (take_transform(transform)) continue;
+    // Where the robot is comes from odometry and from this filter, not from tf.
+    const std::string child = without_slash(transform.child_frame_id);
+    if (child == options_.frames.base || child == options_.frames.odom) continue;
+    if (!frames_.add(transform)) {
+      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
+                                                  "' is no rigid motion from another frame"});
+    }
+  }
+  hand_over_observations();
+}
+
+// ---- services ---------------------------------------------------------------------------------
+
+template <typename Types>
+void FilterPipeline<Types>::reset() {
+  odometry_.clear();
+  forget_time({});
+  start_anew();
+}
+
+template <typename Types>
+std::string FilterPipeline<Types>::set_particles(const geometry_msgs::PoseArray& poses,
+                                                 const std::vector<double>& weights) {
+  const GivenParticles particles = to_given_particles(poses, weights, options_.frames);
+  if (!filter_) {
+    throw Error(std::string("set_particles: ") + Types::kNames.needs +
+                " are not known yet; give them on the topic or in the configuration first");
+  }
+  const ros::Time stamp = stamp_of_given(poses.header.stamp, odometry_);
+  filter_->set_particles(particles);
+  odometry_.restart_at(stamp, noise());
+  take_new_belief();
+  return std::to_string(particles.poses.size()) + " particles set";
+}
+
+template <typename Types>
+void FilterPipeline<Types>::set_parameters(const std::map<std::string, std::string>& values) {
+  auto options = options_.filter;
+  try {
+    pf_resampling::set_parameters(parameters_of(&options), values);
+    validate(options);
+    if (filter_) filter_->set_options(options);
+  } catch (const Error& error) {
+    refused_ = error.what();
+    throw;
+  }
+  refused_.clear();
+  options_.filter = options;
+  strategy_ = strategy_of(options.strategy);
+  log(LogLevel::info, "strategy: " + strategy_);
+}
+
+template <typename Types>
+std::optional<typename Types::Checkpoint> FilterPipeline<Types>::checkpoint() {
+  if (!belief_ || odometry_.empty()) return std::nullopt;
+  Checkpoint checkpoint;
+  save_filter(&checkpoint);
+  odometry_.save(&checkpoint.progress);
+  checkpoint.progress.last_observation = static_cast<std::int64_t>(last_observation_.toNSec());
+  checkpoint.progress.lost_probability = lost_.probability();
+  checkpoint.progress.normalized_innovation = lost_.normalized_innovation();
+  return checkpoint;
+}
+
+template <typename Types>
+void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
+  const SavedProgress& progress = checkpoint.progress;
+  const std::string fault = fault_of(progress);
+  if (!fault.empty()) throw Error("checkpoint: " + fault + "; start without it");
+  load_filter(checkpoint);
+  pending_start_.reset();
+  waiting_.clear();
+  forget_observations();
+  reported_weight_resets_ = 0;
+  odometry_.resume(progress, noise());
+  last_observation_.fromNSec(static_cast<std::uint64_t>(progress.last_observation));
+  take_new_belief();
+  lost_.resume(progress.lost_probability, progress.normalized_innovation);
+}
+
+// ---- the flow ---------------------------------------------------------------------------------
+
+template <typename Types>
+void FilterPipeline<Types>::start(std::unique_ptr<Filter> filter) {
+  filter_ = std::move(filter);
+  forget_observations();
+  odometry_.restart_at_oldest(noise());
+  take_new_belief();
+  if (!pending_start_) return;
+  const auto [there, stamp] = *pending_start_;
+  pending_start_.reset();
+  start_about(there, stamp);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::start_about(const PoseEstimate& there, ros::Time stamp) {
+  try {
+    put_robot(there);
+  } catch (const Error& error) {
+    return reject("initialpose", {RejectReason::filter_error, error.what()});
+  }
+  odometry_.restart_at(stamp, noise());
+  take_new_belief();
+}
+
+template <typename Types>
+void FilterPipeline<Types>::start_anew() {
+  if (filter_) restart_filter();
+  take_new_belief();
+}
+
+template <typename Types>
+void FilterPipeline<Types>::take_new_belief() {
+  lost_.reset();
+  publisher_.clear_path();
+  forget_past();
+  take_belief();
+}
+
+template <typename Types>
+void FilterPipeline<Types>::take_belief() {
+  belief_ = filter_ ? belief_of_filter() : std::nullopt;
+}
+
+template <typename Types>
+void FilterPipeline<Types>::process_ready() {
+  while (!options_.deferred && process_next()) {
+  }
+}
+
+template <typename Types>
+bool FilterPipeline<Types>::is_covered(const Message& message) const {
+  return !odometry_.empty() && message.header.stamp <= odometry_.newest();
+}
+
+// The oldest first, as long as there is another to use.
+template <typename Types>
+void FilterPipeline<Types>::drop_late() {
+  while (waiting_.size() > 1 && is_covered(waiting_[1]) &&
+         (odometry_.newest() - waiting_.front().header.stamp).toSec() > options_.max_latency) {
+    reject({RejectReason::overload,
+            std::string("computation does not keep up: what has waited longer than ") +
+                Types::kNames.parameters + "/max_latency is dropped"});
+    waiting_.pop_front();
+  }
+}
+
+template <typename Types>
+bool FilterPipeline<Types>::process_next() {
+  if (options_.deferred) drop_late();
+  const std::optional<double> together = simultaneous();
+  while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {
+    const ros::Time first = waiting_.front().header.stamp;
+    std::vector<Message> group = {waiting_.front()};
+    waiting_.pop_front();
+    if (const auto rejection = odometry_.check_stamp(first, together.value_or(0.0))) {
+      reject(*rejection);
+      continue;
+    }
+    while (together && !waiting_.empty() && is_covered(waiting_.front()) &&
+           waiting_.front().header.stamp - first <= ros::Duration(*together)) {
+      group.push_back(waiting_.front());
+      waiting_.pop_front();
+    }
+    update(group);
+    return true;
+  }
+  return false;
+}
+
+template <typename Types>
+void FilterPipeline<Types>::update(const std::vector<Message>& group) {
+  const std::optional<Observations> observations = to_observations(group);
+  if (!observations) return;
+  const ros::Time stamp = std::max(group.back().header.stamp, odometry_.used());
+  const double start = sinks_.stopwatch ? sinks_.stopwatch() : 0.0;
+  try {
+    update_filter(odometry_.until(stamp, noise()), *observations);
+  } catch (const Error& error) {
+    return reject({RejectReason::filter_error, error.what()});
+  }
+  const double update_time = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
+
+  odometry_.use_until(stamp, noise());
+  note_step(stamp);
+  take_belief();
+  timing_.add(update_time, stamp);
+  latency_ = (odometry_.newest() - stamp).toSec();
+  const double duration = last_observation_.isZero() ? 0.0 : (stamp - last_observation_).toSec();
+  last_observation_ = stamp;
+  note_observations(stamp, *observations, std::max(0.0, duration));
+  publish_status(stamp, update_time);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time stamp) {
+  filter_->update(motion, {});
+  note_step(stamp);
+  take_belief();
+}
+
+// The odometry kept is bounded: without observations the particles move on by odometry alone.
+template <typename Types>
+void FilterPipeline<Types>::carry_belief_forward() {
+  const std::optional<ros::Time> stamp = odometry_.overdue();
+  if (!stamp || !filter_) return;
+  move_on(odometry_.until(*stamp, noise()), *stamp);
+  odometry_.use_until(*stamp, noise());
+}
+
+template <typename Types>
+void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
+  if (!waiting_.empty()) {
+    log(LogLevel::info,
+        std::to_string(waiting_.size()) + " waiting " + Types::kNames.plural + " are dropped");
+  }
+  waiting_.clear();
+  forget_observations();
+  last_observation_ = ros::Time();
+  publisher_.clear_path();
+  if (jump.began_again && options_.restart_after_jump_back) {
+    start_anew();
+  } else if (filter_ && jump.time_jumped_back) {
+    move_on(jump.until_jump, odometry_.newest());
+  }
+}
+
+template <typename Types>
+std::optional<PoseEstimate> FilterPipeline<Types>::estimate() const {
+  if (!belief_ || odometry_.empty()) return std::nullopt;
+  return moved_by(*belief_, motion_since_update());
+}
+
+template <typename Types>
+double FilterPipeline<Types>::lost_probability() const {
+  const std::optional<PoseEstimate> belief = estimate();
+  if (!belief) return 1.0;
+  return either_probability(lost_.probability(),
+                            unknown_probability(position_sigma(*belief), extent(*belief)));
+}
+
+template <typename Types>
+void FilterPipeline<Types>::reject(const std::string& input, const Rejection& rejection) {
+  if (rejects_.count(input, rejection.reason) == 0) {
+    log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
+                               rejection.detail + " (said once; counted in status)");
+  }
+  rejects_.add(input, rejection.reason, rejection.detail);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::log(LogLevel level, const std::string& text) const {
+  if (sinks_.log) sinks_.log(level, text);
+}
+
+// ---- messages out -----------------------------------------------------------------------------
+
+// What is for looking at, at rates of its own.
+template <typename Types>
+void FilterPipeline<Types>::publish_pictures(ros::Time stamp) {
+  if (publisher_.wants_clouds() && belief_) {
+    const auto& particles = filter_->particles();
+    publisher_.publish_clouds(
+        stamp, {particles.x, particles.y, particles.heading, particles.weight, particles.ancestor},
+        motion_since_update().mean);
+  }
+  publish_map_if_due(stamp);
+  if (sinks_.markers && filter_ && is_due(options_.output.marker_period, stamp, &last_markers_)) {
+    publisher_.publish_markers(markers(stamp));
+  }
+  publish_path(stamp);
+  report_silence(stamp);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::publish_status(ros::Time stamp, double update_time) {
+  if (!sinks_.status) return;
+  FilterStatus message = to_message(filter_->status());
+  message.header.stamp = stamp;
+  message.header.frame_id = options_.frames.map;
+  message.strategy = strategy_;
+  message.refused = refused_;
+  message.update_time = update_time;
+  message.latency = latency_;
+  message.lost = lost_probability();
+  message.normalized_innovation = lost_.normalized_innovation();
+  message.queued = static_cast<std::uint32_t>(waiting_.size());
+  message.rejects = to_messages(rejects_);
+  fill_in(&message);
+  publisher_.publish_status(message);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::report_silence(ros::Time now) {
+  if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, now, &last_diagnostics_)) {
+    publish_diagnostics(now);
+  }
+}
+
+template <typename Types>
+void FilterPipeline<Types>::publish_diagnostics(ros::Time stamp) {
+  diagnostic_msgs::DiagnosticArray array;
+  array.header.stamp = stamp;
+  array.status.push_back(belief_diagnostic());
+  array.status.push_back(inputs_diagnostic(options_.name + ": inputs", stamp, odometry_,
+                                           Types::kNames.topic, last_observation_, waiting_.size(),
+                                           rejects_, &reported_rejects_));
+  array.status.push_back(timing_diagnostic(options_.name + ": timing", timing_, latency_, rejects_,
+                                           Types::kNames.topic, &reported_drops_));
+  add_diagnostics(stamp, &array);
+  if (sinks_.more_diagnostics) sinks_.more_diagnostics(&array);
+  sinks_.diagnostics(array);
+}
+
+template <typename Types>
+diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus entry = make_diagnostic(options_.name + ": " + Types::kNames.task);
+  if (const auto belief = estimate()) {
+    const double sigma = position_sigma(*belief);
+    if (!std::isfinite(sigma)) worsen(DiagnosticStatus::ERROR, "the belief is not finite", &entry);
+    if (lost_.probability() > kLikelyLost) {
+      worsen(DiagnosticStatus::WARN,
+             std::string("the ") + Types::kNames.plural + " do not fit the belief: lost?", &entry);
+    } else if (lost_probability() > kLikelyLost) {
+      worsen(DiagnosticStatus::WARN, "the position is uncertain by a good part of the scene",
+             &entry);
+    }
+    add_value("position sigma [m]", number_text(sigma), &entry);
+    add_value("lost (probability)", number_text(lost_probability()), &entry);
+    add_value("normalized innovation (1 expected)", number_text(lost_.normalized_innovation()),
+              &entry);
+  } else {
+    worsen(DiagnosticStatus::WARN, "waiting for " + waits_for(), &entry);
+  }
+  if (filter_) {
+    const auto& status = filter_->status();
+    if (status.weight_resets > reported_weight_resets_) {
+      worsen(DiagnosticStatus::ERROR, "all weights vanished and were reset", &entry);
+    }
+    reported_weight_resets_ = status.weight_resets;
+    add_value("particles", std::to_string(status.particles), &entry);
+    add_value("effective sample size", number_text(status.effective_sample_size), &entry);
+    add_value("distinct ancestors, of the last renewal",
+              std::to_string(status.distinct_ancestors_of_renewal), &entry);
+    add_value("distinct ancestors, since the start",
+              std::to_string(status.distinct_ancestors_since_start), &entry);
+    add_value("updates", std::to_string(status.updates), &entry);
+    add_value("renewals", std::to_string(status.renewals), &entry);
+    add_value("injected particles", std::to_string(status.injected), &entry);
+    add_value("weight resets", std::to_string(status.weight_resets), &entry);
+    add_value("strategy", strategy_, &entry);
+    diagnose(&entry);
+  }
+  if (publisher_.held_back() > 0) {
+    worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were held back", &entry);
+  }
+  add_value("messages held back", std::to_string(publisher_.held_back()), &entry);
+  if (entry.message.empty()) entry.message = "fine";
+  return entry;
+}
+
+}  // namespace pf_resampling

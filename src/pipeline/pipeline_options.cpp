@@ -1,0 +1,36 @@
+#include "src/pipeline/pipeline_options.hpp"
+
+namespace pf_resampling {
+
+void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
+                          ParameterList* list) {
+  for (Parameter& parameter : parameters_of(&options->odometry_input)) {
+    list->push_back(std::move(parameter));
+  }
+  list->push_back(integer_parameter("seed", &options->seed, 0, 2147483647,
+                                    "Of all random numbers: same seed, same result."));
+  add_parameters(&options->frames, list);
+  const std::string group = std::string(names.parameters) + "/";
+  const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";
+  list->push_back(integer_parameter(
+      group + "queue_length", &options->queue_length, 1, 1000000,
+      "How many " + std::string(names.plural) + " may wait for odometry" + needs + "."));
+  list->push_back(real_above_parameter(group + "max_ahead", &options->max_ahead, 0.0, 1e6, "s",
+                                       "Newer than the odometry by more than this, " +
+                                           std::string(names.plural) + " are rejected."));
+  list->push_back(real_above_parameter(group + "max_latency", &options->max_latency, 0.0, 1e6, "s",
+                                       "Live: when computation does not keep up, " +
+                                           std::string(names.plural) +
+                                           " that have waited longer are dropped."));
+}
+
+void add_output_parameters(PipelineOptions* options, ParameterList* list) {
+  list->push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
+                                    "When time jumps back to about where it began, as when a bag "
+                                    "is played again, start anew; otherwise keep what the filter "
+                                    "believes."));
+  add_parameters(&options->checkpoint, list);
+  add_parameters(&options->output, list);
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include "pf_resampling_core/parameters/parameters.hpp"
+#include "src/checkpoint/checkpoint_keeper.hpp"
+#include "src/frames/frame_names.hpp"
+#include "src/odometry/odometry_buffer.hpp"
+#include "src/pipeline/belief_publisher.hpp"
+
+namespace pf_resampling {
+
+/// What the observations of a filter are called.
+struct ObservationNames {
+  const char* topic;       ///< "ranges"
+  const char* plural;      ///< in sentences: "ranges"
+  const char* parameters;  ///< group of the parameters about them: "range_input"
+  const char* needs;       ///< what has to be known before the first: "the beacons"; "": nothing
+  const char* task;        ///< what the filter does with them, in the diagnostics: "localization"
+};
+
+/// What can be configured about every filter under ROS, apart from the filter itself.
+struct PipelineOptions {
+  OdometryBufferOptions odometry_input;
+  int seed = 1;      ///< of all random numbers
+  std::string name;  ///< in the diagnostics
+
+  FrameNames frames;
+  int queue_length = 100;               ///< observations that may wait
+  double max_ahead = 10.0;              ///< s that one may be newer than the newest odometry
+  double max_latency = 1.0;             ///< s; see FilterPipeline::process_next()
+  bool deferred = false;                ///< observations wait for process_next()
+  bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
+
+  CheckpointOptions checkpoint;
+  OutputOptions output;
+};
+
+/// Adds them as parameters: what is about input, and what is about output. Between them a filter
+/// adds what it alone knows about its input.
+void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
+                          ParameterList* list);
+void add_output_parameters(PipelineOptions* options, ParameterList* list);
+
+}  // namespace pf_resampling

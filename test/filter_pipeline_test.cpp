@@ -1,0 +1,300 @@
+// What the pipelines of both filters do alike.
+#include "src/pipeline/filter_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include "pf_resampling_core/error.hpp"
+#include "test/beacon_mcl_rig.hpp"
+#include "test/fastslam_rig.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// What is driven and seen is exact; a filter that is right is within 0.1 m. Five times that is
+// lost.
+constexpr double kLost = 0.5;  // m
+
+template <typename AnyRig>
+class FilterPipelineOf : public testing::Test {};
+using Rigs = testing::Types<Rig, FastSlamRig>;
+TYPED_TEST_SUITE(FilterPipelineOf, Rigs);
+
+// The message of the first of the diagnostics' entries whose name ends like this.
+std::string said(const Outputs& out, const std::string& end) {
+  for (const auto& status : out.diagnostics.back().status) {
+    const std::size_t place = status.name.rfind(end);
+    if (place != std::string::npos && place + end.size() == status.name.size()) {
+      return status.message;
+    }
+  }
+  return "there is no " + end;
+}
+
+geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, const Pose2& pose) {
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "map";
+  start.header.stamp = stamp;
+  start.pose.pose = to_pose_message(pose);
+  start.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
+  return start;
+}
+
+// ---- time -------------------------------------------------------------------------------------
+
+TYPED_TEST(FilterPipelineOf, ObservationsWaitForOdometryAndAreUsedInOrderOfTime) {
+  const auto drive = TypeParam::Drive::messages(15.0);
+  TypeParam in_order;
+  in_order.feed(drive);
+
+  // The same, but all observations of a second come before its odometry, the newest first. Poses
+  // at stamps after the last observation have to be the same.
+  TypeParam early;
+  std::vector<typename TypeParam::Message> odometry, observations;
+  int waited = 0;
+  const auto flush = [&] {
+    early.feed({observations.rbegin(), observations.rend()});
+    waited = std::max(waited, early.pipeline.queued());
+    early.feed(odometry);
+    observations.clear();
+    odometry.clear();
+  };
+  for (const auto& message : drive) {
+    if (TypeParam::is_odometry(message)) {
+      odometry.push_back(message);
+    } else if (TypeParam::is_observation(message)) {
+      observations.push_back(message);
+    } else {
+      early.feed({message});
+    }
+    if (odometry.size() == 10) flush();
+  }
+  flush();
+  EXPECT_GT(waited, 0);
+  EXPECT_EQ(early.pipeline.rejects().total(), 0u);
+  ASSERT_EQ(early.out.statuses.size(), in_order.out.statuses.size());
+  for (std::size_t i = 0; i < early.out.statuses.size(); ++i) {
+    EXPECT_EQ(early.out.statuses[i].header.stamp, in_order.out.statuses[i].header.stamp);
+  }
+  EXPECT_TRUE(same_particles(early.particles(), in_order.particles()));
+  EXPECT_TRUE(bytes_of(early.out.poses.back()) == bytes_of(in_order.out.poses.back()));
+}
+
+TYPED_TEST(FilterPipelineOf, AnObservationWaitsUntilOdometryCoversItsStamp) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 0.0));  // one observation waits
+  run.pipeline.handle(Drive::observation_at(Drive::at(0.15), 1));
+  run.pipeline.handle(Drive::odometry(Drive::at(0.1)));
+  EXPECT_EQ(run.pipeline.queued(), 1);
+  EXPECT_EQ(run.out.statuses.size(), 1u);
+  run.pipeline.handle(Drive::odometry(Drive::at(0.2)));
+  EXPECT_EQ(run.pipeline.queued(), 0);
+  ASSERT_EQ(run.out.statuses.size(), 2u);
+  EXPECT_EQ(run.out.statuses[1].header.stamp, Drive::at(0.15));
+}
+
+TYPED_TEST(FilterPipelineOf, ObservationsThatComeTooLateAreCountedAndChangeNothing) {
+  using Drive = typename TypeParam::Drive;
+  const auto drive = Drive::messages(10.0);
+  TypeParam good;
+  good.feed(drive);
+  TypeParam run;
+  run.pipeline.handle(Drive::observation_at(Drive::at(-0.1), 0));
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    run.feed({drive[i]});
+    if (i == 60) run.pipeline.handle(Drive::observation_at(Drive::at(2.0), 1));
+  }
+  EXPECT_EQ(run.rejected(TypeParam::kTopic, RejectReason::before_odometry), 1u);
+  EXPECT_EQ(run.rejected(TypeParam::kTopic, RejectReason::old), 1u);
+  EXPECT_EQ(run.pipeline.rejects().total(), 2u);
+  EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
+}
+
+TYPED_TEST(FilterPipelineOf, TheQueueIsBoundedAndDropsTheOldest) {
+  using Drive = typename TypeParam::Drive;
+  auto options = Drive::options();
+  options.queue_length = 5;
+  TypeParam run(options);
+  run.feed(Drive::messages(0.0, 0.0));  // one observation waits
+  for (int i = 1; i <= 20; ++i) {
+    run.pipeline.handle(Drive::observation_at(Drive::at(0.1 * i), i));
+    EXPECT_LE(run.pipeline.queued(), 5);
+  }
+  EXPECT_EQ(run.rejected(TypeParam::kTopic, RejectReason::queue_full), 16u);
+  for (int i = 1; i <= 21; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_EQ(run.pipeline.queued(), 0);
+  ASSERT_EQ(run.out.statuses.size(), 5u);
+  EXPECT_EQ(run.out.statuses.front().header.stamp, Drive::at(1.6));
+}
+
+// Computation that does not keep up: what waits is bounded, the oldest goes first and is counted,
+// and the pose keeps coming.
+TYPED_TEST(FilterPipelineOf, DropsTheOldestWhenItCannotKeepUp) {
+  using Drive = typename TypeParam::Drive;
+  auto options = Drive::options();
+  options.deferred = true;
+  options.max_latency = 1.0;
+  TypeParam run(options);
+  // 5 observations a second come, one is worked off.
+  int processed = 0;
+  int messages = 0;
+  double largest_latency = 0.0;
+  for (const auto& message : Drive::messages(60.0)) {
+    run.feed({message});
+    if (++messages % 15 == 0 && run.pipeline.process_next()) {
+      ++processed;
+      largest_latency = std::max(largest_latency, run.out.statuses.back().latency);
+    }
+  }
+  const auto dropped = run.rejected(TypeParam::kTopic, RejectReason::overload);
+  EXPECT_LT(largest_latency, 1.0 + 0.2);
+  EXPECT_LE(run.pipeline.queued(), 7);
+  EXPECT_EQ(processed + static_cast<int>(dropped) + run.pipeline.queued(), 301);
+  EXPECT_GT(dropped, 200u);
+  EXPECT_NE(said(run.out, ": timing").find("does not keep up"), std::string::npos);
+  EXPECT_LT(run.error(), 2.0 * kLost);
+}
+
+TYPED_TEST(FilterPipelineOf, TimeThatJumpsBackStartsAnewAndIsReported) {
+  using Drive = typename TypeParam::Drive;
+  const auto drive = Drive::messages(20.0);
+  TypeParam run;
+  run.feed(drive);
+  const std::size_t updates = run.out.statuses.size();
+  run.feed(drive);  // a bag that loops
+  EXPECT_EQ(run.rejected("odom", RejectReason::time_jump), 4u);
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps back in time"), "1");
+  EXPECT_TRUE(run.has_said("time jumped back by 20.0"));
+  EXPECT_TRUE(run.has_said("the filter starts anew"));
+  EXPECT_EQ(run.out.poses.back().header.stamp, Drive::at(20.0));
+  EXPECT_LT(run.error(), kLost);
+  // The second round uses as many as the first, save those before its fifth odometry, which
+  // confirms that time jumped.
+  EXPECT_GE(run.out.statuses.size(), 2 * updates - 2);
+}
+
+TYPED_TEST(FilterPipelineOf, WithoutObservationsTheBeliefMovesOnByOdometry) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(10.0));
+  ASSERT_LT(run.error(), kLost);
+  const Eigen::Matrix3d before = to_covariance3(run.out.poses.back().pose.covariance);
+  const std::size_t poses = run.out.poses.size();
+  // Four times as long as odometry is kept.
+  for (int i = 101; i <= 1300; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
+  EXPECT_EQ(run.out.poses.size(), poses + 1200);
+  const Eigen::Matrix3d after = to_covariance3(run.out.poses.back().pose.covariance);
+  EXPECT_GT(after.trace(), 2.0 * before.trace());
+  // Odometry is exact, but the particles drift as they believe it to; 4 of its own sigma.
+  EXPECT_LT(run.error(), 4.0 * std::sqrt(after(0, 0) + after(1, 1)));
+  EXPECT_NE(said(run.out, ": inputs").find(std::string("no usable ") + TypeParam::kTopic + " for"),
+            std::string::npos);
+  EXPECT_EQ(run.pipeline.rejects().total(), 0u);
+}
+
+// ---- what comes out ---------------------------------------------------------------------------
+
+TYPED_TEST(FilterPipelineOf, ThePoseComesWithEveryOdometryAndAgreesWithTheTransform) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(10.0));
+  ASSERT_EQ(run.out.poses.size(), run.out.transforms.size());
+  const std::size_t missing = 101 - run.out.poses.size();
+  EXPECT_LT(missing, 10u);  // before the first ranges
+  for (std::size_t i = 0; i < run.out.poses.size(); ++i) {
+    const ros::Time stamp = run.out.poses[i].header.stamp;
+    EXPECT_EQ(stamp, Drive::at(0.1 * static_cast<double>(i + missing)));
+    EXPECT_EQ(run.out.poses[i].header.frame_id, "map");
+    const auto& transform = run.out.transforms[i];
+    EXPECT_NEAR((transform.header.stamp - stamp).toSec(),
+                Drive::options().frames.transform_tolerance, 1e-9);
+    EXPECT_EQ(transform.header.frame_id, "map");
+    EXPECT_EQ(transform.child_frame_id, "odom");
+    const Pose2 odom = {transform.transform.translation.x, transform.transform.translation.y,
+                        yaw_of(transform.transform.rotation)};
+    const Pose2 base = compose(odom, to_pose2(Drive::odometry(stamp).pose.pose));
+    const Pose2 pose = to_pose2(run.out.poses[i].pose.pose);
+    EXPECT_NEAR(base.x, pose.x, 1e-9);
+    EXPECT_NEAR(base.y, pose.y, 1e-9);
+    EXPECT_NEAR(wrap_angle(base.heading - pose.heading), 0.0, 1e-9);
+  }
+}
+
+TYPED_TEST(FilterPipelineOf, ThereIsNoBeliefWithoutOdometry) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.pipeline.handle(initial_pose(Drive::at(0.0), {1.0, 2.0, 0.5}));
+  const auto drive = Drive::messages(0.0, 0.0);
+  for (const auto& message : drive) {
+    if (TypeParam::is_odometry(message)) break;
+    run.feed({message});
+  }
+  EXPECT_FALSE(run.pipeline.estimate());
+  EXPECT_EQ(run.pipeline.lost_probability(), 1.0);
+  EXPECT_FALSE(run.pipeline.checkpoint());
+  run.pipeline.report_silence(Drive::at(0.0));
+  EXPECT_NE(run.out.diagnostics.back().status[0].message.find("waiting for odometry"),
+            std::string::npos);
+  run.pipeline.handle(Drive::odometry(Drive::at(0.0)));
+  ASSERT_TRUE(run.pipeline.estimate());
+  // The mean of 60 particles or more of sigma 0.1 is off by 0.013 m; six times that.
+  EXPECT_NEAR(run.pipeline.estimate()->mean.x, 1.0, 0.08);
+  EXPECT_LT(run.pipeline.lost_probability(), kLikelyLost);
+}
+
+TYPED_TEST(FilterPipelineOf, DiagnosticsOfAFilterThatIsRightSayFine) {
+  TypeParam run;
+  run.feed(TypeParam::Drive::messages(20.0));
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message, "fine");
+  EXPECT_EQ(said(run.out, ": inputs"), "fine");
+}
+
+// Put elsewhere by hand, with recovery switched off while it runs: it says that it is lost.
+TYPED_TEST(FilterPipelineOf, WithRecoverySwitchedOffWhileItRunsItStaysLostAndSaysSo) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 20.0));
+  EXPECT_LT(run.out.statuses.back().lost, 0.05);
+  run.pipeline.set_parameters({{"recovery/enabled", "false"}});
+  run.pipeline.handle(initial_pose(Drive::at(20.0), {-20.0, 15.0, 0.0}));
+  run.feed(Drive::messages(20.1, 25.0));
+  EXPECT_EQ(run.out.statuses.back().injected, 0u);
+  EXPECT_GT(run.out.statuses.back().lost, 0.9);
+  EXPECT_GT(run.out.statuses.back().normalized_innovation, 6.0);
+  EXPECT_NE(run.out.diagnostics.back().status[0].message.find("lost?"), std::string::npos);
+}
+
+// ---- parameters -------------------------------------------------------------------------------
+
+TYPED_TEST(FilterPipelineOf, RefusedParametersChangeNothingAndSayWhy) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 5.0));
+  // The second value is impossible: the first must not be taken either.
+  EXPECT_THROW(run.pipeline.set_parameters(
+                   {{"population/renewal", "compensation"}, {"population/threshold", "7"}}),
+               Error);
+  run.feed(Drive::messages(5.1, 6.0));
+  EXPECT_NE(run.out.statuses.back().refused.find("population/threshold"), std::string::npos);
+  EXPECT_EQ(run.out.statuses.back().strategy.find("compensation"), std::string::npos);
+  run.pipeline.set_parameters({{"population/renewal", "compensation"}});
+  run.feed(Drive::messages(6.1, 7.0));
+  EXPECT_EQ(run.out.statuses.back().refused, "");
+  EXPECT_NE(run.out.statuses.back().strategy.find("compensation"), std::string::npos);
+}
+
+// Another count is drawn from the present population at the next update.
+TYPED_TEST(FilterPipelineOf, AnotherParticleCountTakesEffectAtTheNextUpdate) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 10.0));
+  const auto before = run.particles().size();
+  run.pipeline.set_parameters({{"particles", std::to_string(2 * before)}});
+  EXPECT_EQ(run.particles().size(), before);
+  run.feed(Drive::messages(10.1, 11.0));
+  EXPECT_EQ(run.particles().size(), 2 * before);
+  EXPECT_LT(run.error(), kLost);
+}
+
+}  // namespace
+}  // namespace pf_resampling

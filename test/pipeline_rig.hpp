@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "src/messages/conversions.hpp"
+#include "test/pipeline_outputs.hpp"
+
+namespace pf_resampling {
+
+inline double distance(const Pose2& a, const Pose2& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+/// A pipeline of either filter on a drive, with all that it gives out. What `sinks_into(&out)`
+/// makes connects them.
+template <typename PipelineType, typename DriveType, typename OutputsType, typename MessageType>
+struct PipelineRig {
+  using Drive = DriveType;
+  using Message = MessageType;
+  using Observation = typename PipelineType::Message;
+
+  explicit PipelineRig(const typename PipelineType::Options& options = Drive::options())
+      : pipeline(options, sinks_into(&out)) {}
+
+  void feed(const std::vector<Message>& messages) {
+    for (const Message& message : messages) handle(message, &pipeline);
+  }
+
+  Pose2 pose() const { return to_pose2(out.poses.back().pose.pose); }
+  double error() const { return distance(pose(), Drive::truth(out.poses.back().header.stamp)); }
+  bool has_said(const std::string& words) const {
+    return std::any_of(out.log.begin(), out.log.end(), [&](const std::string& line) {
+      return line.find(words) != std::string::npos;
+    });
+  }
+  std::uint64_t rejected(const std::string& input, RejectReason reason) const {
+    return pipeline.rejects().count(input, reason);
+  }
+  static bool is_odometry(const Message& message) {
+    return std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message);
+  }
+  static bool is_observation(const Message& message) {
+    return std::holds_alternative<typename Observation::ConstPtr>(message);
+  }
+
+  OutputsType out;
+  PipelineType pipeline;
+};
+
+}  // namespace pf_resampling
