@@ -8,10 +8,10 @@
 #include "research/studies/resampling_study.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
-#include "tools/common/beacon_mcl_options.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/filter_options.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -58,7 +58,7 @@ void write(const CommandLine& line, const std::string& markdown, const std::stri
 
 ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
   ResamplingStudyOptions options;
-  options.pipeline = read_beacon_mcl_options(line);
+  apply_filter_options(line, &options.pipeline);
   options.schemes = schemes_of_paper_m();
   if (line.has("schemes")) {
     options.schemes.clear();
@@ -92,7 +92,8 @@ int study_resampling(const std::vector<std::string>& arguments) {
       "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
       "ground truth");
   add_study_options(&line, 30);
-  add_beacon_mcl_options(&line);
+  add_filter_options(&line);
+  add_beacon_mcl_topics(&line);
   line.example("study resampling plaza2.bag --seeds 30 --markdown plaza2.md");
   line.example("study resampling plaza2.bag --config paper_m.yaml --config calibration.yaml");
   line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");

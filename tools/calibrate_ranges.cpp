@@ -15,27 +15,23 @@
 namespace pf_resampling {
 namespace {
 
-namespace po = boost::program_options;
-
 CommandLine command_line() {
   CommandLine line("calibrate_ranges",
                    "Fits range = scale * distance + bias + noise, for each beacon and for all "
                    "together, to the ground truth of a bag.");
   line.positional("bag", "a bag with ranges, beacons and ground truth");
-  line.options()("output", po::value<std::string>()->value_name("FILE"),
-                 "write the calibration as YAML, for run_bag --config; without, it is printed")(
-      "shared", po::bool_switch(), "write one calibration for all beacons, not one for each")(
-      "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
-      "ground truth of the robot's base")(
-      "ranges", po::value<std::string>()->default_value("/ranges")->value_name("TOPIC"), "ranges")(
-      "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
-      "positions of the beacons")(
-      "base", po::value<std::string>()->default_value("base_link")->value_name("FRAME"),
-      "frame of the robot's base in /tf_static")(
-      "antenna", po::value<std::string>()->value_name("X,Y,Z"),
-      "where the antennas sit on the robot (m); without, from /tf_static")(
-      "outliers", po::value<double>()->default_value(3.5)->value_name("SIGMAS"),
-      "residuals above this many standard deviations are outliers");
+  line.option<std::string>(
+      "output", "FILE",
+      "write the calibration as YAML, for run_bag --config; without, it is printed");
+  line.flag("shared", "write one calibration for all beacons, not one for each");
+  line.topic("truth", "/ground_truth", "ground truth of the robot's base");
+  line.topic("ranges", "/ranges", "ranges");
+  line.topic("beacons", "/beacons", "positions of the beacons");
+  line.option<std::string>("base", "FRAME", "base_link", "frame of the robot's base in /tf_static");
+  line.option<std::string>("antenna", "X,Y,Z",
+                           "where the antennas sit on the robot (m); without, from /tf_static");
+  line.option<double>("outliers", "SIGMAS", 3.5,
+                      "residuals above this many standard deviations are outliers");
   line.example("calibrate_ranges plaza2.bag --output calibration.yaml");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml");
   return line;
@@ -61,10 +57,9 @@ std::vector<TruePose> with_directions(std::vector<TruePose> truth) {
 /// Where on the robot the antenna of a range sits.
 class Antennas {
  public:
-  Antennas(const rosbag::Bag& bag, const CommandLine& line) : base_(line.get<std::string>("base")) {
+  Antennas(const rosbag::Bag& bag, const CommandLine& line) : base_(line.text("base")) {
     if (line.has("antenna")) {
-      const std::vector<double> place =
-          parse_numbers("antenna", line.get<std::string>("antenna"), 3);
+      const std::vector<double> place = parse_numbers("antenna", line.text("antenna"), 3);
       given_ = Eigen::Vector3d(place[0], place[1], place[2]);
     } else {
       frames_ = read_frames_on_robot(bag, base_);
@@ -187,19 +182,17 @@ std::string to_yaml(const std::string& bag, const std::vector<RangeFit>& fits, b
 int calibrate_ranges(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
-  const auto path = line.get<std::string>("bag");
-  const auto topic = [&](const char* option) {
-    return absolute_topic(line.get<std::string>(option));
-  };
+  const auto path = line.text("bag");
   const rosbag::Bag bag = open_bag(path);
   require_topics(bag, path,
-                 {{topic("ranges"), {"pf_resampling/BeaconRange"}, "--ranges"},
-                  {topic("beacons"), {"pf_resampling/BeaconArray"}, "--beacons"},
-                  {topic("truth"), truth_types(), "--truth"}});
+                 {{line.topic("ranges"), {"pf_resampling/BeaconRange"}, "--ranges"},
+                  {line.topic("beacons"), {"pf_resampling/BeaconArray"}, "--beacons"},
+                  {line.topic("truth"), truth_types(), "--truth"}});
   std::map<int, Beacon> beacons;
-  for (const Beacon& beacon : read_beacons(bag, topic("beacons"))) beacons[beacon.id] = beacon;
-  const Samples samples = samples_of(read_ranges(bag, topic("ranges")),
-                                     read_truth(bag, topic("truth")), beacons, Antennas(bag, line));
+  for (const Beacon& beacon : read_beacons(bag, line.topic("beacons"))) beacons[beacon.id] = beacon;
+  const Samples samples =
+      samples_of(read_ranges(bag, line.topic("ranges")), read_truth(bag, line.topic("truth")),
+                 beacons, Antennas(bag, line));
   RangeFitOptions options;
   options.outlier_threshold = line.get<double>("outliers");
   const std::vector<RangeFit> fits = fit_ranges_per_beacon(samples.used, options);
@@ -211,8 +204,8 @@ int calibrate_ranges(const std::vector<std::string>& arguments) {
   const std::string name = path.substr(path.find_last_of('/') + 1);
   const std::string yaml = to_yaml(name, fits, line.get<bool>("shared"));
   if (line.has("output")) {
-    write_file(line.get<std::string>("output"), yaml);
-    std::printf("wrote %s\n", line.get<std::string>("output").c_str());
+    write_file(line.text("output"), yaml);
+    std::printf("wrote %s\n", line.text("output").c_str());
   } else {
     std::printf("%s", yaml.c_str());
   }

@@ -10,36 +10,34 @@
 namespace {
 
 using namespace pf_resampling;
-namespace po = boost::program_options;
 
-int check(const std::vector<std::string>& arguments) {
-  CheckedTopics topics;
+CommandLine command_line() {
   CommandLine line(
       "check_bag",
       "Says what is in a bag and what is missing for each filter: topics, rates, gaps,\n"
-      "stamps, frames, numbers, beacons, landmarks. Exits with 0 if a filter can run on it, with "
-      "1 if none can.");
+      "stamps, frames, numbers, beacons, landmarks. Exits with 0 if a filter can run on "
+      "it, with 1 if none can.");
   line.positional("in.bag", "the bag to look at");
-  const auto topic_option = [&](const char* name, std::string* topic, const char* what) {
-    line.options()(name, po::value<std::string>(topic)->default_value(*topic)->value_name("TOPIC"),
-                   what);
-  };
-  topic_option("odom", &topics.odom, "odometry");
-  topic_option("ranges", &topics.ranges, "ranges to beacons");
-  topic_option("sensor-ranges", &topics.sensor_ranges, "ranges as sensor_msgs/Range");
-  topic_option("beacons", &topics.beacons, "where the beacons are");
-  topic_option("landmarks", &topics.landmarks, "observations of landmarks");
-  topic_option("ground-truth", &topics.ground_truth, "true poses");
+  const CheckedTopics usual;
+  line.topic("odom", usual.odom, "odometry");
+  line.topic("ranges", usual.ranges, "ranges to beacons");
+  line.topic("sensor-ranges", usual.sensor_ranges, "ranges as sensor_msgs/Range");
+  line.topic("beacons", usual.beacons, "where the beacons are");
+  line.topic("landmarks", usual.landmarks, "observations of landmarks");
+  line.topic("ground-truth", usual.ground_truth, "true poses");
   line.example("check_bag plaza2.bag");
   line.example("check_bag robot.bag --odom /robot/odom --ranges /uwb/ranges");
   line.example("check_bag slam.bag --landmarks /camera/landmarks");
-  if (!line.parse(arguments)) return 0;
-  for (std::string* topic : {&topics.odom, &topics.ranges, &topics.sensor_ranges, &topics.beacons,
-                             &topics.landmarks, &topics.ground_truth}) {
-    *topic = absolute_topic(*topic);
-  }
+  return line;
+}
 
-  const rosbag::Bag bag = open_bag(line.get<std::string>("in.bag"));
+int check(const std::vector<std::string>& arguments) {
+  CommandLine line = command_line();
+  if (!line.parse(arguments)) return 0;
+  const CheckedTopics topics = {line.topic("odom"),          line.topic("ranges"),
+                                line.topic("sensor-ranges"), line.topic("beacons"),
+                                line.topic("landmarks"),     line.topic("ground-truth")};
+  const rosbag::Bag bag = open_bag(line.text("in.bag"));
   const BagFindings found = findings_of(bag, topics);
   std::cout << found.text;
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";

@@ -1,6 +1,6 @@
-// Judges a run of a filter by the ground truth in the same bag: errors as in Mahmoud (2012), section
-// IV, beside those of dead reckoning, errors of the map, whether the filter's own confidence is right,
-// and a picture.
+// Judges a run of a filter by the ground truth in the same bag: errors as in Mahmoud (2012),
+// section IV, beside those of dead reckoning, errors of the map, whether the filter's own
+// confidence is right, and a picture.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,68 +20,146 @@
 namespace pf_resampling {
 namespace {
 
-namespace po = boost::program_options;
-
 CommandLine command_line() {
   CommandLine line("evaluate_bag",
                    "Errors of an estimated path and map against the ground truth in the same bag.");
   line.positional("bag", "what run_bag or a launch file recorded");
-  line.options()("clip", po::value<double>()->default_value(0.0)->value_name("SHARE"),
-                 "share of the time, from the start, left out of the errors; in [0, 1)")(
-      "json", po::value<std::string>()->value_name("FILE"), "write the figures as JSON")(
-      "plot", po::value<std::string>()->value_name("FILE"),
-      "draw paths and errors (.png, .pdf or .svg); without ground truth the paths alone")(
-      "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
-      "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped")(
-      "truth-frame", po::value<std::string>()->value_name("FRAME"),
+  line.option<double>("clip", "SHARE", 0.0,
+                      "share of the time, from the start, left out of the errors; in [0, 1)");
+  line.option<std::string>("json", "FILE", "write the figures as JSON");
+  line.option<std::string>(
+      "plot", "FILE",
+      "draw paths and errors (.png, .pdf or .svg); without ground truth the paths alone");
+  line.topic("truth", "/ground_truth",
+             "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped");
+  line.option<std::string>(
+      "truth-frame", "FRAME",
       "frame on the robot (/tf_static) whose place the truth is, an antenna's for instance; by "
-      "default ground_truth if there is one, else base_link")(
-      "pose", po::value<std::string>()->default_value("/pose")->value_name("TOPIC"),
-      "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped")(
-      "odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
-      "dead reckoning; 'none' leaves it out")(
-      "beacons", po::value<std::string>()->default_value("/beacons")->value_name("TOPIC"),
-      "beacons, for the picture")(
-      "lost-error", po::value<double>()->default_value(0.0)->value_name("METRES"),
-      "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path")(
-      "max-gap", po::value<double>()->default_value(0.0)->value_name("SECONDS"),
-      "longest gap of the estimate to interpolate across; 0: three median intervals, at least 1 s")(
-      "landmark-map", po::value<std::string>()->default_value("/landmark_map")->value_name("TOPIC"),
-      "estimated map; its last message is judged")(
-      "true-landmarks",
-      po::value<std::string>()->default_value("/ground_truth_landmarks")->value_name("TOPIC"),
-      "true map")("landmarks",
-                  po::value<std::string>()->default_value("/landmarks")->value_name("TOPIC"),
-                  "observations, for --batch")(
-      "path", po::value<std::string>()->default_value("/path")->value_name("TOPIC"),
-      "a mapper's whole path as it was believed at the end; its last message is judged")(
-      "status", po::value<std::string>()->default_value("/status")->value_name("TOPIC"),
-      "the filter's status, for its particles")(
-      "particle-errors",
-      po::value<std::string>()->default_value("/particle_errors")->value_name("TOPIC"),
-      "errors of the particles' poses and maps, as run_bag writes them")(
-      "match", po::value<std::string>()->default_value("auto")->value_name("HOW"),
-      "which true landmark an estimated one is: id, nearest, or auto: by id if the ids fit")(
-      "gate", po::value<double>()->default_value(0.0)->value_name("METRES"),
-      "how far the nearest may be; 0: half the usual distance of neighbours, at least 0.5 m")(
-      "frame", po::value<std::string>()->default_value("auto")->value_name("WHICH"),
+      "default ground_truth if there is one, else base_link");
+  line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
+  line.topic("odom", "/odom", "dead reckoning; 'none' leaves it out");
+  line.topic("beacons", "/beacons", "beacons, for the picture");
+  line.option<double>(
+      "lost-error", "METRES", 0.0,
+      "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path");
+  line.option<double>(
+      "max-gap", "SECONDS", 0.0,
+      "longest gap of the estimate to interpolate across; 0: three median intervals, at least 1 s");
+  line.topic("landmark-map", "/landmark_map", "estimated map; its last message is judged");
+  line.topic("true-landmarks", "/ground_truth_landmarks", "true map");
+  line.topic("landmarks", "/landmarks", "observations, for --batch");
+  line.topic("path", "/path",
+             "a mapper's whole path as it was believed at the end; its last message is judged");
+  line.topic("status", "/status", "the filter's status, for its particles");
+  line.topic("particle-errors", "/particle_errors",
+             "errors of the particles' poses and maps, as run_bag writes them");
+  line.option<std::string>(
+      "match", "HOW", "auto",
+      "which true landmark an estimated one is: id, nearest, or auto: by id if the ids fit");
+  line.option<double>(
+      "gate", "METRES", 0.0,
+      "how far the nearest may be; 0: half the usual distance of neighbours, at least 0.5 m");
+  line.option<std::string>(
+      "frame", "WHICH", "auto",
       "the estimate's frame: given (as it is), start (moved to agree at the first true pose), fit "
       "(moved to fit best); auto: given, but start, or fit without true headings, if the bag has a "
-      "map and no /initialpose")(
-      "batch", po::bool_switch(),
-      "compare with the least-squares solution of odometry and observations with ids (Ceres)")(
-      "batch-online", po::value<double>()->value_name("SECONDS"),
+      "map and no /initialpose");
+  line.flag(
+      "batch",
+      "compare with the least-squares solution of odometry and observations with ids (Ceres)");
+  line.option<double>(
+      "batch-online", "SECONDS",
       "so often, solve with the data so far alone: what no filter, which knows the past only, can "
-      "be better than; takes minutes")("quiet", po::bool_switch(), "print nothing");
+      "be better than; takes minutes");
+  line.flag("quiet", "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");
   return line;
 }
 
-bool has_topic(const rosbag::Bag& bag, const std::string& name) {
-  const std::vector<BagTopic> topics = topics_of(bag);
-  return std::any_of(topics.begin(), topics.end(),
-                     [&](const BagTopic& topic) { return topic.name == name; });
+/// What the command line asks for.
+struct Request {
+  std::string bag;
+  PathErrorOptions path_options;
+  MapErrorOptions map_options;
+  std::string frame;  // "auto", "given", "start", "fit"
+  bool with_odometry = true;
+  bool with_batch = false;
+  bool is_quiet = false;
+  std::optional<double> online_period;  // s
+  std::optional<std::string> truth_frame, json, plot;
+  std::string truth, pose, odom, beacons, landmark_map, true_landmarks, landmarks, path, status,
+      particle_errors;  // topics
+};
+
+LandmarkMatching matching_from(const std::string& name) {
+  if (name == "auto") return LandmarkMatching::automatic;
+  if (name == "id") return LandmarkMatching::id;
+  if (name == "nearest") return LandmarkMatching::nearest;
+  throw UsageError("--match " + name + ": known are auto, id and nearest");
+}
+
+std::string frame_from(const std::string& name) {
+  for (const char* known : {"auto", "given", "start", "fit"}) {
+    if (name == known) return name;
+  }
+  throw UsageError("--frame " + name + ": known are auto, given, start and fit");
+}
+
+Request request_from(const CommandLine& line) {
+  Request request;
+  request.bag = line.text("bag");
+  request.path_options.clip = line.get<double>("clip");
+  request.path_options.lost_error = line.get<double>("lost-error");
+  request.path_options.max_gap = line.get<double>("max-gap");
+  check_options(request.path_options);
+  request.map_options.matching = matching_from(line.text("match"));
+  request.map_options.gate = line.get<double>("gate");
+  request.frame = frame_from(line.text("frame"));
+  request.with_odometry = line.text("odom") != "none";
+  request.with_batch = line.get<bool>("batch");
+  request.is_quiet = line.get<bool>("quiet");
+  request.online_period = line.optional<double>("batch-online");
+  request.truth_frame = line.optional<std::string>("truth-frame");
+  request.json = line.optional<std::string>("json");
+  request.plot = line.optional<std::string>("plot");
+  request.truth = line.topic("truth");
+  request.pose = line.topic("pose");
+  request.odom = line.topic("odom");
+  request.beacons = line.topic("beacons");
+  request.landmark_map = line.topic("landmark-map");
+  request.true_landmarks = line.topic("true-landmarks");
+  request.landmarks = line.topic("landmarks");
+  request.path = line.topic("path");
+  request.status = line.topic("status");
+  request.particle_errors = line.topic("particle-errors");
+  if (request.online_period) {
+    if (!request.with_batch) throw UsageError("--batch-online belongs to --batch");
+    if (!(*request.online_period > 0.0)) throw UsageError("--batch-online has to be above 0 s");
+  }
+  if (request.with_batch && !request.with_odometry) {
+    throw UsageError("--batch needs the odometry (--odom)");
+  }
+  if (request.plot) check_plot_file(*request.plot);
+  return request;
+}
+
+/// Whether there is nothing to judge by, and a picture of the paths is all that is wanted.
+bool is_for_paths_alone(const rosbag::Bag& bag, const Request& request) {
+  return request.plot && !request.json && !has_topic(bag, request.truth);
+}
+
+void require_topics(const rosbag::Bag& bag, const Request& request) {
+  std::vector<NeededTopic> needed = {{request.pose, pose_types(), "--pose"}};
+  if (request.with_odometry) needed.push_back({request.odom, pose_types(), "--odom"});
+  if (!is_for_paths_alone(bag, request)) {
+    needed.push_back({request.truth, truth_types(), "--truth"});
+  }
+  if (request.with_batch) {
+    needed.push_back(
+        {request.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
+  }
+  require_topics(bag, request.bag, needed);
 }
 
 /// The estimate after its first fifth, standing in for a truth that is not there: it tells where to
@@ -124,14 +202,7 @@ FrameChoice choose_frame(const std::string& wanted, bool is_own, const std::vect
   return choice;
 }
 
-LandmarkMatching matching_from(const std::string& name) {
-  if (name == "auto") return LandmarkMatching::automatic;
-  if (name == "id") return LandmarkMatching::id;
-  if (name == "nearest") return LandmarkMatching::nearest;
-  throw UsageError("--match " + name + ": known are auto, id and nearest");
-}
-
-/// Where on the robot the truth is of.
+/// Which place on the robot the truth tells.
 Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& wanted) {
   const auto frames = read_frames_on_robot(bag, "base_link");
   const auto found = frames.find(wanted.value_or("ground_truth"));
@@ -139,6 +210,37 @@ Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& w
   if (!wanted) return {};
   throw Error("--truth-frame " + *wanted +
               ": /tf_static does not place it on base_link; give one that it does");
+}
+
+/// What the bag holds of a run.
+struct Recorded {
+  Pose2 place;                                // on the robot, of truth and paths
+  std::vector<TruePose> truth;                // while there is odometry
+  std::vector<EstimatedPose> estimate;        // of the place, as all paths are
+  std::vector<EstimatedPose> dead_reckoning;  // empty if it is not asked for
+  std::optional<std::vector<EstimatedPose>>
+      believed;  // the whole path at the end, if there is a map
+  std::vector<Beacon> beacons;
+  std::optional<std::vector<PointLandmark>> map, true_map;
+  bool has_initial_pose = false;
+};
+
+/// All but the truth.
+Recorded read_run(const rosbag::Bag& bag, const Request& request) {
+  Recorded run;
+  run.place = place_of_truth(bag, request.truth_frame);
+  run.estimate = path_of_place(read_poses(bag, request.pose), run.place);
+  run.beacons = read_beacons(bag, request.beacons);
+  run.map = read_landmark_map(bag, request.landmark_map);
+  run.true_map = read_landmark_map(bag, request.true_landmarks);
+  if (request.with_odometry) {
+    run.dead_reckoning = path_of_place(read_poses(bag, request.odom), run.place);
+  }
+  if (const auto path = run.map ? read_path(bag, request.path) : std::nullopt) {
+    run.believed = path_of_place(*path, run.place);
+  }
+  run.has_initial_pose = has_topic(bag, "/initialpose");
+  return run;
 }
 
 /// The truth at the stamps of a path; not inside its gaps.
@@ -178,70 +280,79 @@ std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double peri
 }
 
 /// Both on line, at the same times, each aligned there.
-OnlineComparison compare_online(const BatchProblem& problem, double period, const Pose2& place,
-                                const std::vector<TruePose>& truth,
-                                const std::vector<EstimatedPose>& estimate) {
-  const std::vector<EstimatedPose> poses = path_of_place(solve_online(problem, period), place);
+OnlineComparison compare_online(const BatchProblem& problem, double period, const Recorded& run) {
+  const std::vector<EstimatedPose> poses = path_of_place(solve_online(problem, period), run.place);
   PathErrorOptions options;
   options.max_gap = std::numeric_limits<double>::max();
-  const std::vector<TruePose> there = truth_at(poses, truth);
+  const std::vector<TruePose> there = truth_at(poses, run.truth);
   OnlineComparison online;
   online.period = period;
   online.batch = evaluate_aligned_path(there, poses, options);
-  online.filter = evaluate_aligned_path(there, estimate, options);
+  online.filter = evaluate_aligned_path(there, run.estimate, options);
   return online;
 }
 
-/// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
-BatchComparison compare_with_batch(const rosbag::Bag& bag, const std::string& odom_topic,
-                                   const std::string& landmarks_topic, const Pose2& place,
-                                   const std::vector<TruePose>& truth,
-                                   const std::vector<TruePose>& path_truth,
-                                   const std::vector<EstimatedPose>& estimate,
-                                   const std::optional<double>& online_period,
-                                   const std::optional<std::vector<PointLandmark>>& true_map,
-                                   const PathErrorOptions& options, const Evaluation& evaluation) {
+BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   BatchProblem problem;
-  problem.odometry = read_poses(bag, odom_topic);
-  problem.odometry_noise = read_odometry_noise(bag, odom_topic);
-  problem.scans = read_landmark_scans(bag, landmarks_topic);
+  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry_noise = read_odometry_noise(bag, request.odom);
+  problem.scans = read_landmark_scans(bag, request.landmarks);
   for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
     problem.sensors[name] = to_pose2(frame);
   }
-  BatchSolution solution = solve_batch(problem);
-  solution.path = path_of_place(solution.path, place);
+  return problem;
+}
+
+/// The errors of the solution, as those of the estimate are judged.
+BatchComparison judge_batch(const BatchSolution& solution, const std::string& frame_of_estimate,
+                            const Recorded& run, const PathErrorOptions& options) {
   BatchComparison batch;
-  batch.aligned = evaluate_aligned_path(truth, solution.path, options);
-  const FrameChoice frame = choose_frame(evaluation.frame == "given" ? "start" : evaluation.frame,
-                                         true, truth, solution.path, options);
-  batch.errors = evaluate_path(truth, moved(solution.path, frame.alignment), options);
-  if (true_map) {
+  batch.aligned = evaluate_aligned_path(run.truth, solution.path, options);
+  const FrameChoice frame = choose_frame(frame_of_estimate == "given" ? "start" : frame_of_estimate,
+                                         true, run.truth, solution.path, options);
+  batch.errors = evaluate_path(run.truth, moved(solution.path, frame.alignment), options);
+  if (run.true_map) {
     MapErrorOptions map_options;
     map_options.matching = LandmarkMatching::id;
-    batch.map = evaluate_map(moved(solution.landmarks, frame.alignment), *true_map, map_options);
+    batch.map =
+        evaluate_map(moved(solution.landmarks, frame.alignment), *run.true_map, map_options);
   }
   batch.distance_scale = solution.distance_scale;
   batch.yaw_scale = solution.yaw_scale;
   batch.observations = solution.observations;
   batch.outliers = solution.outliers;
-  const auto ratio = [](double of, double by) -> std::optional<double> {
-    if (!(by > 0.0)) return std::nullopt;
-    return of / by;
-  };
-  batch.online_ratio =
-      ratio(evaluation.estimate_aligned.cartesian.mean, batch.aligned.cartesian.mean);
-  batch.path_ratio = batch.online_ratio;
+  return batch;
+}
+
+std::optional<double> ratio(double of, double by) {
+  if (!(by > 0.0)) return std::nullopt;
+  return of / by;
+}
+
+/// The filter's errors over those of the solution.
+void add_ratios(const Evaluation& evaluation, BatchComparison* batch) {
+  batch->online_ratio =
+      ratio(evaluation.estimate_aligned.cartesian.mean, batch->aligned.cartesian.mean);
+  batch->path_ratio = batch->path_aligned ? ratio(evaluation.path_aligned->cartesian.mean,
+                                                  batch->path_aligned->cartesian.mean)
+                                          : batch->online_ratio;
+  if (batch->map && batch->map->rms_aligned && evaluation.map && evaluation.map->rms_aligned) {
+    batch->map_ratio = ratio(*evaluation.map->rms_aligned, *batch->map->rms_aligned);
+  }
+}
+
+/// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
+BatchComparison compare_with_batch(const BatchProblem& problem, const Recorded& run,
+                                   const Request& request, const Evaluation& evaluation) {
+  BatchSolution solution = solve_batch(problem);
+  solution.path = path_of_place(solution.path, run.place);
+  BatchComparison batch = judge_batch(solution, evaluation.frame, run, request.path_options);
   if (evaluation.path_aligned) {
-    batch.path_aligned = evaluate_aligned_path(path_truth, solution.path, options);
-    batch.path_ratio =
-        ratio(evaluation.path_aligned->cartesian.mean, batch.path_aligned->cartesian.mean);
+    batch.path_aligned = evaluate_aligned_path(truth_at(*run.believed, run.truth), solution.path,
+                                               request.path_options);
   }
-  if (batch.map && batch.map->rms_aligned && evaluation.map && evaluation.map->rms_aligned) {
-    batch.map_ratio = ratio(*evaluation.map->rms_aligned, *batch.map->rms_aligned);
-  }
-  if (online_period) {
-    batch.online = compare_online(problem, *online_period, place, truth, estimate);
-  }
+  add_ratios(evaluation, &batch);
+  if (request.online_period) batch.online = compare_online(problem, *request.online_period, run);
   return batch;
 }
 
@@ -254,134 +365,112 @@ double end_of_clipped(const PathErrors& errors) {
   return end;
 }
 
-int evaluate_bag(const std::vector<std::string>& arguments) {
-  CommandLine line = command_line();
-  if (!line.parse(arguments)) return 0;
-  const auto path = line.get<std::string>("bag");
-  const auto topic = [&](const char* option) {
-    return absolute_topic(line.get<std::string>(option));
-  };
-  const bool with_odometry = line.get<std::string>("odom") != "none";
-  PathErrorOptions options;
-  options.clip = line.get<double>("clip");
-  options.lost_error = line.get<double>("lost-error");
-  options.max_gap = line.get<double>("max-gap");
-  check_options(options);
-  MapErrorOptions map_options;
-  map_options.matching = matching_from(line.get<std::string>("match"));
-  map_options.gate = line.get<double>("gate");
-  const auto wanted_frame = line.get<std::string>("frame");
-  if (wanted_frame != "auto" && wanted_frame != "given" && wanted_frame != "start" &&
-      wanted_frame != "fit") {
-    throw UsageError("--frame " + wanted_frame + ": known are auto, given, start and fit");
-  }
-  const bool with_batch = line.get<bool>("batch");
-  std::optional<double> online_period;
-  if (line.has("batch-online")) {
-    online_period = line.get<double>("batch-online");
-    if (!with_batch) throw UsageError("--batch-online belongs to --batch");
-    if (!(*online_period > 0.0)) throw UsageError("--batch-online has to be above 0 s");
-  }
-  if (with_batch && !with_odometry) throw UsageError("--batch needs the odometry (--odom)");
-  if (line.has("plot")) check_plot_file(line.get<std::string>("plot"));
+/// The whole path as it was believed at the end, at its own stamps.
+std::optional<AlignedPathErrors> judge_believed(const Recorded& run, PathErrorOptions options) {
+  if (!run.believed) return std::nullopt;
+  const std::vector<TruePose> truth = truth_at(*run.believed, run.truth);
+  if (truth.empty()) return std::nullopt;
+  options.max_gap = std::numeric_limits<double>::max();
+  return evaluate_aligned_path(truth, *run.believed, options);
+}
 
-  const rosbag::Bag bag = open_bag(path);
-  std::vector<NeededTopic> needed = {{topic("pose"), pose_types(), "--pose"}};
-  if (with_odometry) needed.push_back({topic("odom"), pose_types(), "--odom"});
-  const bool paths_alone = line.has("plot") && !line.has("json") && !has_topic(bag, topic("truth"));
-  if (!paths_alone) needed.push_back({topic("truth"), truth_types(), "--truth"});
-  if (with_batch) {
-    needed.push_back(
-        {topic("landmarks"), {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
-  }
-  require_topics(bag, path, needed);
-
-  PathPlot plot;
-  plot.title = path;
-  const Pose2 place =
-      place_of_truth(bag, line.has("truth-frame")
-                              ? std::optional<std::string>(line.get<std::string>("truth-frame"))
-                              : std::nullopt);
-  plot.estimate = path_of_place(read_poses(bag, topic("pose")), place);
-  plot.beacons = read_beacons(bag, topic("beacons"));
-  const auto map = read_landmark_map(bag, topic("landmark-map"));
-  const auto true_map = read_landmark_map(bag, topic("true-landmarks"));
-  plot.landmarks = map.value_or(std::vector<PointLandmark>());
-  plot.is_slam = map.has_value();
-  plot.true_landmarks = true_map.value_or(std::vector<PointLandmark>());
-  if (with_odometry) {
-    plot.dead_reckoning = path_of_place(read_poses(bag, topic("odom")), place);
-  }
-  if (paths_alone) {
-    if (with_odometry) {
-      plot.dead_reckoning = align_at_start(plot.dead_reckoning, reference_of(plot.estimate));
-    }
-    if (!line.get<bool>("quiet")) {
-      std::printf("%s: no %s, so no errors: the paths alone are drawn\n", path.c_str(),
-                  topic("truth").c_str());
-    }
-    plot_paths(plot, line.get<std::string>("plot"));
-    return 0;
-  }
-
-  plot.truth = truth_while_recording(read_truth(bag, topic("truth")), plot.dead_reckoning);
-  const bool frame_is_own = map && !has_topic(bag, "/initialpose");
-  const FrameChoice frame =
-      choose_frame(wanted_frame, frame_is_own, plot.truth, plot.estimate, options);
-  plot.estimate = moved(plot.estimate, frame.alignment);
-  plot.landmarks = moved(plot.landmarks, frame.alignment);
-
+/// Everything that truth and run say together; the run is in the truth's frame.
+Evaluation evaluate(const Recorded& run, const std::string& frame, const Request& request) {
+  const PathErrorOptions& options = request.path_options;
   Evaluation evaluation;
   evaluation.clip = options.clip;
-  evaluation.frame = frame.frame;
-  evaluation.is_slam = map.has_value();
-  evaluation.estimate = evaluate_path(plot.truth, plot.estimate, options);
-  evaluation.estimate_aligned = evaluate_aligned_path(plot.truth, plot.estimate, options);
-  std::vector<TruePose> path_truth;
-  if (const auto believed = map ? read_path(bag, topic("path")) : std::nullopt) {
-    path_truth = truth_at(*believed, plot.truth);
-    PathErrorOptions path_options = options;
-    path_options.max_gap = std::numeric_limits<double>::max();  // at its own stamps
-    if (!path_truth.empty()) {
-      evaluation.path_aligned =
-          evaluate_aligned_path(path_truth, path_of_place(*believed, place), path_options);
-    }
-  }
-  if (with_odometry) {
-    plot.dead_reckoning = align_at_start(plot.dead_reckoning, plot.truth);
-    evaluation.dead_reckoning = evaluate_path(plot.truth, plot.dead_reckoning, options);
+  evaluation.frame = frame;
+  evaluation.is_slam = run.map.has_value();
+  evaluation.estimate = evaluate_path(run.truth, run.estimate, options);
+  evaluation.estimate_aligned = evaluate_aligned_path(run.truth, run.estimate, options);
+  evaluation.path_aligned = judge_believed(run, options);
+  if (request.with_odometry) {
+    evaluation.dead_reckoning = evaluate_path(run.truth, run.dead_reckoning, options);
     evaluation.dead_reckoning_aligned =
-        evaluate_aligned_path(plot.truth, plot.dead_reckoning, options);
+        evaluate_aligned_path(run.truth, run.dead_reckoning, options);
   }
-  if (map && true_map) {
+  if (run.map && run.true_map) {
+    MapErrorOptions map_options = request.map_options;
     map_options.first_alignment = evaluation.estimate_aligned.alignment;
-    evaluation.map = evaluate_map(plot.landmarks, *true_map, map_options);
+    evaluation.map = evaluate_map(*run.map, *run.true_map, map_options);
   }
-  evaluation.particles = summarize(read_particle_errors(bag, topic("particle-errors")),
-                                   end_of_clipped(evaluation.estimate));
-  evaluation.filter = read_filter_summary(bag, topic("status"));
-  if (with_batch) {
-    evaluation.batch =
-        compare_with_batch(bag, topic("odom"), topic("landmarks"), place, plot.truth, path_truth,
-                           plot.estimate, online_period, true_map, options, evaluation);
-  }
+  return evaluation;
+}
+
+PathPlot picture_of(const Recorded& run, const std::string& title) {
+  PathPlot plot;
+  plot.title = title;
+  plot.truth = run.truth;
+  plot.estimate = run.estimate;
+  plot.dead_reckoning = run.dead_reckoning;
+  plot.beacons = run.beacons;
+  plot.is_slam = run.map.has_value();
+  plot.landmarks = run.map.value_or(std::vector<PointLandmark>());
+  plot.true_landmarks = run.true_map.value_or(std::vector<PointLandmark>());
+  return plot;
+}
+
+PathPlot picture_of(const Recorded& run, const Evaluation& evaluation, const Request& request) {
+  PathPlot plot = picture_of(run, request.bag);
+  plot.errors = evaluation.estimate;
+  plot.dead_reckoning_errors = evaluation.dead_reckoning;
   plot.map = evaluation.map;
   if (evaluation.is_slam && evaluation.frame != "given") {
     // Where the frame lies is chance: the shapes of path and map are what a picture can show.
     plot.alignment = evaluation.estimate_aligned.alignment;
     if (evaluation.frame != "fit") {
       plot.aligned_errors =
-          evaluate_path(plot.truth, moved(plot.estimate, *plot.alignment), options);
+          evaluate_path(run.truth, moved(run.estimate, *plot.alignment), request.path_options);
     }
   }
-  plot.errors = evaluation.estimate;
-  plot.dead_reckoning_errors = evaluation.dead_reckoning;
+  return plot;
+}
 
-  if (!line.get<bool>("quiet")) print(path, evaluation);
-  if (line.has("json")) {
-    write_file(line.get<std::string>("json"), to_json(evaluation).dump(2) + "\n");
+void draw_paths_alone(Recorded run, const Request& request) {
+  if (request.with_odometry) {
+    run.dead_reckoning = align_at_start(run.dead_reckoning, reference_of(run.estimate));
   }
-  if (line.has("plot")) plot_paths(plot, line.get<std::string>("plot"));
+  if (!request.is_quiet) {
+    std::printf("%s: no %s, so no errors: the paths alone are drawn\n", request.bag.c_str(),
+                request.truth.c_str());
+  }
+  plot_paths(picture_of(run, request.bag), *request.plot);
+}
+
+/// Brings estimate, map and dead reckoning to the truth's frame; returns how.
+std::string lay_on_truth(const Request& request, Recorded* run) {
+  const bool frame_is_own = run->map && !run->has_initial_pose;
+  const FrameChoice frame =
+      choose_frame(request.frame, frame_is_own, run->truth, run->estimate, request.path_options);
+  run->estimate = moved(run->estimate, frame.alignment);
+  if (run->map) run->map = moved(*run->map, frame.alignment);
+  if (request.with_odometry) run->dead_reckoning = align_at_start(run->dead_reckoning, run->truth);
+  return frame.frame;
+}
+
+int evaluate_bag(const std::vector<std::string>& arguments) {
+  CommandLine line = command_line();
+  if (!line.parse(arguments)) return 0;
+  const Request request = request_from(line);
+  const rosbag::Bag bag = open_bag(request.bag);
+  require_topics(bag, request);
+  Recorded run = read_run(bag, request);
+  if (is_for_paths_alone(bag, request)) {
+    draw_paths_alone(run, request);
+    return 0;
+  }
+  run.truth = truth_while_recording(read_truth(bag, request.truth), run.dead_reckoning);
+  const std::string frame = lay_on_truth(request, &run);
+  Evaluation evaluation = evaluate(run, frame, request);
+  evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
+                                   end_of_clipped(evaluation.estimate));
+  evaluation.filter = read_filter_summary(bag, request.status);
+  if (request.with_batch) {
+    evaluation.batch = compare_with_batch(batch_problem_of(bag, request), run, request, evaluation);
+  }
+  if (!request.is_quiet) print(request.bag, evaluation);
+  if (request.json) write_file(*request.json, to_json(evaluation).dump(2) + "\n");
+  if (request.plot) plot_paths(picture_of(run, evaluation, request), *request.plot);
   return 0;
 }
 

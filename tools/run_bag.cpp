@@ -1,14 +1,12 @@
 // Runs a filter over a bag, in-process and as fast as it goes: the code of the node without ROS
 // around it. Same bag, seed and configuration: same bytes, at any number of threads.
-#include "tools/common/beacon_mcl_options.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/filter_options.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
 namespace {
-
-namespace po = boost::program_options;
 
 CommandLine command_line() {
   CommandLine line("run_bag", "Runs a filter over a bag; the output bag holds inputs and outputs.");
@@ -18,25 +16,21 @@ CommandLine command_line() {
       "with odometry and: ranges and, unless configured, beacons; or landmark observations");
   line.optional_positional("out.bag", "to be written");
   add_filter_options(&line);
-  line.options()("odom", po::value<std::string>()->default_value("/odom")->value_name("TOPIC"),
-                 "odometry");
   add_beacon_mcl_topics(&line);
-  line.options()("landmarks",
-                 po::value<std::string>()->default_value("/landmarks")->value_name("TOPIC"),
-                 "landmark observations")("seed", po::value<std::string>()->value_name("N"),
-                                          "of the random numbers (1)")(
-      "threads", po::value<std::string>()->value_name("N"),
-      "beacon_mcl: of computation (1); the result does not depend on it")(
-      "no-clouds", "leave out what is for looking at: clouds, path, markers")(
-      "pose-only", "write pose and tf only")(
-      "load-map", po::value<std::string>()->value_name("FILE"),
-      "fastslam: go on from a saved map; with --set map/frozen=true localize in it")(
-      "save-map", po::value<std::string>()->value_name("FILE"),
-      "fastslam: save the map at the end")(
-      "resume", po::value<std::string>()->value_name("FILE"),
-      "go on from a checkpoint; with the configuration of the run that wrote it")(
-      "save-checkpoint", po::value<std::string>()->value_name("FILE"), "write one at the end")(
-      "parameters", po::value<std::string>()->implicit_value("yaml")->value_name("FORMAT"),
+  line.topic("landmarks", FastSlamTopics().landmarks, "landmark observations");
+  line.option<std::string>("seed", "N", "of the random numbers (1)");
+  line.option<std::string>("threads", "N", "beacon_mcl: of computation (1); the result does not depend on it");
+  line.flag("no-clouds", "leave out what is for looking at: clouds, path, markers");
+  line.flag("pose-only", "write pose and tf only");
+  line.option<std::string>(
+      "load-map", "FILE",
+      "fastslam: go on from a saved map; with --set map/frozen=true localize in it");
+  line.option<std::string>("save-map", "FILE", "fastslam: save the map at the end");
+  line.option<std::string>(
+      "resume", "FILE", "go on from a checkpoint; with the configuration of the run that wrote it");
+  line.option<std::string>("save-checkpoint", "FILE", "write one at the end");
+  line.option_with_implicit(
+      "parameters", "FORMAT", "yaml",
       "print all parameters with the values that the other options give, and end: as a YAML file, "
       "or with =markdown as a table");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
@@ -50,7 +44,7 @@ CommandLine command_line() {
 int run(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
-  const auto filter = line.get<std::string>("filter");
+  const auto filter = line.text("filter");
   const bool is_fastslam = filter == "fastslam";
   if (!is_fastslam && filter != "beacon_mcl") {
     throw Error("filter '" + filter + "' is unknown; known are beacon_mcl and fastslam");

@@ -22,13 +22,7 @@ const char* const kLandmarksType = "pf_resampling/LandmarkObservationArray";
 
 using Lines = std::vector<std::string>;
 
-std::string joined(const Lines& words, const std::string& separator) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-  return text;
-}
-
-std::string joined(const std::set<std::string>& words) {
+std::string listed(const std::set<std::string>& words) {
   return joined(Lines(words.begin(), words.end()), ", ");
 }
 
@@ -145,7 +139,7 @@ class Checker {
     }
     const bool is_sensor = &check == &survey_.ranges || &check == &survey_.landmarks;
     if (check.frames.size() > 1 && !is_sensor) {
-      remark(check.topic + ": several frames: " + joined(check.frames));
+      remark(check.topic + ": several frames: " + listed(check.frames));
     }
   }
 
@@ -202,7 +196,7 @@ class Checker {
     if (!survey_.beacon_frame.empty() && !survey_.truth.frames.empty() &&
         survey_.truth.frames.count(survey_.beacon_frame) == 0) {
       remark(names_.beacons + " is in " + quoted(survey_.beacon_frame) + ", " +
-             names_.ground_truth + " in " + joined(survey_.truth.frames));
+             names_.ground_truth + " in " + listed(survey_.truth.frames));
     }
   }
 

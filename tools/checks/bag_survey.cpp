@@ -16,6 +16,7 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/progress_bar.hpp"
 
@@ -37,10 +38,6 @@ bool is_finite(const geometry_msgs::Pose& pose) {
 
 bool is_rotation(const geometry_msgs::Quaternion& q) {
   return std::abs(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) - 1.0) < kUnitQuaternion;
-}
-
-std::string without_slash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
 class Surveyor {

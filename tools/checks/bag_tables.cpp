@@ -60,8 +60,7 @@ std::string frames_table(const CheckedTopics& names, const BagSurvey& survey) {
                    fixed(position.y(), 3), fixed(position.z(), 3),
                    degrees(std::atan2(ahead.y(), ahead.x()))});
   };
-  std::string bases;
-  for (const std::string& base : survey.base_frames) bases += (bases.empty() ? "" : ", ") + base;
+  const std::string bases = joined({survey.base_frames.begin(), survey.base_frames.end()}, ", ");
   for (const std::string& frame : survey.odom.frames) {
     table.add_row({names.odom + ": " + bases + " in " + frame});
   }

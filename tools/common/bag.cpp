@@ -13,6 +13,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 
@@ -24,12 +25,6 @@ bool begins_like_a_bag(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& separator) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-  return text;
 }
 
 }  // namespace
@@ -65,6 +60,13 @@ std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
   return list;
 }
 
+bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
+  const std::vector<BagTopic> topics = topics_of(bag);
+  return std::any_of(topics.begin(), topics.end(), [&](const BagTopic& topic) {
+    return topic.name == name && (type.empty() || topic.type == type);
+  });
+}
+
 std::string list_of(const std::vector<BagTopic>& topics) {
   std::vector<std::string> words;
   for (const BagTopic& topic : topics) words.push_back(topic.name + " (" + topic.type + ")");
@@ -84,10 +86,6 @@ void require_topics(const rosbag::Bag& bag, const std::string& path,
                 "; it has " + list_of(topics) +
                 (need.option.empty() ? "" : "; " + need.option + " names another topic"));
   }
-}
-
-std::string absolute_topic(const std::string& topic) {
-  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
 namespace {

@@ -29,7 +29,10 @@ struct BagTopic {
 /// The topics of a bag, by name.
 std::vector<BagTopic> topics_of(const rosbag::Bag& bag);
 
-/// The same as text on one line: "/odom (nav_msgs/Odometry), /ranges (pf_resampling/BeaconRange)".
+/// Whether a bag has a topic of that name, and, unless `type` is empty, of that type.
+bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type = "");
+
+/// Topics as text on one line: "/odom (nav_msgs/Odometry), /ranges (pf_resampling/BeaconRange)".
 std::string list_of(const std::vector<BagTopic>& topics);
 
 /// A topic that a program needs from a bag.
@@ -43,9 +46,6 @@ struct NeededTopic {
 /// is missing, its types, those that are there, and the option.
 void require_topics(const rosbag::Bag& bag, const std::string& path,
                     const std::vector<NeededTopic>& needed);
-
-/// "odom" -> "/odom": names in bags are absolute.
-std::string absolute_topic(const std::string& topic);
 
 /// Writes a bag under a temporary name beside `path` and renames it at the end, so that `path` is
 /// never half a bag. Messages are to be written in order of time.

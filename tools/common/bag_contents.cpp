@@ -18,6 +18,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
 #include "tools/common/bag.hpp"
 
 namespace pf_resampling {
@@ -86,10 +87,6 @@ Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
                         .normalized()
                         .toRotationMatrix();
   return result;
-}
-
-std::string without_slash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
 }  // namespace

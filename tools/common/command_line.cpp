@@ -58,11 +58,28 @@ po::options_description_easy_init CommandLine::options() {
   return options_.add_options();
 }
 
+void CommandLine::add(const std::string& name, const po::value_semantic* value,
+                      const std::string& help) {
+  options_.add_options()(name.c_str(), value, help.c_str());
+}
+
+void CommandLine::option_with_implicit(const std::string& name, const std::string& value_name,
+                                       const std::string& implicit, const std::string& help) {
+  add(name, po::value<std::string>()->implicit_value(implicit)->value_name(value_name), help);
+}
+
+void CommandLine::topic(const std::string& name, const std::string& default_topic,
+                        const std::string& help) {
+  option<std::string>(name, "TOPIC", default_topic, help);
+}
+
+void CommandLine::flag(const std::string& name, const std::string& help) {
+  add(name, po::bool_switch(), help);
+}
+
 void CommandLine::repeatable_option(const std::string& name, const std::string& value_name,
                                     const std::string& help) {
-  options_.add_options()(name.c_str(),
-                         po::value<std::vector<std::string>>()->composing()->value_name(value_name),
-                         help.c_str());
+  add(name, po::value<std::vector<std::string>>()->composing()->value_name(value_name), help);
 }
 
 void CommandLine::example(const std::string& command) {
@@ -107,6 +124,10 @@ bool CommandLine::has(const std::string& name) const {
   return values_.count(name) > 0;
 }
 
+std::string CommandLine::topic(const std::string& name) const {
+  return absolute_topic(text(name));
+}
+
 std::string CommandLine::usage() const {
   std::string text = tool_;
   for (const Positional& positional : positionals_) {
@@ -132,14 +153,19 @@ std::string CommandLine::help() const {
   text << "\n" << options_;
   if (!examples_.empty()) {
     text << "\nExamples:\n";
-    for (const std::string& example : examples_)
+    for (const std::string& example : examples_) {
       text << "  rosrun pf_resampling " << example << "\n";
+    }
   }
   return text.str();
 }
 
 void CommandLine::misuse(const std::string& what) const {
   throw UsageError(one_line(what) + "; usage: " + usage() + " (--help says more)");
+}
+
+std::string absolute_topic(const std::string& topic) {
+  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
 std::vector<double> parse_numbers(const std::string& name, const std::string& text,

@@ -2,6 +2,7 @@
 
 #include <boost/program_options.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,10 @@ class UsageError : public Error {
 ///
 ///     CommandLine line("check_bag", "Says what a bag holds.");
 ///     line.positional("bag", "the bag to look at");
-///     line.options()("odom", boost::program_options::value<std::string>()
-///         ->default_value("/odom")->value_name("TOPIC"), "topic of the odometry");
+///     line.topic("odom", "/odom", "odometry");
 ///     line.example("check_bag plaza2.bag");
 ///     if (!line.parse(arguments)) return 0;  // help was asked for and has been printed
-///     open_bag(line.get<std::string>("bag"));
+///     open_bag(line.text("bag"));
 class CommandLine {
  public:
   /// `tool`: the name to be typed, for instance "dataset_to_bag plaza"; `summary`: what it does.
@@ -36,7 +36,33 @@ class CommandLine {
   /// Adds a positional argument that may be left out; after all that must be given.
   void optional_positional(const std::string& name, const std::string& help);
 
-  /// Where options are added, in Boost's way: options()("name", value, "help"). Only long names.
+  /// Adds an option --name VALUE, without a default.
+  template <typename T>
+  void option(const std::string& name, const std::string& value_name, const std::string& help) {
+    add(name, boost::program_options::value<T>()->value_name(value_name), help);
+  }
+
+  /// Likewise, with one.
+  template <typename T>
+  void option(const std::string& name, const std::string& value_name, const T& default_value,
+              const std::string& help) {
+    add(name,
+        boost::program_options::value<T>()->default_value(default_value)->value_name(value_name),
+        help);
+  }
+
+  /// Adds an option --name FORMAT of text that may be given without its value, which is then
+  /// `implicit`.
+  void option_with_implicit(const std::string& name, const std::string& value_name,
+                            const std::string& implicit, const std::string& help);
+
+  /// Adds an option that names a topic.
+  void topic(const std::string& name, const std::string& default_topic, const std::string& help);
+
+  /// Adds an option without a value: get<bool>() says whether it was given.
+  void flag(const std::string& name, const std::string& help);
+
+  /// Where options are added in Boost's way: options()("name", value, "help"). Only long names.
   boost::program_options::options_description_easy_init options();
 
   /// Adds an option that may be given several times; its value is a std::vector<std::string>.
@@ -62,6 +88,18 @@ class CommandLine {
     return *value;
   }
 
+  /// get<std::string>(name).
+  std::string text(const std::string& name) const { return get<std::string>(name); }
+
+  /// The value, if the option was given or has a default.
+  template <typename T>
+  std::optional<T> optional(const std::string& name) const {
+    return has(name) ? std::optional<T>(get<T>(name)) : std::nullopt;
+  }
+
+  /// The topic that an option names, absolute as names in bags are: "odom" is "/odom".
+  std::string topic(const std::string& name) const;
+
   /// The help text: usage, summary, arguments, options, examples.
   std::string help() const;
 
@@ -72,6 +110,8 @@ class CommandLine {
     bool required;
   };
 
+  void add(const std::string& name, const boost::program_options::value_semantic* value,
+           const std::string& help);
   std::string usage() const;
   [[noreturn]] void misuse(const std::string& what) const;
 
@@ -82,6 +122,9 @@ class CommandLine {
   boost::program_options::options_description options_;
   boost::program_options::variables_map values_;
 };
+
+/// "odom" -> "/odom": names in bags are absolute.
+std::string absolute_topic(const std::string& topic);
 
 /// Comma-separated numbers, for instance "0.1,-0.2,0.5" for an option `name`. Throws UsageError
 /// unless there are `count` finite ones.

@@ -23,6 +23,13 @@ std::string read_file(const std::string& path) {
   return contents.str();
 }
 
+void require_directory(const std::string& path, const std::string& what) {
+  if (!std::filesystem::exists(path)) throw Error(path + ": no such directory");
+  if (!std::filesystem::is_directory(path)) {
+    throw Error(path + ": is a file; give the directory with " + what);
+  }
+}
+
 std::string temporary_name(const std::string& path) {
   return path + ".part" + std::to_string(getpid());
 }

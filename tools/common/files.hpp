@@ -7,6 +7,10 @@ namespace pf_resampling {
 /// The contents of a text file. Throws Error naming the file if it is missing or unreadable.
 std::string read_file(const std::string& path);
 
+/// Throws Error unless there is a directory of that name; one that names a file says `what` the
+/// directory has to hold.
+void require_directory(const std::string& path, const std::string& what);
+
 /// A name beside `path` for a file that is being written, different for each process.
 std::string temporary_name(const std::string& path);
 

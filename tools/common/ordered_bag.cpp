@@ -1,6 +1,7 @@
 #include "tools/common/ordered_bag.hpp"
 
 #include <rosbag/exceptions.h>
+#include <rosbag/view.h>
 
 #include <algorithm>
 
@@ -12,8 +13,6 @@ namespace {
 std::ptrdiff_t rank_of(const std::string& topic, const std::vector<std::string>& order) {
   return std::find(order.begin(), order.end(), topic) - order.begin();
 }
-
-}  // namespace
 
 void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order,
                        const std::function<void(const rosbag::MessageInstance&)>& take) {
@@ -37,6 +36,8 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
   }
   flush();
 }
+
+}  // namespace
 
 void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
                        const std::vector<std::string>& order,

@@ -75,4 +75,10 @@ std::string fixed(double value, int decimals) {
   return text;
 }
 
+std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : separator) + words[i];
+  return text;
+}
+
 }  // namespace pf_resampling

@@ -6,8 +6,10 @@
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 #include "tools/datasets/csv_table.hpp"
+#include "tools/datasets/dataset_format.hpp"
 
 namespace pf_resampling {
 
@@ -92,9 +94,7 @@ void read_odometry(const std::string& path, Recording* recording) {
     note_ignored(table, "odometry.csv", recording);
     rows = table.rows();
   } else {
-    std::string found;
-    for (const std::string& name : names) found += (found.empty() ? "" : ",") + name;
-    throw Error(path + ": columns " + found +
+    throw Error(path + ": columns " + joined(names, ",") +
                 "; odometry has t,x,y,heading or t,distance,dheading or t,v,omega");
   }
   if (rows > recording->odometry.size()) {
@@ -207,10 +207,7 @@ void read_frames(const std::string& path, Recording* recording) {
 }  // namespace
 
 Recording read_csv(const std::string& directory, double metres_per_unit) {
-  if (!std::filesystem::exists(directory)) throw Error(directory + ": no such directory");
-  if (!std::filesystem::is_directory(directory)) {
-    throw Error(directory + ": is a file; give the directory with the CSV files");
-  }
+  require_directory(directory, "the CSV files");
   Recording recording;
   bool any = false;
   const auto if_there = [&](const std::string& file, const auto& read) {
@@ -240,6 +237,34 @@ Recording read_csv(const std::string& directory, double metres_per_unit) {
                               "--range-unit ft");
   }
   return recording;
+}
+
+DatasetFormat csv_format() {
+  DatasetFormat format;
+  format.name = "csv";
+  format.line = "a directory with CSV files of your own";
+  format.help =
+      "Makes a bag of a directory with any of\n"
+      "  odometry.csv               t,x,y,heading or t,distance,dheading or t,v,omega\n"
+      "  ranges.csv                 t,beacon,range[,variance]\n"
+      "  beacons.csv                beacon,x,y[,z]\n"
+      "  landmark_observations.csv  t,id,range,bearing[,range_variance,bearing_variance]\n"
+      "  landmarks.csv              id,x,y\n"
+      "  ground_truth.csv           t,x,y[,heading]\n"
+      "  frames.csv                 frame,x,y[,z][,yaw]: where antenna or sensor sits on the "
+      "robot\n"
+      "The first line names the columns, in any order; # begins a comment. Seconds, metres and\n"
+      "radians; id -1: unknown; variance 0: unknown. distance and dheading are since the row\n"
+      "before; v and omega hold until the next row.";
+  format.input = "DIRECTORY";
+  format.examples = {"dataset_to_bag csv my_recording my_recording.bag"};
+  format.add_options = [](CommandLine* line) {
+    line->option<std::string>("range-unit", "m|ft", "m", "unit of the measured ranges");
+  };
+  format.read = [](const std::string& path, const CommandLine& line) {
+    return read_csv(path, metres_per(line.text("range-unit")));
+  };
+  return format;
 }
 
 }  // namespace pf_resampling

@@ -11,6 +11,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/datasets/dataset_format.hpp"
 
 namespace pf_resampling {
 
@@ -177,10 +178,7 @@ class Reader {
 }  // namespace
 
 Recording read_labyrinth(const std::string& directory) {
-  if (!fs::exists(directory)) throw Error(directory + ": no such directory");
-  if (!fs::is_directory(directory)) {
-    throw Error(directory + ": is a file; give the directory with *Input.txt and *GT.txt");
-  }
+  require_directory(directory, "*Input.txt and *GT.txt");
   const std::string input = file_ending_with(directory, "Input.txt");
   if (input.empty()) throw Error(directory + ": has no file *Input.txt");
   const std::string truth = file_ending_with(directory, "GT.txt");
@@ -188,6 +186,19 @@ Recording read_labyrinth(const std::string& directory) {
   reader.read_input(input);
   if (!truth.empty()) reader.read_truth(truth);
   return reader.take();
+}
+
+DatasetFormat labyrinth_format() {
+  DatasetFormat format;
+  format.name = "labyrinth";
+  format.line = "text files of TU Chemnitz (Labyrinth, UWB)";
+  format.help =
+      "Makes a bag of a directory with one file *Input.txt (lines range2 and\n"
+      "odom2diff) and, if there is truth, one *GT.txt (lines point2).";
+  format.input = "DIRECTORY";
+  format.examples = {"dataset_to_bag labyrinth labyrinth_uwb labyrinth.bag"};
+  format.read = [](const std::string& path, const CommandLine&) { return read_labyrinth(path); };
+  return format;
 }
 
 }  // namespace pf_resampling

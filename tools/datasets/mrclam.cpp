@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/datasets/dataset_format.hpp"
 #include "tools/datasets/number_table.hpp"
 
 namespace pf_resampling {
@@ -163,12 +165,37 @@ class Reader {
 }  // namespace
 
 Recording read_mrclam(const std::string& directory, const MrclamOptions& options) {
-  if (!std::filesystem::exists(directory)) throw Error(directory + ": no such directory");
-  if (!std::filesystem::is_directory(directory)) {
-    throw Error(directory +
-                ": is a file; give the directory with Robot1_Odometry.dat and the like");
-  }
+  require_directory(directory, "Robot1_Odometry.dat and the like");
   return Reader(directory, options).read();
+}
+
+DatasetFormat mrclam_format() {
+  DatasetFormat format;
+  format.name = "mrclam";
+  format.line = "text files of UTIAS (multi-robot data sets 1 to 9), one robot";
+  format.help =
+      "Makes a bag of what one robot of a directory with Robot<n>_Odometry.dat,\n"
+      "Robot<n>_Measurement.dat, Barcodes.dat and, if there is truth,\n"
+      "Robot<n>_Groundtruth.dat and Landmark_Groundtruth.dat recorded. Landmark ids\n"
+      "are subject numbers, from 6; observations of robots are left out.";
+  format.input = "DIRECTORY";
+  format.examples = {"dataset_to_bag mrclam MRCLAM_Dataset6 robot1.bag --robot 1"};
+  format.add_options = [](CommandLine* line) {
+    line->option<int>("robot", "N", 1, "whose recording");
+    line->option<double>(
+        "odometry-delay", "SECONDS", 0.0,
+        "added to the times of the odometry; on data set 6 the truth follows it by 0.2 s");
+  };
+  format.read = [](const std::string& path, const CommandLine& line) {
+    MrclamOptions options;
+    options.robot = line.get<int>("robot");
+    options.odometry_delay = line.get<double>("odometry-delay");
+    if (!(std::abs(options.odometry_delay) <= 10.0)) {
+      throw UsageError("--odometry-delay has to be between -10 and 10 s");
+    }
+    return read_mrclam(path, options);
+  };
+  return format;
 }
 
 }  // namespace pf_resampling

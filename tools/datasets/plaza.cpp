@@ -7,6 +7,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/table.hpp"
+#include "tools/datasets/dataset_format.hpp"
 #include "tools/datasets/mat_file.hpp"
 
 namespace pf_resampling {
@@ -201,6 +202,22 @@ void place_antennas(const std::map<int, Recording::Frame>& antennas, Recording* 
   }
 }
 
+/// "x,y,z" is for all antennas, "N:x,y,z" for the one of that number in the file.
+std::map<int, Recording::Frame> antennas_from(const std::vector<std::string>& places) {
+  std::map<int, Recording::Frame> antennas;
+  for (const std::string& place : places) {
+    const std::size_t colon = place.find(':');
+    int number = -1;
+    if (colon != std::string::npos) {
+      number = static_cast<int>(parse_numbers("antenna", place.substr(0, colon), 1)[0]);
+    }
+    const std::string where = colon == std::string::npos ? place : place.substr(colon + 1);
+    const std::vector<double> xyz = parse_numbers("antenna", where, 3);
+    antennas[number] = {"antenna", xyz[0], xyz[1], xyz[2], 0.0};
+  }
+  return antennas;
+}
+
 }  // namespace
 
 std::optional<double> mean_travel_minus_heading(const std::vector<Recording::Truth>& truth) {
@@ -231,6 +248,36 @@ Recording read_plaza(const std::string& path, const PlazaOptions& options) {
   scale_ranges(options.metres_per_unit, &recording);
   place_antennas(options.antennas, &recording);
   return recording;
+}
+
+DatasetFormat plaza_format() {
+  DatasetFormat format;
+  format.name = "plaza";
+  format.line = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)";
+  format.help =
+      "Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD\n"
+      "[t antenna beacon range], TL [beacon x y] and GT [t x y heading].";
+  format.input = "FILE.mat";
+  format.examples = {
+      "dataset_to_bag plaza Plaza2.mat plaza2.bag",
+      "dataset_to_bag plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5"};
+  format.add_options = [](CommandLine* line) {
+    line->option<std::string>(
+        "range-unit", "m|ft",
+        "unit of the ranges; without it, it is found from the true distances");
+    line->repeatable_option(
+        "antenna", "[N:]x,y,z",
+        "where the antenna (of number N) sits on the robot, m; may be given several times");
+  };
+  format.read = [](const std::string& path, const CommandLine& line) {
+    PlazaOptions options;
+    if (line.has("range-unit")) options.metres_per_unit = metres_per(line.text("range-unit"));
+    if (line.has("antenna")) {
+      options.antennas = antennas_from(line.get<std::vector<std::string>>("antenna"));
+    }
+    return read_plaza(path, options);
+  };
+  return format;
 }
 
 }  // namespace pf_resampling

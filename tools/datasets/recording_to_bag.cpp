@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iostream>
 #include <limits>
 #include <set>
 
@@ -272,6 +273,12 @@ void write_recording(const Recording& recording, const std::string& path) {
   BagWriter bag(path);
   write_recording(recording, &bag);
   bag.finish();
+}
+
+void write_and_report(const Recording& recording, const std::string& name,
+                      const std::string& path) {
+  write_recording(recording, path);
+  std::cout << name << "\n" << report(recording) << "wrote " << path << "\n";
 }
 
 }  // namespace pf_resampling

@@ -19,4 +19,7 @@ void write_recording(const Recording& recording, BagWriter* bag);
 /// The same into a new bag, which appears when it is whole.
 void write_recording(const Recording& recording, const std::string& path);
 
+/// Likewise; then prints the report, under the name of what the recording is of.
+void write_and_report(const Recording& recording, const std::string& name, const std::string& path);
+
 }  // namespace pf_resampling

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
+#include "tools/datasets/dataset_format.hpp"
 #include "tools/datasets/mat_file.hpp"
 #include "tools/datasets/number_table.hpp"
 
@@ -164,10 +166,7 @@ std::vector<Recording::Truth> read_gps(const fs::path& path) {
 }  // namespace
 
 Recording read_victoria_park(const std::string& directory) {
-  if (!fs::exists(directory)) throw Error(directory + ": no such directory");
-  if (!fs::is_directory(directory)) {
-    throw Error(directory + ": is a file; give the directory with time.txt and the like");
-  }
+  require_directory(directory, "time.txt and the like");
   Recording recording;
   recording.odometry = integrate(read_controls(directory));
   recording.landmark_observations = read_scans(directory);
@@ -183,6 +182,22 @@ Recording read_victoria_park(const std::string& directory) {
       "base_link is the middle of the rear axle; the laser is 3.78 m before "
       "it and 0.5 m left of it, and so is what the GPS tells the place of (frame ground_truth)");
   return recording;
+}
+
+DatasetFormat victoria_park_format() {
+  DatasetFormat format;
+  format.name = "victoria_park";
+  format.line = "text and MATLAB files of Sydney (Victoria Park), trees already found";
+  format.help =
+      "Makes a bag of a directory with time.txt, speed.txt and steering.txt (or\n"
+      "aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt\n"
+      "and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle.";
+  format.input = "DIRECTORY";
+  format.examples = {"dataset_to_bag victoria_park victoria_park victoria_park.bag"};
+  format.read = [](const std::string& path, const CommandLine&) {
+    return read_victoria_park(path);
+  };
+  return format;
 }
 
 }  // namespace pf_resampling

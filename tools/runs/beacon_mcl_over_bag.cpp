@@ -1,7 +1,8 @@
 #include <iostream>
 
 #include "pf_resampling_core/strategy/strategy.hpp"
-#include "tools/common/beacon_mcl_options.hpp"
+#include "tools/common/filter_options.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 #include "tools/runs/run_parameters.hpp"
 
@@ -9,7 +10,8 @@ namespace pf_resampling {
 namespace {
 
 BeaconMclPipelineOptions read_options(const CommandLine& line) {
-  BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
+  BeaconMclPipelineOptions options;
+  apply_filter_options(line, &options);
   apply_run_parameters(line, parameters_of(&options));
   return options;
 }
@@ -33,9 +35,8 @@ int beacon_mcl_over_bag(const CommandLine& line) {
   run.connect(&sinks);
   BeaconMclPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
-  run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
-    if (const auto input = to_beacon_mcl_message(message, topics)) handle(*input, &pipeline);
-  });
+  run.for_each_message(topics.inputs(), options.frames,
+                       [&](const auto& message) { handle(message, &pipeline); });
   run.finish([&] { return why_no_pose(pipeline); });
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();

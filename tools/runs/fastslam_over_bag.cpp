@@ -1,8 +1,8 @@
 #include <iostream>
 
 #include "pf_resampling_core/strategy/strategy.hpp"
-#include "tools/common/fastslam_bag.hpp"
 #include "tools/common/filter_options.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/common/table.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 #include "tools/runs/particle_judge.hpp"
@@ -15,22 +15,8 @@ FastSlamPipelineOptions read_options(const CommandLine& line) {
   FastSlamPipelineOptions options;
   apply_filter_options(line, &options);
   apply_run_parameters(line, parameters_of(&options));
-  if (line.has("load-map")) options.map_file = line.get<std::string>("load-map");
+  if (line.has("load-map")) options.map_file = line.text("load-map");
   return options;
-}
-
-FastSlamTopics topics_of(const CommandLine& line) {
-  FastSlamTopics topics;
-  topics.odom = absolute_topic(line.get<std::string>("odom"));
-  topics.landmarks = absolute_topic(line.get<std::string>("landmarks"));
-  return topics;
-}
-
-bool has_initial_pose(const rosbag::Bag& bag, const FastSlamTopics& topics) {
-  for (const BagTopic& topic : pf_resampling::topics_of(bag)) {
-    if (topic.name == topics.initial_pose) return true;
-  }
-  return false;
 }
 
 /// The errors of Kwak (2008), eqs. 5 and 6, over a run: means over the updates, and the last.
@@ -45,7 +31,8 @@ struct RunErrors {
     last_feature = errors.feature_rms;
   }
   std::string text() const {
-    std::string text = "particles' errors (Kwak eqs. 5 and 6), mean over the updates and at the end: ";
+    std::string text =
+        "particles' errors (Kwak eqs. 5 and 6), mean over the updates and at the end: ";
     if (with_features > 0) {
       text += "landmarks " + fixed(feature / with_features, 3) + " m, " + fixed(last_feature, 3) +
               " m; ";
@@ -61,7 +48,7 @@ struct RunErrors {
 
 int fastslam_over_bag(const CommandLine& line) {
   const FastSlamPipelineOptions options = read_options(line);
-  const FastSlamTopics topics = topics_of(line);
+  const FastSlamTopics topics = fastslam_topics(line);
   FilterOverBag run(line);
   require_fastslam_topics(run.in(), run.in_path(), topics, options.tag_pattern.empty());
   FastSlamSinks sinks;
@@ -72,9 +59,9 @@ int fastslam_over_bag(const CommandLine& line) {
       run.writer().write_latched("/landmark_map", run.now(), map);
     };
   }
-  ParticleJudge judge(
-      run.in(), topics.odom,
-      has_initial_pose(run.in(), topics) || !options.map_file.empty() || line.has("resume"));
+  const bool frame_is_given =
+      has_topic(run.in(), topics.initial_pose) || !options.map_file.empty() || line.has("resume");
+  ParticleJudge judge(run.in(), topics.odom, frame_is_given);
   RunErrors errors;
   if (run.with_status() && judge.can_judge()) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
@@ -87,9 +74,8 @@ int fastslam_over_bag(const CommandLine& line) {
   }
   FastSlamPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
-  run.for_each_message(topics.order(), options.frames, [&](const auto& message) {
-    if (const auto input = to_fastslam_message(message, topics)) handle(*input, &pipeline);
-  });
+  run.for_each_message(topics.inputs(), options.frames,
+                       [&](const auto& message) { handle(message, &pipeline); });
   pipeline.publish_results();
   run.finish([&] {
     const std::string reasons = text_of(pipeline.rejects());
@@ -97,7 +83,7 @@ int fastslam_over_bag(const CommandLine& line) {
   });
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   if (line.has("save-map")) {
-    std::cout << pipeline.save_map(line.get<std::string>("save-map")) << "\n";
+    std::cout << pipeline.save_map(line.text("save-map")) << "\n";
   }
   const FastSlamStatus& status = pipeline.filter().status();
   run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +

@@ -35,11 +35,11 @@ std::string in_path_of(const CommandLine& line) {
   for (const char* bag : {"in.bag", "out.bag"}) {
     if (!line.has(bag)) throw UsageError(std::string(bag) + " is missing; see run_bag --help");
   }
-  return line.get<std::string>("in.bag");
+  return line.text("in.bag");
 }
 
 std::string out_path_of(const CommandLine& line, const std::string& in) {
-  auto out = line.get<std::string>("out.bag");
+  auto out = line.text("out.bag");
   std::error_code unknown;
   if (std::filesystem::equivalent(in, out, unknown)) {
     throw Error(out + ": is the input; give the output another name");
@@ -54,8 +54,8 @@ FilterOverBag::FilterOverBag(const CommandLine& line)
       in_(open_bag(in_path_)),
       writer_(out_path_of(line, in_path_)),
       wall_start_(wall_seconds()) {
-  if (line.has("no-clouds")) outputs_ = Outputs::no_clouds;
-  if (line.has("pose-only")) outputs_ = Outputs::pose_only;
+  if (line.get<bool>("no-clouds")) outputs_ = Outputs::no_clouds;
+  if (line.get<bool>("pose-only")) outputs_ = Outputs::pose_only;
 }
 
 void FilterOverBag::connect(PipelineSinks* sinks) {
@@ -85,7 +85,7 @@ void FilterOverBag::connect(PipelineSinks* sinks) {
   }
 }
 
-void FilterOverBag::for_each_message(
+void FilterOverBag::for_each_in_bag(
     const std::vector<std::string>& order, const FrameNames& frames,
     const std::function<void(const rosbag::MessageInstance&)>& take) {
   rosbag::View view(in_);

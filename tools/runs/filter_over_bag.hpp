@@ -14,6 +14,7 @@
 #include "src/pipeline/pipeline_sinks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/filter_topics.hpp"
 
 namespace pf_resampling {
 
@@ -36,9 +37,14 @@ class FilterOverBag {
   /// Connects the outputs that are to be written.
   void connect(PipelineSinks* sinks);
 
-  /// Hands out all messages in order; those that are no earlier outputs are copied first.
-  void for_each_message(const std::vector<std::string>& order, const FrameNames& frames,
-                        const std::function<void(const rosbag::MessageInstance&)>& take);
+  /// Hands out what the filter takes, in order; everything but earlier outputs is copied first.
+  template <typename Message, typename Take>
+  void for_each_message(const std::vector<FilterInput<Message>>& inputs, const FrameNames& frames,
+                        const Take& take) {
+    for_each_in_bag(names_of(inputs), frames, [&](const rosbag::MessageInstance& instance) {
+      if (const auto message = to_message(instance, inputs)) take(*message);
+    });
+  }
 
   /// Closes the output. Throws Error when there is no pose in it, for the reason `otherwise`.
   void finish(const std::function<std::string()>& otherwise);
@@ -51,6 +57,8 @@ class FilterOverBag {
  private:
   enum class Outputs { all, no_clouds, pose_only };
 
+  void for_each_in_bag(const std::vector<std::string>& order, const FrameNames& frames,
+                       const std::function<void(const rosbag::MessageInstance&)>& take);
   void copy_input(const rosbag::MessageInstance& message, const FrameNames& frames);
 
   std::string in_path_;
@@ -67,7 +75,7 @@ class FilterOverBag {
 /// Lets the pipeline go on from the checkpoint of --resume, if there is one.
 template <typename Read, typename Pipeline>
 void resume_if_wanted(const CommandLine& line, const Read& read, Pipeline* pipeline) {
-  if (line.has("resume")) pipeline->resume(read(line.get<std::string>("resume")));
+  if (line.has("resume")) pipeline->resume(read(line.text("resume")));
 }
 
 /// Writes that of --save-checkpoint, if there is one; what was done, in a line with its end.
@@ -76,7 +84,7 @@ std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipelin
   if (!line.has("save-checkpoint")) return "";
   const auto checkpoint = pipeline->checkpoint();
   if (!checkpoint) throw Error("checkpoint: there is nothing to save at the end of the bag");
-  const auto path = line.get<std::string>("save-checkpoint");
+  const auto path = line.text("save-checkpoint");
   write_checkpoint(path, *checkpoint);
   return "checkpoint written to " + path + "\n";
 }

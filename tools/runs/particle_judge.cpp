@@ -12,12 +12,6 @@ namespace {
 const char* const kTruth = "/ground_truth";
 const char* const kTrueLandmarks = "/ground_truth_landmarks";
 
-bool has_topic(const rosbag::Bag& bag, const std::string& name) {
-  const std::vector<BagTopic> topics = topics_of(bag);
-  return std::any_of(topics.begin(), topics.end(),
-                     [&](const BagTopic& topic) { return topic.name == name; });
-}
-
 }  // namespace
 
 ParticleJudge::ParticleJudge(const rosbag::Bag& bag, const std::string& odom, bool frame_is_given) {

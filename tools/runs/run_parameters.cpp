@@ -5,12 +5,12 @@
 namespace pf_resampling {
 
 void apply_run_parameters(const CommandLine& line, const ParameterList& parameters) {
-  if (line.has("seed")) set_parameter(parameters, "seed", line.get<std::string>("seed"));
-  if (line.has("threads")) set_parameter(parameters, "threads", line.get<std::string>("threads"));
+  if (line.has("seed")) set_parameter(parameters, "seed", line.text("seed"));
+  if (line.has("threads")) set_parameter(parameters, "threads", line.text("threads"));
 }
 
 void print_parameters(const CommandLine& line, const ParameterList& parameters) {
-  const auto format = line.get<std::string>("parameters");
+  const auto format = line.text("parameters");
   if (format != "yaml" && format != "markdown") {
     throw UsageError("--parameters is '" + format + "', has to be yaml or markdown");
   }

@@ -7,6 +7,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/table.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
 #include "tools/worlds/map_file.hpp"
 
@@ -79,9 +80,8 @@ class Section {
     for (const auto& item : node_) {
       const std::string key = text(item.first);
       if (known_.count(key) != 0) continue;
-      std::string names;
-      for (const std::string& known : known_) names += (names.empty() ? "" : ", ") + known;
-      fail(item.first, name(key), "is unknown; known here: " + names);
+      fail(item.first, name(key),
+           "is unknown; known here: " + joined({known_.begin(), known_.end()}, ", "));
     }
   }
 
@@ -249,10 +249,9 @@ World load_world(const std::string& name_or_path) {
     return world;
   }
   if (name_or_path.find('/') == std::string::npos && name_or_path.find('.') == std::string::npos) {
-    std::string names;
-    for (const std::string& name : builtin_worlds()) names += name + ", ";
-    throw Error("world \"" + name_or_path + "\" is unknown; known: " + names +
-                "or the path of a world's YAML file or of a map lm, wp (.mat)");
+    throw Error("world \"" + name_or_path +
+                "\" is unknown; known: " + joined(builtin_worlds(), ", ") +
+                ", or the path of a world's YAML file or of a map lm, wp (.mat)");
   }
   const std::size_t ending = name_or_path.rfind(".mat");
   if (ending != std::string::npos && ending + 4 == name_or_path.size()) {

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <rosbag/bag.h>
+#include <rosbag/message_instance.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "beacon_mcl_node/messages_in_memory.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
+#include "tools/common/command_line.hpp"
+
+namespace pf_resampling {
+
+/// A topic that a filter reads from a bag, and how its messages are read; `Message` is a variant of
+/// pointers to the messages that the filter takes.
+template <typename Message>
+struct FilterInput {
+  std::string topic;
+  std::optional<Message> (*read)(const rosbag::MessageInstance& message);
+};
+
+/// Names of the topics that range-beacon localization reads from a bag.
+struct BeaconMclTopics {
+  std::string odom = "/odom";
+  std::string ranges = "/ranges";
+  std::string sensor_ranges = "/sensor_ranges";  ///< of sensor_msgs/Range
+  std::string beacons = "/beacons";
+  std::string initial_pose = "/initialpose";
+
+  /// In the order in which messages of the same time are taken.
+  std::vector<FilterInput<BeaconMclMessage>> inputs() const;
+};
+
+/// Names of the topics that FastSLAM reads from a bag.
+struct FastSlamTopics {
+  std::string odom = "/odom";
+  std::string landmarks = "/landmarks";
+  std::string initial_pose = "/initialpose";
+
+  /// In the order in which messages of the same time are taken.
+  std::vector<FilterInput<FastSlamMessage>> inputs() const;
+};
+
+/// Adds the options --odom, --ranges, --sensor-ranges and --beacons.
+void add_beacon_mcl_topics(CommandLine* line);
+BeaconMclTopics beacon_mcl_topics(const CommandLine& line);
+/// Of the options --odom and --landmarks.
+FastSlamTopics fastslam_topics(const CommandLine& line);
+
+/// Throws Error unless the bag has odometry and ranges of either type, and beacons where
+/// `needs_beacons`.
+void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
+                               const BeaconMclTopics& topics, bool needs_beacons);
+/// Throws Error unless the bag has odometry and, where `needs_landmarks`, landmark observations.
+void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
+                             const FastSlamTopics& topics, bool needs_landmarks);
+
+template <typename Message>
+std::vector<std::string> names_of(const std::vector<FilterInput<Message>>& inputs) {
+  std::vector<std::string> names;
+  for (const FilterInput<Message>& input : inputs) names.push_back(input.topic);
+  return names;
+}
+
+/// The message as the filter takes it; nothing if it takes none of its topic and type.
+template <typename Message>
+std::optional<Message> to_message(const rosbag::MessageInstance& message,
+                                  const std::vector<FilterInput<Message>>& inputs) {
+  for (const FilterInput<Message>& input : inputs) {
+    if (input.topic == message.getTopic()) return input.read(message);
+  }
+  return std::nullopt;
+}
+
+/// All of them in order of time, for run_over_messages(). Throws Error that names the file.
+std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
+                                                       const BeaconMclTopics& topics,
+                                                       bool needs_beacons);
+
+}  // namespace pf_resampling
