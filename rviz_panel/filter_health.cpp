@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMinute = 60.0;        // s
 constexpr double kRejectSpacing = 5.0;  // s between remembered counts of rejects
-// A judgement over this time: one bad update is none.
+// Time that a verdict looks back: one bad update says nothing.
 constexpr double kJudgement = 3.0;  // s
 // Below this share of the particles few of them carry the belief (N_eff), or came from few
 // (ancestors): it is a picture of these few, not of the distribution.

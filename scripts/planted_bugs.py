@@ -473,7 +473,7 @@ BUGS = [
 
 # A few from different rooms, each caught by a test that is built and run in seconds.
 QUICK = (
-    "integer division in the stratum offset",
+    "survivors do not keep their own slots",
     "compensation: headings are blended as numbers",
     "excitation: the first copy is moved too",
     "population control: due when",

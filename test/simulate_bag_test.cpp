@@ -213,7 +213,7 @@ TEST_F(SimulateBag, HidesIdsAndTakesSettingsOfTheRobot) {
 TEST_F(SimulateBag, OdometryStatesItsNoise) {
   const std::string path = simulate("indoor_two_loops --duration 5", "noise.bag");
   const auto odometry = messages<nav_msgs::Odometry>(path, "/odom");
-  // A message per control: 0.3 m/s and 3 deg/s of K section 4.
+  // A message per control: 0.3 m/s and 3 deg/s of Kwak (2008), section 4.
   EXPECT_NEAR(odometry.back().twist.covariance[0], 0.09, 1e-9);
   EXPECT_NEAR(odometry.back().twist.covariance[35], std::pow(3.0 * M_PI / 180.0, 2), 1e-6);
   const auto noise = read_odometry_noise(open_bag(path), "/odom");

@@ -67,10 +67,10 @@ CommandLine command_line() {
   line.flag(
       "batch",
       "compare with the least-squares solution of odometry and observations with ids (Ceres)");
-  line.option<double>(
-      "batch-online", "SECONDS",
-      "so often, solve with the data so far alone: what no filter, which knows the past only, can "
-      "be better than; takes minutes");
+  line.option<double>("batch-online", "SECONDS",
+                      "with --batch: also solve every so many seconds with the data until then, "
+                      "which is all that a "
+                      "filter knows; takes minutes");
   line.flag("quiet", "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");
@@ -162,8 +162,8 @@ void require_topics(const rosbag::Bag& bag, const Request& request) {
   require_topics(bag, request.bag, needed);
 }
 
-/// The estimate after its first fifth, standing in for a truth that is not there: it tells where to
-/// begin dead reckoning.
+/// The estimate after its first fifth, in the place of a truth that is missing: dead reckoning is
+/// drawn from there.
 std::vector<TruePose> reference_of(const std::vector<EstimatedPose>& estimate) {
   std::vector<TruePose> reference;
   for (std::size_t i = estimate.size() / 5; i < estimate.size(); ++i) {
@@ -202,7 +202,7 @@ FrameChoice choose_frame(const std::string& wanted, bool is_own, const std::vect
   return choice;
 }
 
-/// Which place on the robot the truth tells.
+/// The place on the robot that the truth is about.
 Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& wanted) {
   const auto frames = read_frames_on_robot(bag, "base_link");
   const auto found = frames.find(wanted.value_or("ground_truth"));
@@ -279,7 +279,7 @@ std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double peri
   return poses;
 }
 
-/// Both on line, at the same times, each aligned there.
+/// Filter and solution, each with the data until then; at the same times, each aligned there.
 OnlineComparison compare_online(const BatchProblem& problem, double period, const Recorded& run) {
   const std::vector<EstimatedPose> poses = path_of_place(solve_online(problem, period), run.place);
   PathErrorOptions options;
@@ -303,7 +303,7 @@ BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   return problem;
 }
 
-/// The errors of the solution, as those of the estimate are judged.
+/// The errors of the solution, found in the same way as those of the estimate.
 BatchComparison judge_batch(const BatchSolution& solution, const std::string& frame_of_estimate,
                             const Recorded& run, const PathErrorOptions& options) {
   BatchComparison batch;

@@ -23,8 +23,8 @@ void set_heights(const std::string& text, World* world) {
   }
 }
 
-/// The option's value, if it was given, in the place of the world's; what makes no sense there is
-/// told by check_world().
+/// Replaces the world's value by that of the option, if it was given; check_world() rejects what
+/// makes no sense.
 void set_from(const CommandLine& line, const std::string& option, double* value) {
   if (line.has(option)) *value = line.get<double>(option);
 }

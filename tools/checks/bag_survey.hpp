@@ -23,7 +23,7 @@ struct TopicSurvey {
   StampCheck stamps;
   std::set<std::string> frames;
   std::size_t not_finite = 0;
-  std::size_t impossible = 0;  ///< quaternions that are none, ranges <= 0, negative variances
+  std::size_t impossible = 0;  ///< quaternions not of length 1, ranges <= 0, variances < 0
 };
 
 /// What was gathered of the landmark observations that can be used.

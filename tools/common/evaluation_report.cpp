@@ -150,6 +150,79 @@ void print(const BatchComparison& batch) {
   }
 }
 
+void print_heading(const std::string& bag, const Evaluation& evaluation) {
+  const PathErrors& estimate = evaluation.estimate;
+  const double clip = evaluation.clip;
+  std::printf("%s: %d true poses in %.1f s", bag.c_str(), estimate.truth_poses, estimate.duration);
+  if (clip > 0.0) std::printf(", the first %g %% left out", 100.0 * clip);
+  std::printf("; errors are absolute values\n");
+  if (evaluation.frame == "start") {
+    std::printf("  (the filter's frame is its own: laid on the truth's at the first true pose)\n");
+  } else if (evaluation.frame == "fit") {
+    std::printf("  (the filter's frame is its own: laid on the truth's where it fits best)\n");
+  }
+  std::printf("\n");
+}
+
+void print_table(const Evaluation& evaluation) {
+  const std::optional<PathErrors>& dead_reckoning = evaluation.dead_reckoning;
+  std::vector<std::string> headings = {"", "estimate mean", "max", "std"};
+  if (dead_reckoning) headings.insert(headings.end(), {"dead reckoning mean", "max", "std"});
+  Table table(headings);
+  const auto add_row = [&](const char* name, AbsoluteErrors PathErrors::*errors) {
+    std::vector<std::string> cells = {name};
+    add_cells(evaluation.estimate.*errors, &cells);
+    if (dead_reckoning) add_cells((*dead_reckoning).*errors, &cells);
+    table.add_row(cells);
+  };
+  add_row("cross-track (m)", &PathErrors::cross_track);
+  add_row("along-track (m)", &PathErrors::along_track);
+  add_row("Cartesian (m)", &PathErrors::cartesian);
+  add_row("heading (rad)", &PathErrors::heading);
+  if (evaluation.is_slam) {
+    std::vector<std::string> cells = {"Cartesian, aligned (m)"};
+    add_cells(evaluation.estimate_aligned.cartesian, &cells);
+    if (evaluation.dead_reckoning_aligned) {
+      add_cells(evaluation.dead_reckoning_aligned->cartesian, &cells);
+    }
+    table.add_row(cells);
+  }
+  std::printf("%s\n", table.text().c_str());
+}
+
+/// Whether the filter's own confidence is right, and how well it keeps to the truth.
+void print_belief(const Evaluation& evaluation) {
+  const PathErrors& estimate = evaluation.estimate;
+  std::printf("  truth inside the filter's own 95 %% region: %s of the time (with heading: %s)\n",
+              percent(estimate.coverage95).c_str(), percent(estimate.coverage95_pose).c_str());
+  std::printf("  truth inside its 3-sigma region:           %s of the time\n",
+              percent(estimate.coverage_3sigma).c_str());
+  // A map's own frame may lie askew, and before its first loop is closed a robot cannot know.
+  if (evaluation.frame == "given") {
+    const std::string after =
+        estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
+    std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
+                after.c_str(), estimate.lost_error);
+    std::printf(
+        "  lost:                                      %s (error above that %s of the time)\n",
+        estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
+  }
+  if (estimate.uncovered > 0) {
+    std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
+                estimate.truth_poses);
+  }
+  if (evaluation.is_slam) {
+    std::printf("  median distance to the truth:              %s, aligned %s\n",
+                metres(estimate.cartesian.median).c_str(),
+                metres(evaluation.estimate_aligned.cartesian.median).c_str());
+  }
+  if (evaluation.path_aligned) {
+    std::printf("  the path as believed at the end, aligned:  mean %s, max %s\n",
+                metres(evaluation.path_aligned->cartesian.mean).c_str(),
+                metres(evaluation.path_aligned->cartesian.max).c_str());
+  }
+}
+
 class SeriesSummary {
  public:
   void add(double value) {
@@ -235,70 +308,9 @@ nlohmann::json to_json(const Evaluation& evaluation) {
 }
 
 void print(const std::string& bag, const Evaluation& evaluation) {
-  const PathErrors& estimate = evaluation.estimate;
-  const std::optional<PathErrors>& dead_reckoning = evaluation.dead_reckoning;
-  const double clip = evaluation.clip;
-  std::printf("%s: %d true poses in %.1f s", bag.c_str(), estimate.truth_poses, estimate.duration);
-  if (clip > 0.0) std::printf(", the first %g %% left out", 100.0 * clip);
-  std::printf("; errors are absolute values\n");
-  if (evaluation.frame == "start") {
-    std::printf("  (the filter's frame is its own: laid on the truth's at the first true pose)\n");
-  } else if (evaluation.frame == "fit") {
-    std::printf("  (the filter's frame is its own: laid on the truth's where it fits best)\n");
-  }
-  std::printf("\n");
-
-  std::vector<std::string> headings = {"", "estimate mean", "max", "std"};
-  if (dead_reckoning) headings.insert(headings.end(), {"dead reckoning mean", "max", "std"});
-  Table table(headings);
-  const auto add_row = [&](const char* name, AbsoluteErrors PathErrors::*errors) {
-    std::vector<std::string> cells = {name};
-    add_cells(estimate.*errors, &cells);
-    if (dead_reckoning) add_cells((*dead_reckoning).*errors, &cells);
-    table.add_row(cells);
-  };
-  add_row("cross-track (m)", &PathErrors::cross_track);
-  add_row("along-track (m)", &PathErrors::along_track);
-  add_row("Cartesian (m)", &PathErrors::cartesian);
-  add_row("heading (rad)", &PathErrors::heading);
-  if (evaluation.is_slam) {
-    std::vector<std::string> cells = {"Cartesian, aligned (m)"};
-    add_cells(evaluation.estimate_aligned.cartesian, &cells);
-    if (evaluation.dead_reckoning_aligned) {
-      add_cells(evaluation.dead_reckoning_aligned->cartesian, &cells);
-    }
-    table.add_row(cells);
-  }
-  std::printf("%s\n", table.text().c_str());
-
-  std::printf("  truth inside the filter's own 95 %% region: %s of the time (with heading: %s)\n",
-              percent(estimate.coverage95).c_str(), percent(estimate.coverage95_pose).c_str());
-  std::printf("  truth inside its 3-sigma region:           %s of the time\n",
-              percent(estimate.coverage_3sigma).c_str());
-  // A map's own frame may lie askew, and before its first loop is closed a robot cannot know.
-  if (evaluation.frame == "given") {
-    const std::string after =
-        estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
-    std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
-                after.c_str(), estimate.lost_error);
-    std::printf(
-        "  lost:                                      %s (error above that %s of the time)\n",
-        estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
-  }
-  if (estimate.uncovered > 0) {
-    std::printf("  true poses without an estimate:            %d of %d\n", estimate.uncovered,
-                estimate.truth_poses);
-  }
-  if (evaluation.is_slam) {
-    std::printf("  median distance to the truth:              %s, aligned %s\n",
-                metres(estimate.cartesian.median).c_str(),
-                metres(evaluation.estimate_aligned.cartesian.median).c_str());
-  }
-  if (evaluation.path_aligned) {
-    std::printf("  the path as believed at the end, aligned:  mean %s, max %s\n",
-                metres(evaluation.path_aligned->cartesian.mean).c_str(),
-                metres(evaluation.path_aligned->cartesian.max).c_str());
-  }
+  print_heading(bag, evaluation);
+  print_table(evaluation);
+  print_belief(evaluation);
   if (evaluation.map) print(*evaluation.map);
   if (evaluation.filter) print(*evaluation.filter);
   if (evaluation.particles) print(*evaluation.particles);

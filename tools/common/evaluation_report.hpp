@@ -11,7 +11,7 @@
 
 namespace pf_resampling {
 
-/// The same on line: at one time after another, with the data until then.
+/// Filter and solution at one time after another, each with the data until then.
 struct OnlineComparison {
   double period = 0.0;       ///< s between the poses that are compared
   AlignedPathErrors batch;   ///< of the newest pose of the solution with the data so far

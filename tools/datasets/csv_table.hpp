@@ -17,7 +17,7 @@ struct CsvColumn {
 /// mark are passed over. Every error is one line "FILE:LINE: column NAME: VALUE ...".
 class CsvTable {
  public:
-  /// Reads the file. Columns of other names than `columns` are kept out and told by ignored().
+  /// Reads the file. Columns of other names than `columns` are left out and listed by ignored().
   /// Throws Error: no such file, no header, a required column missing, a column named twice, a row
   /// with another number of fields than the header.
   CsvTable(const std::string& path, const std::vector<CsvColumn>& columns);

@@ -55,7 +55,7 @@ std::vector<Line> lines_of(const std::string& path) {
   return lines;
 }
 
-/// The one file of the directory whose name ends so; "" if there is none.
+/// The one file of the directory whose name ends in `ending`; "" if there is none.
 std::string file_ending_with(const std::string& directory, const std::string& ending) {
   std::vector<std::string> found;
   for (const auto& entry : fs::directory_iterator(directory)) {

@@ -37,7 +37,7 @@ geometry_msgs::Quaternion quaternion_of(double yaw) {
   return quaternion;
 }
 
-/// The recording's frames and, at base_link, those that its observations name besides.
+/// The recording's frames; those that its observations name and it does not place, at base_link.
 std::vector<Recording::Frame> frames_of(const Recording& recording) {
   std::vector<Recording::Frame> frames = recording.frames;
   std::set<std::string> used;

@@ -174,13 +174,14 @@ Recording read_victoria_park(const std::string& directory) {
   if (fs::exists(gps)) recording.truth = read_gps(gps);
   recording.frames.push_back(
       {"sensor", kWheelBase + kLaserBeforeFront, kLaserLeftOfMiddle, 0.0, 0.0});
-  // The GPS is said nowhere to be there, but the distance between it and the rear axle's path in
-  // FastSLAM's map is least at (3.80, 0.50).
+  // No document says that the GPS gives the path of this point, but in FastSLAM's map it fits best:
+  // the distance to the GPS is smallest at (3.80, 0.50).
   recording.frames.push_back(
       {"ground_truth", kWheelBase + kLaserBeforeFront, kLaserLeftOfMiddle, 0.0, 0.0});
   recording.notes.push_back(
-      "base_link is the middle of the rear axle; the laser is 3.78 m before "
-      "it and 0.5 m left of it, and so is what the GPS tells the place of (frame ground_truth)");
+      "base_link is the middle of the rear axle; the laser is 3.78 m in front of it and 0.5 m to "
+      "its "
+      "left, and so is the point whose path the GPS gives (frame ground_truth)");
   return recording;
 }
 

@@ -17,9 +17,9 @@ namespace pf_resampling {
 /// base_link is the middle of its rear axle. The encoder sits at the left rear wheel, H from there,
 /// so the middle moves at v / (1 - tan(steering) H / L) and turns at that times tan(steering) / L;
 /// both hold until the next row. The laser sits a before the front axle and b left of the middle:
-/// frame "sensor" at (L + a, b), where the GPS is of, too: frame "ground_truth". Observations have
-/// no ids. The GPS gives no heading, has gaps, and
-/// its x axis is not the direction in which the vehicle starts.
+/// frame "sensor" at (L + a, b), the point whose path the GPS gives: frame "ground_truth".
+/// Observations have no ids. The GPS gives no heading, has gaps, and its x axis is not the
+/// direction in which the vehicle starts.
 /// Throws Error that names file and line.
 Recording read_victoria_park(const std::string& directory);
 
