@@ -177,8 +177,9 @@ TEST_P(BeaconWorld, StaysInItsAreaAndPassesEveryWaypoint) {
   EXPECT_EQ(drive.ranges.size(), 7200u);
 }
 
-// M's dead reckoning is off by 2.80 m (circle, M Table 1) and 1.00 m (figure of eight, Table 2) on
-// average; these drives are of that kind, within a factor of 2.5. Clipped at the start as there.
+// The dead reckoning of Mahmoud et al. (2012) is off by 2.80 m (circle, Table 1) and 1.00 m (figure
+// of eight, Table 2) on average; these drives are of that kind, within a factor of 2.5. Clipped at
+// the start as there.
 TEST_P(BeaconWorld, DeadReckoningDriftsByMetres) {
   const World world = load_world(GetParam());
   const double published = GetParam() == "beacons_circle" ? 2.80 : 1.00;
