@@ -140,5 +140,4 @@ def save(figure, picture):
 def draw_all(compensation, folder):
     """The pictures of doc/study_compensation.md from the figures in doc/data/compensation.json."""
     save(draw_courses(compensation["drives_100"]), str(folder / "compensation_courses.png"))
-    if "summary" in compensation["drives_1000"]:
-        save(draw_tradeoff(compensation["drives_1000"]), str(folder / "compensation_tradeoff.png"))
+    save(draw_tradeoff(compensation["drives_1000"]), str(folder / "compensation_tradeoff.png"))

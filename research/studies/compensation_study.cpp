@@ -203,6 +203,35 @@ class Run {
   CompensationCurves curves_;
 };
 
+/// A figure and its name in JSON and CSV.
+struct CompensationFigure {
+  const char* name;
+  double CompensationFigures::*value;
+  bool by_the_clock = false;
+};
+
+const std::vector<CompensationFigure>& compensation_figures() {
+  using Figures = CompensationFigures;
+  static const std::vector<CompensationFigure> all = {
+      {"calls", &Figures::calls},
+      {"effective_sample_size", &Figures::effective_sample_size},
+      {"distinct", &Figures::distinct},
+      {"distinct_end", &Figures::distinct_end},
+      {"feature_error", &Figures::feature_error},
+      {"feature_error_end", &Figures::feature_error_end},
+      {"position_error", &Figures::position_error},
+      {"map_error", &Figures::map_error},
+      {"map_error_aligned", &Figures::map_error_aligned},
+      {"map_error_end", &Figures::map_error_end},
+      {"pose_error", &Figures::pose_error},
+      {"map_inside", &Figures::map_inside},
+      {"pose_inside", &Figures::pose_inside},
+      {"map_nees", &Figures::map_nees},
+      {"pose_nees", &Figures::pose_nees},
+      {"processor_ms", &Figures::processor_ms, true}};
+  return all;
+}
+
 double processor_seconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -250,28 +279,6 @@ void add_curves(const CompensationCurves& more, double share, CompensationCurves
 }
 
 }  // namespace
-
-const std::vector<CompensationFigure>& compensation_figures() {
-  using Figures = CompensationFigures;
-  static const std::vector<CompensationFigure> all = {
-      {"calls", &Figures::calls},
-      {"effective_sample_size", &Figures::effective_sample_size},
-      {"distinct", &Figures::distinct},
-      {"distinct_end", &Figures::distinct_end},
-      {"feature_error", &Figures::feature_error},
-      {"feature_error_end", &Figures::feature_error_end},
-      {"position_error", &Figures::position_error},
-      {"map_error", &Figures::map_error},
-      {"map_error_aligned", &Figures::map_error_aligned},
-      {"map_error_end", &Figures::map_error_end},
-      {"pose_error", &Figures::pose_error},
-      {"map_inside", &Figures::map_inside},
-      {"pose_inside", &Figures::pose_inside},
-      {"map_nees", &Figures::map_nees},
-      {"pose_nees", &Figures::pose_nees},
-      {"processor_ms", &Figures::processor_ms, true}};
-  return all;
-}
 
 std::vector<double> CompensationCell::values(double CompensationFigures::*figure) const {
   std::vector<double> values;

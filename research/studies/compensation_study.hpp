@@ -46,14 +46,6 @@ struct CompensationFigures {
   double processor_ms = 0.0;  ///< of the filter alone, ms; by the clock, so different every time
 };
 
-/// A figure and its name in JSON and CSV.
-struct CompensationFigure {
-  const char* name;
-  double CompensationFigures::*value;
-  bool by_the_clock = false;
-};
-const std::vector<CompensationFigure>& compensation_figures();
-
 /// Averages over the drives, one entry per scan.
 struct CompensationCurves {
   std::vector<double> feature_error, map_error, distinct, effective_sample_size, map_inside;

@@ -1,5 +1,7 @@
 #include "research/studies/report.hpp"
 
+#include <cmath>
+
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
