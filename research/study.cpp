@@ -1,4 +1,4 @@
-// Repeats comparisons of the papers: many configurations, many seeds, one report.
+// Repeats comparisons of the papers: many filters, many seeds; figures as table, JSON and CSV.
 #include <algorithm>
 #include <cstdio>
 #include <thread>
@@ -16,6 +16,12 @@
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
+
+/// Of a filter without a pipeline: a configuration's values alone.
+static void apply(const Configuration& configuration, FastSlamOptions* options) {
+  apply_values(configuration, parameters_of(options));
+}
+
 namespace {
 
 namespace po = boost::program_options;
@@ -37,9 +43,9 @@ void add_study_options(CommandLine* line, int seeds) {
   line->options()("seeds", po::value<int>()->default_value(seeds)->value_name("N"),
                   "runs per configuration, with seeds 1 to N")(
       "jobs", po::value<int>()->value_name("N"), "runs at a time; as many as there are processors")(
-      "markdown", po::value<std::string>()->value_name("FILE"),
-      "write the tables there; without, they are printed")(
-      "json", po::value<std::string>()->value_name("FILE"), "write the figures of every run");
+      "json", po::value<std::string>()->value_name("FILE"),
+      "write all figures: of every run, and what the table sums up")(
+      "csv", po::value<std::string>()->value_name("FILE"), "write a row of figures for every run");
 }
 
 int jobs_of(const CommandLine& line) {
@@ -47,19 +53,20 @@ int jobs_of(const CommandLine& line) {
   return line.has("jobs") ? line.get<int>("jobs") : static_cast<int>(processors);
 }
 
-void write(const CommandLine& line, const std::string& markdown, const std::string& json) {
-  if (line.has("markdown")) {
-    write_file(line.get<std::string>("markdown"), markdown);
-  } else {
-    std::printf("%s", markdown.c_str());
-  }
-  if (line.has("json")) write_file(line.get<std::string>("json"), json);
+void write(const CommandLine& line, const StudyReport& report) {
+  std::printf("%s", to_text(report).c_str());
+  if (line.has("json")) write_file(line.get<std::string>("json"), to_json_text(report));
+  if (line.has("csv")) write_file(line.get<std::string>("csv"), to_csv(report));
+}
+
+std::string file_name(const std::string& path) {
+  return path.substr(path.find_last_of('/') + 1);
 }
 
 ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
   ResamplingStudyOptions options;
   apply_filter_options(line, &options.pipeline);
-  options.schemes = schemes_of_paper_m();
+  options.schemes = schemes_of_mahmoud();
   if (line.has("schemes")) {
     options.schemes.clear();
     for (const std::string& name : split(line.get<std::string>("schemes"))) {
@@ -79,11 +86,11 @@ ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
 int study_resampling(const std::vector<std::string>& arguments) {
   CommandLine line(
       "study resampling",
-      "Compares the resampling schemes of paper M, without and with excitation, on one\n"
-      "recording, each with the same seeds.");
+      "Compares the resampling schemes of Mahmoud et al. (2012), without and with excitation, on\n"
+      "one recording, each with the same seeds.");
   line.positional("bag", "a recording with odometry, ranges, beacons and ground truth");
   line.options()("schemes", po::value<std::string>()->value_name("A,B"),
-                 "resampling schemes; the five of paper M if not given")(
+                 "resampling schemes; the five of Mahmoud et al. if not given")(
       "excitations", po::value<std::string>()->default_value("none,regularized")->value_name("A,B"),
       "excitations")("clip", po::value<double>()->default_value(0.2)->value_name("SHARE"),
                      "share of the time, from the start, left out of the errors; in [0, 1)")(
@@ -94,8 +101,8 @@ int study_resampling(const std::vector<std::string>& arguments) {
   add_study_options(&line, 30);
   add_filter_options(&line);
   add_beacon_mcl_topics(&line);
-  line.example("study resampling plaza2.bag --seeds 30 --markdown plaza2.md");
-  line.example("study resampling plaza2.bag --config paper_m.yaml --config calibration.yaml");
+  line.example("study resampling plaza2.bag --seeds 30 --csv plaza2.csv");
+  line.example("study resampling plaza2.bag --config mahmoud2012.yaml --config calibration.yaml");
   line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");
   if (!line.parse(arguments)) return 0;
   const auto path = line.get<std::string>("bag");
@@ -114,50 +121,36 @@ int study_resampling(const std::vector<std::string>& arguments) {
   {
     ProgressBar bar("study", options.schemes.size() * options.excitations.size() *
                                  static_cast<std::uint64_t>(std::max(0, options.seeds)));
-    result = run_resampling_study(path.substr(path.find_last_of('/') + 1), messages, truth,
-                                  odometry, options, [&](std::uint64_t done) { bar.update(done); });
+    result = run_resampling_study(file_name(path), messages, truth, odometry, options,
+                                  [&](std::uint64_t done) { bar.update(done); });
   }
-  write(line, to_markdown(result), to_json_text(result));
+  write(line, report_of(result));
   return 0;
 }
 
 FastSlamOptions read_fastslam_options(const CommandLine& line) {
-  FastSlamOptions options = paper_k_options();
-  const ParameterList parameters = parameters_of(&options);
-  if (line.has("config")) {
-    for (const std::string& path : line.get<std::vector<std::string>>("config")) {
-      try {
-        set_parameters(parameters, read_configuration(path).values);
-      } catch (const Error& error) {
-        const std::string what = error.what();
-        throw Error(what.rfind(path, 0) == 0 ? what : path + ": " + what);
-      }
-    }
-  }
-  if (line.has("set")) {
-    for (const std::string& assignment : line.get<std::vector<std::string>>("set")) {
-      set_parameters(parameters, parse_assignment(assignment).values);
-    }
-  }
+  FastSlamOptions options = kwak2008_options();
+  apply_filter_options(line, &options);
   return options;
 }
 
 int study_compensation(const std::vector<std::string>& arguments) {
   CommandLine line(
       "study compensation",
-      "Compares compensation with resampling in FastSLAM, as paper K does, on simulated\n"
-      "drives through one world, each filter on the same drives. The filter is K's\n"
-      "(config/paper_k.yaml, built in); the noise is the world's own only if it is\n"
-      "that of indoor_two_loops.");
+      "Compares compensation with resampling in FastSLAM, as Kwak, Kim and Lee (2008) do, on\n"
+      "simulated drives through one world, each filter on the same drives. The filter is theirs\n"
+      "(config/kwak2008.yaml, built in). It expects the noise of the world indoor_two_loops;\n"
+      "for another world set its noise with --set.");
   line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
   line.options()("variants", po::value<std::string>()->value_name("A,B"),
                  "filters to be compared, by the names in the tables; all if not given");
   add_study_options(&line, 100);
-  line.repeatable_option("config", "FILE",
-                         "YAML file of parameters, on top of K's; may be repeated, later ones win");
+  line.repeatable_option(
+      "config", "FILE",
+      "YAML file of parameters that override theirs; may be repeated, later ones win");
   line.repeatable_option("set", "NAME=VALUE",
                          "one parameter, for instance sensor/range_sigma=0.2; may be repeated");
-  line.example("study compensation --markdown study.md --json study.json");
+  line.example("study compensation --json study.json");
   line.example("study compensation --seeds 1000 --variants RSR,compensation");
   if (!line.parse(arguments)) return 0;
   CompensationStudyOptions options;
@@ -171,11 +164,10 @@ int study_compensation(const std::vector<std::string>& arguments) {
                                                    : std::string("indoor_two_loops"));
   CompensationStudy result;
   {
-    ProgressBar bar(
-        "study", options.variants.size() * static_cast<std::uint64_t>(std::max(0, options.drives)));
+    ProgressBar bar("study", static_cast<std::uint64_t>(std::max(0, options.drives)));
     result = run_compensation_study(world, options, [&](std::uint64_t done) { bar.update(done); });
   }
-  write(line, to_markdown(result), to_json_text(result));
+  write(line, report_of(result));
   return 0;
 }
 
@@ -191,7 +183,7 @@ int study_faults(const std::vector<std::string>& arguments) {
       "besides no fault and kidnapping, only those whose name contains this");
   add_study_options(&line, 20);
   add_filter_options(&line);
-  line.example("study faults plaza2.bag --markdown faults.md");
+  line.example("study faults plaza2.bag --csv faults.csv");
   line.example("study faults plaza2.bag --fault 'an hour ahead' --seeds 3");
   if (!line.parse(arguments)) return 0;
   const auto path = line.get<std::string>("bag");
@@ -207,20 +199,21 @@ int study_faults(const std::vector<std::string>& arguments) {
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);
   ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));
-  const FaultStudy result = run_fault_study(path.substr(path.find_last_of('/') + 1), drive, options,
+  const FaultStudy result = run_fault_study(file_name(path), drive, options,
                                             [&](std::uint64_t done) { bar.update(done); });
-  write(line, to_markdown(result), to_json_text(result));
+  write(line, report_of(result));
   return 0;
 }
 
 const char* const kHelp =
     "Usage: rosrun pf_resampling study STUDY [arguments]\n"
     "\n"
-    "Repeats comparisons of the papers: many filters, many seeds, one report.\n"
+    "Repeats comparisons of the papers: many filters, many seeds, one table.\n"
     "\n"
     "Studies (study STUDY --help says more):\n"
-    "  resampling     resampling schemes in range-beacon localization, on a recording (paper M)\n"
-    "  compensation   compensation and resampling in FastSLAM, on simulated drives (paper K)\n"
+    "  resampling     resampling schemes in range-beacon localization, on a recording (Mahmoud "
+    "2012)\n"
+    "  compensation   compensation and resampling in FastSLAM, on simulated drives (Kwak 2008)\n"
     "  faults         what filters do, and say, when something goes wrong on a recording\n";
 
 int study(const std::vector<std::string>& arguments) {

@@ -5,18 +5,18 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
-#include <mutex>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/particle_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
-#include "research/studies/average.hpp"
 #include "research/studies/for_each_index.hpp"
 
 namespace pf_resampling {
 namespace {
+
+using nlohmann::json;
 
 constexpr double kChiSquare95TwoDof = 5.991;
 constexpr double kSameTime = 1e-6;  // s: multiples of periods are not exact
@@ -106,6 +106,21 @@ double squared_mahalanobis(const Eigen::Vector2d& error, const Eigen::Matrix2d& 
   return error.dot(covariance.inverse() * error);
 }
 
+/// A mean that values are added to.
+class Average {
+ public:
+  void add(double value) {
+    sum_ += value;
+    ++count_;
+  }
+  /// 0 of no values.
+  double value() const { return count_ > 0 ? sum_ / count_ : 0.0; }
+
+ private:
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
 /// One run: its figures, and their course over the scans.
 class Run {
  public:
@@ -188,6 +203,35 @@ class Run {
   CompensationCurves curves_;
 };
 
+/// A figure and its name in JSON and CSV.
+struct CompensationFigure {
+  const char* name;
+  double CompensationFigures::*value;
+  bool by_the_clock = false;
+};
+
+const std::vector<CompensationFigure>& compensation_figures() {
+  using Figures = CompensationFigures;
+  static const std::vector<CompensationFigure> all = {
+      {"calls", &Figures::calls},
+      {"effective_sample_size", &Figures::effective_sample_size},
+      {"distinct", &Figures::distinct},
+      {"distinct_end", &Figures::distinct_end},
+      {"feature_error", &Figures::feature_error},
+      {"feature_error_end", &Figures::feature_error_end},
+      {"position_error", &Figures::position_error},
+      {"map_error", &Figures::map_error},
+      {"map_error_aligned", &Figures::map_error_aligned},
+      {"map_error_end", &Figures::map_error_end},
+      {"pose_error", &Figures::pose_error},
+      {"map_inside", &Figures::map_inside},
+      {"pose_inside", &Figures::pose_inside},
+      {"map_nees", &Figures::map_nees},
+      {"pose_nees", &Figures::pose_nees},
+      {"processor_ms", &Figures::processor_ms, true}};
+  return all;
+}
+
 double processor_seconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -218,7 +262,7 @@ void check(const World& world, const CompensationStudyOptions& options) {
   }
   if (options.base.association.method != DataAssociation::known) {
     throw Error("association/method is " + to_string(options.base.association.method) +
-                ": the study needs known, for K's eq. 5 compares landmark by landmark");
+                ": the study needs known, for eq. 5 of Kwak (2008) compares landmark by landmark");
   }
 }
 
@@ -236,36 +280,10 @@ void add_curves(const CompensationCurves& more, double share, CompensationCurves
 
 }  // namespace
 
-const std::vector<FigureDescription>& figure_descriptions() {
-  using Figures = CompensationFigures;
-  static const std::vector<FigureDescription> all = {
-      {"calls", "Calls", 1, &Figures::calls},
-      {"effective_sample_size", "N_eff", 1, &Figures::effective_sample_size},
-      {"distinct", "Distinct", 1, &Figures::distinct},
-      {"distinct_end", "Distinct, end", 1, &Figures::distinct_end},
-      {"feature_error", "Eq. 5 (m)", 3, &Figures::feature_error},
-      {"feature_error_end", "Eq. 5, end (m)", 3, &Figures::feature_error_end},
-      {"position_error", "Eq. 6 (m)", 3, &Figures::position_error},
-      {"map_error", "Map (m)", 3, &Figures::map_error},
-      {"map_error_aligned", "Map, aligned (m)", 3, &Figures::map_error_aligned},
-      {"map_error_end", "Map, end (m)", 3, &Figures::map_error_end},
-      {"pose_error", "Pose (m)", 3, &Figures::pose_error},
-      {"map_inside", "Landmarks inside", 3, &Figures::map_inside},
-      {"pose_inside", "Poses inside", 3, &Figures::pose_inside},
-      {"map_nees", "NEES, landmarks", 2, &Figures::map_nees},
-      {"pose_nees", "NEES, poses", 2, &Figures::pose_nees},
-      {"processor_ms", "Processor (ms)", 2, &Figures::processor_ms, true}};
-  return all;
-}
-
 std::vector<double> CompensationCell::values(double CompensationFigures::*figure) const {
   std::vector<double> values;
   for (const CompensationFigures& run : runs) values.push_back(run.*figure);
   return values;
-}
-
-MeanEstimate CompensationCell::mean(double CompensationFigures::*figure) const {
-  return mean_of(values(figure));
 }
 
 const CompensationCell* CompensationStudy::find(const std::string& name) const {
@@ -273,13 +291,6 @@ const CompensationCell* CompensationStudy::find(const std::string& name) const {
     return cell.variant.name == name;
   });
   return found == cells.end() ? nullptr : &*found;
-}
-
-bool is_reference(const CompensationStudy& study) {
-  FastSlamOptions given = study.options.base;
-  FastSlamOptions paper = paper_k_options();
-  return study.world == "indoor_two_loops" &&
-         to_yaml(parameters_of(&given)) == to_yaml(parameters_of(&paper));
 }
 
 CompensationStudy run_compensation_study(const World& world,
@@ -303,9 +314,7 @@ CompensationStudy run_compensation_study(const World& world,
 
   const std::vector<PointLandmark> truth = true_map(world);
   std::vector<std::vector<CompensationCurves>> curves(drives);
-  std::uint64_t done = 0;
-  std::mutex progress_mutex;
-  for_each_index(drives, options.jobs, [&](std::size_t i) {
+  const auto drive_all = [&](std::size_t i) {
     const std::uint64_t seed = i + 1;
     // No variant changes the odometry's noise.
     const Drive drive = make_drive(world, options.base.odometry, seed);
@@ -325,10 +334,9 @@ CompensationStudy run_compensation_study(const World& world,
       figures = run.figures(filter.status());
       figures.processor_ms = filter_milliseconds(drive, filters[v], seed);
       curves[i].push_back(run.curves());
-      const std::lock_guard<std::mutex> lock(progress_mutex);
-      progress(++done);
     }
-  });
+  };
+  for_each_index(drives, options.jobs, drive_all, progress);
   // In order of the drives, whichever was done first.
   for (const std::vector<CompensationCurves>& of_drive : curves) {
     for (std::size_t v = 0; v < of_drive.size(); ++v) {
@@ -336,6 +344,66 @@ CompensationStudy run_compensation_study(const World& world,
     }
   }
   return study;
+}
+
+StudyReport report_of(const CompensationStudy& study) {
+  FastSlamOptions given = study.options.base;
+  FastSlamOptions kwak = kwak2008_options();
+  StudyReport report;
+  report.about = {
+      {"study", "compensation"},
+      {"world", study.world},
+      {"drives", study.options.drives},
+      {"duration", study.times.empty() ? 0.0 : study.times.back()},
+      {"closures", study.closures},
+      {"settings", changed_parameters(parameters_of(&given), parameters_of(&kwak), {"threads"})}};
+  report.columns = {{"filter", "filter"},
+                    {"calls", "calls", 1},
+                    {"effective_sample_size", "N_eff", 1},
+                    {"distinct", "distinct", 1},
+                    {"feature_error", "eq. 5 (m)"},
+                    {"position_error", "eq. 6 (m)"},
+                    {"map_error", "map (m)"},
+                    {"map_error_minus_RSR", "minus RSR's"},
+                    {"map_error_end", "map, end (m)"},
+                    {"map_inside", "landmarks inside"},
+                    {"pose_inside", "poses inside"},
+                    {"processor_ms", "processor (ms)", 2}};
+  report.figures_of_run = {"filter", "seed"};
+  // The same with the same seed, so without what the clock says.
+  for (const CompensationFigure& figure : compensation_figures()) {
+    if (!figure.by_the_clock) report.figures_of_run.emplace_back(figure.name);
+  }
+  const CompensationCell* reference = study.find("RSR");
+  for (const CompensationCell& cell : study.cells) {
+    json row = {{"filter", cell.variant.name},
+                {"group", cell.variant.group},
+                {"settings", cell.variant.settings},
+                {"curves",
+                 {{"time", study.times},
+                  {"feature_error", cell.curves.feature_error},
+                  {"map_error", cell.curves.map_error},
+                  {"distinct", cell.curves.distinct},
+                  {"effective_sample_size", cell.curves.effective_sample_size},
+                  {"map_inside", cell.curves.map_inside}}}};
+    for (const CompensationFigure& figure : compensation_figures()) {
+      const std::vector<double> values = cell.values(figure.value);
+      row[figure.name] = to_json(mean_of(values));
+      if (reference != nullptr && reference != &cell && !figure.by_the_clock) {
+        row[std::string(figure.name) + "_minus_RSR"] =
+            to_json(paired_difference(values, reference->values(figure.value)));
+      }
+    }
+    report.summary.push_back(row);
+    for (std::size_t i = 0; i < cell.runs.size(); ++i) {
+      json run = {{"filter", cell.variant.name}, {"seed", i + 1}};
+      for (const CompensationFigure& figure : compensation_figures()) {
+        if (!figure.by_the_clock) run[figure.name] = cell.runs[i].*figure.value;
+      }
+      report.runs.push_back(run);
+    }
+  }
+  return report;
 }
 
 }  // namespace pf_resampling

@@ -10,13 +10,14 @@
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/simulation/world.hpp"
 #include "research/studies/compensation_variants.hpp"
+#include "research/studies/report.hpp"
 
 namespace pf_resampling {
 
-/// The comparison of paper K (sections 4 and 5) on a simulated world: FastSLAM with resampling and
-/// with compensation, each on the same drives.
+/// The comparison of Kwak, Kim and Lee (2008, sections 4 and 5) on a simulated world: FastSLAM with
+/// resampling and with compensation, each on the same drives.
 struct CompensationStudyOptions {
-  FastSlamOptions base;  ///< what the variants change; usually paper_k_options()
+  FastSlamOptions base;  ///< what the variants change; usually kwak2008_options()
   std::vector<CompensationVariant> variants;
   int drives = 100;  ///< with seeds 1 to this, of the drive and of the filter
   int jobs = 1;      ///< runs at a time; the result does not depend on it, but for processor_ms
@@ -26,11 +27,11 @@ struct CompensationStudyOptions {
 struct CompensationFigures {
   double calls = 0.0;                  ///< resamplings or compensations
   double effective_sample_size = 0.0;  ///< before renewal, average over scans that saw any
-  double distinct = 0.0;               ///< distinct particles (K section 4.1), likewise, after
-  double distinct_end = 0.0;           ///< at the end of the drive
-  double feature_error = 0.0;          ///< K eq. 5, average, m
+  double distinct = 0.0;       ///< distinct particles (Kwak 2008, section 4.1), likewise, after
+  double distinct_end = 0.0;   ///< at the end of the drive
+  double feature_error = 0.0;  ///< Kwak (2008) eq. 5, average, m
   double feature_error_end = 0.0;
-  double position_error = 0.0;     ///< K eq. 6, average, m
+  double position_error = 0.0;     ///< Kwak (2008) eq. 6, average, m
   double map_error = 0.0;          ///< RMS of the weighted-mean map, average, m
   double map_error_aligned = 0.0;  ///< the same after the best turn and shift
   double map_error_end = 0.0;
@@ -45,16 +46,6 @@ struct CompensationFigures {
   double processor_ms = 0.0;  ///< of the filter alone, ms; by the clock, so different every time
 };
 
-/// How one figure is called and printed.
-struct FigureDescription {
-  const char* name;     ///< in JSON
-  const char* heading;  ///< in tables
-  int decimals;
-  double CompensationFigures::*value;
-  bool by_the_clock = false;
-};
-const std::vector<FigureDescription>& figure_descriptions();
-
 /// Averages over the drives, one entry per scan.
 struct CompensationCurves {
   std::vector<double> feature_error, map_error, distinct, effective_sample_size, map_inside;
@@ -66,7 +57,6 @@ struct CompensationCell {
   CompensationCurves curves;
 
   std::vector<double> values(double CompensationFigures::*figure) const;
-  MeanEstimate mean(double CompensationFigures::*figure) const;
 };
 
 struct CompensationStudy {
@@ -80,27 +70,14 @@ struct CompensationStudy {
   const CompensationCell* find(const std::string& name) const;
 };
 
-/// Whether it is of K's filter on the reference world: what others measured can stand beside it.
-bool is_reference(const CompensationStudy& study);
-
-/// Runs it. `progress` is called with the number of runs that are done. Throws Error on options
+/// Runs it. `progress` is called with the number of drives that are done. Throws Error on options
 /// that make no sense and on a world without landmarks.
 CompensationStudy run_compensation_study(const World& world,
                                          const CompensationStudyOptions& options,
                                          const std::function<void(std::uint64_t)>& progress);
 
-/// Verdicts, discussion, tables of all variants with their differences to RSR, and the figures of
-/// others beside. Markdown.
-std::string to_markdown(const CompensationStudy& study);
-/// The verdicts alone.
-std::string verdicts_to_markdown(const CompensationStudy& study);
-/// Beside the figures of others: the prototype's and K's tables. Empty unless is_reference().
-std::string references_to_markdown(const CompensationStudy& study);
-/// What the figures mean, in words. Empty unless is_reference(), or if the study lacks a filter
-/// that it is about.
-std::string discussion_to_markdown(const CompensationStudy& study);
-
-/// The figures of every run, the curves and the verdicts.
-std::string to_json_text(const CompensationStudy& study);
+/// A row per filter: averages over the drives with their standard errors, differences to RSR paired
+/// by drive, and "curves", averages scan by scan.
+StudyReport report_of(const CompensationStudy& study);
 
 }  // namespace pf_resampling

@@ -168,10 +168,10 @@ FastSlamOptions options_of(const CompensationVariant& variant, const FastSlamOpt
   return options;
 }
 
-FastSlamOptions paper_k_options() {
+FastSlamOptions kwak2008_options() {
   FastSlamOptions options;
   set_parameters(parameters_of(&options),
-                 parse_configuration(paper_k_text(), "paper_k.yaml").values);
+                 parse_configuration(kwak2008_text(), "kwak2008.yaml").values);
   return options;
 }
 

@@ -25,10 +25,10 @@ std::vector<CompensationVariant> compensation_variants(const std::vector<std::st
 /// The study's settings with those of the variant. Throws Error.
 FastSlamOptions options_of(const CompensationVariant& variant, const FastSlamOptions& base);
 
-/// config/paper_k.yaml, compiled in.
-const std::string& paper_k_text();
+/// config/kwak2008.yaml, compiled in.
+const std::string& kwak2008_text();
 
 /// The filter it describes.
-FastSlamOptions paper_k_options();
+FastSlamOptions kwak2008_options();
 
 }  // namespace pf_resampling

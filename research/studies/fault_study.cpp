@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
+#include <map>
 #include <set>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
@@ -18,6 +18,8 @@
 namespace pf_resampling {
 namespace {
 
+using nlohmann::json;
+
 // Seconds before a fault whose diagnostics are the usual ones.
 constexpr double kUsual = 30.0;
 constexpr double kSamplePeriod = 1.0;
@@ -26,6 +28,8 @@ constexpr double kFramePeriod = 120.0;
 constexpr std::size_t kFewestForFrame = 10;
 constexpr std::size_t kFewestLandmarksForFrame = 3;
 constexpr double kStaysGood = 10.0;
+// The error after a fault is that of the last part of the drive, once the fault is over.
+constexpr double kSettled = 30.0;  // s
 // Of the first faults, nothing and kidnapping: by them the probability of being lost is judged.
 constexpr int kJudged = 2;
 
@@ -163,11 +167,7 @@ void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) 
   recorder.judge();
 }
 
-}  // namespace
-
 // FastSLAM takes neither ranges nor beacons; they are not on a drive among landmarks.
-namespace {
-
 struct NoBeaconsPipeline : FastSlamPipeline {
   using FastSlamPipeline::FastSlamPipeline;
   using FastSlamPipeline::handle;
@@ -183,6 +183,46 @@ void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, F
     run_pipeline<NoBeaconsPipeline, FastSlamSinks, FastSlamPipelineOptions, void>(
         fault, options.fastslam, seed, run);
   }
+}
+
+/// Figures of a run; of several runs the summary has the medians.
+const char* const kMedians[] = {"before", "during",     "largest",
+                                "after",  "good_after", "alarm_delay"};
+
+json figures_of(const FaultRun& run, const FaultResult& result, double lost_error) {
+  const double during_end = std::max(result.end, result.begin + kSettled);
+  const double settled = std::max(during_end, result.last - kSettled);
+  json row = {{"before", run.mean_error(result.begin - kSettled, result.begin)},
+              {"during", run.mean_error(result.begin, during_end)},
+              {"largest", run.largest_error(result.begin, during_end)},
+              {"after", run.mean_error(settled, result.last)},
+              {"all_finite", run.all_finite}};
+  if (const auto seconds = run.back_after(result.begin, lost_error)) row["good_after"] = *seconds;
+  if (run.alarm) row.update({{"alarm_delay", run.alarm->delay}, {"alarm", run.alarm->text}});
+  return row;
+}
+
+json summary_of(const std::string& fault, const std::vector<json>& rows) {
+  json summary = {{"fault", fault}, {"runs", rows.size()}, {"all_finite", true}};
+  for (const char* figure : kMedians) {
+    std::vector<double> values;
+    for (const json& row : rows) {
+      const double value = row.value(figure, std::nan(""));
+      if (std::isfinite(value)) values.push_back(value);
+    }
+    summary[figure] = values.empty() ? json() : json(median(values));
+    if (figure == std::string("good_after")) summary["recovered"] = values.size();
+    if (figure == std::string("alarm_delay")) summary["alarms"] = values.size();
+  }
+  std::map<std::string, int> alarms;
+  for (const json& row : rows) {
+    if (row.count("alarm") > 0) ++alarms[row.at("alarm").get<std::string>()];
+    if (!row.at("all_finite").get<bool>()) summary["all_finite"] = false;
+  }
+  const auto more = [](const auto& a, const auto& b) { return a.second < b.second; };
+  const auto most = std::max_element(alarms.begin(), alarms.end(), more);
+  summary["alarm"] = most == alarms.end() ? "" : most->first;
+  return summary;
 }
 
 }  // namespace
@@ -295,14 +335,13 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
         {fault.name, fault.begin, fault.end, fault.drive.truth.back().time, {}});
     study.results.back().runs.resize(seeds);
   }
-  std::uint64_t done = 0;
-  std::mutex progress_mutex;
-  for_each_index(faults.size() * seeds, options.jobs, [&](std::size_t i) {
-    run_fault(faults[i / seeds], options, static_cast<int>(i % seeds) + 1,
-              &study.results[i / seeds].runs[i % seeds]);
-    const std::lock_guard<std::mutex> lock(progress_mutex);
-    progress(++done);
-  });
+  for_each_index(
+      faults.size() * seeds, options.jobs,
+      [&](std::size_t i) {
+        run_fault(faults[i / seeds], options, static_cast<int>(i % seeds) + 1,
+                  &study.results[i / seeds].runs[i % seeds]);
+      },
+      progress);
   std::vector<FaultRun::Sample> samples;
   for (std::size_t f = 0; f < static_cast<std::size_t>(kJudged); ++f) {
     for (const FaultRun& run : study.results[f].runs) {
@@ -312,6 +351,47 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   study.is_in_map = study.results.front().runs.front().is_in_map;
   study.characteristic = characteristic_of(samples, study.lost_error);
   return study;
+}
+
+StudyReport report_of(const FaultStudy& study) {
+  const LostCharacteristic& lost = study.characteristic;
+  StudyReport report;
+  report.about = {{"study", "faults"},
+                  {"recording", study.recording},
+                  {"seeds", study.options.seeds},
+                  {"lost_error", study.lost_error},
+                  {"is_in_map", study.is_in_map},
+                  {"lost",
+                   {{"area", lost.area},
+                    {"detected", lost.detected},
+                    {"false_alarms", lost.false_alarms},
+                    {"lost_samples", lost.lost_samples},
+                    {"good_samples", lost.good_samples}}}};
+  report.columns = {{"fault", "fault"},
+                    {"before", "before", 2},
+                    {"during", "during", 2},
+                    {"largest", "largest", 2},
+                    {"after", "at the end", 2},
+                    {"recovered", "good again", 0},
+                    {"good_after", "after (s)", 0},
+                    {"alarms", "says so", 0},
+                    {"alarm_delay", "after (s)", 1},
+                    {"all_finite", "all finite"},
+                    {"alarm", "says"}};
+  report.figures_of_run = {"fault", "seed"};
+  for (const char* figure : kMedians) report.figures_of_run.emplace_back(figure);
+  report.figures_of_run.insert(report.figures_of_run.end(), {"all_finite", "alarm"});
+  for (const FaultResult& result : study.results) {
+    std::vector<json> rows;
+    for (std::size_t i = 0; i < result.runs.size(); ++i) {
+      json row = figures_of(result.runs[i], result, study.lost_error);
+      row.update({{"fault", result.name}, {"seed", i + 1}});
+      rows.push_back(row);
+    }
+    report.summary.push_back(summary_of(result.name, rows));
+    report.runs.insert(report.runs.end(), rows.begin(), rows.end());
+  }
+  return report;
 }
 
 }  // namespace pf_resampling

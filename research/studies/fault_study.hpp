@@ -8,6 +8,7 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "research/studies/faults.hpp"
+#include "research/studies/report.hpp"
 
 namespace pf_resampling {
 
@@ -83,7 +84,9 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
 /// The characteristic of samples: is the error above `limit`?
 LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit);
 
-std::string to_markdown(const FaultStudy& study);
-std::string to_json_text(const FaultStudy& study);
+/// A row per fault: medians over the runs of the mean errors before, during and after the fault, of
+/// the largest, and of the s until all is good again and until a diagnostic says so; how many runs
+/// recovered, how many said something, and what most of them said.
+StudyReport report_of(const FaultStudy& study);
 
 }  // namespace pf_resampling

@@ -7,13 +7,14 @@
 
 #include "beacon_mcl_node/messages_in_memory.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "research/studies/report.hpp"
 
 namespace pf_resampling {
 
-/// The comparison of paper M (section IV, Tables 1 to 3): resampling schemes, with and without
-/// excitation, on one recording, each with the same seeds.
+/// The comparison of Mahmoud et al. (2012, section IV, Tables 1 to 3): resampling schemes, with and
+/// without excitation, on one recording, each with the same seeds.
 struct ResamplingStudyOptions {
-  BeaconMclPipelineOptions pipeline;  ///< scheme, excitation, seed and threads are the study's own
+  BeaconMclPipelineOptions pipeline;  ///< the study itself sets scheme, excitation, seed, threads
   std::vector<ResamplingScheme> schemes;
   std::vector<Excitation> excitations;
   int seeds = 30;  ///< 1 to this
@@ -21,9 +22,9 @@ struct ResamplingStudyOptions {
   PathErrorOptions errors;
 };
 
-/// The five schemes of M's tables, in their order: residual systematic (RSR), stratified, residual,
-/// systematic, multinomial.
-std::vector<ResamplingScheme> schemes_of_paper_m();
+/// The five schemes of their tables, in their order: residual systematic (RSR), stratified,
+/// residual, systematic, multinomial.
+std::vector<ResamplingScheme> schemes_of_mahmoud();
 
 struct StudyRun {
   int seed = 0;
@@ -58,12 +59,9 @@ ResamplingStudy run_resampling_study(const std::string& recording,
                                      const ResamplingStudyOptions& options,
                                      const std::function<void(std::uint64_t)>& progress);
 
-/// Tables in the style of M's, one per excitation; errors are averages over the runs that were not
-/// lost, with their standard errors, and the lost ones have a row of their own. Then the
-/// differences between schemes and by excitation, paired by seed.
-std::string to_markdown(const ResamplingStudy& study);
-
-/// The figures of every run.
-std::string to_json_text(const ResamplingStudy& study);
+/// A row per excitation and scheme. Figures are averages over the runs that were not lost, with
+/// their standard errors; differences of the mean Cartesian error to systematic resampling, and to
+/// the first excitation, are paired by seed. The first row is dead reckoning.
+StudyReport report_of(const ResamplingStudy& study);
 
 }  // namespace pf_resampling

@@ -1,13 +1,4 @@
-#!/usr/bin/python3
-"""Draws what `study compensation` found: errors and belief over the drive, and one against the other.
-
-    plot_compensation.py courses study.json picture.png
-    plot_compensation.py tradeoff study.json picture.png
-
-study.json is written by `study compensation --json`: metres, seconds, shares.
-"""
-
-import json
+"""Draws what the study of compensation found: errors and belief over the drive, and one against the other."""
 import os
 import sys
 
@@ -27,7 +18,7 @@ COURSES = [
     ("RSR", "resampling (RSR)", "#222222", "-"),
     ("RBR", "rank-based resampling (RBR)", "#0a8f5b", "-"),
     ("compensation 20 %", "compensation, ratio 20 %", "#1667b7", "-"),
-    ("compensation", "compensation, ratio 100 % (K)", "#c9362b", "-"),
+    ("compensation", "compensation, ratio 100 % (Kwak)", "#c9362b", "-"),
     ("compensation T_N=1", "the same after every observation", "#c9362b", ":"),
 ]
 # Of the trade-off: what a name begins with, label, colour, marker; the first that fits.
@@ -56,7 +47,7 @@ SHOWN_GROUPS = ("Resampling schemes", "Compensation: pairing and ratio")
 
 def draw_courses(study):
     """Eq. 5, the map, diversity and honesty over the drive, averaged over the drives."""
-    variants = {variant["name"]: variant for variant in study["variants"]}
+    filters = {row["filter"]: row for row in study["summary"]}
     panels = [
         ("feature_error", "eq. 5 (m): error of the map\nand spread of the particles"),
         ("map_error", "error of the weighted-mean\nmap (m)"),
@@ -67,9 +58,9 @@ def draw_courses(study):
     time = np.array(study["times"])
     for panel, (key, label) in zip(axes.flat, panels):
         for name, title, colour, line in COURSES:
-            if name not in variants or (key == "distinct" and name not in ("NR", "RSR", "RBR")):
+            if name not in filters or (key == "distinct" and name not in ("NR", "RSR", "RBR")):
                 continue
-            panel.plot(time, variants[name]["curves"][key], color=colour, ls=line, lw=1.7, label=title)
+            panel.plot(time, filters[name]["curves"][key], color=colour, ls=line, lw=1.7, label=title)
         for closure, when in study["closures"].items():
             panel.axvline(when, color="0.55", lw=0.9, ls="--", zorder=0)
             panel.annotate(closure, (when, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
@@ -94,28 +85,22 @@ def draw_courses(study):
     return figure
 
 
-def difference(variant, reference, key):
-    """Mean and standard error of the difference, paired by drive."""
-    values = np.array([run[key] - other[key] for run, other in zip(variant["runs"], reference["runs"])])
-    return values.mean(), values.std(ddof=1) / np.sqrt(len(values))
-
-
 def draw_tradeoff(study):
-    """Error against honesty: left as a user sees the map, right as K's eq. 5 does."""
-    reference = next(variant for variant in study["variants"] if variant["name"] == "RSR")
+    """Error against honesty: left as a user sees the map, right as eq. 5 of Kwak does."""
     figure, axes = plt.subplots(1, 2, figsize=(13.0, 5.6), sharex=True, constrained_layout=True)
     panels = ((axes[0], "map_error", "error of the weighted-mean map minus RSR's (m)", 1),
               (axes[1], "feature_error", "eq. 5 minus RSR's (m)", 2))
     for panel, key, label, place in panels:
         named = set()
         panel.axhline(0.0, color="0.55", lw=0.9, zorder=0)
-        for variant in study["variants"]:
-            name = variant["name"]
-            if variant["group"] not in SHOWN_GROUPS and name not in LABELLED:
+        for row in study["summary"]:
+            name = row["filter"]
+            if row["group"] not in SHOWN_GROUPS and name not in LABELLED:
                 continue
             _, title, colour, marker = next(each for each in FAMILIES if name.startswith(each[0]))
-            inside = variant["figures"]["map_inside"]
-            mean, error = difference(variant, reference, key)
+            inside = row["map_inside"]
+            difference = row.get(f"{key}_minus_RSR", {"mean": 0.0, "standard_error": 0.0})  # RSR itself: none
+            mean, error = difference["mean"], difference["standard_error"]
             is_labelled = name in LABELLED
             panel.errorbar(inside["mean"], mean, xerr=inside["standard_error"], yerr=error, color=colour,
                            marker=marker, ms=8 if is_labelled else 6, lw=1.1, mec="white", mew=0.6,
@@ -134,7 +119,7 @@ def draw_tradeoff(study):
         panel.grid(alpha=0.3)
     axes[0].set_xlim(0.2, 1.0)
     axes[0].set_title("what a user gets")
-    axes[1].set_title("what K measures: the spread of the particles counts as error")
+    axes[1].set_title("what Kwak measures: the spread of the particles counts as error")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=5, fontsize=10, frameon=False)
     return figure
@@ -152,14 +137,7 @@ def save(figure, picture):
             os.remove(part)
 
 
-def main():
-    drawings = {"courses": draw_courses, "tradeoff": draw_tradeoff}
-    if len(sys.argv) != 4 or sys.argv[1] not in drawings:
-        sys.exit("usage: plot_compensation.py courses|tradeoff study.json picture.png")
-    with open(sys.argv[2], encoding="utf-8") as file:
-        study = json.load(file)
-    save(drawings[sys.argv[1]](study), sys.argv[3])
-
-
-if __name__ == "__main__":
-    main()
+def draw_all(compensation, folder):
+    """The pictures of doc/study_compensation.md from the figures in doc/data/compensation.json."""
+    save(draw_courses(compensation["drives_100"]), str(folder / "compensation_courses.png"))
+    save(draw_tradeoff(compensation["drives_1000"]), str(folder / "compensation_tradeoff.png"))
