@@ -12,6 +12,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+#include "pf_resampling_core/filters/fastslam/options.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -172,6 +173,13 @@ TEST(Parameters, TheNearestNameIsSuggested) {
     expect_parts(refusal(list, wrong, "1"), {std::string("parameter ") + wrong, right});
   }
   EXPECT_THROW(set_parameter({}, "anything", "1"), Error);
+}
+
+// A configuration from before FastSLAM's `threads` was taken away, which did nothing.
+TEST(Parameters, WhatIsLikeNoOtherIsToBeLeftOut) {
+  FastSlamOptions options;
+  EXPECT_EQ(refusal(parameters_of(&options), "threads", "2"),
+            "parameter threads is unknown; leave it out");
 }
 
 TEST(Parameters, ManyAreSetAtOnce) {
