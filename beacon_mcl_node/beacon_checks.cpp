@@ -33,7 +33,7 @@ std::optional<Rejection> check(const BeaconArray& array, const FrameNames& frame
           check_frame("header.frame_id", array.header.frame_id, frames.map, "frames/map")) {
     return wrong;
   }
-  if (array.beacons.empty()) return rejection(RejectReason::empty, "there is no beacon in it");
+  if (array.beacons.empty()) return rejection(RejectReason::empty, "it contains no beacon");
   std::set<int> ids;
   for (const auto& beacon : array.beacons) {
     if (!std::isfinite(beacon.position.x) || !std::isfinite(beacon.position.y) ||

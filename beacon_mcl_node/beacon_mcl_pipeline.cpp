@@ -67,7 +67,7 @@ void BeaconMclPipeline::handle(const BeaconArray& message) {
     return reject("beacons",
                   {RejectReason::ignored, "they differ from those of the configuration"});
   }
-  if (filter_) log(LogLevel::warning, "the beacons changed: the filter starts anew");
+  if (filter_) log(LogLevel::warning, "the beacons changed: the filter starts from nothing");
   try {
     start(make_filter(beacons));
   } catch (const Error& error) {
@@ -95,7 +95,7 @@ std::optional<Rejection> BeaconMclPipeline::check_beacon(int id) const {
     known += (known.empty() ? "" : ", ") + std::to_string(beacon.id);
   }
   return Rejection{RejectReason::unknown_beacon,
-                   "beacon " + std::to_string(id) + " is none of those known: " + known};
+                   "beacon " + std::to_string(id) + " is unknown; known are " + known};
 }
 
 // ---- the filter -------------------------------------------------------------------------------

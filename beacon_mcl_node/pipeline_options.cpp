@@ -9,13 +9,13 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   ParameterList list = parameters_of(&options->filter);
   add_input_parameters(kRangeNames, options, &list);
   list.push_back(real_parameter("range_input/simultaneous", &options->simultaneous, 0.0, 1.0, "s",
-                                "Ranges closer than this are taken together."));
+                                "Ranges that are closer in time than this make one update."));
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,
-      "sensor_ranges: regular expression that finds the beacon's id in frame_id."));
+      "sensor_ranges: regular expression that finds the id of the beacon in frame_id."));
   list.push_back(text_parameter("range_input/antenna", &options->antenna,
-                                "sensor_ranges: frame of the antenna on the robot, which they "
-                                "do not name; empty: frames/base."));
+                                "sensor_ranges: frame of the antenna on the robot, which these "
+                                "messages do not name; empty: frames/base."));
   add_output_parameters(options, &list);
   list.push_back(real_parameter("output/ring_lifetime", &options->ring_lifetime, 0.0, 1e6, "s",
                                 "How long a range ring is shown."));

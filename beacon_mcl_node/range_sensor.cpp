@@ -25,8 +25,8 @@ RangeReading read_range(const sensor_msgs::Range& message, const BeaconNames& na
   const std::optional<int> beacon = names.id_of(frame);
   if (!beacon) {
     return rejected(rejection(RejectReason::unknown_beacon, "frame '", frame,
-                              "' is the name of no beacon: range_input/frame_pattern has to fit "
-                              "it, or a `frame` in the list `beacons`"));
+                              "' does not name a beacon: change range_input/frame_pattern to fit "
+                              "it, or give it as `frame` in the list `beacons`"));
   }
   const float least = message.min_range;
   const float most = message.max_range;

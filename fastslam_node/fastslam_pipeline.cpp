@@ -118,8 +118,7 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
     } else if (observation.id < 0 && filter_->association() == DataAssociation::known) {
       reject({RejectReason::unknown_id,
               "an observation has the id " + std::to_string(observation.id) +
-                  ", and association/method is known: mutual_exclusion does without "
-                  "ids"});
+                  ", but association/method is known; mutual_exclusion needs no ids"});
     } else {
       usable.push_back(to_observation(observation));
     }
@@ -183,9 +182,9 @@ void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
       filter_->recover(scan.observations, scan.sensor, static_cast<std::int64_t>(stamp.toNSec()),
                        lost_.probability());
   if (!found) return;
-  log(LogLevel::warning, "lost: the landmarks seen of late fit the map from (" +
+  log(LogLevel::warning, "lost: the landmarks seen lately fit the map from (" +
                              std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +
-                             "), where the robot is put");
+                             "); the robot is put there");
   take_new_belief();
 }
 

@@ -12,8 +12,8 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
       "landmark_input/tag_pattern", &options->tag_pattern,
       "Takes detected tags, as tf frames, for landmarks: regular expression that finds the id in "
       "the frame's name, such as tag_(\\d+); empty: no tags."));
-  list.push_back(
-      text_parameter("map_file/load", &options->map_file, "Map file to start with; empty: none."));
+  list.push_back(text_parameter("map_file/load", &options->map_file,
+                                "Map file to load at the start; empty: none."));
   list.push_back(integer_parameter("map_file/particles", &options->map_file_particles, 0, 1000000,
                                    "Number of particles at most whose own maps are saved with a "
                                    "map; with all of them, loading it continues exactly."));

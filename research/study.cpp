@@ -42,7 +42,8 @@ std::vector<std::string> split(const std::string& list) {
 void add_study_options(CommandLine* line, int seeds) {
   line->options()("seeds", po::value<int>()->default_value(seeds)->value_name("N"),
                   "runs per configuration, with seeds 1 to N")(
-      "jobs", po::value<int>()->value_name("N"), "runs at a time; as many as there are processors")(
+      "jobs", po::value<int>()->value_name("N"),
+      "runs at a time (default: the number of processors)")(
       "json", po::value<std::string>()->value_name("FILE"),
       "write all figures: of every run, and what the table sums up")(
       "csv", po::value<std::string>()->value_name("FILE"), "write a row of figures for every run");
@@ -92,10 +93,11 @@ int study_resampling(const std::vector<std::string>& arguments) {
   line.options()("schemes", po::value<std::string>()->value_name("A,B"),
                  "resampling schemes; the five of Mahmoud et al. if not given")(
       "excitations", po::value<std::string>()->default_value("none,regularized")->value_name("A,B"),
-      "excitations")("clip", po::value<double>()->default_value(0.2)->value_name("SHARE"),
-                     "share of the time, from the start, left out of the errors; in [0, 1)")(
+      "excitations")(
+      "clip", po::value<double>()->default_value(0.2)->value_name("SHARE"),
+      "share of the time at the start that does not count for the errors; in [0, 1)")(
       "lost-error", po::value<double>()->default_value(0.0)->value_name("METRES"),
-      "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path")(
+      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path")(
       "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
       "ground truth");
   add_study_options(&line, 30);
@@ -143,7 +145,7 @@ int study_compensation(const std::vector<std::string>& arguments) {
       "for another world set its noise with --set.");
   line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
   line.options()("variants", po::value<std::string>()->value_name("A,B"),
-                 "filters to be compared, by the names in the tables; all if not given");
+                 "filters to compare, by their names in the tables; by default all");
   add_study_options(&line, 100);
   line.repeatable_option(
       "config", "FILE",
@@ -174,13 +176,13 @@ int study_compensation(const std::vector<std::string>& arguments) {
 int study_faults(const std::vector<std::string>& arguments) {
   CommandLine line(
       "study faults",
-      "What a filter does, and what it says, when robots do what robots do: each fault\n"
-      "is put into the recording in turn.");
+      "What a filter does, and what it says, when something goes wrong: each fault is put into\n"
+      "the recording by itself.");
   line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
   line.options()("share", po::value<double>()->default_value(0.4)->value_name("SHARE"),
                  "share of the drive before the fault")(
       "fault", po::value<std::string>()->default_value("")->value_name("WORDS"),
-      "besides no fault and kidnapping, only those whose name contains this");
+      "only faults whose name contains this, besides no fault and kidnapping");
   add_study_options(&line, 20);
   add_filter_options(&line);
   line.example("study faults plaza2.bag --csv faults.csv");

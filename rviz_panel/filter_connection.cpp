@@ -137,7 +137,7 @@ void FilterConnection::global_localization() {
 }
 
 void FilterConnection::reset() {
-  post([this] { call_empty(names().reset, "Started anew"); });
+  post([this] { call_empty(names().reset, "Started from nothing"); });
 }
 
 void FilterConnection::save_map(const std::string& file) {
@@ -250,7 +250,7 @@ void FilterConnection::subscribe() {
 void FilterConnection::post(Job job) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (jobs_.size() >= kMostJobs) {
-    news_.results.push_back({false, "Not done: too many changes wait for an answer"});
+    news_.results.push_back({false, "Not done: too many changes are waiting for an answer"});
     return;
   }
   jobs_.push_back(std::move(job));

@@ -88,7 +88,8 @@ FilterHealth::Verdict FilterHealth::verdict() const {
   if (sample_size < kFew) {
     return {Level::warning, "Degenerate: " + percent_text(sample_size) + " carry the weight"};
   }
-  if (!timing_.keeps_up()) return {Level::warning, "Too slow: updates take longer than allowed"};
+  if (!timing_.keeps_up())
+    return {Level::warning, "Too slow: updates take longer than the time between observations"};
   return {Level::good, "Healthy"};
 }
 

@@ -81,11 +81,11 @@ void FilterPanel::add_names(QVBoxLayout* layout) {
   node_->setEditable(true);
   node_->setInsertPolicy(QComboBox::NoInsert);
   node_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  node_->setToolTip("The filter's node. Those found are in the list");
+  node_->setToolTip("The node of the filter. The list has those that are running");
   auto* more = new QToolButton;
   more->setText("Names");
   more->setCheckable(true);
-  more->setToolTip("Topics and services, where they were remapped");
+  more->setToolTip("Topics and services, if they were remapped");
   row->addWidget(new QLabel("Filter"));
   row->addWidget(node_, 1);
   row->addWidget(more);
@@ -120,11 +120,12 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
     layout->addWidget(strip);
     return strip;
   };
-  sample_size_strip_ = add({"Effective particles (N_eff)",
-                            "N_eff before each renewal, as share of the particles.\nDashed: below "
-                            "this the population is renewed (grey: the schedule does not ask).\n"
-                            "Ticks: renewals.",
-                            1.0});
+  sample_size_strip_ = add(
+      {"Effective particles (N_eff)",
+       "N_eff before each renewal, as a share of the particles.\n"
+       "Dashed: below this line the population is renewed (grey: the schedule does not use it).\n"
+       "Ticks: renewals.",
+       1.0});
   ancestors_strip_ =
       add({"Distinct ancestors",
            "Particles that had descendants at the last renewal, as share of the "
@@ -132,13 +133,14 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
            "start, whose number can only fall.",
            1.0});
   lost_strip_ = add({"Probability of being lost",
-                     "From the innovations and the spread of the belief.\nDashed: above this the "
-                     "filter warns.",
+                     "From the innovations and the spread of the particles.\n"
+                     "Dashed: above this line the filter warns.",
                      1.0});
   lost_strip_->show_threshold(kLikelyLost, true);
-  load_strip_ =
-      add({"Update time",
-           "Of computation, beside the time between observations.\nDashed: all of it.", 1.2, true});
+  load_strip_ = add({"Update time",
+                     "Time of computation, as a share of the time between observations.\n"
+                     "Dashed: all of that time.",
+                     1.2, true});
   load_strip_->show_threshold(1.0, true);
   refused_ = add_label(layout);
   refused_->setStyleSheet("color: #b3221c;");
@@ -271,8 +273,8 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
     button->setToolTip(exists ? help : "The filter does not offer this");
   };
   enable(global_localization_button_, presence.global_localization,
-         "Forget where the robot is and search everywhere");
-  enable(reset_button_, presence.reset, "Start the filter anew");
+         "Forget where the robot is, and search everywhere");
+  enable(reset_button_, presence.reset, "Start the filter from nothing");
   enable(save_map_button_, presence.save_map, "Write the map to a file");
   controls_->setEnabled(presence.node);
   if (presence.filters != presence_.filters && !node_->view()->isVisible()) {
@@ -350,7 +352,7 @@ void FilterPanel::show_result(bool success, const QString& text) {
 
 void FilterPanel::ask_reset() {
   auto* box = new QMessageBox(QMessageBox::Question, "Reset",
-                              "Start the filter anew? Belief and map are lost.",
+                              "Start the filter from nothing? Pose and map will be lost.",
                               QMessageBox::Ok | QMessageBox::Cancel, this);
   box->setAttribute(Qt::WA_DeleteOnClose);
   connect(box, &QMessageBox::accepted, this, [this] { connection_->reset(); });

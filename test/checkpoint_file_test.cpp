@@ -191,8 +191,9 @@ TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
       {refusal([](auto* s) { s->beacons.pop_back(); }), "is not listed"},
       {refusal([](auto* s) { s->particles = {}; }), "there are no particles"},
       {refusal([](auto* s) { s->particles.x[3] = std::nan(""); }), "is not finite"},
-      {refusal([](auto* s) { s->particles.weight[3] += 0.1; }), "what its logarithm says"},
-      {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }), "not of one size"},
+      {refusal([](auto* s) { s->particles.weight[3] += 0.1; }), "does not match its logarithm"},
+      {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }),
+       "do not all have the same numbers"},
       {refusal([](auto* s) { s->particles.translation_factor[0] = 0.0; }), "is not above 0"},
       {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "instead of 2"},
       {refusal([](auto* s) { s->slow_likelihood = INFINITY; }), "is not finite"},
@@ -250,9 +251,9 @@ std::string refusal(const Read& read, const std::string& path) {
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
   write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
-  EXPECT_EQ(
-      refusal(read_beacon_mcl_checkpoint, path_),
-      "checkpoint " + path_ + " is one of fastslam, not of beacon_mcl; name one of that filter");
+  EXPECT_EQ(refusal(read_beacon_mcl_checkpoint, path_),
+            "checkpoint " + path_ +
+                " is one of fastslam, not of beacon_mcl; give a checkpoint of that filter");
   write_map_file(path_, small_map());
   EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("is not how a checkpoint begins"),
             std::string::npos);

@@ -38,7 +38,7 @@ TEST(FastSlamPipeline, AClockThatIsSetBackIsNoNewStart) {
     scan.header.stamp -= back;
     run.pipeline.handle(scan);
   }
-  EXPECT_FALSE(run.has_said("the filter starts anew"));
+  EXPECT_FALSE(run.has_said("the filter starts from nothing"));
   EXPECT_LT(distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + back)), kLost);
   run.pipeline.publish_results();
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
@@ -55,7 +55,7 @@ TEST(FastSlamPipeline, AfterAJumpBackTheMapMayStay) {
   run.feed(drive);
   const std::uint64_t updates = run.out.statuses.back().updates;
   run.feed(drive);
-  EXPECT_FALSE(run.has_said("the filter starts anew"));
+  EXPECT_FALSE(run.has_said("the filter starts from nothing"));
   EXPECT_GT(run.out.statuses.back().updates, updates + 100);
   EXPECT_EQ(run.out.statuses.back().landmarks, 12u);
   EXPECT_LT(run.error(), kLost);
@@ -105,7 +105,7 @@ TEST(FastSlamPipeline, AJumpOfTheOdometryIsNoMotion) {
     }
   }
   EXPECT_EQ(run.rejected("odom", RejectReason::pose_jump), 4u);
-  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps of the odometry"), "1");
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps of the pose"), "1");
   EXPECT_LT(run.error(), kLost);
   EXPECT_LT(run.map_error(), kLost);
 }
@@ -192,7 +192,7 @@ TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
   EXPECT_LT(
       distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + ros::Duration(12.0))),
       kLost);
-  EXPECT_TRUE(run.has_said("lost: the landmarks seen of late fit the map"));
+  EXPECT_TRUE(run.has_said("lost: the landmarks seen lately fit the map"));
   EXPECT_EQ(run.out.statuses.back().injected, 60u);
   run.pipeline.publish_results();
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);

@@ -86,7 +86,8 @@ TEST(FilterHealth, UpdateTimeBesideTheTimeBetweenObservations) {
     slow.update_time = 0.5;
     health.add(slow);
   }
-  EXPECT_EQ(health.verdict().text, "Too slow: updates take longer than allowed");
+  EXPECT_EQ(health.verdict().text,
+            "Too slow: updates take longer than the time between observations");
 }
 
 TEST(FilterHealth, RejectsByReasonThoseOfTheLastMinuteFirst) {

@@ -190,7 +190,7 @@ TEST(ReadPlaza, DrivesWithoutTruthOrSurveyAreRead) {
   ASSERT_EQ(recording.odometry.size(), 3U);
   EXPECT_DOUBLE_EQ(recording.odometry[0].time, 0.5);  // one interval before the first step's end
   EXPECT_TRUE(recording.truth.empty());
-  EXPECT_TRUE(mentions(recording, "taken as metres"));
+  EXPECT_TRUE(mentions(recording, "metres are assumed"));
   EXPECT_TRUE(mentions(recording, "no variable TL"));
 }
 

@@ -58,7 +58,7 @@ TEST_F(RunBagFastSlam, ParticleErrorsAreThoseOfTheParticlesThatArePublished) {
       run(world_ + " " + out_ + " --set particles=50 --set output/cloud_period=0" +
           " --set odometry_errors/estimate=false");
   ASSERT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_NE(result.out.find("particles' errors"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("errors of the particles"), std::string::npos) << result.out;
   const rosbag::Bag bag = open_bag(out_);
   std::map<double, TruePose> truths;
   for (const TruePose& truth : read_truth(bag, "/ground_truth")) truths[truth.time] = truth;
@@ -110,7 +110,7 @@ TEST_F(RunBagFastSlam, WithoutTheTruthThereAreNoParticleErrors) {
   cut(world_, in, 0.0, kForever, {"/ground_truth", "/ground_truth_landmarks"});
   const ProgramResult result = run(in + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_EQ(result.out.find("particles' errors"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("errors of the particles"), std::string::npos) << result.out;
   EXPECT_EQ(counts_of(out_).count("/particle_errors"), 0u);
 }
 

@@ -259,7 +259,7 @@ TEST_F(SimulateBag, NamesTheLineOfABadMap) {
       {"lm 3 1\n1 2 3\n", ":1: lm has to be followed by 2"},
       {"lm 2 2\n1 2\n1 x\n", ":3: not a point"},
       {"lm 2 5\n1 2\n", "ends 4 points early"},
-      {"lm 2 1\n1 2\nwp 2 1\n0 0\n", "fewer than two way-points"}};
+      {"lm 2 1\n1 2\nwp 2 1\n0 0\n", "fewer than two waypoints"}};
   for (const auto& [text, words] : bad) {
     const std::string map = directory_.write("map.mat", text);
     const ProgramResult result =

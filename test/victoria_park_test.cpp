@@ -146,7 +146,7 @@ TEST(ReadVictoriaPark, NamesWhatIsWrong) {
   directory.write("speed.txt", "1\n2\n");
   EXPECT_NE(error_of(directory.path()).find("has 2 rows and time.txt 3"), std::string::npos);
   write_small_set(directory, 1.6, 3);
-  EXPECT_NE(error_of(directory.path()).find("is no angle of a wheel"), std::string::npos);
+  EXPECT_NE(error_of(directory.path()).find("is not a steering angle"), std::string::npos);
   write_small_set(directory, 0.0, 3);
   directory.write("ObservationAngle.txt", "0 1 0\n3.1 0 0 0\n");
   EXPECT_NE(error_of(directory.path()).find("ObservationAngle.txt:1: 3 angles and 4 distances"),

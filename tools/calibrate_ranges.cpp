@@ -22,16 +22,16 @@ CommandLine command_line() {
   line.positional("bag", "a bag with ranges, beacons and ground truth");
   line.option<std::string>(
       "output", "FILE",
-      "write the calibration as YAML, for run_bag --config; without, it is printed");
-  line.flag("shared", "write one calibration for all beacons, not one for each");
+      "write the calibration as YAML, for run_bag --config; by default it is printed");
+  line.flag("shared", "write one calibration for all beacons instead of one for each");
   line.topic("truth", "/ground_truth", "ground truth of the robot's base");
   line.topic("ranges", "/ranges", "ranges");
   line.topic("beacons", "/beacons", "positions of the beacons");
   line.option<std::string>("base", "FRAME", "base_link", "frame of the robot's base in /tf_static");
   line.option<std::string>("antenna", "X,Y,Z",
-                           "where the antennas sit on the robot (m); without, from /tf_static");
+                           "where the antennas sit on the robot (m); by default from /tf_static");
   line.option<double>("outliers", "SIGMAS", 3.5,
-                      "residuals above this many standard deviations are outliers");
+                      "residuals above this many standard deviations count as outliers");
   line.example("calibrate_ranges plaza2.bag --output calibration.yaml");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml");
   return line;
@@ -152,14 +152,14 @@ void print_notes(const Samples& samples, const std::vector<RangeFit>& fits) {
   note(samples.without_heading, "the antenna is off the robot's centre, and its heading unknown");
   if (samples.travel_for_heading) {
     std::printf(
-        "  the truth has no heading: the direction of travel is taken to place the antenna\n");
+        "  the truth has no heading: the direction of travel is used to place the antenna\n");
   }
   for (const RangeFit& fit : fits) {
     if (fit.is_shared) {
       std::printf("  beacon %s: too few ranges for values of its own\n", name_of(fit).c_str());
     } else if (fit.scale_is_fixed) {
       std::printf(
-          "  beacon %s: its distances are too alike to tell scale from bias; scale fixed at 1\n",
+          "  beacon %s: its distances are too similar to tell scale from bias; scale fixed at 1\n",
           name_of(fit).c_str());
     }
   }

@@ -14,15 +14,14 @@ using namespace pf_resampling;
 CommandLine command_line() {
   CommandLine line(
       "check_bag",
-      "Says what is in a bag and what is missing for each filter: topics, rates, gaps,\n"
-      "stamps, frames, numbers, beacons, landmarks. Exits with 0 if a filter can run on "
-      "it, with 1 if none can.");
+      "Says what is in a bag (topics, rates, gaps, stamps, frames, beacons, landmarks) and\n"
+      "what each filter is missing. Exits with 0 if a filter can run on it, with 1 if none can.");
   line.positional("in.bag", "the bag to look at");
   const CheckedTopics usual;
   line.topic("odom", usual.odom, "odometry");
   line.topic("ranges", usual.ranges, "ranges to beacons");
   line.topic("sensor-ranges", usual.sensor_ranges, "ranges as sensor_msgs/Range");
-  line.topic("beacons", usual.beacons, "where the beacons are");
+  line.topic("beacons", usual.beacons, "places of the beacons");
   line.topic("landmarks", usual.landmarks, "observations of landmarks");
   line.topic("ground-truth", usual.ground_truth, "true poses");
   line.example("check_bag plaza2.bag");

@@ -24,46 +24,47 @@ CommandLine command_line() {
   CommandLine line("evaluate_bag",
                    "Errors of an estimated path and map against the ground truth in the same bag.");
   line.positional("bag", "what run_bag or a launch file recorded");
-  line.option<double>("clip", "SHARE", 0.0,
-                      "share of the time, from the start, left out of the errors; in [0, 1)");
+  line.option<double>(
+      "clip", "SHARE", 0.0,
+      "share of the time at the start that does not count for the errors; in [0, 1)");
   line.option<std::string>("json", "FILE", "write the figures as JSON");
   line.option<std::string>(
       "plot", "FILE",
-      "draw paths and errors (.png, .pdf or .svg); without ground truth the paths alone");
+      "draw paths and errors (.png, .pdf or .svg); without ground truth only the paths");
   line.topic("truth", "/ground_truth",
              "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped");
   line.option<std::string>(
       "truth-frame", "FRAME",
-      "frame on the robot (/tf_static) whose place the truth is, an antenna's for instance; by "
-      "default ground_truth if there is one, else base_link");
+      "frame on the robot (/tf_static) that the truth is about, for instance an antenna; by "
+      "default ground_truth if that frame exists, otherwise base_link");
   line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
   line.topic("odom", "/odom", "dead reckoning; 'none' leaves it out");
   line.topic("beacons", "/beacons", "beacons, for the picture");
   line.option<double>(
       "lost-error", "METRES", 0.0,
-      "error above which the robot is lost; 0: 0.2 m + 3 % of the extent of the true path");
+      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
   line.option<double>(
       "max-gap", "SECONDS", 0.0,
-      "longest gap of the estimate to interpolate across; 0: three median intervals, at least 1 s");
-  line.topic("landmark-map", "/landmark_map", "estimated map; its last message is judged");
+      "longest gap in the estimate to interpolate over; 0: three median intervals, at least 1 s");
+  line.topic("landmark-map", "/landmark_map", "estimated map; its last message is evaluated");
   line.topic("true-landmarks", "/ground_truth_landmarks", "true map");
   line.topic("landmarks", "/landmarks", "observations, for --batch");
   line.topic("path", "/path",
-             "a mapper's whole path as it was believed at the end; its last message is judged");
+             "the whole path as the filter believes it at the end; its last message is evaluated");
   line.topic("status", "/status", "the filter's status, for its particles");
   line.topic("particle-errors", "/particle_errors",
              "errors of the particles' poses and maps, as run_bag writes them");
   line.option<std::string>(
       "match", "HOW", "auto",
-      "which true landmark an estimated one is: id, nearest, or auto: by id if the ids fit");
+      "how to match estimated and true landmarks: id, nearest, or auto (by id if the ids fit)");
   line.option<double>(
       "gate", "METRES", 0.0,
-      "how far the nearest may be; 0: half the usual distance of neighbours, at least 0.5 m");
+      "largest distance to the nearest; 0: half the usual distance of neighbours, at least 0.5 m");
   line.option<std::string>(
       "frame", "WHICH", "auto",
-      "the estimate's frame: given (as it is), start (moved to agree at the first true pose), fit "
-      "(moved to fit best); auto: given, but start, or fit without true headings, if the bag has a "
-      "map and no /initialpose");
+      "how to lay the estimate on the truth: given (as it is), start (so that it agrees at the "
+      "first true pose), fit (where it fits best); auto: given; if the bag has a map and no "
+      "/initialpose: start, or fit without true headings");
   line.flag(
       "batch",
       "compare with the least-squares solution of odometry and observations with ids (Ceres)");
@@ -134,7 +135,7 @@ Request request_from(const CommandLine& line) {
   request.status = line.topic("status");
   request.particle_errors = line.topic("particle-errors");
   if (request.online_period) {
-    if (!request.with_batch) throw UsageError("--batch-online belongs to --batch");
+    if (!request.with_batch) throw UsageError("--batch-online needs --batch");
     if (!(*request.online_period > 0.0)) throw UsageError("--batch-online has to be above 0 s");
   }
   if (request.with_batch && !request.with_odometry) {
@@ -431,8 +432,8 @@ void draw_paths_alone(Recorded run, const Request& request) {
     run.dead_reckoning = align_at_start(run.dead_reckoning, reference_of(run.estimate));
   }
   if (!request.is_quiet) {
-    std::printf("%s: no %s, so no errors: the paths alone are drawn\n", request.bag.c_str(),
-                request.truth.c_str());
+    std::printf("%s: no %s, so there are no errors; only the paths are drawn\n",
+                request.bag.c_str(), request.truth.c_str());
   }
   plot_paths(picture_of(run, request.bag), *request.plot);
 }

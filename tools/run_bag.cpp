@@ -9,30 +9,31 @@ namespace pf_resampling {
 namespace {
 
 CommandLine command_line() {
-  CommandLine line("run_bag", "Runs a filter over a bag; the output bag holds inputs and outputs.");
+  CommandLine line("run_bag", "Runs a filter over a bag. The output bag holds inputs and outputs.");
   line.positional("filter", "beacon_mcl or fastslam");
-  line.optional_positional(
-      "in.bag",
-      "with odometry and: ranges and, unless configured, beacons; or landmark observations");
-  line.optional_positional("out.bag", "to be written");
+  line.optional_positional("in.bag",
+                           "bag to read: odometry, and either ranges and beacons (or beacons in "
+                           "--config), or landmark observations");
+  line.optional_positional("out.bag", "bag to write");
   add_filter_options(&line);
   add_beacon_mcl_topics(&line);
   line.topic("landmarks", FastSlamTopics().landmarks, "landmark observations");
-  line.option<std::string>("seed", "N", "of the random numbers (1)");
-  line.option<std::string>("threads", "N", "beacon_mcl: of computation (1); the result does not depend on it");
-  line.flag("no-clouds", "leave out what is for looking at: clouds, path, markers");
+  line.option<std::string>("seed", "N", "seed of the random numbers (1)");
+  line.option<std::string>("threads", "N",
+                           "beacon_mcl: number of threads (1); the result does not depend on it");
+  line.flag("no-clouds", "leave out what is only for looking at: clouds, path, markers");
   line.flag("pose-only", "write pose and tf only");
   line.option<std::string>(
       "load-map", "FILE",
-      "fastslam: go on from a saved map; with --set map/frozen=true localize in it");
+      "fastslam: continue a saved map; with --set map/frozen=true localize in it");
   line.option<std::string>("save-map", "FILE", "fastslam: save the map at the end");
   line.option<std::string>(
-      "resume", "FILE", "go on from a checkpoint; with the configuration of the run that wrote it");
-  line.option<std::string>("save-checkpoint", "FILE", "write one at the end");
-  line.option_with_implicit(
-      "parameters", "FORMAT", "yaml",
-      "print all parameters with the values that the other options give, and end: as a YAML file, "
-      "or with =markdown as a table");
+      "resume", "FILE",
+      "continue from a checkpoint, with the configuration of the run that wrote it");
+  line.option<std::string>("save-checkpoint", "FILE", "write a checkpoint at the end");
+  line.option_with_implicit("parameters", "FORMAT", "yaml",
+                            "print all parameters, with the values that the other options set, and "
+                            "stop: as YAML, or as a table with =markdown");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml --pose-only");
   line.example("run_bag fastslam mrclam.bag out.bag --save-map lab.map");
@@ -51,7 +52,8 @@ int run(const std::vector<std::string>& arguments) {
   }
   for (const char* option : {"load-map", "save-map"}) {
     if (line.has(option) && !is_fastslam) {
-      throw UsageError(std::string("--") + option + " is for fastslam, which has a map");
+      throw UsageError(std::string("--") + option +
+                       " is only for fastslam, because beacon_mcl has no map");
     }
   }
   if (line.has("parameters")) {

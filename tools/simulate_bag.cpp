@@ -37,23 +37,29 @@ CommandLine command_line() {
       "Worlds: " +
           joined(builtin_worlds(), ", ") +
           ", or the path of\n"
-          "a YAML file like those of config/worlds, or of a map of the public FastSLAM simulator\n"
-          "(.mat with landmarks lm and way-points wp), driven by the robot of indoor_two_loops\n"
+          "a YAML file like those in config/worlds, or of a map of the public FastSLAM simulator\n"
+          "(.mat with landmarks lm and waypoints wp), driven by the robot of indoor_two_loops\n"
           "with a sensor that reaches 30 m.");
   line.positional("WORLD", "name of a world, or path of a world's YAML file or of a map");
   line.positional("out.bag", "the bag to write");
   line.option<std::int64_t>("seed", "N", 1,
                             "seed of the noise; the path driven does not depend on it");
-  line.option<double>("duration", "S", "length of the drive in seconds, instead of the world's");
-  line.flag("repeat", "after the last way-point the first one again, until --duration is over");
-  line.option<std::string>("beacons-z", "Z[,Z...]",
-                           "height of all beacons, or of each, in metres, instead of the world's");
-  line.option<double>("speed", "V", "m/s, instead of the world's");
+  line.option<double>("duration", "S",
+                      "length of the drive in seconds, instead of that of the world");
+  line.flag("repeat",
+            "after the last waypoint start again with the first, until --duration is over");
+  line.option<std::string>(
+      "beacons-z", "Z[,Z...]",
+      "height of all beacons, or of each, in metres, instead of those of the world");
+  line.option<double>("speed", "V", "speed in m/s, instead of that of the world");
   line.option<double>("sensor-range", "R",
-                      "how far landmarks are seen, in metres, instead of the world's");
-  line.option<double>("range-noise", "SIGMA",
-                      "of landmark observations, in metres, instead of the world's");
-  line.option<double>("bearing-noise", "SIGMA", "likewise, in radians");
+                      "how far landmarks are seen, in metres, instead of that of the world");
+  line.option<double>(
+      "range-noise", "SIGMA",
+      "standard deviation of the range of landmarks, in metres, instead of that of the world");
+  line.option<double>(
+      "bearing-noise", "SIGMA",
+      "standard deviation of the bearing of landmarks, in radians, instead of that of the world");
   line.flag("unknown-ids", "landmark observations carry no ids (-1)");
   line.example("simulate_bag beacons_circle circle.bag --seed 1");
   line.example("simulate_bag beacons_figure8 high.bag --duration 300 --beacons-z 2.5");

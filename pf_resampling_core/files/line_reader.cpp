@@ -20,7 +20,7 @@ LineReader::LineReader(const Kind& kind, const std::string& path) : kind_(kind),
     throw Error(where + " is not how a " + kind_.content + " begins; " + kind_.if_other);
   }
   if (line_ != kind_.first_line()) {
-    throw Error(where + " is of a version that this program does not read, which is \"" +
+    throw Error(where + " has a version that this program does not read; it reads \"" +
                 kind_.first_line() + "\"; " + kind_.if_version);
   }
 }
@@ -42,7 +42,7 @@ void LineReader::take(const std::string& keyword, std::size_t words) {
     begin = end + 1;
   }
   if (words_.front() != keyword) {
-    refuse(printable(line_) + " stands where a line \"" + keyword + "\" has to be");
+    refuse(printable(line_) + " is where a line \"" + keyword + "\" should be");
   }
   if (words_.size() != words + 1) {
     refuse("after \"" + keyword + "\" there are " + std::to_string(words_.size() - 1) +
@@ -95,10 +95,10 @@ void LineReader::take_end() {
   const std::string expected = checksum_.end_line(lines_);
   take_line();
   if (line_ != expected) {
-    refuse(printable(line_) + " is not the end that belongs to what comes before, which is \"" +
-           expected + "\"");
+    refuse(printable(line_) + " does not fit the lines before it; the end should be \"" + expected +
+           "\"");
   }
-  if (stream_.peek() != std::char_traits<char>::eof()) refuse("there is more after the end");
+  if (stream_.peek() != std::char_traits<char>::eof()) refuse("there are more lines after the end");
 }
 
 void LineReader::take_line() {

@@ -73,7 +73,7 @@ class LineWriter::NewFile {
     if (descriptor_ >= 0) close(descriptor_);
     descriptor_ = -1;
     throw Error(std::string(kind_.name) + " " + path_ + " cannot be written: " + reason +
-                "; name a file in a folder that exists, has space and may be written to");
+                "; give a file in a folder that exists, has space and is writable");
   }
 
   Kind kind_;

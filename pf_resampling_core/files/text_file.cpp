@@ -37,13 +37,13 @@ bool parse(const std::string& word, std::int64_t most, std::int64_t* value) {
 void open(const std::string& what, const std::string& path, std::ifstream* stream) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    throw Error(what + " " + path + " is no file; name one that can be read");
+    throw Error(what + " " + path + " is not a file; give one that can be read");
   }
   errno = 0;
   stream->open(path, std::ios::binary);
   if (!*stream) {
     throw Error(what + " " + path + " cannot be read: " + std::strerror(errno != 0 ? errno : EIO) +
-                "; name one that can be read");
+                "; give one that can be read");
   }
 }
 

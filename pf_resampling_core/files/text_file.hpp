@@ -28,16 +28,16 @@ inline constexpr Kind kMap = {"map file",
                               "map",
                               "pf_resampling map ",
                               "1",
-                              "name one that save_map wrote",
+                              "give one that save_map wrote",
                               "save the map again with this program",
                               "save the map again or take another copy"};
 inline constexpr Kind kCheckpoint = {"checkpoint",
                                      "checkpoint",
                                      "pf_resampling checkpoint ",
                                      "1",
-                                     "name one that was written as a checkpoint",
+                                     "give a file that was written as a checkpoint",
                                      "write a new one with this program",
-                                     "take another copy or start without"};
+                                     "take another copy or start without it"};
 
 /// Numbers are written and read with a point, whatever the locale of the program.
 class ClassicLocale {

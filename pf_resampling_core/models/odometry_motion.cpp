@@ -41,7 +41,7 @@ void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
   ParameterList& list = *parameters;
   list.push_back(real_parameter("odometry/translation_per_distance",
                                 &noise->translation_per_distance, 0.0, 10.0, "m/sqrt(m)",
-                                "Standard deviation of the distance after one metre."));
+                                "Standard deviation of the driven distance after one metre."));
   list.push_back(real_parameter("odometry/slip_per_distance", &noise->slip_per_distance, 0.0, 10.0,
                                 "m/sqrt(m)",
                                 "Standard deviation of the sideways offset after one metre."));
@@ -50,7 +50,7 @@ void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
                                 "Standard deviation of the heading after one metre."));
   list.push_back(real_parameter("odometry/heading_per_angle", &noise->heading_per_angle, 0.0, 10.0,
                                 "rad/sqrt(rad)",
-                                "Standard deviation of the heading after one radian turned."));
+                                "Standard deviation of the heading after a turn by one radian."));
   list.push_back(real_parameter("odometry/heading_per_time", &noise->heading_per_time, 0.0, 10.0,
                                 "rad/sqrt(s)",
                                 "Standard deviation of the heading after one second."));

@@ -194,8 +194,8 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
   maximum_if_usable(log_weights.data(), size, &shift);
   if (!is_finite(shift)) {
     throw Error(
-        "normalize: the log-weights are none, hold NaN or +infinity, or all are -infinity; reset "
-        "them to uniform");
+        "normalize: there are no log-weights, or one is NaN or +infinity, or all are -infinity; "
+        "reset them to uniform");
   }
   Sums sums;
   exponentials(log_weights.data(), shift, size, linear.data(), &sums);

@@ -82,8 +82,8 @@ SimulatedDrive simulate(const World& world, std::uint64_t seed) {
   }
   if (world.duration <= 0.0 && !driver.finished()) {
     throw Error(
-        "the last way-point is not reached within a day: the robot circles a way-point; "
-        "raise robot/reached_distance or robot/yaw_rate_gain, or give a duration");
+        "the robot does not reach the last waypoint within a day, because it circles around a "
+        "waypoint; raise robot/reached_distance or robot/yaw_rate_gain, or give a duration");
   }
   return drive;
 }

@@ -55,7 +55,7 @@ void check_drive(const World& world) {
   }
   for (const auto& [name, waypoint] : world.closures) {
     if (waypoint < 0 || waypoint >= static_cast<int>(world.waypoints.size())) {
-      fail("closure_" + name, waypoint, "the position of a way-point, from 0");
+      fail("closure_" + name, waypoint, "the number of a waypoint, counted from 0");
     }
   }
 }

@@ -144,16 +144,16 @@ void add_parameters(CompensationOptions* options, ParameterList* parameters) {
   const std::string group = "population/compensation/";
   parameters->push_back(
       choice_parameter(group + "pairing", &options->pairing, all_pairings(),
-                       "How a weak particle finds the strong one it is blended with."));
+                       "How a weak particle finds the strong particle that it is blended with."));
+  parameters->push_back(real_above_parameter(
+      group + "ratio", &options->ratio, 0.0, 1.0, "",
+      "Share of the weak half of the particles that is blended, weakest first."));
+  parameters->push_back(choice_parameter(
+      group + "covariance", &options->covariance, all_covariance_treatments(),
+      "Covariance of a blended landmark: kept, or matched to the moments of both."));
   parameters->push_back(
-      real_above_parameter(group + "ratio", &options->ratio, 0.0, 1.0, "",
-                           "Share of the weak half that is compensated, worst first."));
-  parameters->push_back(choice_parameter(group + "covariance", &options->covariance,
-                                         all_covariance_treatments(),
-                                         "What becomes of a blended landmark's covariance."));
-  parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
-                                         all_compensated_weights(),
-                                         "Weights after a compensation."));
+      choice_parameter(group + "weights_after", &options->weights_after, all_compensated_weights(),
+                       "Weights after compensation: all equal (reset), or the mean of each pair."));
 }
 
 CompensationResult compensate(const CompensationOptions& options, ConstArray weights,
@@ -205,7 +205,7 @@ void check_pairs(const std::vector<BlendPair>& pairs, int particles) {
     std::uint8_t& role_of_low = roles[static_cast<std::size_t>(pair.low)];
     std::uint8_t& role_of_high = roles[static_cast<std::size_t>(pair.high)];
     if (pair.low == pair.high || role_of_low != 0 || role_of_high == kLow) {
-      bad_pair(pair, "a low slot may stand in one pair only and be no other's high");
+      bad_pair(pair, "a low slot may be in one pair only, and may not be the high slot of another");
     }
     role_of_low = kLow;
     role_of_high = kHigh;

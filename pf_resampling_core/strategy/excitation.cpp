@@ -139,20 +139,20 @@ Excitation excitation_from_string(const std::string& name) {
 void add_parameters(ExcitationOptions* options, ParameterList* parameters) {
   ParameterList& list = *parameters;
   list.push_back(choice_parameter("excitation/method", &options->method, all_excitations(),
-                                  "Perturbation of the particles after a renewal."));
+                                  "Noise that is added to the particles after a renewal."));
   list.push_back(real_parameter("excitation/sigma_position", &options->sigma_position, 0.0, 100.0,
-                                "m", "gaussian: standard deviation per axis."));
+                                "m", "gaussian: standard deviation of the position, per axis."));
   list.push_back(real_parameter("excitation/sigma_heading", &options->sigma_heading, 0.0, 3.2,
                                 "rad", "gaussian: standard deviation of the heading."));
   list.push_back(real_parameter("excitation/bandwidth_scale", &options->bandwidth_scale, 0.0, 2.0,
-                                "", "regularized: multiple of Silverman's bandwidth."));
-  list.push_back(
-      boolean_parameter("excitation/keep_variance", &options->keep_variance,
-                        "regularized: pull towards the mean so that the variance is kept."));
+                                "", "regularized: bandwidth, as a multiple of Silverman's."));
+  list.push_back(boolean_parameter("excitation/keep_variance", &options->keep_variance,
+                                   "regularized: pull the particles towards their mean, so that "
+                                   "the noise does not increase their variance."));
   list.push_back(real_parameter("excitation/roughening_scale", &options->roughening_scale, 0.0, 1.0,
-                                "", "roughening: Gordon's K."));
+                                "", "roughening: the factor K of Gordon (1993)."));
   list.push_back(boolean_parameter("excitation/duplicates_only", &options->duplicates_only,
-                                   "Leave the first copy of each ancestor where it is."));
+                                   "Leave the first copy of each particle where it is."));
 }
 
 void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIndices ancestors,

@@ -168,18 +168,20 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
                                          all_resampling_schemes(), "Resampling scheme."));
   parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
                                          inner_resampling_schemes(),
-                                         "Scheme inside partial and rank_based."));
-  parameters->push_back(real_parameter(group + "partial_high", &options->partial_high, 1.0, 1000.0,
-                                       "",
-                                       "partial: weights above this multiple of 1/M take part."));
-  parameters->push_back(real_parameter(group + "partial_low", &options->partial_low, 0.0, 1.0, "",
-                                       "partial: weights below this multiple of 1/M take part."));
-  parameters->push_back(
-      real_parameter(group + "rank_max", &options->rank_max, 1.0, 2.0, "",
-                     "rank_based: eta_max, times 1/M the probability of the best particle."));
+                                         "Scheme that partial and rank_based use inside."));
+  parameters->push_back(real_parameter(
+      group + "partial_high", &options->partial_high, 1.0, 1000.0, "",
+      "partial: particles with a weight above this multiple of 1/M take part (M particles)."));
+  parameters->push_back(real_parameter(
+      group + "partial_low", &options->partial_low, 0.0, 1.0, "",
+      "partial: particles with a weight below this multiple of 1/M take part (M particles)."));
+  parameters->push_back(real_parameter(
+      group + "rank_max", &options->rank_max, 1.0, 2.0, "",
+      "rank_based: eta_max; the best particle is drawn with probability eta_max/M."));
   parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
                                          all_weights_after(),
-                                         "Weights after partial and rank_based."));
+                                         "Weights after partial and rank_based: all equal (reset), "
+                                         "or corrected so that the result is unbiased."));
 }
 
 bool keeps_size(const ResamplingOptions& options) {

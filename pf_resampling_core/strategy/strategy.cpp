@@ -37,13 +37,15 @@ std::string to_string(Renewal renewal) {
 void add_parameters(StrategyOptions* options, ParameterList* parameters) {
   parameters->push_back(choice_parameter("population/schedule", &options->schedule, all_schedules(),
                                          "When the population is renewed."));
+  parameters->push_back(real_above_parameter(
+      "population/threshold", &options->threshold, 0.0, 1.0, "",
+      "effective_sample_size: renew when N_eff falls below this share of the particles."));
   parameters->push_back(
-      real_above_parameter("population/threshold", &options->threshold, 0.0, 1.0, "",
-                           "Renew when N_eff falls below this share of the particles."));
-  parameters->push_back(integer_parameter("population/every_n", &options->every_n, 1, 1000000,
-                                          "Observations between renewals under every_n."));
-  parameters->push_back(choice_parameter("population/renewal", &options->renewal, all_renewals(),
-                                         "How the population is renewed."));
+      integer_parameter("population/every_n", &options->every_n, 1, 1000000,
+                        "every_n: number of observations from one renewal to the next."));
+  parameters->push_back(
+      choice_parameter("population/renewal", &options->renewal, all_renewals(),
+                       "What renewing means: resampling, compensation, or nothing."));
   add_parameters(&options->resampling, parameters);
   add_parameters(&options->compensation, parameters);
   add_parameters(&options->excitation, parameters);

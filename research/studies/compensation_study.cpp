@@ -249,7 +249,7 @@ double filter_milliseconds(const Drive& drive, const FastSlamOptions& options, s
 void check(const World& world, const CompensationStudyOptions& options) {
   if (options.drives < 2) {
     throw Error("seeds is " + std::to_string(options.drives) +
-                ": it has to be at least 2, for there to be standard errors");
+                ": it has to be at least 2, because standard errors need two runs");
   }
   if (options.jobs < 1) {
     throw Error("jobs is " + std::to_string(options.jobs) + ": it has to be at least 1");
@@ -257,12 +257,12 @@ void check(const World& world, const CompensationStudyOptions& options) {
   if (options.variants.empty()) throw Error("a study needs at least one variant");
   if (world.landmarks.empty() || world.landmark_sensor.period <= 0.0) {
     throw Error("world " + world.name +
-                " has no landmarks, or no sensor that sees them: nothing to be mapped; one that "
-                "has is indoor_two_loops");
+                " has no landmarks, or no sensor that sees them; indoor_two_loops has both");
   }
   if (options.base.association.method != DataAssociation::known) {
-    throw Error("association/method is " + to_string(options.base.association.method) +
-                ": the study needs known, for eq. 5 of Kwak (2008) compares landmark by landmark");
+    throw Error(
+        "association/method is " + to_string(options.base.association.method) +
+        ": the study needs known, because eq. 5 of Kwak (2008) compares landmark by landmark");
   }
 }
 

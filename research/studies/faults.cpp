@@ -326,7 +326,7 @@ Fault kidnapped(const RecordedDrive& drive, double begin, double distance) {
     }
   }
   if (to == nullptr) {
-    throw Error("kidnapping: the robot never is " + fixed(distance, 1) + " m from where it is at " +
+    throw Error("kidnapping: the robot is never " + fixed(distance, 1) + " m from where it is at " +
                 fixed(begin, 1) + " s");
   }
   const double cut = to->time - begin;

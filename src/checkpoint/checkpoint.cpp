@@ -54,9 +54,9 @@ Checkpoint read(const std::string& path, const char* filter, const ReadFilter& r
   const bool is_other = found == kBeaconMcl || found == kFastSlam;
   if (found != filter && is_other) {
     throw Error("checkpoint " + path + " is one of " + found + ", not of " + filter +
-                "; name one of that filter");
+                "; give a checkpoint of that filter");
   }
-  if (found != filter) reader.refuse(text_file::printable(found) + " is no filter");
+  if (found != filter) reader.refuse(text_file::printable(found) + " is not a filter");
   Checkpoint checkpoint;
   checkpoint.progress = read_progress(&reader);
   read_filter_lines(&reader, &checkpoint);

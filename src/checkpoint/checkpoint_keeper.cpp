@@ -13,12 +13,12 @@
 namespace pf_resampling {
 
 void add_parameters(CheckpointOptions* options, ParameterList* list) {
+  list->push_back(text_parameter("checkpoint/file", &options->file,
+                                 "Live: file to which the node writes all that the filter knows, "
+                                 "from time to time; empty: none."));
   list->push_back(
-      text_parameter("checkpoint/file", &options->file,
-                     "Live: file to which the whole filter is written from time to time; "
-                     "empty: none."));
-  list->push_back(real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
-                                       "Time between checkpoints, by the wall clock."));
+      real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
+                           "Time between two checkpoints, in real (not simulated) time."));
   list->push_back(boolean_parameter("checkpoint/resume", &options->resume,
                                     "Live: continue from that file at the start, if it exists."));
 }
@@ -58,7 +58,7 @@ void CheckpointKeeper::start(const std::function<void(const std::string& path)>&
     start_ = "from " + options_.file;
     log_(LogLevel::info, "continuing from the checkpoint " + options_.file);
   } catch (const Error& error) {
-    problem_ = std::string("started anew: ") + error.what();
+    problem_ = std::string("started from nothing: ") + error.what();
     log_(LogLevel::warning, problem_);
   }
 }
@@ -86,7 +86,7 @@ void CheckpointKeeper::write(Write write) {
 std::string CheckpointKeeper::write_now(const std::string& path, const Write& write) {
   const std::string& file = path.empty() ? options_.file : path;
   if (file.empty()) {
-    throw Error("checkpoint: no file is named; give one, or set the parameter checkpoint/file");
+    throw Error("checkpoint: no file is given; give one, or set the parameter checkpoint/file");
   }
   take_result(true);
   write(file);

@@ -50,9 +50,9 @@ std::string fault_of(const SavedProgress& progress) {
     if (odometry.stamp <= previous) return "the stamps of the odometry do not ascend";
     previous = odometry.stamp;
   }
-  if (previous / kNanoseconds > kLatest) return "a stamp is beyond what ROS 1 can reckon with";
+  if (previous / kNanoseconds > kLatest) return "a stamp is too large for ROS 1";
   if (progress.used < progress.odometry.front().stamp || progress.used > previous) {
-    return "the odometry does not cover what has been used";
+    return "the odometry does not reach back to what the filter has used";
   }
   if (progress.first_odometry < 0 || progress.last_observation < 0) return "a stamp is negative";
   if (!(progress.lost_probability >= 0.0 && progress.lost_probability <= 1.0)) {

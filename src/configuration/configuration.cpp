@@ -82,13 +82,13 @@ void add_entry(const std::string& list, const Entry& entry, Configuration* confi
     beacon.is_planar = entry.fields.count("z") == 0;
     for (const Beacon& other : configuration->beacons) {
       if (other.id == beacon.id) {
-        throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " stands there twice");
+        throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " appears twice");
       }
     }
     const auto frame = entry.fields.find("frame");
     if (frame != entry.fields.end() &&
         !configuration->beacon_frames.emplace(without_slash(frame->second), beacon.id).second) {
-      throw Error(entry.where + ": the frame '" + frame->second + "' stands there twice");
+      throw Error(entry.where + ": the frame '" + frame->second + "' appears twice");
     }
     configuration->beacons.push_back(beacon);
   } else if (list == "calibration") {
@@ -158,7 +158,7 @@ void flatten(const std::string& file, const std::string& prefix, const YAML::Nod
       configuration->values[name] = value.Scalar();
     } else {
       throw Error(where_of(file, item.first) + ": '" + name +
-                  "' has no value that a parameter can have (number, word, true or false)");
+                  "' has a value that is not a number, a word, true or false");
     }
   }
 }
@@ -178,7 +178,7 @@ std::string text_of(const std::string& name, XmlRpc::XmlRpcValue value) {
       return static_cast<std::string>(value);
     default:
       throw Error("parameter '" + name +
-                  "' has no value that a parameter can have (number, word, true or false)");
+                  "' has a value that is not a number, a word, true or false");
   }
 }
 
@@ -234,7 +234,7 @@ Configuration read_configuration(const std::string& path) {
   while ((count = std::fread(block, 1, sizeof(block), file)) > 0) text.append(block, count);
   const bool failed = std::ferror(file) != 0;
   std::fclose(file);
-  if (failed) throw Error(path + ": cannot be read; is it a file?");
+  if (failed) throw Error(path + ": cannot be read; is it a regular file?");
   return parse_configuration(text, path);
 }
 
@@ -264,8 +264,7 @@ Configuration parse_assignment(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
     throw Error("'" + text +
-                "' is no assignment; write name=value, for instance "
-                "population/threshold=0.5");
+                "' is not an assignment; write name=value, for instance population/threshold=0.5");
   }
   Configuration configuration;
   configuration.values[text.substr(0, equals)] = text.substr(equals + 1);

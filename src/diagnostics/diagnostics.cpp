@@ -70,7 +70,7 @@ DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
   if (inputs.message.empty()) inputs.message = "fine";
   add_value(observations + " waiting", std::to_string(waiting), &inputs);
   add_value("jumps back in time", std::to_string(odometry.time_jumps()), &inputs);
-  add_value("jumps of the odometry", std::to_string(odometry.pose_jumps()), &inputs);
+  add_value("jumps of the pose", std::to_string(odometry.pose_jumps()), &inputs);
   for (const RejectCounter::Count& count : rejects.counts()) {
     add_value("rejected " + count.input + " " + to_string(count.reason),
               std::to_string(count.count) + ", last: " + count.latest, &inputs);
@@ -101,7 +101,7 @@ DiagnosticStatus timing_diagnostic(const std::string& name, const UpdateTiming& 
   }
   *reported_drops = drops;
   if (!timing.keeps_up()) {
-    worsen(DiagnosticStatus::WARN, "updates take longer than there is time between " + observations,
+    worsen(DiagnosticStatus::WARN, "updates take longer than the time between " + observations,
            &status);
   }
   if (status.message.empty()) status.message = "keeps up";

@@ -8,11 +8,12 @@ namespace pf_resampling {
 
 FramePattern::FramePattern(const std::string& pattern) {
   if (pattern.empty()) return;
-  const std::string remedy = "; it has to be one for frame names with one group, as tag_(\\d+)";
+  const std::string remedy =
+      "; it has to be a regular expression for names of frames with one group, such as tag_(\\d+)";
   try {
     expression_.emplace(pattern);
   } catch (const std::regex_error& error) {
-    throw Error("'" + pattern + "' is no regular expression (" + error.what() + ")" + remedy);
+    throw Error("'" + pattern + "' is not a regular expression (" + error.what() + ")" + remedy);
   }
   if (expression_->mark_count() != 1) {
     throw Error("'" + pattern + "' is a regular expression with " +

@@ -30,8 +30,7 @@ std::optional<Rejection> check_covariance(const boost::array<double, 36>& covari
   }
   if (!is_covariance(planar)) {
     return rejection(RejectReason::impossible_variance,
-                     "the covariance is not symmetric, or negative "
-                     "in some direction");
+                     "the covariance is not symmetric or not positive semidefinite");
   }
   if (planar.diagonal().maxCoeff() > kLargestVariance) {
     return rejection(RejectReason::impossible_variance, "the covariance has a variance of ",
@@ -54,7 +53,7 @@ std::optional<Rejection> check(const ros::Time& stamp) {
   // Differences of stamps are of 32 bits with sign; ROS throws at larger ones.
   if (stamp.sec > 0x7fffffffU) {
     return rejection(RejectReason::impossible_stamp, "the stamp is ", stamp.sec,
-                     " s, which ROS 1 cannot reckon with");
+                     " s, which is too large for ROS 1");
   }
   return std::nullopt;
 }

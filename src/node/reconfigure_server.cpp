@@ -197,7 +197,7 @@ bool ReconfigureServer::take(dynamic_reconfigure::Reconfigure::Request& request,
   try {
     set_(values_of(request.config));
   } catch (const Error& error) {
-    ROS_WARN("parameters stay as they were: %s", error.what());
+    ROS_WARN("parameters not changed: %s", error.what());
   }
   publish();
   response.config = to_config(parameters_());

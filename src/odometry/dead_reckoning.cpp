@@ -36,7 +36,8 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       return rejected(RejectReason::time_gap, step + " after the newest");
     case OdometryBuffer::Addition::pose_jump:
       return rejected(RejectReason::pose_jump,
-                      "it moves faster than odometry_input/max_speed and max_turn_rate");
+                      "it moves faster than odometry_input/max_speed or turns faster than "
+                      "odometry_input/max_turn_rate");
     case OdometryBuffer::Addition::time_jumped_back:
       ++time_jumps_;
       taken.time_jumped_back = true;
@@ -52,7 +53,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       break;
     case OdometryBuffer::Addition::pose_jumped:
       ++pose_jumps_;
-      taken.warning = "the odometry jumped: the jump is taken as no motion";
+      taken.warning = "the odometry jumped; the jump does not count as motion";
       break;
   }
   if (first_.isZero()) {
@@ -78,8 +79,9 @@ std::optional<Rejection> DeadReckoning::check_stamp(ros::Time stamp, double tole
                      seconds_text((first_ - stamp).toSec()) + " before the first odometry"};
   }
   if (stamp + ros::Duration(tolerance) < used_) {
-    return Rejection{RejectReason::old, seconds_text((used_ - stamp).toSec()) +
-                                            " older than what the filter has used"};
+    return Rejection{RejectReason::old,
+                     seconds_text((used_ - stamp).toSec()) +
+                         " older than the observations that the filter has used"};
   }
   return std::nullopt;
 }

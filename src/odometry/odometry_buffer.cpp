@@ -48,10 +48,9 @@ ParameterList parameters_of(OdometryBufferOptions* options) {
       real_above_parameter(
           "odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
           "Odometry older than the last by more than this means that time jumped back."),
-      integer_parameter(
-          "odometry_input/confirmations", &options->confirmations, 1, 1000,
-          "How many messages in a row have to jump alike, in time or in pose, before the "
-          "jump is believed."),
+      integer_parameter("odometry_input/confirmations", &options->confirmations, 1, 1000,
+                        "How many messages in a row have to agree on a jump, in time or in pose, "
+                        "before it is believed."),
       boolean_parameter(
           "odometry_input/use_covariance", &options->use_covariance,
           "Take the noise of the motion from the covariance of the odometry messages, "

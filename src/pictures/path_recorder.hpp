@@ -7,7 +7,7 @@
 namespace pf_resampling {
 
 /// The path driven, as poses at least `spacing` metres apart and not more than `length` of them:
-/// when there are too many, every second is left out and the spacing doubles.
+/// when there are too many, every other one is dropped and the spacing doubles.
 class PathRecorder {
  public:
   PathRecorder(double spacing, int length) : start_spacing_(spacing), length_(length) { clear(); }

@@ -33,7 +33,7 @@ void FilterPipeline<Types>::handle(const nav_msgs::Odometry& message) {
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
     const bool anew = taken.began_again && options_.restart_after_jump_back;
-    log(LogLevel::warning, taken.warning + (anew ? ", the filter starts anew" : ""));
+    log(LogLevel::warning, taken.warning + (anew ? ", the filter starts from nothing" : ""));
   }
   if (taken.time_jumped_back) forget_time(taken);
   hand_over_observations();
@@ -91,8 +91,9 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     const std::string child = without_slash(transform.child_frame_id);
     if (child == options_.frames.base || child == options_.frames.odom) continue;
     if (!frames_.add(transform)) {
-      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
-                                                  "' is no rigid motion from another frame"});
+      reject("tf",
+             {RejectReason::not_finite, "the transform of frame '" + child +
+                                            "' is not a rigid motion relative to another frame"});
     }
   }
   hand_over_observations();
@@ -227,9 +228,10 @@ template <typename Types>
 void FilterPipeline<Types>::drop_late() {
   while (waiting_.size() > 1 && is_covered(waiting_[1]) &&
          (odometry_.newest() - waiting_.front().header.stamp).toSec() > options_.max_latency) {
-    reject({RejectReason::overload,
-            std::string("computation does not keep up: what has waited longer than ") +
-                Types::kNames.parameters + "/max_latency is dropped"});
+    reject(
+        {RejectReason::overload,
+         std::string("computation does not keep up: observations that have waited longer than ") +
+             Types::kNames.parameters + "/max_latency are dropped"});
     waiting_.pop_front();
   }
 }
@@ -332,7 +334,7 @@ template <typename Types>
 void FilterPipeline<Types>::reject(const std::string& input, const Rejection& rejection) {
   if (rejects_.count(input, rejection.reason) == 0) {
     log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
-                               rejection.detail + " (said once; counted in status)");
+                               rejection.detail + " (logged once; status counts them)");
   }
   rejects_.add(input, rejection.reason, rejection.detail);
 }
@@ -407,7 +409,8 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
   DiagnosticStatus entry = make_diagnostic(options_.name + ": " + Types::kNames.task);
   if (const auto belief = estimate()) {
     const double sigma = position_sigma(*belief);
-    if (!std::isfinite(sigma)) worsen(DiagnosticStatus::ERROR, "the belief is not finite", &entry);
+    if (!std::isfinite(sigma))
+      worsen(DiagnosticStatus::ERROR, "the estimate is not finite", &entry);
     if (lost_.probability() > kLikelyLost) {
       worsen(DiagnosticStatus::WARN,
              std::string("the ") + Types::kNames.plural + " do not fit the belief: lost?", &entry);
@@ -442,9 +445,9 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     diagnose(&entry);
   }
   if (publisher_.held_back() > 0) {
-    worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were held back", &entry);
+    worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were not published", &entry);
   }
-  add_value("messages held back", std::to_string(publisher_.held_back()), &entry);
+  add_value("messages not published", std::to_string(publisher_.held_back()), &entry);
   if (entry.message.empty()) entry.message = "fine";
   return entry;
 }

@@ -7,8 +7,9 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
   for (Parameter& parameter : parameters_of(&options->odometry_input)) {
     list->push_back(std::move(parameter));
   }
-  list->push_back(integer_parameter("seed", &options->seed, 0, 2147483647,
-                                    "Of all random numbers: same seed, same result."));
+  list->push_back(
+      integer_parameter("seed", &options->seed, 0, 2147483647,
+                        "Seed of all random numbers: the same seed gives the same result."));
   add_parameters(&options->frames, list);
   const std::string group = std::string(names.parameters) + "/";
   const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";
@@ -25,10 +26,10 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
 }
 
 void add_output_parameters(PipelineOptions* options, ParameterList* list) {
-  list->push_back(boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
-                                    "When time jumps back to about where it began, as when a bag "
-                                    "is played again, start anew; otherwise keep what the filter "
-                                    "believes."));
+  list->push_back(
+      boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
+                        "When time jumps back to about where it began, as when a bag is played "
+                        "again, start from nothing; if false, keep the present particles."));
   add_parameters(&options->checkpoint, list);
   add_parameters(&options->output, list);
 }

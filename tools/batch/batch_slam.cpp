@@ -184,8 +184,9 @@ class Batch {
       const auto index = static_cast<std::size_t>(at - times_.begin());
       const auto sensor = problem_.sensors.find(scan.frame);
       if (sensor == problem_.sensors.end()) {
-        throw Error("frame \"" + scan.frame + "\" of the landmarks is nowhere on the robot: the " +
-                    "bag's /tf_static has to lead to it from base_link");
+        throw Error("frame \"" + scan.frame +
+                    "\" of the landmarks is not connected to the robot: " +
+                    "/tf_static in the bag has to connect it to base_link");
       }
       const PoseBlock& pose = state_.poses[index];
       const Pose2 from = compose({pose[0], pose[1], pose[2]}, sensor->second);

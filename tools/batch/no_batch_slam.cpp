@@ -10,8 +10,8 @@ bool has_batch_solver() {
 
 BatchSolution solve_batch(const BatchProblem& /*problem*/, const BatchNoise& /*noise*/) {
   throw Error(
-      "the batch solution needs Ceres, which was not there when this was built: apt-get install "
-      "libceres-dev and build again");
+      "the batch solution needs Ceres, which was missing when this was built: install libceres-dev "
+      "and build again");
 }
 
 }  // namespace pf_resampling

@@ -92,8 +92,8 @@ class Checker {
     } else {
       for (const std::string& frame : survey_.unnamed) {
         remark(survey_.ranges.topic + ": frame " + quoted(frame) +
-               " names no beacon: range_input/frame_pattern has to fit it, or a `frame` in the "
-               "list `beacons`");
+               " does not name a beacon: change range_input/frame_pattern to fit it, or give it as "
+               "`frame` in the list `beacons`");
       }
     }
     need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl()},
@@ -124,11 +124,12 @@ class Checker {
     };
     const BagTopic* topic = survey_.topic_named(check.topic);
     if (topic != nullptr && topic->messages > stamps.messages) {
-      count(topic->messages - stamps.messages, "messages of a type or version that is not read");
+      count(topic->messages - stamps.messages,
+            "messages have a type or version that cannot be read");
     }
     count(stamps.zero, "messages without a stamp");
-    count(stamps.out_of_order, "stamps are before one that came earlier");
-    count(stamps.twice, "stamps are there twice");
+    count(stamps.out_of_order, "stamps are older than the one before");
+    count(stamps.twice, "stamps appear twice");
     count(check.not_finite, "values are not finite");
     count(check.impossible, &check == &survey_.ranges || &check == &survey_.landmarks
                                 ? "ranges are not positive or variances negative"
@@ -190,7 +191,7 @@ class Checker {
     for (const auto& [parent, child] : survey_.transforms) {
       if (survey_.odom.frames.count(child) > 0) {
         remark("/tf places " + quoted(child) + " in " + quoted(parent) +
-               ": another localization's; leave it out when playing the bag");
+               ": that is from another localization; leave it out when you play the bag");
       }
     }
     if (!survey_.beacon_frame.empty() && !survey_.truth.frames.empty() &&
@@ -212,7 +213,7 @@ class Checker {
       if (&seen == &survey_.landmarks && place != survey_.on_robot.end() &&
           place->second.linear()(2, 2) < kUpright) {
         problems->push_back(seen.topic + ": the z axis of its frame " + quoted(frame) +
-                            " does not point up, so that bearings are not in the plane");
+                            " does not point up, so bearings are not in the plane");
       }
     }
   }
@@ -262,17 +263,17 @@ class Checker {
     const std::size_t with_id = seen.with_id();
     if (with_id == 0) {
       remark(names_.landmarks +
-             ": without ids; which landmark is which is found by where they are");
+             ": without ids; the filter finds out which landmark is which by where they are");
     } else if (with_id < seen.ranges.size()) {
       remark(names_.landmarks + ": " + std::to_string(seen.ranges.size() - with_id) + " of " +
              std::to_string(seen.ranges.size()) +
-             " observations have no id and are rejected where ids are believed "
-             "(association/method mutual_exclusion takes all, without their ids)");
+             " observations have no id and are rejected while ids are used (association/method "
+             "mutual_exclusion takes all observations and ignores ids)");
     }
     if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
       remark(names_.landmarks +
-             ": no id is seen twice, so that no landmark corrects the odometry "
-             "(association/method mutual_exclusion does without ids)");
+             ": no id is seen twice, so no landmark can correct the odometry (association/method "
+             "mutual_exclusion ignores ids)");
     }
   }
 

@@ -157,9 +157,12 @@ void print_heading(const std::string& bag, const Evaluation& evaluation) {
   if (clip > 0.0) std::printf(", the first %g %% left out", 100.0 * clip);
   std::printf("; errors are absolute values\n");
   if (evaluation.frame == "start") {
-    std::printf("  (the filter's frame is its own: laid on the truth's at the first true pose)\n");
+    std::printf(
+        "  (the filter has a frame of its own, which is laid on the truth at the first true "
+        "pose)\n");
   } else if (evaluation.frame == "fit") {
-    std::printf("  (the filter's frame is its own: laid on the truth's where it fits best)\n");
+    std::printf(
+        "  (the filter has a frame of its own, which is laid on the truth where it fits best)\n");
   }
   std::printf("\n");
 }

@@ -100,7 +100,7 @@ void read_odometry(const std::string& path, Recording* recording) {
   if (rows > recording->odometry.size()) {
     recording->notes.push_back(
         "odometry.csv: " + std::to_string(rows - recording->odometry.size()) +
-        " rows with the time of the row before, merged with it");
+        " rows merged with the row before, which has the same time");
   }
 }
 

@@ -98,7 +98,7 @@ class Reader {
     }
     if (merged > 0) {
       recording_.notes.push_back("odometry: " + std::to_string(merged) +
-                                 " rows with the time of the row before, merged with it");
+                                 " rows merged with the row before, which has the same time");
     }
     if (std::abs(options_.odometry_delay) > 0.0) {
       recording_.notes.push_back("odometry delayed by " + std::to_string(options_.odometry_delay) +
@@ -128,9 +128,9 @@ class Reader {
       recording_.notes.push_back(std::to_string(robots) + " observations of robots left out");
     }
     if (misread > 0) {
-      recording_.notes.push_back(std::to_string(misread) +
-                                 " observations with a barcode that no subject carries left out "
-                                 "(misread)");
+      recording_.notes.push_back(
+          std::to_string(misread) +
+          " observations left out because no subject carries their barcode (misread)");
     }
     recording_.frames.push_back({"sensor", 0.0, 0.0, 0.0, 0.0});
   }
@@ -181,10 +181,10 @@ DatasetFormat mrclam_format() {
   format.input = "DIRECTORY";
   format.examples = {"dataset_to_bag mrclam MRCLAM_Dataset6 robot1.bag --robot 1"};
   format.add_options = [](CommandLine* line) {
-    line->option<int>("robot", "N", 1, "whose recording");
+    line->option<int>("robot", "N", 1, "number of the robot");
     line->option<double>(
         "odometry-delay", "SECONDS", 0.0,
-        "added to the times of the odometry; on data set 6 the truth follows it by 0.2 s");
+        "added to the times of the odometry; in data set 6 the truth is 0.2 s behind it");
   };
   format.read = [](const std::string& path, const CommandLine& line) {
     MrclamOptions options;

@@ -64,8 +64,8 @@ void read_truth(const MatFile& file, Recording* recording) {
 
   const auto offset = mean_travel_minus_heading(recording->truth);
   if (!offset) return;
-  const std::string seen =
-      "GT: the direction of travel is " + fixed(*offset, 3) + " rad from the heading on average";
+  const std::string seen = "GT: the direction of travel differs by " + fixed(*offset, 3) +
+                           " rad from the heading on average";
   if (std::abs(*offset) > 0.5 * kPi) {
     for (auto& truth : recording->truth) truth.pose.heading = wrap_angle(truth.pose.heading + kPi);
     recording->notes.push_back(seen + "; heading turned by pi");
@@ -117,7 +117,7 @@ void read_odometry(const MatFile& file, const std::string& path, Recording* reco
 void read_beacons(const MatFile& file, const std::string& path, Recording* recording) {
   const auto beacons = file.matrix("TL", 3);
   if (!beacons) {
-    recording->notes.push_back("no variable TL: where the beacons are is not known");
+    recording->notes.push_back("no variable TL: the places of the beacons are not known");
     return;
   }
   const Eigen::Index columns = beacons->cols() >= 4 ? 4 : 3;
@@ -177,7 +177,7 @@ void scale_ranges(const std::optional<double>& metres_per_unit, Recording* recor
                                " times the true distances: taken as feet");
   } else if (!ratio) {
     recording->notes.push_back(
-        "TD: nothing tells the unit of the ranges: taken as metres (--range-unit ft for feet)");
+        "TD: the unit of the ranges is not known: metres are assumed (--range-unit ft for feet)");
   }
   for (auto& range : recording->ranges) range.range *= scale;
 }
@@ -262,12 +262,11 @@ DatasetFormat plaza_format() {
       "dataset_to_bag plaza Plaza2.mat plaza2.bag",
       "dataset_to_bag plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5"};
   format.add_options = [](CommandLine* line) {
-    line->option<std::string>(
-        "range-unit", "m|ft",
-        "unit of the ranges; without it, it is found from the true distances");
+    line->option<std::string>("range-unit", "m|ft",
+                              "unit of the ranges; by default found from the true distances");
     line->repeatable_option(
         "antenna", "[N:]x,y,z",
-        "where the antenna (of number N) sits on the robot, m; may be given several times");
+        "where the antenna (with number N) sits on the robot, in m; may be repeated");
   };
   format.read = [](const std::string& path, const CommandLine& line) {
     PlazaOptions options;

@@ -94,7 +94,7 @@ std::vector<Control> read_controls(const fs::path& directory) {
   for (Eigen::Index row = 0; row < table.rows(); ++row) {
     if (std::abs(table(row, 2)) > kMostSteering) {
       throw Error(name + ": steering " + std::to_string(table(row, 2)) + " in row " +
-                  std::to_string(row + 1) + " is no angle of a wheel in radians");
+                  std::to_string(row + 1) + " is not a steering angle in radians");
     }
     controls.push_back({kSecondsPerUnit * table(row, 0), table(row, 1), table(row, 2)});
   }

@@ -32,7 +32,7 @@ struct RunErrors {
   }
   std::string text() const {
     std::string text =
-        "particles' errors (Kwak eqs. 5 and 6), mean over the updates and at the end: ";
+        "errors of the particles (Kwak 2008, eqs. 5 and 6), mean over the updates and at the end: ";
     if (with_features > 0) {
       text += "landmarks " + fixed(feature / with_features, 3) + " m, " + fixed(last_feature, 3) +
               " m; ";

@@ -42,7 +42,7 @@ std::string out_path_of(const CommandLine& line, const std::string& in) {
   auto out = line.text("out.bag");
   std::error_code unknown;
   if (std::filesystem::equivalent(in, out, unknown)) {
-    throw Error(out + ": is the input; give the output another name");
+    throw Error(out + ": is the input as well; give the output another name");
   }
   return out;
 }

@@ -84,7 +84,7 @@ World load_map(const std::string& path) {
   } else {
     read_text(text, path, &world.landmarks, &world.waypoints);
   }
-  if (world.waypoints.size() < 2) throw Error(path + ": has fewer than two way-points (wp)");
+  if (world.waypoints.size() < 2) throw Error(path + ": has fewer than two waypoints (wp)");
   const Eigen::Vector2d start = world.waypoints[0];
   const Eigen::Vector2d ahead = world.waypoints[1] - start;
   world.start = {start.x(), start.y(), std::atan2(ahead.y(), ahead.x())};

@@ -284,7 +284,7 @@ void BeaconMcl::vary_noise_factors() {
 
 PoseEstimate BeaconMcl::estimate() const {
   if (!is_initialized())
-    throw Error("there is no estimate yet: no particles before the first ranges");
+    throw Error("there is no estimate yet: particles start with the first ranges");
   const PoseStatistics statistics =
       pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
   return {statistics.mean, statistics.covariance};

@@ -74,12 +74,12 @@ void check_pose(const Pose2& mean, const Eigen::Matrix3d& covariance) {
 }
 
 void check_beacons(const std::vector<Beacon>& beacons) {
-  if (beacons.empty()) throw Error("no beacons are known; give at least one with its position");
+  if (beacons.empty()) throw Error("no beacons are known; give at least one and its position");
   std::set<int> ids;
   for (const Beacon& beacon : beacons) {
     if (!ids.insert(beacon.id).second) {
       throw Error("beacon " + std::to_string(beacon.id) +
-                  " is there twice; give every beacon an id of its own");
+                  " appears twice; give every beacon an id of its own");
     }
     for (const double coordinate : beacon.position) {
       if (is_within(coordinate, kFarthest)) continue;

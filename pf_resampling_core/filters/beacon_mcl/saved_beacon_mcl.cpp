@@ -16,7 +16,7 @@ constexpr double kRounding = 1e-6;
 // What cannot be seen of a column by itself.
 std::string fault_of_weights(const BeaconMclParticles& particles) {
   if (!((particles.log_weight.exp() - particles.weight).abs() <= kRounding).all()) {
-    return "a weight is not what its logarithm says";
+    return "a weight does not match its logarithm";
   }
   if (!(std::abs(particles.weight.sum() - 1.0) <= kRounding)) {
     return "the weights do not add up to 1";
@@ -64,7 +64,7 @@ std::string fault_of(const SavedBeaconMcl& saved) {
 
 SavedBeaconMcl BeaconMcl::saved() const {
   if (!is_initialized()) {
-    throw Error("there is nothing to save yet: no particles before the first ranges");
+    throw Error("there is nothing to save yet: particles start with the first ranges");
   }
   SavedBeaconMcl saved;
   saved.beacons = beacons_;
@@ -110,7 +110,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
     throw Error("population to load: it holds " + std::to_string(saved.calibration_times.size()) +
                 " calibrations per particle, with calibration/estimation " +
                 to_string(options_.calibration.estimation) + " there are " +
-                std::to_string(radios) + "; set that as it was, or start without it");
+                std::to_string(radios) + "; set it to what it was, or start without the file");
   }
 
   reset();

@@ -18,16 +18,16 @@ void check(const RangeBearingObservation& observation, DataAssociation method) {
       observation.range_variance >= 0.0 && std::isfinite(observation.bearing_variance) &&
       observation.bearing_variance >= 0.0;
   if (!usable) {
-    throw Error(
-        "observation of landmark " + std::to_string(observation.id) + " with range " +
-        std::to_string(observation.range) + " m and bearing " +
-        std::to_string(observation.bearing) +
-        " rad cannot be used: all has to be finite, the range positive, no variance negative");
+    throw Error("observation of landmark " + std::to_string(observation.id) + " with range " +
+                std::to_string(observation.range) + " m and bearing " +
+                std::to_string(observation.bearing) +
+                " rad cannot be used: everything has to be finite, the range positive and no "
+                "variance negative");
   }
   if (method == DataAssociation::known && observation.id < 0) {
     throw Error("observation with id " + std::to_string(observation.id) +
-                ": association/method is known, which needs ids from 0; use maximum_likelihood or "
-                "mutual_exclusion");
+                ": association/method is known, which needs ids of 0 or more; use "
+                "maximum_likelihood or mutual_exclusion");
   }
 }
 
@@ -35,7 +35,7 @@ bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
 }
 
-// One number that is none, and all particles would be nowhere for ever.
+// One NaN would spread to all particles and never leave them.
 void check(const OdometryIncrement& odometry, const Pose2& sensor) {
   if (!is_finite(odometry.mean) || !odometry.covariance.allFinite()) {
     throw Error("odometry (" + std::to_string(odometry.mean.x) + " m, " +

@@ -89,7 +89,7 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
   for (std::size_t i = 0; i < header.size(); ++i) {
     const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
     if (known == kColumns.end()) {
-      reader.refuse(text_file::printable(header[i]) + " is none of id, x, y, xx, xy, yy");
+      reader.refuse(text_file::printable(header[i]) + " is not one of id, x, y, xx, xy, yy");
     }
     std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
     if (place != kNone) reader.refuse("column " + header[i] + " is there twice");

@@ -59,7 +59,7 @@ struct LandmarkStore::Implementation {
     if (row < 0 || static_cast<std::size_t>(row) >= rows.size() ||
         !rows[static_cast<std::size_t>(row)].is_used) {
       throw Error("landmark store: row " + std::to_string(row) +
-                  " is not in use; ask for rows that add() gave and remove() did not take");
+                  " is not in use; use rows that add() gave and remove() did not take back");
     }
   }
 

@@ -31,7 +31,7 @@ std::string fault_of_id(std::int64_t id, std::int64_t previous) {
   if (id == previous) return "landmark " + std::to_string(id) + " is there twice";
   if (id < previous) {
     return "landmark " + std::to_string(id) + " comes after landmark " + std::to_string(previous) +
-           "; ids have to ascend";
+           "; ids must ascend";
   }
   return {};
 }
@@ -61,7 +61,7 @@ std::string fault_of_frame(const std::string& frame) {
   const bool is_name = !frame.empty() && frame.size() <= 255 && frame.front() != '#' &&
                        std::all_of(frame.begin(), frame.end(),
                                    [](char letter) { return letter > ' ' && letter < '\x7f'; });
-  return is_name ? "" : "the name of the frame has to be 1 to 255 letters without spaces";
+  return is_name ? "" : "the name of the frame must have 1 to 255 characters and no spaces";
 }
 
 std::string fault_of_pose(const Pose2& pose) {
@@ -112,7 +112,7 @@ std::string fault_of(const FastSlamParticles& particles, Eigen::Index i) {
   // Minus infinity is the logarithm of a weight of zero.
   if (!(log_weight <= kRounding)) return "the log-weight is above 0";
   if (!(std::abs(std::exp(log_weight) - weight) <= kRounding && weight >= 0.0)) {
-    return "the weight is not what its logarithm says";
+    return "the weight does not match its logarithm";
   }
   FastSlamParticles::for_each_column(
       particles, [&](const std::string& name, ColumnKind kind, const auto& column) {
@@ -159,11 +159,12 @@ std::string fault_of_whole(const SavedMap& map) {
   if (map.next_id < 0 || map.next_id > kLargestId + 1) return "the next id is not in [0, 2^62 + 1]";
   if (map.observations_since_renewal < 0) return "the scans since the last renewal are negative";
   if (map.association == DataAssociation::automatic && !map.landmarks.empty()) {
-    return "there are landmarks, but what their ids mean is left to be found (automatic)";
+    return "there are landmarks, but association is automatic, which leaves open what their ids "
+           "mean";
   }
   const bool by_discovery = map.association != DataAssociation::known;
   if (by_discovery && !map.landmarks.empty() && map.landmarks.back().estimate.id >= map.next_id) {
-    return "the next id is that of a landmark that is there";
+    return "the next id is already that of a landmark";
   }
   if (map.particles.size() == 0) return {};
   if (map.particles.size() > kMostParticles) {
@@ -179,7 +180,7 @@ std::string fault_of_whole(const SavedMap& map) {
 void check_saved_map(const SavedMap& map) {
   using namespace map_checks;
   const auto refuse_if = [](const std::string& fault, const std::string& where = "") {
-    if (!fault.empty()) throw Error("map: " + where + fault + "; save the map again or mend it");
+    if (!fault.empty()) throw Error("map: " + where + fault + "; save the map again or repair it");
   };
   refuse_if(fault_of_frame(map.frame));
   refuse_if(fault_of_pose(map.pose.mean));

@@ -19,7 +19,7 @@ DataAssociation association_of(const LineReader& reader) {
   for (const DataAssociation association : all_data_associations()) {
     if (to_string(association) == reader.word(1)) return association;
   }
-  reader.refuse(printable(reader.word(1)) + " is no data association");
+  reader.refuse(printable(reader.word(1)) + " is not a method of data association");
 }
 
 Eigen::Matrix2d covariance_of(const LineReader& reader, std::size_t first) {

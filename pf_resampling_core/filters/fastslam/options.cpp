@@ -43,76 +43,79 @@ ParameterList parameters_of(FastSlamOptions* options) {
   ParameterList list;
   list.push_back(
       integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles."));
-  list.push_back(choice_parameter(
-      "version", &options->version, all_fastslam_versions(),
-      "What poses are drawn from: the odometry (1.0), or it and the observations (2.0)."));
+  list.push_back(choice_parameter("version", &options->version, all_fastslam_versions(),
+                                  "Poses are drawn from the odometry alone (FastSLAM 1.0), or from "
+                                  "odometry and observations (2.0)."));
   add_parameters(&options->strategy, &list);
   add_parameters(&options->odometry, &list);
 
   OdometryErrorOptions& errors = options->odometry_errors;
-  list.push_back(boolean_parameter("odometry_errors/estimate", &errors.estimate,
-                                   "Estimate errors of the odometry that stay the same for long; "
-                                   "the following are the prior's standard deviations."));
+  list.push_back(
+      boolean_parameter("odometry_errors/estimate", &errors.estimate,
+                        "Estimate the systematic errors of the odometry. The other parameters of "
+                        "this group are their standard deviations at the start."));
   list.push_back(real_parameter("odometry_errors/distance_scale", &errors.distance_scale, 0.0, 1.0,
                                 "", "Relative error of distances."));
   list.push_back(real_parameter("odometry_errors/turn_scale", &errors.turn_scale, 0.0, 1.0, "",
                                 "Relative error of turns."));
   list.push_back(real_parameter("odometry_errors/drift", &errors.drift, 0.0, 10.0, "rad/m",
-                                "Turn per distance that is not in the odometry."));
+                                "Turn per distance that the odometry misses."));
   list.push_back(real_parameter("odometry_errors/yaw_rate", &errors.yaw_rate, 0.0, 10.0, "rad/s",
-                                "Turn per time that is not in the odometry."));
+                                "Turn per time that the odometry misses."));
   list.push_back(real_parameter("odometry_errors/delay", &errors.delay, 0.0, 10.0, "s",
-                                "Delay of the observations against the odometry, or of it."));
-  list.push_back(real_parameter("odometry_errors/walk", &errors.walk, 0.0, 10.0, "1/sqrt(s)",
-                                "Share of these by which the errors wander in a second."));
+                                "Delay between observations and odometry, in either direction."));
+  list.push_back(
+      real_parameter("odometry_errors/walk", &errors.walk, 0.0, 10.0, "1/sqrt(s)",
+                     "Random walk of these errors, as a share of the standard deviations above."));
 
   LandmarkSensorOptions& sensor = options->sensor;
   list.push_back(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",
-                                      "Standard deviation of a range where the message has none."));
+                                      "Standard deviation of a range, if the message gives none."));
   list.push_back(real_parameter("sensor/range_sigma_share", &sensor.range_sigma_share, 0.0, 1.0, "",
-                                "Share of the range that is added to it."));
+                                "Share of the range that is added to that standard deviation."));
   list.push_back(
       real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
-                           "Standard deviation of a bearing where the message has none."));
-  list.push_back(real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
-                                "How far landmarks are seen; 0: as far as one has been seen yet."));
+                           "Standard deviation of a bearing, if the message gives none."));
   list.push_back(
-      real_parameter("sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
-                     "How wide, about the sensor's x axis; 0: as wide as one has been seen yet."));
+      real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
+                     "How far the sensor sees; 0: as far as it has seen a landmark so far."));
+  list.push_back(real_parameter("sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
+                                "Field of view around the x axis of the sensor; 0: as wide as it "
+                                "has seen landmarks so far."));
 
   DataAssociationOptions& association = options->association;
-  list.push_back(choice_parameter(
-      "association/method", &association.method, all_data_associations(),
-      "Which landmark an observation is of; automatic: known if the first observations "
-      "carry ids, else mutual_exclusion."));
-  list.push_back(real_above_parameter(
-      "association/gate", &association.gate, 0.0, 1e6, "",
-      "Squared Mahalanobis distance beyond which an observation is not believed."));
+  list.push_back(
+      choice_parameter("association/method", &association.method, all_data_associations(),
+                       "How to find out which landmark an observation belongs to. automatic: known "
+                       "if the first observations carry ids, otherwise mutual_exclusion."));
+  list.push_back(real_above_parameter("association/gate", &association.gate, 0.0, 1e6, "",
+                                      "An observation farther than this from its landmark (squared "
+                                      "Mahalanobis distance) is not used."));
   list.push_back(real_above_parameter(
       "association/new_landmark_gate", &association.new_landmark_gate, 0.0, 1e6, "",
-      "Beyond this from every landmark an unknown observation is a new one."));
+      "An observation without id that is farther than this from every landmark (squared "
+      "Mahalanobis distance) starts a new one."));
   list.push_back(real_above_parameter(
       "association/new_landmark_share", &association.new_landmark_share, 0.0, 1.0, "",
-      "Share of unknown observations that is expected to be of landmarks not seen before."));
-  list.push_back(
-      real_parameter("association/seen_log_odds", &association.seen_log_odds, 0.0, 100.0, "",
-                     "Added to the log-odds of a landmark's existence when it is seen."));
+      "Expected share of observations without id that belong to landmarks not seen before."));
+  list.push_back(real_parameter("association/seen_log_odds", &association.seen_log_odds, 0.0, 100.0,
+                                "",
+                                "Added to the log-odds that a landmark exists, when it is seen."));
   list.push_back(real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0,
                                 100.0, "",
-                                "Taken off them when it should have been seen, or its id is seen "
-                                "elsewhere; 0 keeps all landmarks."));
+                                "Subtracted when it should have been seen but was not, or its id "
+                                "is seen elsewhere. 0 keeps all landmarks."));
   list.push_back(real_parameter("association/removal_log_odds", &association.removal_log_odds,
-                                -100.0, 0.0, "", "A landmark below this is removed."));
+                                -100.0, 0.0, "",
+                                "A landmark is removed when its log-odds fall below this."));
   list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,
-                                1000.0, "",
-                                "What the log-odds of an often seen landmark are limited to."));
-  list.push_back(boolean_parameter(
-      "map/frozen", &options->map.frozen,
-      "Landmarks are neither moved nor added nor removed: localization in the map as it is."));
-  list.push_back(boolean_parameter(
-      "recovery/enabled", &options->recovery.enabled,
-      "Once the observations do not fit the belief, put the robot where most of the landmarks with "
-      "ids that it sees fit the map."));
+                                1000.0, "", "Upper limit of the log-odds."));
+  list.push_back(
+      boolean_parameter("map/frozen", &options->map.frozen,
+                        "Do not move, add or remove landmarks: localize in the map as it is."));
+  list.push_back(boolean_parameter("recovery/enabled", &options->recovery.enabled,
+                                   "When the robot is lost, put it where most of the landmarks "
+                                   "with ids that it sees fit the map."));
   return list;
 }
 

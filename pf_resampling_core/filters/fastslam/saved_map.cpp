@@ -175,9 +175,10 @@ void FastSlam::load(const SavedMap& map) {
   const bool ids_are_known = map.association == DataAssociation::known;
   if (options_.association.method == DataAssociation::known && !ids_are_known &&
       !map.landmarks.empty()) {
-    throw Error("map to load: its landmarks are numbered as they were discovered (" +
-                to_string(map.association) +
-                "), but association/method is known; set it to automatic");
+    throw Error(
+        "map to load: its landmarks are numbered as they were discovered (" +
+        to_string(map.association) +
+        "), so they have no ids that association/method known could use; set it to automatic");
   }
   const bool has_particles = map.particles.size() > 0;
   const bool is_shared = options_.map.frozen || !has_particles;
