@@ -10,8 +10,8 @@
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 #include "pf_resampling_core/test/strategy/weight_families.hpp"
 
-/// Facts about each scheme: the papers' own examples and formulas, and their listings, corrected as
-/// ALGORITHMS section 2 says, transcribed naively in long double.
+/// Facts about each scheme: the papers' own examples and formulas, and their listings, corrected
+/// where they would lose or gain particles, transcribed naively in long double.
 namespace pf_resampling {
 namespace {
 

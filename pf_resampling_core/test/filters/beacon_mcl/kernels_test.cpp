@@ -100,7 +100,8 @@ struct Mixture {
   double inlier;
 };
 
-// ALGORITHMS section 6: Gaussian, plus a uniform floor, plus a one-sided exponential.
+// The likelihood of a range, RangeModelOptions: a Gaussian, plus a uniform floor, plus a one-sided
+// exponential.
 Mixture mixture(const kernels::Range& range, double innovation, double variance) {
   const double gaussian = range.inlier_share * normal_density(innovation, variance);
   const double tail =
