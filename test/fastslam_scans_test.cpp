@@ -326,7 +326,8 @@ TEST(FastSlamScans, StatusAndDiagnosticsSayHowTheFilterIs) {
   FastSlamRig run;
   run.pipeline.report_silence(ros::Time(kPi));
   ASSERT_EQ(run.out.diagnostics.size(), 1u);
-  EXPECT_EQ(run.out.diagnostics[0].status[0].message, "no landmark has been seen yet");
+  EXPECT_EQ(run.out.diagnostics[0].status[0].message,
+            "waiting for odometry; no landmark has been seen yet");
   EXPECT_EQ(run.out.diagnostics[0].status[1].message, "no odometry yet; no usable landmarks yet");
   run.feed(Drive::messages(20.0));
   ASSERT_EQ(run.out.statuses.size(), 100u);
