@@ -13,6 +13,9 @@
 /// Facts about each scheme: the papers' own examples and formulas, and their listings, corrected
 /// where they would lose or gain particles, transcribed naively in long double.
 namespace pf_resampling {
+
+DrawCounts rank_based;  // to look at its probabilities
+
 namespace {
 
 using Scheme = ResamplingScheme;
