@@ -384,7 +384,7 @@ TEST(CheckBag, FindsAnotherLocalization) {
     transforms.transforms[0].child_frame_id = "odom";
     bag->write("/tf", ros::Time(10.0), transforms);
   });
-  EXPECT_TRUE(has(found.remarks, "/tf places 'odom' in 'map': another localization's"));
+  EXPECT_TRUE(has(found.remarks, "/tf places 'odom' in 'map': that is from another localization"));
 }
 
 TEST(CheckBagProgram, ExitsWithZeroOnAGoodBagAndOneOnABadOne) {
@@ -466,7 +466,7 @@ TEST(CheckBag, RangesMayBeOfSensorMsgs) {
   const BagFindings found =
       check_of_written([](BagWriter* bag) { write_sensor_ranges("/sensor_ranges", bag); });
   EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
-  EXPECT_TRUE(has(found.remarks, "/sensor_ranges: frame 'sonar' names no beacon"));
+  EXPECT_TRUE(has(found.remarks, "/sensor_ranges: frame 'sonar' does not name a beacon"));
 
   const BagFindings elsewhere =
       check_of_written([](BagWriter* bag) { write_sensor_ranges("/radio", bag); });

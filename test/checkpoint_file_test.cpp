@@ -193,7 +193,7 @@ TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
       {refusal([](auto* s) { s->particles.x[3] = std::nan(""); }), "is not finite"},
       {refusal([](auto* s) { s->particles.weight[3] += 0.1; }), "does not match its logarithm"},
       {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }),
-       "do not all have the same numbers"},
+       "columns are not equally long"},
       {refusal([](auto* s) { s->particles.translation_factor[0] = 0.0; }), "is not above 0"},
       {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "instead of 2"},
       {refusal([](auto* s) { s->slow_likelihood = INFINITY; }), "is not finite"},

@@ -73,7 +73,7 @@ std::string fault_of_sizes(const Particles& particles, Eigen::Index several = 1)
         const Eigen::Index wanted = has_one_number<decltype(column)> ? 1 : several;
         if (!fault.empty()) return;
         if (column.rows() != particles.size()) {
-          fault = "the particles' numbers are not of one size: " + name;
+          fault = "the particles' columns are not equally long: " + name;
         } else if (column.cols() != wanted) {
           fault = "a particle has " + std::to_string(column.cols()) + " numbers " + name +
                   " instead of " + std::to_string(wanted);

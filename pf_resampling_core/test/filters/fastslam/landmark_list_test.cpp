@@ -62,7 +62,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"", "line 1: there is no header"},
       {"id,x,y\n# none\n", "there are no landmarks"},
       {"id,x\n1,2\n", "line 1: there is no column y"},
-      {"id,x,y,height\n", "line 1: \"height\" is none of"},
+      {"id,x,y,height\n", "line 1: \"height\" is not one of"},
       {"id,x,y,x\n", "line 1: column x is there twice"},
       {"id,x,y,xx,yy\n", "line 1: there is no column xy"},
       {"id,x,y\n1,2\n", "line 2: there are 2 values, not 3"},

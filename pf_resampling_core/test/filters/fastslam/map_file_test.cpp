@@ -338,9 +338,9 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" is of a version"},
+      {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" has a version"},
       {"frame hall_3", "frame  hall_3", "line 4: after \"frame\" there are 2 values, not 1"},
-      {"association mutual_exclusion", "association guessing", "line 5: \"guessing\" is no data"},
+      {"association mutual_exclusion", "association guessing", "line 5: \"guessing\" is not a method of data"},
       {"association mutual_exclusion", "association automatic", "what their ids mean"},
       {"next_id 12", "next_id 11", "the next id is already that of a landmark"},
       {"next_id 12", "next_id -1", "line 6: \"-1\" is not a whole number"},
@@ -353,8 +353,8 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {" 1.57\n", " 3.2\n", "line 10: the widest bearing"},
       {" 3\npose_cov", " 3.2\npose_cov", "line 12: the heading is not in [-pi, pi]"},
       {"pose_covariance 0.02", "pose_covariance -0.02", "line 13: the covariance of the pose"},
-      {"landmarks 2", "landmarks 3", "is where a line \"landmark\" has to be"},
-      {"landmarks 2", "landmarks 4000000000000000000", "where a line \"landmark\" has to be"},
+      {"landmarks 2", "landmarks 3", "is where a line \"landmark\" should be"},
+      {"landmarks 2", "landmarks 4000000000000000000", "where a line \"landmark\" should be"},
       {"landmarks 2", "landmarks 99999999999999999999", "is not a whole number"},
       {"landmark 11 ", "landmark 3 ", "line 18: landmark 3 is there twice"},
       {"landmark 11 ", "landmark 2 ", "line 18: landmark 2 comes after landmark 3"},
@@ -364,15 +364,15 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {"landmark 3 1 -0 0.1 ", "landmark 3 1e10 -0 0.1 ", "line 17: the place of landmark 3"},
       {" 0.7 -0.9 ", " 1.7 -0.9 ", "line 17: the share that holds it of landmark 3"},
       {"particles 2", "particles 2000000000", "is not a whole number from 0 to 1000000"},
-      {"particles 2", "particles 1000000", "is where a line \"particle\" has to be"},
+      {"particles 2", "particles 1000000", "is where a line \"particle\" should be"},
       {" 0.3 0\n", " 0.4 0\n", "the weight does not match its logarithm"},
-      {" 0.3 0\n", " 0.3 2\n", "is where a line \"has\" has to be"},
+      {" 0.3 0\n", " 0.3 2\n", "is where a line \"has\" should be"},
       {" 0.3 0\n", " 0.3 9999999\n", "is not a whole number from 0 to 2"},
       {"\nhas 11 ", "\nhas 3 ", "landmark 3 is there twice"},
       {"odometry_velocity 0.33", "odometry_velocity nan", "is not a number"},
       {"odometry_errors_covariance 0.00142", "odometry_errors_covariance -0.00142",
        "the covariance of the errors of the odometry is not positive semidefinite"},
-      {"\nodometry_errors -", "\nodometry_error -", "where a line \"odometry_errors\" has to be"},
+      {"\nodometry_errors -", "\nodometry_error -", "where a line \"odometry_errors\" should be"},
       {"\nhas 11 ", "\nhas 7 ", "landmark 7 is not in the list of landmarks"},
   };
   for (const auto& test : cases) {
