@@ -222,7 +222,7 @@ TEST_F(LiveFilter, Checkpoint) {
   ASSERT_NO_FATAL_FAILURE(start(arguments));
   const Driving driving(&robot_);
   wait(12.0);
-  EXPECT_EQ(started(), "fine; started anew");
+  EXPECT_EQ(started(), "fine; started from nothing");
   EXPECT_GT(heard_.poses().size(), 300u);
 
   process_->kill_it();
@@ -250,7 +250,7 @@ TEST_F(LiveFilter, Checkpoint) {
   ASSERT_NO_FATAL_FAILURE(start({arguments[0], "_checkpoint/period:=5"}));
   wait(3.0);
   const std::string said = started();
-  EXPECT_EQ(said.rfind("started anew: checkpoint " + file + ", line ", 0), 0u) << said;
+  EXPECT_EQ(said.rfind("started from nothing: checkpoint " + file + ", line ", 0), 0u) << said;
   EXPECT_TRUE(process_->is_running());
 }
 

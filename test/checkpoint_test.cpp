@@ -227,7 +227,8 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   Kept kept(options);
   kept.keeper.start([](const std::string& path) { read_beacon_mcl_checkpoint(path); });
   EXPECT_EQ(kept.status().level, diagnostic_msgs::DiagnosticStatus::WARN);
-  EXPECT_EQ(kept.status().message.rfind("started from nothing: checkpoint " + options.file + ", line 1", 0),
+  EXPECT_EQ(kept.status().message.rfind(
+                "started from nothing: checkpoint " + options.file + ", line 1", 0),
             0u)
       << kept.status().message;
   ASSERT_EQ(kept.log.size(), 1u);
@@ -235,7 +236,7 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   kept.keeper.write(write_text);
   kept.wait();
   EXPECT_EQ(kept.status().message, "fine");
-  EXPECT_EQ(kept.value("started"), "anew");
+  EXPECT_EQ(kept.value("started"), "from nothing");
 }
 
 TEST(CheckpointKeeper, WhatAKilledProcessLeftIsRemoved) {

@@ -83,10 +83,10 @@ class CheckpointKeeper {
 
   CheckpointOptions options_;
   Log log_;
-  Clock::time_point last_;            // when the last was begun
-  std::future<std::string> writing_;  // what went wrong; empty if nothing did
-  std::string start_ = "anew";        // how the node started
-  std::string problem_;               // of the start or of the last checkpoint
+  Clock::time_point last_;              // when the last was begun
+  std::future<std::string> writing_;    // what went wrong; empty if nothing did
+  std::string start_ = "from nothing";  // how the node started
+  std::string problem_;                 // of the start or of the last checkpoint
   std::uint64_t written_ = 0, failed_ = 0;
 };
 
