@@ -340,7 +340,8 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
   } cases[] = {
       {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" has a version"},
       {"frame hall_3", "frame  hall_3", "line 4: after \"frame\" there are 2 values, not 1"},
-      {"association mutual_exclusion", "association guessing", "line 5: \"guessing\" is not a method of data"},
+      {"association mutual_exclusion", "association guessing",
+       "line 5: \"guessing\" is not a method of data"},
       {"association mutual_exclusion", "association automatic", "what their ids mean"},
       {"next_id 12", "next_id 11", "the next id is already that of a landmark"},
       {"next_id 12", "next_id -1", "line 6: \"-1\" is not a whole number"},
