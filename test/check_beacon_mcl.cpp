@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "src/messages/rejects.hpp"
 #include "test/filter_listener.hpp"
 #include "test/strategy_switcher.hpp"
 #include "test/temporary_directory.hpp"
@@ -98,9 +99,15 @@ TEST(BeaconMclNode, FollowsTheTruth) {
     EXPECT_GT(heard.finite[topic], 3) << topic;
     EXPECT_EQ(heard.not_finite[topic], 0) << topic;
   }
+  // Played faster than it was recorded on a machine that others use, messages may come too late
+  // for the computation; that they are then dropped and counted is what is wanted.
   std::uint64_t rejected = 0;
-  for (const RejectCount& reject : heard.status.rejects) rejected += reject.count;
-  EXPECT_GT(heard.status.updates, 50 * rejected);
+  std::string reasons;
+  for (const RejectCount& reject : heard.status.rejects) {
+    if (reject.reason != to_string(RejectReason::overload)) rejected += reject.count;
+    reasons += "\n  " + reject.input + ", " + reject.reason + ": " + std::to_string(reject.count);
+  }
+  EXPECT_GT(heard.status.updates, 50 * rejected) << "rejected:" << reasons;
 }
 
 }  // namespace
