@@ -23,7 +23,7 @@ double drive(const StrategyOptions& options) {
   log_weight.setConstant(-std::log(count));
 
   // What a filter offers of its population: its arrays, and how to copy and blend particles.
-  Population population{&x, &y, &heading, &log_weight, &weight, &ancestor, nullptr, nullptr};
+  Population population{&x, &y, &heading, &log_weight, &weight, &ancestor};
   population.select = [&](ConstIndices ancestors) {
     for (Eigen::ArrayXd* column : {&x, &y, &heading}) {
       const Eigen::ArrayXd before = *column;

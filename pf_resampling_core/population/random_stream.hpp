@@ -20,6 +20,7 @@ enum class RandomPurpose : std::uint32_t {
   selection = 10,
   noise_factors = 11,
   saving = 12,
+  redraw = 13,
   test = 100,
 };
 

@@ -16,7 +16,8 @@ const EnumNames<Schedule> kSchedules{"schedule",
 const EnumNames<Renewal> kRenewals{"renewal",
                                    {{Renewal::none, "none"},
                                     {Renewal::resampling, "resampling"},
-                                    {Renewal::compensation, "compensation"}}};
+                                    {Renewal::compensation, "compensation"},
+                                    {Renewal::redraw, "redraw"}}};
 
 }  // namespace
 
@@ -45,9 +46,11 @@ void add_parameters(StrategyOptions* options, ParameterList* parameters) {
                         "every_n: number of observations from one renewal to the next."));
   parameters->push_back(
       choice_parameter("population/renewal", &options->renewal, all_renewals(),
-                       "What renewing means: resampling, compensation, or nothing."));
+                       "What renewing means: resampling, compensation, drawing the population "
+                       "anew (redraw), or nothing."));
   add_parameters(&options->resampling, parameters);
   add_parameters(&options->compensation, parameters);
+  add_parameters(&options->redraw, parameters);
   add_parameters(&options->excitation, parameters);
 }
 
@@ -61,7 +64,8 @@ std::string strategy_of(const StrategyOptions& options) {
     strategy += " " + std::to_string(options.every_n);
   }
   strategy += ", " + to_string(options.renewal);
-  if (options.renewal == Renewal::resampling) {
+  if (options.renewal == Renewal::redraw) strategy += " and";
+  if (options.renewal == Renewal::resampling || options.renewal == Renewal::redraw) {
     strategy += options.resampling.own_scheme ? std::string(" by a scheme of its own")
                                               : " " + to_string(options.resampling.scheme);
   } else if (options.renewal == Renewal::compensation) {
@@ -117,16 +121,23 @@ bool Strategy::is_due(double effective_sample_size, int size, int requested_size
 RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size, bool is_urgent,
                                const RandomStreams& streams, const Population& population) {
   const int size = static_cast<int>(population.weight->size());
+  if (population.redraw && is_redraw_due(population.closes_loop) &&
+      population.redraw(requested_size)) {
+    count_renewal();
+    observations_since_redraw_ = 0;
+    return {true, true, requested_size};
+  }
   const bool is_now = is_due(effective_sample_size, size, requested_size) ||
                       (is_urgent && options_.schedule != Schedule::never);
   if (!is_now || options_.renewal == Renewal::none) return {};
 
-  RenewalOutcome outcome{true, size};
+  RenewalOutcome outcome{true, false, size};
   // Another number of particles can only be drawn.
   switch (requested_size == size ? options_.renewal : Renewal::resampling) {
     case Renewal::none:
       break;
-    case Renewal::resampling: {
+    case Renewal::resampling:
+    case Renewal::redraw: {
       const ResamplingResult result =
           select(*population.weight, requested_size, streams(RandomPurpose::resampling));
       population.select(result.ancestors);
@@ -149,6 +160,14 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
          streams(RandomPurpose::excitation), {*population.x, *population.y, *population.heading},
          &excitation_workspace_);
   return outcome;
+}
+
+bool Strategy::is_redraw_due(bool closes_loop) {
+  if (options_.renewal != Renewal::redraw) return false;
+  ++observations_since_redraw_;
+  const RedrawOptions& redraw = options_.redraw;
+  return (closes_loop && redraw.closure_absence > 0) ||
+         (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
 }
 
 ResamplingResult Strategy::select(ConstArray weights, int requested_size,

@@ -12,6 +12,7 @@
 #include "pf_resampling_core/population/weights.hpp"
 #include "pf_resampling_core/strategy/compensation.hpp"
 #include "pf_resampling_core/strategy/excitation.hpp"
+#include "pf_resampling_core/strategy/redraw.hpp"
 #include "pf_resampling_core/strategy/resampling.hpp"
 
 namespace pf_resampling {
@@ -32,6 +33,9 @@ enum class Renewal {
   none,
   resampling,
   compensation,  ///< weak particles are blended with strong ones (Kwak section 5)
+  /// All are drawn anew from what all data say (RedrawOptions tells when); between redraws the
+  /// schedule asks for resampling. In a filter that cannot redraw, resampling alone.
+  redraw,
 };
 const std::vector<Renewal>& all_renewals();
 std::string to_string(Renewal renewal);
@@ -46,6 +50,7 @@ struct StrategyOptions {
   Renewal renewal = Renewal::resampling;
   ResamplingOptions resampling;
   CompensationOptions compensation;
+  RedrawOptions redraw;
   ExcitationOptions excitation;
 };
 
@@ -67,9 +72,14 @@ struct Population {
 
   /// Slot i becomes a copy of the former slot ancestors[i], in all that a particle carries but its
   /// weights and its ancestor; ancestors.size() may differ from the number of particles.
-  std::function<void(ConstIndices ancestors)> select;
+  std::function<void(ConstIndices ancestors)> select = nullptr;
   /// Blends the first of each pair with the second, in all that can be blended.
-  std::function<void(const std::vector<BlendPair>& pairs)> blend;
+  std::function<void(const std::vector<BlendPair>& pairs)> blend = nullptr;
+  /// Draws `size` particles anew from what all data say, with equal weights, each its own ancestor;
+  /// false, changing nothing, if it refuses. Empty: the filter cannot.
+  std::function<bool(int size)> redraw = nullptr;
+  /// Whether the last observations saw a landmark that was long out of view.
+  bool closes_loop = false;
 };
 
 /// Random streams of one update, by their purpose.
@@ -78,6 +88,7 @@ using RandomStreams = std::function<RandomStream(RandomPurpose purpose)>;
 /// What renew() did.
 struct RenewalOutcome {
   bool renewed = false;
+  bool redrawn = false;
   int distinct_ancestors = 0;  ///< particles before the renewal that have descendants; 0: none
 };
 
@@ -122,6 +133,7 @@ class Strategy {
   }
 
  private:
+  bool is_redraw_due(bool closes_loop);
   void count_renewal();
 
   StrategyOptions options_;
@@ -130,6 +142,7 @@ class Strategy {
   ExcitationWorkspace excitation_workspace_;
   std::int64_t renewals_ = 0;
   std::int64_t observations_since_renewal_ = 0;
+  std::int64_t observations_since_redraw_ = 0;
 };
 
 }  // namespace pf_resampling

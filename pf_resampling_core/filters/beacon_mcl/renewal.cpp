@@ -14,9 +14,7 @@ void BeaconMcl::renew() {
                         &particles_.heading,
                         &particles_.log_weight,
                         &particles_.weight,
-                        &particles_.ancestor,
-                        nullptr,
-                        nullptr};
+                        &particles_.ancestor};
   population.select = [this](ConstIndices ancestors) {
     select_columns(ancestors, &particles_);
     ancestry_.select(ancestors);

@@ -97,6 +97,7 @@ void FastSlam::reset() {
   outcomes_.clear();
   sightings_.clear();
   paths_.clear();
+  past_.clear();
   view_range_ = view_bearing_ = 0.0;
 }
 
@@ -141,6 +142,12 @@ void FastSlam::update(const OdometryIncrement& odometry,
   for (const RangeBearingObservation& observation : observations) check(observation, method);
   association_ = method;
   ++step_;
+  if (!keeps_past()) {
+    past_.clear();
+  } else if (past_.is_empty()) {
+    start_past();
+  }
+  const Eigen::ArrayXd log_weights_before = particles_.log_weight;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
   odometry_errors_.predict(odometry);
@@ -178,13 +185,16 @@ void FastSlam::update(const OdometryIncrement& odometry,
   }
   for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
   if (observations.empty()) {
+    if (keeps_past()) note_past(odometry, observations, sensor);
     paths_.append(particles_.x, particles_.y, particles_.heading);
     return;
   }
 
   status_.log_likelihood = 0.0;
+  if (keeps_past()) temper(log_weights_before);
   normalize_weights();
   note_outcomes(observations);
+  if (keeps_past()) note_past(odometry, observations, sensor);
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   paths_.append(particles_.x, particles_.y, particles_.heading);
@@ -256,17 +266,32 @@ void FastSlam::normalize_weights() {
   status_.entropy_sample_size = summary.entropy_sample_size;
 }
 
+// Takes up a share of what the observations say; the likelihood of all of it is kept.
+void FastSlam::temper(ConstArray before) {
+  const double share = options_.strategy.redraw.tempering;
+  if (share >= 1.0 || !is_normalizable(particles_.log_weight)) return;
+  const double largest = particles_.log_weight.maxCoeff();
+  const double likelihood = largest + std::log((particles_.log_weight - largest).exp().sum());
+  particles_.log_weight = before + share * (particles_.log_weight - before);
+  const double tempered = particles_.log_weight.maxCoeff();
+  const double sum = tempered + std::log((particles_.log_weight - tempered).exp().sum());
+  status_.log_likelihood += likelihood - sum;
+}
+
 void FastSlam::renew() {
   Population population{&particles_.x,
                         &particles_.y,
                         &particles_.heading,
                         &particles_.log_weight,
                         &particles_.weight,
-                        &particles_.ancestor,
-                        nullptr,
-                        nullptr};
+                        &particles_.ancestor};
   population.select = [this](ConstIndices ancestors) { select(ancestors); };
   population.blend = [this](const std::vector<BlendPair>& pairs) { blend(pairs); };
+  if (keeps_past()) {
+    population.redraw = [this](int size) { return redraw(size); };
+    population.closes_loop =
+        past_.closes_loop(options_.strategy.redraw.closure_absence);
+  }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,
       [this](RandomPurpose purpose) { return stream(purpose); }, population);

@@ -14,6 +14,7 @@
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
 #include "pf_resampling_core/filters/fastslam/particles.hpp"
 #include "pf_resampling_core/filters/fastslam/recent_sightings.hpp"
+#include "pf_resampling_core/filters/fastslam/smoothed_past.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -61,6 +62,9 @@ struct FastSlamStatus {
   bool renewed = false;
   std::int64_t updates = 0;
   std::int64_t renewals = 0;
+  std::int64_t redraws = 0;          ///< of the renewals
+  std::int64_t redraws_refused = 0;  ///< for want of a solution
+  int redraw_cost = 0;
   std::int64_t weight_resets = 0;
   std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.
@@ -194,6 +198,14 @@ class FastSlam {
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
   void normalize_weights();
   void renew();
+  void temper(ConstArray before);
+  bool keeps_past() const;
+  SensorConstants prior_sigma() const;
+  void start_past();
+  void note_past(const OdometryIncrement& odometry,
+                 const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
+  bool redraw(int size);
+  void redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
   void draw_population(int size);
@@ -212,6 +224,7 @@ class FastSlam {
   std::int64_t next_id_ = 0;
   Ancestry ancestry_;
   ParticlePaths paths_;
+  SmoothedPast past_;
   bool has_landmarks_ = false;
   Strategy strategy_;
   int requested_size_ = 0;

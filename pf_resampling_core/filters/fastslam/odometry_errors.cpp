@@ -105,6 +105,13 @@ void OdometryErrorEstimator::resume(const OdometryErrorState& state) {
   state_ = state;
 }
 
+void OdometryErrorEstimator::redraw(const Eigen::ArrayXXd& means, const Matrix& covariance) {
+  state_.means.setZero(means.rows(), kCount);
+  if (!estimate_) return;
+  state_.means = means;
+  state_.covariance = covariance;
+}
+
 void OdometryErrorEstimator::select(ConstIndices ancestors) {
   if (!estimate_) {
     state_.means.setZero(ancestors.size(), kCount);

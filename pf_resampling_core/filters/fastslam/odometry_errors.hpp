@@ -51,6 +51,8 @@ class OdometryErrorEstimator {
   void predict(const OdometryIncrement& odometry);
   const Eigen::ArrayXXd& motion() const { return motion_; }
   const Eigen::Matrix3d& covariance() const { return covariance_; }
+  /// J of that odometry, in metres and radians per unit of each error.
+  const Eigen::Matrix<double, 3, kCount>& sensitivity() const { return sensitivity_; }
 
   /// Takes in what the particles did: the same as motion(), as drawn.
   void condition(const Eigen::ArrayXXd& motion);
@@ -62,6 +64,9 @@ class OdometryErrorEstimator {
   /// See LandmarkStore.
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
+
+  /// Other beliefs about the errors: means, a row per particle, and the covariance that all share.
+  void redraw(const Eigen::ArrayXXd& means, const Matrix& covariance);
 
   const OdometryErrorState& state() const { return state_; }
   /// Goes on from there, with so many rows of means as after start(). Nothing changes if there is

@@ -1,5 +1,6 @@
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -63,6 +64,19 @@ void ParticlePaths::select(ConstIndices ancestors) {
     selected[static_cast<std::size_t>(i)] = parents_.at(static_cast<std::size_t>(ancestors[i]));
   }
   parents_ = std::move(selected);
+}
+
+void ParticlePaths::replace_newest(const std::vector<Pose2>& poses, ConstArray weights,
+                                   int particles) {
+  if (poses.empty()) return;
+  std::vector<Pose2> path = mean(weights);
+  path.resize(path.size() - std::min(path.size(), poses.size()));
+  path.insert(path.end(), poses.begin(), poses.end());
+  clear();
+  recent_.push_back({{path.back()}, {0}});
+  path.pop_back();
+  common_ = std::move(path);
+  parents_.assign(static_cast<std::size_t>(particles), 0);
 }
 
 // From the newest step back, only what has descendants stays.

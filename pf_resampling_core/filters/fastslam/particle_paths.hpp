@@ -32,6 +32,10 @@ class ParticlePaths {
   /// Particle i goes on from former particle ancestors[i].
   void select(ConstIndices ancestors);
 
+  /// All of so many particles go on from these poses, the newest steps, the oldest first; of earlier
+  /// steps the means by `weights` stay.
+  void replace_newest(const std::vector<Pose2>& poses, ConstArray weights, int particles);
+
   /// Weighted mean of the paths of the present particles, a pose per step, the oldest first. Throws
   /// Error unless there is a weight per particle.
   std::vector<Pose2> mean(ConstArray weights) const;

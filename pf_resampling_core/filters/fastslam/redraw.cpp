@@ -1,0 +1,189 @@
+// FastSLAM's redraw: the whole population drawn anew from the Laplace approximation of the
+// smoothing posterior, so that what resampling has lost of the past comes back.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/kernels.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// A landmark that less of the weight holds is no part of the map that all particles get.
+constexpr double kBelieved = 0.5;
+constexpr double kSmallestSigma = 1e-6;  // m, rad: of a pose on which all particles agree
+
+}  // namespace
+
+bool FastSlam::keeps_past() const {
+  return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen;
+}
+
+SensorConstants FastSlam::prior_sigma() const {
+  SensorConstants sigma = SensorConstants::Zero();
+  const OdometryErrorOptions& errors = options_.odometry_errors;
+  if (errors.estimate) {
+    sigma.head<kOdometryConstants>() << errors.distance_scale, errors.turn_scale, errors.drift,
+        errors.yaw_rate, errors.delay;
+  }
+  return sigma;
+}
+
+// The belief to begin with: where all agree and there is no map, that pose; else the moments of the
+// population.
+void FastSlam::start_past() {
+  if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
+      (particles_.y == particles_.y[0]).all() &&
+      (particles_.heading == particles_.heading[0]).all()) {
+    past_.start(prior_at({particles_.x[0], particles_.y[0], particles_.heading[0]}, prior_sigma()),
+                {});
+    return;
+  }
+  const ConstArray weights = particles_.weight;
+  GaussianPrior prior;
+  prior.pose = estimate().mean;
+  std::vector<std::int64_t> ids;
+  std::vector<LandmarkRow> maps;
+  for (const int row : rows()) {
+    LandmarkEstimate landmark;
+    if (!summarize(row, &landmark) || landmark.held < kBelieved) continue;
+    ids.push_back(landmark.id);
+    prior.landmarks.push_back(landmark.mean);
+    maps.push_back(store_.row(row));
+  }
+  const Eigen::ArrayXXd& errors = odometry_errors_.state().means;
+  for (int k = 0; k < kOdometryConstants; ++k) {
+    prior.constants[k] = (weights * errors.col(k)).sum();
+  }
+  const Eigen::Index count = particles_.size();
+  const Eigen::Index size = prior.size();
+  Eigen::MatrixXd deviations = Eigen::MatrixXd::Zero(size, count);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    deviations(0, i) = particles_.x[i] - prior.pose.x;
+    deviations(1, i) = particles_.y[i] - prior.pose.y;
+    deviations(2, i) = wrap_angle(particles_.heading[i] - prior.pose.heading);
+    for (std::size_t l = 0; l < maps.size(); ++l) {
+      const LandmarkRow& map = maps[l];
+      if (map.held[i] == 0) continue;
+      const Eigen::Index at = 3 + 2 * static_cast<Eigen::Index>(l);
+      deviations(at, i) = map.x[i] - prior.landmarks[l].x();
+      deviations(at + 1, i) = map.y[i] - prior.landmarks[l].y();
+      Eigen::Matrix2d own;
+      own << map.xx[i], map.xy[i], map.xy[i], map.yy[i];
+      covariance.block<2, 2>(at, at) += weights[i] * own;
+    }
+    deviations.col(i).segment<kOdometryConstants>(size - kSensorConstants) =
+        errors.row(i).transpose().matrix() - prior.constants.head<kOdometryConstants>();
+  }
+  covariance.noalias() += deviations * weights.matrix().asDiagonal() * deviations.transpose();
+  covariance.diagonal().head<3>().array() += kSmallestSigma * kSmallestSigma;
+  covariance.block<kOdometryConstants, kOdometryConstants>(size - kSensorConstants,
+                                                           size - kSensorConstants) +=
+      odometry_errors_.state().covariance;
+  covariance.diagonal().tail<kSensorConstants>().array() += 1e-18;
+  const SensorConstants sigma = prior_sigma();
+  for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
+    covariance(size - kSensorConstants + k, size - kSensorConstants + k) += sigma[k] * sigma[k];
+  }
+  prior.information = covariance.llt().solve(Eigen::MatrixXd::Identity(size, size));
+  prior.gradient.setZero(size);
+  past_.start(prior, ids);
+}
+
+// Each observation as what most of the weight took it for; others take no part.
+void FastSlam::note_past(const OdometryIncrement& odometry,
+                         const std::vector<RangeBearingObservation>& observations,
+                         const Pose2& sensor) {
+  past_.append({odometry.mean, odometry.covariance, odometry_errors_.sensitivity()});
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const ObservationOutcome& outcome = outcomes_[k];
+    if (outcome.landmark < 0 || !outcome.is_believed()) continue;
+    const kernels::Observation z =
+        kernels::make_observation(options_.sensor, observations[k], sensor);
+    past_.append_sighting(
+        outcome.landmark, outcome.is_new,
+        {0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor});
+  }
+}
+
+bool FastSlam::redraw(int size) {
+  if (past_.is_empty()) return false;
+  const SmoothingResult solution = past_.solve({8, options_.strategy.redraw.robust_width});
+  status_.redraw_cost = solution.iterations;
+  if (solution.fault != SmoothingFault::none) {
+    ++status_.redraws_refused;
+    return false;
+  }
+  const Eigen::MatrixXd deviations =
+      draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
+  if (deviations.rows() != size) {
+    ++status_.redraws_refused;
+    return false;
+  }
+  ++status_.redraws;
+  const SmoothingGraph& graph = past_.graph();
+  const Eigen::Index constants = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
+  const Eigen::Index newest = constants + kSensorConstants;
+
+  std::vector<Pose2> path(graph.poses.begin() + 1, graph.poses.end());
+  paths_.replace_newest(path, particles_.weight, size);
+  redraw_maps(size, deviations, solution.belief);
+  const Pose2& pose = graph.poses.back();
+  particles_.x = pose.x + deviations.col(newest).array();
+  particles_.y = pose.y + deviations.col(newest + 1).array();
+  particles_.heading = pose.heading + deviations.col(newest + 2).array();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    particles_.heading[i] = wrap_angle(particles_.heading[i]);
+  }
+  Eigen::ArrayXXd errors = deviations.middleCols<kOdometryConstants>(constants).array();
+  errors.rowwise() += graph.constants.head<kOdometryConstants>().transpose().array();
+  odometry_errors_.redraw(errors, solution.belief.odometry_given_path);
+  particles_.log_weight.setConstant(size, -std::log(static_cast<double>(size)));
+  particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+  ancestry_.start(size);
+  return true;
+}
+
+// Every particle gets the landmarks of the graph; others, that few particles hold, go.
+void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations,
+                           const JointBelief& belief) {
+  const std::vector<int> all = rows();
+  std::vector<double> log_odds;
+  for (const int row : all) {
+    LandmarkEstimate landmark;
+    summarize(row, &landmark);
+    log_odds.push_back(landmark.log_odds);
+  }
+  if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
+  const SmoothingGraph& graph = past_.graph();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const int row = all[k];
+    const int number = past_.number_of(store_.birth(row));
+    if (number < 0) {
+      index_.remove(row);
+      row_of_id_.erase(store_.birth(row));
+      store_.remove(row);
+      --status_.landmarks;
+      continue;
+    }
+    const Eigen::Vector2d& mean = graph.landmarks[static_cast<std::size_t>(number)];
+    const Eigen::Matrix2d& covariance =
+        belief.landmarks_given_path[static_cast<std::size_t>(number)];
+    const LandmarkRow landmark = store_.row(row);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      landmark.x[i] = mean.x() + deviations(i, 2 * number);
+      landmark.y[i] = mean.y() + deviations(i, 2 * number + 1);
+      landmark.xx[i] = covariance(0, 0);
+      landmark.xy[i] = covariance(0, 1);
+      landmark.yy[i] = covariance(1, 1);
+      landmark.log_odds[i] = log_odds[k];
+      landmark.held[i] = 1;
+    }
+    index_.place(row, mean);
+  }
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "pf_resampling_core/smoothing/smoothing_graph.hpp"
+
+namespace pf_resampling {
+
+/// Gauss and Newton's equations H·step = -gradient of a graph, in an order of elimination that
+/// keeps the factor sparse: the poses but the newest by nested dissection in time, then the
+/// landmarks, the constants, the newest pose. These last are what a filter goes on with: the
+/// trailing block of the factor is their joint information.
+class NormalEquations {
+ public:
+  /// Lays out the graph's structure, which must not change any more.
+  explicit NormalEquations(const SmoothingGraph& graph);
+
+  /// H and gradient at the graph's estimate. `robust_width`: of the sightings' loss, see
+  /// robust_cost().
+  void linearize(const SmoothingGraph& graph, double robust_width);
+
+  /// Factorises H + damping·diag(H). False if that is not positive definite.
+  bool factorize(double damping);
+
+  /// -(what was factorised)⁻¹·gradient.
+  Eigen::VectorXd step() const;
+  const Eigen::VectorXd& gradient() const { return gradient_; }
+
+  /// The graph's estimate, moved by a step.
+  void move(const Eigen::VectorXd& step, SmoothingGraph* graph) const;
+
+  /// Half the sum of squares, robust, at the graph's estimate.
+  double cost(const SmoothingGraph& graph, double robust_width) const;
+
+  /// Number of unknowns, and of those of the trailing block.
+  Eigen::Index size() const { return hessian_.cols(); }
+  Eigen::Index trailing_size() const;
+  /// Lower triangular R with R·Rᵀ the joint information of landmarks, constants and newest pose.
+  Eigen::MatrixXd trailing_root() const;
+  /// The diagonal block of H of a landmark, of the odometry's constants: their information given
+  /// the path.
+  Eigen::Matrix2d landmark_information(int landmark) const;
+  Eigen::Matrix<double, kOdometryConstants, kOdometryConstants> odometry_information() const;
+
+ private:
+  using Sparse = Eigen::SparseMatrix<double>;
+  using Factor = Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>;
+
+  void order_poses(int first, int last);
+  template <typename Block>
+  void add(int row, int column, const Block& block);
+  template <typename Block>
+  Block block(int row, int column) const;
+  int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
+  std::vector<int> prior_places(const GaussianPrior& prior) const;
+  Eigen::VectorXd prior_difference(const SmoothingGraph& graph) const;
+
+  std::vector<int> pose_at_;  // first unknown of each pose
+  int next_ = 0;
+  int first_landmark_ = 0;
+  int constants_ = 0;
+  std::vector<Eigen::Matrix3d> motion_roots_;
+  std::vector<int> prior_places_;
+  Sparse hessian_;  // upper triangle
+  Eigen::VectorXd gradient_;
+  Factor factor_;
+};
+
+}  // namespace pf_resampling

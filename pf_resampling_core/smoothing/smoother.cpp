@@ -1,0 +1,161 @@
+#include "pf_resampling_core/smoothing/smoother.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pf_resampling_core/parameters/enum_names.hpp"
+#include "pf_resampling_core/smoothing/normal_equations.hpp"
+
+namespace pf_resampling {
+namespace {
+
+const EnumNames<SmoothingFault> kFaults{
+    "smoothing fault",
+    {{SmoothingFault::none, "none"},
+     {SmoothingFault::not_finite, "not finite"},
+     {SmoothingFault::not_positive_definite, "not positive definite"},
+     {SmoothingFault::not_converged, "not converged"}}};
+
+// Of the cost, half a sum of squares: a step that promises less than the first changes nothing that
+// could be noticed; one that still promises more than the second when the iterations are used up
+// ends far from the solution.
+constexpr double kConverged = 1e-4;
+constexpr double kFar = 0.5;
+constexpr double kLeastDamping = 1e-6;
+constexpr double kLargestDamping = 1e8;
+
+JointBelief belief_of(const NormalEquations& equations, std::size_t landmarks) {
+  JointBelief belief;
+  const Eigen::Index size = equations.trailing_size();
+  const Eigen::MatrixXd inverse = equations.trailing_root().triangularView<Eigen::Lower>().solve(
+      Eigen::MatrixXd::Identity(size, size));
+  belief.covariance.noalias() = inverse.transpose() * inverse;
+  for (std::size_t l = 0; l < landmarks; ++l) {
+    belief.landmarks_given_path.push_back(
+        equations.landmark_information(static_cast<int>(l)).inverse());
+  }
+  belief.odometry_given_path = equations.odometry_information().inverse();
+  return belief;
+}
+
+bool is_finite(const JointBelief& belief) {
+  bool is_finite = belief.covariance.allFinite() && belief.odometry_given_path.allFinite();
+  for (const Eigen::Matrix2d& landmark : belief.landmarks_given_path) {
+    is_finite = is_finite && landmark.allFinite();
+  }
+  return is_finite;
+}
+
+// Cost, and where that is.
+struct Candidate {
+  double cost = std::numeric_limits<double>::infinity();
+  SmoothingGraph graph;
+};
+
+// Along a step that goes downhill at first: all of it, or as much as lowers the cost.
+bool search_line(const SmoothingOptions& options, const NormalEquations& equations,
+                 const Eigen::VectorXd& step, Candidate* best) {
+  for (const double share : {1.0, 0.5, 0.25, 0.125}) {
+    SmoothingGraph moved = best->graph;
+    equations.move(share * step, &moved);
+    const double cost = equations.cost(moved, options.robust_width);
+    if (cost < best->cost) {
+      *best = {cost, std::move(moved)};
+      return true;
+    }
+  }
+  return false;
+}
+
+// Steps from the graph's estimate to the least cost.
+SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations,
+                       Candidate* best, int* iterations) {
+  double damping = 0.0;  // none as long as the steps are good
+  double promise = 0.0;  // by how much the last step was to lower the cost
+  best->cost = equations->cost(best->graph, options.robust_width);
+  if (!std::isfinite(best->cost)) return SmoothingFault::not_finite;
+  for (*iterations = 1; *iterations <= options.iterations; ++*iterations) {
+    equations->linearize(best->graph, options.robust_width);
+    if (!equations->gradient().allFinite()) return SmoothingFault::not_finite;
+    for (bool is_better = false; !is_better;) {
+      if (damping > kLargestDamping) return SmoothingFault::not_converged;
+      const bool is_definite = equations->factorize(damping);
+      if (is_definite) {
+        const Eigen::VectorXd step = equations->step();
+        promise = -0.5 * step.dot(equations->gradient());
+        is_better = search_line(options, *equations, step, best);
+        if (promise < kConverged) return SmoothingFault::none;
+      }
+      damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
+      if (damping < kLeastDamping) damping = 0.0;
+    }
+  }
+  return promise < kFar ? SmoothingFault::none : SmoothingFault::not_converged;
+}
+
+}  // namespace
+
+std::string to_string(SmoothingFault fault) {
+  return kFaults.name(fault);
+}
+
+SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
+  check(*graph);
+  SmoothingResult result;
+  NormalEquations equations(*graph);
+  Candidate best;
+  best.graph = *graph;
+  result.fault = descend(options, &equations, &best, &result.iterations);
+  result.cost = best.cost;
+  if (result.fault != SmoothingFault::none) return result;
+  equations.linearize(best.graph, options.robust_width);
+  if (!equations.factorize(0.0)) {
+    result.fault = SmoothingFault::not_positive_definite;
+    return result;
+  }
+  result.belief = belief_of(equations, best.graph.landmarks.size());
+  if (!is_finite(result.belief)) {
+    result.fault = SmoothingFault::not_finite;
+    return result;
+  }
+  *graph = std::move(best.graph);
+  return result;
+}
+
+Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
+                                const RandomStream& stream) {
+  Eigen::MatrixXd covariance = belief.covariance;
+  const Eigen::Index size = covariance.rows();
+  const Eigen::Index landmarks = static_cast<Eigen::Index>(belief.landmarks_given_path.size());
+  for (Eigen::Index l = 0; l < landmarks; ++l) {
+    covariance.block<2, 2>(2 * l, 2 * l) -=
+        belief.landmarks_given_path[static_cast<std::size_t>(l)];
+  }
+  covariance.block<kOdometryConstants, kOdometryConstants>(2 * landmarks, 2 * landmarks) -=
+      belief.odometry_given_path;
+  // What is known exactly, and what rounding leaves below zero, gets no spread.
+  const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success) return {};
+  const Eigen::VectorXd sigmas = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::MatrixXd lower = factor.matrixL();
+  const Eigen::MatrixXd root =
+      factor.transpositionsP().transpose() * (lower * sigmas.asDiagonal());
+  if (!root.allFinite()) return {};
+
+  const Eigen::Index pairs = (particles + 1) / 2;
+  Eigen::MatrixXd normals(size, pairs);
+  stream.fill_normal(0, size * pairs, normals.data());
+  const Eigen::MatrixXd half = (root * normals).transpose();
+  Eigen::MatrixXd deviations(particles, size);
+  for (Eigen::Index i = 0; i < particles; ++i) {
+    deviations.row(i) = (i % 2 == 0 ? 1.0 : -1.0) * half.row(i / 2);
+  }
+  // An odd one out is the estimate itself, so that the mean stays.
+  if (particles % 2 == 1) deviations.row(particles - 1).setZero();
+  return deviations;
+}
+
+}  // namespace pf_resampling

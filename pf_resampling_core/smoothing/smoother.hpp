@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/smoothing/smoothing_graph.hpp"
+
+namespace pf_resampling {
+
+struct SmoothingOptions {
+  int iterations = 8;         ///< at most
+  double robust_width = 0.0;  ///< of the sightings' Cauchy loss, in sigmas; 0: least squares
+};
+
+/// Why there is no solution.
+enum class SmoothingFault {
+  none,
+  not_finite,
+  not_positive_definite,
+  not_converged,
+};
+std::string to_string(SmoothingFault fault);
+
+/// What the smoothing posterior says of what a filter goes on with, by Laplace's approximation: a
+/// Gaussian about the graph's estimate over the landmarks (two each), the constants and the newest
+/// pose, in this order; and what is left of it once the path (and the sensor's constants) are
+/// given, when landmarks and the odometry's constants are independent.
+struct JointBelief {
+  Eigen::MatrixXd covariance;
+  std::vector<Eigen::Matrix2d> landmarks_given_path;  ///< m^2
+  Eigen::Matrix<double, kOdometryConstants, kOdometryConstants> odometry_given_path;
+};
+
+struct SmoothingResult {
+  SmoothingFault fault = SmoothingFault::none;
+  int iterations = 0;
+  double cost = 0.0;  ///< half the sum of squares at the solution
+  JointBelief belief;
+};
+
+/// The most probable poses, landmarks and constants given all data of the graph (Dellaert, Kaess
+/// 2006, "Square Root SAM"): Gauss-Newton with Levenberg's damping, from the graph's estimate,
+/// which it improves. With a fault the graph's estimate is as it was. Throws Error as check(graph)
+/// does.
+SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph);
+
+/// Deviations of what a particle carries from the graph's estimate: a row per particle, columns as
+/// in JointBelief. What a Rao-Blackwellised particle keeps as a covariance is taken out: they are
+/// drawn from Σ - blockdiag(given path), as whole paths would give them. In antithetic pairs, so
+/// that their mean is the estimate. Empty if the covariance is none.
+Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
+                                const RandomStream& stream);
+
+}  // namespace pf_resampling

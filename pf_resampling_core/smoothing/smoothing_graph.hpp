@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+
+/// Errors of the sensors that stay the same for long: unknowns of a SmoothingGraph, each with a
+/// Gaussian prior about 0. The first five are those of the odometry, see OdometryErrorOptions.
+struct SensorConstant {
+  enum Index : int {
+    distance_scale,  ///< relative error of distances driven
+    turn_scale,      ///< relative error of turns
+    drift,           ///< turn per distance, rad/m
+    yaw_rate,        ///< turn per time, rad/s
+    delay,           ///< of the observations against the odometry, s
+    range_scale,     ///< measured over true range, less one
+    bearing_bias,    ///< measured less true bearing, rad
+  };
+};
+inline constexpr int kSensorConstants = 7;
+inline constexpr int kOdometryConstants = 5;
+using SensorConstants = Eigen::Matrix<double, kSensorConstants, 1>;
+
+/// Odometry from a pose to the next:
+///   motion = mean + sensitivity · (the odometry's constants) + noise,
+/// in the body frame of the former.
+struct MotionFactor {
+  Pose2 mean;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
+  Eigen::Matrix<double, 3, kOdometryConstants> sensitivity =
+      Eigen::Matrix<double, 3, kOdometryConstants>::Zero();
+};
+
+/// A landmark seen from a pose by a sensor that sits at `sensor` on the robot.
+struct SightingFactor {
+  int pose = 0;
+  int landmark = 0;
+  double range = 0.0;             ///< m, > 0
+  double bearing = 0.0;           ///< rad, from the sensor's x axis
+  double range_variance = 0.0;    ///< m^2, > 0
+  double bearing_variance = 0.0;  ///< rad^2, > 0
+  Pose2 sensor;
+};
+
+/// What is known from elsewhere (a belief at the start, data that have left the window) about the
+/// first pose, the first landmarks and the constants, in this order: the cost
+///   ½ dᵀ·information·d + gradientᵀ·d, with d the difference to where it was linearised.
+struct GaussianPrior {
+  Pose2 pose;
+  std::vector<Eigen::Vector2d> landmarks;
+  SensorConstants constants = SensorConstants::Zero();
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+
+  Eigen::Index size() const {
+    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
+  }
+};
+
+/// The first pose is known to 1e-6 (m, rad), the constants to these standard deviations (at least
+/// 1e-9), nothing of landmarks.
+GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
+
+/// The data of a drive and the present estimate of all there is to know: poses, landmarks and the
+/// sensors' constants. Grows at its end.
+struct SmoothingGraph {
+  std::vector<Pose2> poses;                ///< m, rad; map frame
+  std::vector<Eigen::Vector2d> landmarks;  ///< m
+  SensorConstants constants = SensorConstants::Zero();
+
+  GaussianPrior prior;
+  std::vector<MotionFactor> motions;      ///< i: from poses[i] to poses[i + 1]
+  std::vector<SightingFactor> sightings;  ///< poses ascending
+
+  /// Factors of the standard deviations of sightings and motions as stated: errors of real sensors
+  /// last, and count for less than as many that do not.
+  double sighting_scale = 1.0;
+  double motion_scale = 1.0;
+};
+
+/// `mean` of the motion with the constants taken out: where the next pose is expected.
+Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
+
+/// Throws Error, naming the factor, for one that is not finite, has no positive variance or names a
+/// pose or landmark that is not there; and unless there is one motion less than there are poses.
+void check(const SmoothingGraph& graph);
+
+}  // namespace pf_resampling

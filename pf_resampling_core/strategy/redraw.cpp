@@ -1,0 +1,24 @@
+#include "pf_resampling_core/strategy/redraw.hpp"
+
+#include <string>
+
+namespace pf_resampling {
+
+void add_parameters(RedrawOptions* options, ParameterList* parameters) {
+  const std::string group = "population/redraw/";
+  parameters->push_back(integer_parameter(
+      group + "closure_absence", &options->closure_absence, 0, 1000000,
+      "redraw: when a landmark is seen again after so many updates without it. 0: never."));
+  parameters->push_back(integer_parameter(
+      group + "every_n", &options->every_n, 0, 1000000,
+      "redraw: also after so many updates since the last one. 0: only at closures."));
+  parameters->push_back(real_above_parameter(
+      group + "tempering", &options->tempering, 0.0, 1.0, "",
+      "redraw: share of what the observations say that the weights take up between redraws."));
+  parameters->push_back(real_parameter(
+      group + "robust_width", &options->robust_width, 0.0, 1e6, "",
+      "redraw: standard deviations beyond which an observation begins to count for less. 0: "
+      "never."));
+}
+
+}  // namespace pf_resampling

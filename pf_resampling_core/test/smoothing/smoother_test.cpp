@@ -1,0 +1,294 @@
+#include "pf_resampling_core/smoothing/smoother.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/smoothing/residuals.hpp"
+#include "pf_resampling_core/test/smoothing/ring_drive.hpp"
+
+namespace pf_resampling {
+namespace {
+
+SensorConstants no_constants() {
+  return SensorConstants::Zero();
+}
+
+// Every unknown in the order of the graph, dense: poses, landmarks, constants.
+struct DenseSystem {
+  explicit DenseSystem(const SmoothingGraph& graph) : poses(graph.poses.size()) {
+    const Eigen::Index constants_at = constants(graph);
+    const Eigen::Index size = constants_at + kSensorConstants;
+    information.setZero(size, size);
+    gradient.setZero(size);
+    for (std::size_t i = 0; i < graph.motions.size(); ++i) {
+      const MotionResidual r =
+          motion_residual(graph.motions[i], motion_root(graph.motions[i], graph.motion_scale),
+                          graph.poses[i], graph.poses[i + 1], graph.constants);
+      Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, size);
+      jacobian.middleCols(3 * static_cast<Eigen::Index>(i), 3) = r.by_from;
+      jacobian.middleCols(3 * static_cast<Eigen::Index>(i) + 3, 3) = r.by_to;
+      jacobian.middleCols(constants_at, kOdometryConstants) = r.by_constants;
+      information += jacobian.transpose() * jacobian;
+      gradient += jacobian.transpose() * r.value;
+    }
+    for (const SightingFactor& sighting : graph.sightings) {
+      const SightingResidual r = sighting_residual(
+          sighting, graph.sighting_scale, graph.poses[static_cast<std::size_t>(sighting.pose)],
+          graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
+      Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(2, size);
+      jacobian.middleCols(3 * sighting.pose, 3) = r.by_pose;
+      jacobian.middleCols(landmark(sighting.landmark), 2) = r.by_landmark;
+      jacobian.middleCols(constants_at + SensorConstant::range_scale, 2) = r.by_constants;
+      information += jacobian.transpose() * jacobian;
+      gradient += jacobian.transpose() * r.value;
+    }
+    information.topLeftCorner<3, 3>() += graph.prior.information.topLeftCorner<3, 3>();
+    information.bottomRightCorner<kSensorConstants, kSensorConstants>() +=
+        graph.prior.information.bottomRightCorner<kSensorConstants, kSensorConstants>();
+    gradient.tail<kSensorConstants>() +=
+        graph.prior.information.bottomRightCorner<kSensorConstants, kSensorConstants>() *
+        graph.constants;
+  }
+
+  Eigen::Index landmark(int number) const {
+    return 3 * static_cast<Eigen::Index>(poses) + 2 * number;
+  }
+  Eigen::Index constants(const SmoothingGraph& graph) const {
+    return landmark(static_cast<int>(graph.landmarks.size()));
+  }
+
+  std::size_t poses;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+SensorConstants loose() {
+  SensorConstants sigma;
+  sigma << 0.05, 0.1, 0.0, 0.001, 0.0, 0.03, 0.03;
+  return sigma;
+}
+
+TEST(Smoother, EndsWhereTheGradientIsZero) {
+  RingDrive drive(240, 20, 1, loose());
+  const SmoothingResult result = smooth({20, 0.0}, &drive.graph);
+  ASSERT_EQ(result.fault, SmoothingFault::none);
+  const DenseSystem system(drive.graph);
+  // What is left to be gained, half a squared standard deviation.
+  EXPECT_LT(system.gradient.dot(system.information.ldlt().solve(system.gradient)), 1e-4);
+}
+
+TEST(Smoother, JointCovarianceIsThatOfTheWholeInverse) {
+  RingDrive drive(120, 12, 2, loose());
+  const SmoothingResult result = smooth({20, 0.0}, &drive.graph);
+  ASSERT_EQ(result.fault, SmoothingFault::none);
+  const DenseSystem system(drive.graph);
+  const Eigen::MatrixXd inverse = system.information.inverse();
+  const Eigen::Index landmarks = 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size());
+  const Eigen::Index kept = landmarks + kSensorConstants;
+  const Eigen::MatrixXd& joint = result.belief.covariance;
+  ASSERT_EQ(joint.rows(), kept + 3);
+  EXPECT_TRUE(joint.topLeftCorner(kept, kept)
+                  .isApprox(inverse.block(system.landmark(0), system.landmark(0), kept, kept), 1e-6));
+  const Eigen::Index newest = 3 * static_cast<Eigen::Index>(drive.graph.poses.size()) - 3;
+  EXPECT_TRUE(joint.bottomRightCorner(3, 3).isApprox(inverse.block(newest, newest, 3, 3), 1e-6));
+  EXPECT_TRUE(joint.bottomLeftCorner(3, kept)
+                  .isApprox(inverse.block(newest, system.landmark(0), 3, kept), 1e-6));
+}
+
+// Consistent: over 60 drives the errors of landmarks, newest pose and constants, squared by the
+// stated covariance, have a mean of their number, within 4.4 of its standard errors (a false alarm
+// in 1e5 runs).
+TEST(Smoother, ErrorsAreAsStated) {
+  double sum = 0.0;
+  double freedom = 0.0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const RandomStream random(seed, RandomPurpose::test, 1);
+    SensorConstants errors = SensorConstants::Zero();
+    // So small that dead reckoning stays near enough for the linearisation to hold.
+    const SensorConstants sigma = 0.3 * loose();
+    for (int k = 0; k < kSensorConstants; ++k) {
+      errors[k] = sigma[k] * random.normal(static_cast<std::uint64_t>(k));
+    }
+    RingDrive drive(260, 16, seed, sigma, errors);
+    const SmoothingResult result = smooth({20, 0.0}, &drive.graph);
+    ASSERT_EQ(result.fault, SmoothingFault::none) << seed;
+    const Eigen::Index landmarks = 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size());
+    Eigen::VectorXd error(landmarks + 3);
+    for (std::size_t l = 0; l < drive.graph.landmarks.size(); ++l) {
+      error.segment<2>(2 * static_cast<Eigen::Index>(l)) =
+          drive.graph.landmarks[l] -
+          drive.truth.landmarks[static_cast<std::size_t>(drive.order[l])];
+    }
+    const Pose2& pose = drive.graph.poses.back();
+    const Pose2& truth = drive.truth.poses.back();
+    error.tail<3>() << pose.x - truth.x, pose.y - truth.y,
+        wrap_angle(pose.heading - truth.heading);
+    Eigen::MatrixXd covariance(landmarks + 3, landmarks + 3);
+    covariance << result.belief.covariance.topLeftCorner(landmarks, landmarks),
+        result.belief.covariance.topRightCorner(landmarks, 3),
+        result.belief.covariance.bottomLeftCorner(3, landmarks),
+        result.belief.covariance.bottomRightCorner(3, 3);
+    sum += error.dot(covariance.ldlt().solve(error));
+    freedom += static_cast<double>(error.size());
+  }
+  EXPECT_NEAR(sum / freedom, 1.0, 4.4 * std::sqrt(2.0 / freedom) + 0.02)
+      << "0.02: linearisation";
+}
+
+TEST(Smoother, FindsTheSensorsConstants) {
+  SensorConstants errors = SensorConstants::Zero();
+  errors[SensorConstant::turn_scale] = 0.04;
+  errors[SensorConstant::range_scale] = 0.03;
+  errors[SensorConstant::bearing_bias] = -0.02;
+  SensorConstants sigma = loose();
+  sigma[SensorConstant::distance_scale] = 0.002;  // or no data could tell the map's scale
+  RingDrive drive(600, 20, 5, sigma, errors);
+  const SmoothingResult result = smooth({20, 0.0}, &drive.graph);
+  ASSERT_EQ(result.fault, SmoothingFault::none);
+  const Eigen::Index at = 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size());
+  for (const int k : {SensorConstant::turn_scale, SensorConstant::range_scale,
+                      SensorConstant::bearing_bias}) {
+    const double sigma = std::sqrt(result.belief.covariance(at + k, at + k));
+    EXPECT_LT(sigma, 0.5 * loose()[k]) << k << ": learns nothing";
+    // Four standard deviations: a false alarm in 16,000 draws; the seed is fixed.
+    EXPECT_NEAR(drive.graph.constants[k], errors[k], 4.0 * sigma) << k;
+  }
+}
+
+// One sighting in twenty is of another landmark than it says: a robust solution is hardly farther
+// from the one without these sightings than their loss explains, least squares is far from it.
+TEST(Smoother, RobustLossWithstandsMisreadIds) {
+  RingDrive drive(240, 20, 3, no_constants());
+  ASSERT_EQ(smooth({30, 0.0}, &drive.graph).fault, SmoothingFault::none);
+  SmoothingGraph without = drive.graph;
+  SmoothingGraph robust = drive.graph;
+  without.sightings.clear();
+  for (std::size_t i = 0; i < robust.sightings.size(); ++i) {
+    SightingFactor& sighting = robust.sightings[i];
+    if (i % 20 == 0) {
+      sighting.landmark = (sighting.landmark + 7) % static_cast<int>(robust.landmarks.size());
+    } else {
+      without.sightings.push_back(sighting);
+    }
+  }
+  SmoothingGraph least_squares = robust;
+  ASSERT_EQ(smooth({30, 2.0}, &without).fault, SmoothingFault::none);
+  ASSERT_EQ(smooth({30, 2.0}, &robust).fault, SmoothingFault::none);
+  ASSERT_EQ(smooth({200, 0.0}, &least_squares).fault, SmoothingFault::none);
+  double near = 0.0;
+  double far = 0.0;
+  for (std::size_t l = 0; l < robust.landmarks.size(); ++l) {
+    near = std::max(near, (robust.landmarks[l] - without.landmarks[l]).norm());
+    far = std::max(far, (least_squares.landmarks[l] - without.landmarks[l]).norm());
+  }
+  EXPECT_LT(near, 0.05);
+  EXPECT_GT(far, 0.5);
+}
+
+// The mean and covariance of many draws, with what is given by the path put back, are those of the
+// belief. The largest deviation of some 2000 entries, each of a standard error of at most
+// sqrt(2/20000), stays below 6 of these (a false alarm in 1e5 runs).
+TEST(Smoother, DrawsHaveTheBeliefsMoments) {
+  RingDrive drive(120, 12, 4, loose());
+  const SmoothingResult result = smooth({20, 0.0}, &drive.graph);
+  ASSERT_EQ(result.fault, SmoothingFault::none);
+  constexpr int kDraws = 20000;
+  const Eigen::MatrixXd draws =
+      draw_deviations(result.belief, kDraws, {1, RandomPurpose::test, 0});
+  ASSERT_EQ(draws.rows(), kDraws);
+  EXPECT_LT(draws.colwise().mean().cwiseAbs().maxCoeff(), 1e-12) << "antithetic";
+  Eigen::MatrixXd covariance = draws.transpose() * draws / kDraws;
+  for (std::size_t l = 0; l < drive.graph.landmarks.size(); ++l) {
+    const Eigen::Index at = 2 * static_cast<Eigen::Index>(l);
+    covariance.block<2, 2>(at, at) += result.belief.landmarks_given_path[l];
+  }
+  const Eigen::Index at = 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size());
+  covariance.block<kOdometryConstants, kOdometryConstants>(at, at) +=
+      result.belief.odometry_given_path;
+  const Eigen::VectorXd sigma =
+      result.belief.covariance.diagonal().cwiseSqrt().cwiseMax(1e-8).cwiseInverse();
+  const Eigen::MatrixXd difference =
+      sigma.asDiagonal() * (covariance - result.belief.covariance) * sigma.asDiagonal();
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 6.0 * std::sqrt(2.0 * 2.0 / kDraws));
+}
+
+// The same graph, whose first half became a prior, linearised at the solution.
+TEST(Smoother, RefusesWhatCannotBeSolved) {
+  RingDrive drive(60, 8, 1, no_constants());
+  SmoothingGraph graph = drive.graph;
+  graph.prior.information(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  const double x = graph.poses[30].x;
+  EXPECT_EQ(smooth({8, 0.0}, &graph).fault, SmoothingFault::not_finite);
+  EXPECT_EQ(graph.poses[30].x, x) << "a graph without a solution stays as it was";
+
+  graph = drive.graph;
+  graph.prior.information(0, 0) = -1e12;
+  EXPECT_NE(smooth({8, 0.0}, &graph).fault, SmoothingFault::none);
+  EXPECT_EQ(graph.poses[30].x, x);
+}
+
+TEST(Smoother, SaysWhatIsWrongWithAGraph) {
+  RingDrive drive(60, 8, 1, no_constants());
+  const auto message_of = [](SmoothingGraph graph) -> std::string {
+    try {
+      smooth({}, &graph);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  SmoothingGraph graph = drive.graph;
+  graph.sightings[5].range_variance = 0.0;
+  EXPECT_NE(message_of(graph).find("sighting 5"), std::string::npos);
+  graph = drive.graph;
+  graph.motions[7].mean.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(message_of(graph).find("motion 7"), std::string::npos);
+  graph = drive.graph;
+  graph.motions.pop_back();
+  EXPECT_NE(message_of(graph).find("60 poses and 58 motions"), std::string::npos);
+}
+
+// Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.
+TEST(Smoother, HardGraphsEndInASolutionOrAFault) {
+  std::vector<SmoothingGraph> graphs;
+  RingDrive drive(60, 8, 1, loose());
+  graphs.push_back(drive.graph);  // ranges of nearly zero
+  for (std::size_t i = 0; i < drive.graph.sightings.size(); i += 7) {
+    graphs.back().sightings[i].range = 1e-9;
+  }
+  graphs.push_back(drive.graph);  // a landmark seen once, and one never
+  const int landmarks = static_cast<int>(graphs.back().landmarks.size());
+  graphs.back().landmarks.emplace_back(5.0, 5.0);
+  graphs.back().landmarks.emplace_back(7.0, 5.0);
+  graphs.back().sightings.push_back({40, landmarks, 3.0, 0.1, 0.01, 4e-4, {}});
+  graphs.push_back(drive.graph);  // a second component: no sighting of the second half
+  auto& sightings = graphs.back().sightings;
+  sightings.resize(sightings.size() / 4);
+  graphs.push_back(drive.graph);  // doubled nodes: no motion, no noise
+  for (std::size_t i = 0; i < 59; i += 3) graphs.back().motions[i] = MotionFactor();
+  graphs.push_back(drive.graph);  // far from the origin
+  graphs.back().prior.pose = {1e6, -1e6, 1.0};
+  graphs.back().poses.front() = graphs.back().prior.pose;
+  graphs.push_back(drive.graph);  // a loop closed wrongly
+  graphs.back().sightings.back().landmark = 0;
+  graphs.back().sightings.back().range = 40.0;
+  for (std::size_t g = 0; g < graphs.size(); ++g) {
+    SmoothingGraph& graph = graphs[g];
+    const SmoothingResult result = smooth({20, 2.0}, &graph);
+    for (const Pose2& pose : graph.poses) {
+      ASSERT_TRUE(std::isfinite(pose.x + pose.y + pose.heading)) << g;
+    }
+    if (result.fault != SmoothingFault::none) continue;
+    const Eigen::MatrixXd draws =
+        draw_deviations(result.belief, 10, {1, RandomPurpose::test, 0});
+    EXPECT_TRUE(draws.allFinite()) << g;
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling
