@@ -151,20 +151,12 @@ void NormalEquations::add(int row, int column, const Block& block) {
   }
 }
 
-template <typename Block>
-Block NormalEquations::block(int row, int column) const {
-  Block block;
-  for (int j = 0; j < block.cols(); ++j) {
-    for (int i = 0; i < block.rows(); ++i) {
-      block(i, j) = hessian_.coeff(std::min(row + i, column + j), std::max(row + i, column + j));
-    }
-  }
-  return block;
-}
-
 void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width) {
   std::fill(hessian_.valuePtr(), hessian_.valuePtr() + hessian_.nonZeros(), 0.0);
   gradient_.setZero();
+  landmarks_given_path_.assign(graph.landmarks.size(),
+                               kLandmarkInformation * Eigen::Matrix2d::Identity());
+  odometry_given_path_.setZero();
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionResidual r = motion_residual(graph.motions[i], motion_roots_[i], graph.poses[i],
                                              graph.poses[i + 1], graph.constants);
@@ -175,7 +167,7 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     add(to, to, (r.by_to.transpose() * r.by_to).eval());
     add(from, constants_, (r.by_from.transpose() * r.by_constants).eval());
     add(to, constants_, (r.by_to.transpose() * r.by_constants).eval());
-    add(constants_, constants_, (r.by_constants.transpose() * r.by_constants).eval());
+    odometry_given_path_ += r.by_constants.transpose() * r.by_constants;
     gradient_.segment<3>(from) += r.by_from.transpose() * r.value;
     gradient_.segment<3>(to) += r.by_to.transpose() * r.value;
     gradient_.segment<kOdometryConstants>(constants_) += r.by_constants.transpose() * r.value;
@@ -195,7 +187,8 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     const int to = landmark_at(sighting.landmark);
     add(from, from, (r.by_pose.transpose() * r.by_pose).eval());
     add(from, to, (r.by_pose.transpose() * r.by_landmark).eval());
-    add(to, to, (r.by_landmark.transpose() * r.by_landmark).eval());
+    landmarks_given_path_[static_cast<std::size_t>(sighting.landmark)] +=
+        r.by_landmark.transpose() * r.by_landmark;
     add(from, sensor, (r.by_pose.transpose() * r.by_constants).eval());
     add(to, sensor, (r.by_landmark.transpose() * r.by_constants).eval());
     add(sensor, sensor, (r.by_constants.transpose() * r.by_constants).eval());
@@ -203,10 +196,15 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     gradient_.segment<2>(to) += r.by_landmark.transpose() * r.value;
     gradient_.segment<2>(sensor) += r.by_constants.transpose() * r.value;
   }
+  add(constants_, constants_, odometry_given_path_);
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
-    add(landmark_at(static_cast<int>(l)), landmark_at(static_cast<int>(l)),
-        (kLandmarkInformation * Eigen::Matrix2d::Identity()).eval());
+    const int at = landmark_at(static_cast<int>(l));
+    add(at, at, landmarks_given_path_[l]);
   }
+  add_prior(graph);
+}
+
+void NormalEquations::add_prior(const SmoothingGraph& graph) {
   const GaussianPrior& prior = graph.prior;
   const Eigen::VectorXd slope =
       prior.gradient + prior.information * prior_difference(graph);
@@ -220,6 +218,10 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
       }
     }
   }
+  for (std::size_t l = 0; l < prior.landmarks_given_path.size(); ++l) {
+    landmarks_given_path_[l] += prior.landmarks_given_path[l];
+  }
+  odometry_given_path_ += prior.odometry_given_path;
 }
 
 bool NormalEquations::factorize(double damping) {
@@ -286,14 +288,9 @@ Eigen::MatrixXd NormalEquations::trailing_root() const {
   return root;
 }
 
-Eigen::Matrix2d NormalEquations::landmark_information(int landmark) const {
-  return block<Eigen::Matrix2d>(landmark_at(landmark), landmark_at(landmark));
-}
-
-Eigen::Matrix<double, kOdometryConstants, kOdometryConstants>
-NormalEquations::odometry_information() const {
-  return block<Eigen::Matrix<double, kOdometryConstants, kOdometryConstants>>(constants_,
-                                                                              constants_);
+Eigen::VectorXd NormalEquations::trailing_gradient() const {
+  const Eigen::VectorXd eliminated = factor_.matrixL().solve(gradient_);
+  return trailing_root() * eliminated.tail(trailing_size());
 }
 
 }  // namespace pf_resampling

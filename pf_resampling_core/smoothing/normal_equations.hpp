@@ -40,10 +40,14 @@ class NormalEquations {
   Eigen::Index trailing_size() const;
   /// Lower triangular R with R·Rᵀ the joint information of landmarks, constants and newest pose.
   Eigen::MatrixXd trailing_root() const;
-  /// The diagonal block of H of a landmark, of the odometry's constants: their information given
-  /// the path.
-  Eigen::Matrix2d landmark_information(int landmark) const;
-  Eigen::Matrix<double, kOdometryConstants, kOdometryConstants> odometry_information() const;
+  /// The gradient of the trailing block once all before it is eliminated.
+  Eigen::VectorXd trailing_gradient() const;
+  /// Information on each landmark and on the odometry's constants given the path: that of the
+  /// sightings, the motions and what the prior says of it.
+  const std::vector<Eigen::Matrix2d>& landmarks_given_path() const {
+    return landmarks_given_path_;
+  }
+  const OdometryInformation& odometry_given_path() const { return odometry_given_path_; }
 
  private:
   using Sparse = Eigen::SparseMatrix<double>;
@@ -52,9 +56,8 @@ class NormalEquations {
   void order_poses(int first, int last);
   template <typename Block>
   void add(int row, int column, const Block& block);
-  template <typename Block>
-  Block block(int row, int column) const;
   int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
+  void add_prior(const SmoothingGraph& graph);
   std::vector<int> prior_places(const GaussianPrior& prior) const;
   Eigen::VectorXd prior_difference(const SmoothingGraph& graph) const;
 
@@ -66,6 +69,8 @@ class NormalEquations {
   std::vector<int> prior_places_;
   Sparse hessian_;  // upper triangle
   Eigen::VectorXd gradient_;
+  std::vector<Eigen::Matrix2d> landmarks_given_path_;
+  OdometryInformation odometry_given_path_;
   Factor factor_;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/smoothing/normal_equations.hpp"
 
@@ -27,17 +28,16 @@ constexpr double kFar = 0.5;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
 
-JointBelief belief_of(const NormalEquations& equations, std::size_t landmarks) {
+JointBelief belief_of(const NormalEquations& equations) {
   JointBelief belief;
   const Eigen::Index size = equations.trailing_size();
   const Eigen::MatrixXd inverse = equations.trailing_root().triangularView<Eigen::Lower>().solve(
       Eigen::MatrixXd::Identity(size, size));
   belief.covariance.noalias() = inverse.transpose() * inverse;
-  for (std::size_t l = 0; l < landmarks; ++l) {
-    belief.landmarks_given_path.push_back(
-        equations.landmark_information(static_cast<int>(l)).inverse());
+  for (const Eigen::Matrix2d& information : equations.landmarks_given_path()) {
+    belief.landmarks_given_path.push_back(information.inverse());
   }
-  belief.odometry_given_path = equations.odometry_information().inverse();
+  belief.odometry_given_path = equations.odometry_given_path().inverse();
   return belief;
 }
 
@@ -116,13 +116,58 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
     result.fault = SmoothingFault::not_positive_definite;
     return result;
   }
-  result.belief = belief_of(equations, best.graph.landmarks.size());
+  result.belief = belief_of(equations);
   if (!is_finite(result.belief)) {
     result.fault = SmoothingFault::not_finite;
     return result;
   }
   *graph = std::move(best.graph);
   return result;
+}
+
+void forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
+  check(*graph);
+  if (poses < 1 || static_cast<std::size_t>(poses) >= graph->poses.size()) {
+    throw Error("smoothing: " + std::to_string(poses) + " poses to forget of " +
+                std::to_string(graph->poses.size()) + "; at least one of each has to be");
+  }
+  // What is forgotten is a graph of its own, which ends at the pose that becomes the first; what it
+  // says of that, the landmarks and the constants is its trailing block.
+  SmoothingGraph old = *graph;
+  old.poses.resize(static_cast<std::size_t>(poses) + 1);
+  old.motions.resize(static_cast<std::size_t>(poses));
+  const auto kept = std::find_if(
+      graph->sightings.begin(), graph->sightings.end(),
+      [&](const SightingFactor& sighting) { return sighting.pose >= poses; });
+  old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
+  NormalEquations equations(old);
+  equations.linearize(old, robust_width);
+  if (!equations.factorize(0.0)) {
+    throw Error("smoothing: what is to be forgotten is not positive definite");
+  }
+  const Eigen::MatrixXd root = equations.trailing_root();
+  const Eigen::MatrixXd information = root * root.transpose();
+  const Eigen::VectorXd gradient = equations.trailing_gradient();
+
+  GaussianPrior prior;
+  prior.pose = old.poses.back();
+  prior.landmarks = old.landmarks;
+  prior.constants = old.constants;
+  prior.landmarks_given_path = equations.landmarks_given_path();
+  prior.odometry_given_path = equations.odometry_given_path();
+  // The pose first, which is last there.
+  const Eigen::Index others = prior.size() - 3;
+  prior.information.resize(prior.size(), prior.size());
+  prior.information << information.bottomRightCorner(3, 3), information.bottomLeftCorner(3, others),
+      information.topRightCorner(others, 3), information.topLeftCorner(others, others);
+  prior.gradient.resize(prior.size());
+  prior.gradient << gradient.tail(3), gradient.head(others);
+
+  graph->prior = std::move(prior);
+  graph->poses.erase(graph->poses.begin(), graph->poses.begin() + poses);
+  graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
+  graph->sightings.erase(graph->sightings.begin(), kept);
+  for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
 }
 
 Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,

@@ -1,5 +1,7 @@
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -26,6 +28,30 @@ GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
   prior.information.diagonal().tail<kSensorConstants>() =
       sigma.array().max(kSmallestPrior).square().inverse();
   prior.gradient.setZero(prior.size());
+  prior.odometry_given_path =
+      prior.information.bottomRightCorner<kSensorConstants, kSensorConstants>()
+          .topLeftCorner<kOdometryConstants, kOdometryConstants>();
+  return prior;
+}
+
+GaussianPrior prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
+                       const SensorConstants& constants, const Eigen::MatrixXd& covariance,
+                       const std::vector<Eigen::Matrix2d>& landmarks_given_path,
+                       const OdometryInformation& odometry_given_path) {
+  GaussianPrior prior;
+  prior.pose = pose;
+  prior.landmarks = landmarks;
+  prior.constants = constants;
+  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+  if (root.info() != Eigen::Success) {
+    throw Error("smoothing: a belief to begin with needs a covariance that is positive definite");
+  }
+  prior.information = root.solve(Eigen::MatrixXd::Identity(prior.size(), prior.size()));
+  prior.gradient.setZero(prior.size());
+  for (const Eigen::Matrix2d& landmark : landmarks_given_path) {
+    prior.landmarks_given_path.push_back(landmark.inverse());
+  }
+  prior.odometry_given_path = odometry_given_path.inverse();
   return prior;
 }
 

@@ -23,6 +23,8 @@ struct SensorConstant {
 inline constexpr int kSensorConstants = 7;
 inline constexpr int kOdometryConstants = 5;
 using SensorConstants = Eigen::Matrix<double, kSensorConstants, 1>;
+/// Information on the odometry's constants, or covariance.
+using OdometryInformation = Eigen::Matrix<double, kOdometryConstants, kOdometryConstants>;
 
 /// Odometry from a pose to the next:
 ///   motion = mean + sensitivity · (the odometry's constants) + noise,
@@ -54,6 +56,10 @@ struct GaussianPrior {
   SensorConstants constants = SensorConstants::Zero();
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
+  /// The information on each landmark and on the odometry's constants that was left if the path
+  /// behind the prior were given, too: more than that of the prior itself.
+  std::vector<Eigen::Matrix2d> landmarks_given_path;
+  OdometryInformation odometry_given_path = OdometryInformation::Zero();
 
   Eigen::Index size() const {
     return 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
@@ -63,6 +69,14 @@ struct GaussianPrior {
 /// The first pose is known to 1e-6 (m, rad), the constants to these standard deviations (at least
 /// 1e-9), nothing of landmarks.
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
+
+/// A Gaussian belief: `covariance` over pose, landmarks and constants about these means, and the
+/// covariances of landmarks and of the odometry's constants that are left given the path. Throws
+/// Error unless the covariance is positive definite.
+GaussianPrior prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
+                       const SensorConstants& constants, const Eigen::MatrixXd& covariance,
+                       const std::vector<Eigen::Matrix2d>& landmarks_given_path,
+                       const OdometryInformation& odometry_given_path);
 
 /// The data of a drive and the present estimate of all there is to know: poses, landmarks and the
 /// sensors' constants. Grows at its end.

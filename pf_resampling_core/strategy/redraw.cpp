@@ -19,6 +19,10 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
       group + "robust_width", &options->robust_width, 0.0, 1e6, "",
       "redraw: standard deviations beyond which an observation begins to count for less. 0: "
       "never."));
+  parameters->push_back(integer_parameter(
+      group + "window", &options->window, 0, 1000000,
+      "redraw: the newest so many updates are solved for; what older ones say is kept as it was "
+      "linearised. 0: all."));
 }
 
 }  // namespace pf_resampling

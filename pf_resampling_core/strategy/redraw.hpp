@@ -14,8 +14,11 @@ struct RedrawOptions {
   /// the population is left at the next; the redraw itself uses the data as they are.
   double tempering = 0.3;
   /// Standard deviations beyond which an observation begins to count for less (Cauchy's loss); 0:
-  /// never.
-  double robust_width = 2.0;
+  /// never. Narrower ones take too much from data that are good.
+  double robust_width = 4.0;
+  /// Newest updates that are solved for, at least; what older ones say is kept, linearised. 0: all,
+  /// at a cost that grows with the drive.
+  int window = 1000;
 };
 
 /// The parameters population/redraw/..., bound to `options`, which must outlive the list.

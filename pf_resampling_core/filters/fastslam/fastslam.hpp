@@ -64,7 +64,6 @@ struct FastSlamStatus {
   std::int64_t renewals = 0;
   std::int64_t redraws = 0;          ///< of the renewals
   std::int64_t redraws_refused = 0;  ///< for want of a solution
-  int redraw_cost = 0;
   std::int64_t weight_resets = 0;
   std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.

@@ -12,7 +12,9 @@ namespace {
 
 // A landmark that less of the weight holds is no part of the map that all particles get.
 constexpr double kBelieved = 0.5;
-constexpr double kSmallestSigma = 1e-6;  // m, rad: of a pose on which all particles agree
+constexpr int kIterations = 8;           // from the last solution on, three are the rule
+constexpr double kSmallestSigma = 1e-6;     // m, rad: of what all particles agree on
+constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is known
 
 }  // namespace
 
@@ -41,55 +43,61 @@ void FastSlam::start_past() {
     return;
   }
   const ConstArray weights = particles_.weight;
-  GaussianPrior prior;
-  prior.pose = estimate().mean;
+  const Pose2 pose = estimate().mean;
+  std::vector<Eigen::Vector2d> landmarks;
+  SensorConstants constants = SensorConstants::Zero();
   std::vector<std::int64_t> ids;
   std::vector<LandmarkRow> maps;
   for (const int row : rows()) {
     LandmarkEstimate landmark;
     if (!summarize(row, &landmark) || landmark.held < kBelieved) continue;
     ids.push_back(landmark.id);
-    prior.landmarks.push_back(landmark.mean);
+    landmarks.push_back(landmark.mean);
     maps.push_back(store_.row(row));
   }
   const Eigen::ArrayXXd& errors = odometry_errors_.state().means;
   for (int k = 0; k < kOdometryConstants; ++k) {
-    prior.constants[k] = (weights * errors.col(k)).sum();
+    constants[k] = (weights * errors.col(k)).sum();
   }
   const Eigen::Index count = particles_.size();
-  const Eigen::Index size = prior.size();
+  const Eigen::Index size =
+      3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
+  const Eigen::Index constants_at = size - kSensorConstants;
   Eigen::MatrixXd deviations = Eigen::MatrixXd::Zero(size, count);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  std::vector<Eigen::Matrix2d> given_path;
   for (Eigen::Index i = 0; i < count; ++i) {
-    deviations(0, i) = particles_.x[i] - prior.pose.x;
-    deviations(1, i) = particles_.y[i] - prior.pose.y;
-    deviations(2, i) = wrap_angle(particles_.heading[i] - prior.pose.heading);
-    for (std::size_t l = 0; l < maps.size(); ++l) {
-      const LandmarkRow& map = maps[l];
+    deviations(0, i) = particles_.x[i] - pose.x;
+    deviations(1, i) = particles_.y[i] - pose.y;
+    deviations(2, i) = wrap_angle(particles_.heading[i] - pose.heading);
+    deviations.col(i).segment<kOdometryConstants>(constants_at) =
+        errors.row(i).transpose().matrix() - constants.head<kOdometryConstants>();
+  }
+  for (std::size_t l = 0; l < maps.size(); ++l) {
+    const LandmarkRow& map = maps[l];
+    const Eigen::Index at = 3 + 2 * static_cast<Eigen::Index>(l);
+    Eigen::Matrix2d own = kSmallestSigma * kSmallestSigma * Eigen::Matrix2d::Identity();
+    for (Eigen::Index i = 0; i < count; ++i) {
       if (map.held[i] == 0) continue;
-      const Eigen::Index at = 3 + 2 * static_cast<Eigen::Index>(l);
-      deviations(at, i) = map.x[i] - prior.landmarks[l].x();
-      deviations(at + 1, i) = map.y[i] - prior.landmarks[l].y();
-      Eigen::Matrix2d own;
-      own << map.xx[i], map.xy[i], map.xy[i], map.yy[i];
-      covariance.block<2, 2>(at, at) += weights[i] * own;
+      deviations(at, i) = map.x[i] - landmarks[l].x();
+      deviations(at + 1, i) = map.y[i] - landmarks[l].y();
+      Eigen::Matrix2d covariance_of_one;
+      covariance_of_one << map.xx[i], map.xy[i], map.xy[i], map.yy[i];
+      own += weights[i] * covariance_of_one;
     }
-    deviations.col(i).segment<kOdometryConstants>(size - kSensorConstants) =
-        errors.row(i).transpose().matrix() - prior.constants.head<kOdometryConstants>();
+    covariance.block<2, 2>(at, at) = own;
+    given_path.push_back(own);
   }
   covariance.noalias() += deviations * weights.matrix().asDiagonal() * deviations.transpose();
   covariance.diagonal().head<3>().array() += kSmallestSigma * kSmallestSigma;
-  covariance.block<kOdometryConstants, kOdometryConstants>(size - kSensorConstants,
-                                                           size - kSensorConstants) +=
-      odometry_errors_.state().covariance;
-  covariance.diagonal().tail<kSensorConstants>().array() += 1e-18;
   const SensorConstants sigma = prior_sigma();
+  const OdometryInformation odometry =
+      odometry_errors_.state().covariance + kSmallestVariance * OdometryInformation::Identity();
+  covariance.block<kOdometryConstants, kOdometryConstants>(constants_at, constants_at) += odometry;
   for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
-    covariance(size - kSensorConstants + k, size - kSensorConstants + k) += sigma[k] * sigma[k];
+    covariance(constants_at + k, constants_at + k) += sigma[k] * sigma[k] + kSmallestVariance;
   }
-  prior.information = covariance.llt().solve(Eigen::MatrixXd::Identity(size, size));
-  prior.gradient.setZero(size);
-  past_.start(prior, ids);
+  past_.start(prior_of(pose, landmarks, constants, covariance, given_path, odometry), ids);
 }
 
 // Each observation as what most of the weight took it for; others take no part.
@@ -110,8 +118,8 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 
 bool FastSlam::redraw(int size) {
   if (past_.is_empty()) return false;
-  const SmoothingResult solution = past_.solve({8, options_.strategy.redraw.robust_width});
-  status_.redraw_cost = solution.iterations;
+  const RedrawOptions& options = options_.strategy.redraw;
+  const SmoothingResult solution = past_.solve({kIterations, options.robust_width});
   if (solution.fault != SmoothingFault::none) {
     ++status_.redraws_refused;
     return false;
@@ -144,6 +152,7 @@ bool FastSlam::redraw(int size) {
   particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
   ancestry_.start(size);
+  if (options.window > 0) past_.bound(options.window, options.robust_width);
   return true;
 }
 

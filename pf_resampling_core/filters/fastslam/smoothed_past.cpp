@@ -70,6 +70,13 @@ SmoothingResult SmoothedPast::solve(const SmoothingOptions& options) {
   return smooth(options, &graph_);
 }
 
+void SmoothedPast::bound(int window, double robust_width) {
+  const int surplus = static_cast<int>(graph_.poses.size()) - window;
+  if (2 * surplus <= window) return;
+  forget_oldest(surplus, robust_width, &graph_);
+  for (int& last : last_seen_) last -= surplus;
+}
+
 int SmoothedPast::number_of(std::int64_t landmark_id) const {
   const auto found = numbers_.find(landmark_id);
   return found == numbers_.end() ? -1 : found->second;

@@ -30,6 +30,10 @@ class SmoothedPast {
   /// Solves for all of it, from the last solution; see smooth().
   SmoothingResult solve(const SmoothingOptions& options);
 
+  /// After solve(): once there are half as many poses more than `window`, the oldest are forgotten
+  /// down to that; see forget_oldest().
+  void bound(int window, double robust_width);
+
   const SmoothingGraph& graph() const { return graph_; }
   /// Number of a landmark in the graph by its id; -1: none.
   int number_of(std::int64_t landmark_id) const;

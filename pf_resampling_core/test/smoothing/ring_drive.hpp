@@ -10,8 +10,9 @@
 
 namespace pf_resampling {
 
-/// A robot that drives in a circle of 10 m radius, about once per 200 poses, past landmarks inside
-/// and outside of it, with white noise of 2 cm and 0.01 rad a step and 5 cm and 0.02 rad a sighting.
+/// A robot that drives in a circle of 10 m radius (of more for more than 60 landmarks), a third of a
+/// metre from pose to pose, past landmarks inside and outside of it, with white noise of 2 cm and
+/// 0.01 rad a step and 5 cm and 0.02 rad a sighting. It starts at the origin, which it comes back to.
 struct RingDrive {
   SmoothingGraph truth;
   SmoothingGraph graph;  ///< data, and dead reckoning as the estimate
@@ -22,19 +23,20 @@ struct RingDrive {
     std::uint64_t next = 0;
     const auto noise = [&](double s) { return s * random.normal(next++); };
     constexpr double kSee = 6.0;  // m
-    const double turn = 2.0 * kPi / 200.0;
+    const double radius = std::max(10.0, landmarks / 6.0);
+    const double turn = 0.1 * kPi / radius;
     truth.constants = errors;
     for (int l = 0; l < landmarks; ++l) {
       const double angle = 2.0 * kPi * l / landmarks;
-      const double radius = l % 2 == 0 ? 8.0 : 13.0;
-      truth.landmarks.emplace_back(radius * std::sin(angle), 10.0 - radius * std::cos(angle));
+      const double off = l % 2 == 0 ? radius - 2.0 : radius + 3.0;
+      truth.landmarks.emplace_back(off * std::sin(angle), radius - off * std::cos(angle));
     }
     truth.poses = {Pose2{}};
     graph.poses = {Pose2{}};
     graph.prior = prior_at(Pose2{}, sigma);
     std::vector<int> number(static_cast<std::size_t>(landmarks), -1);
     for (int i = 1; i < poses; ++i) {
-      const Pose2 step = {10.0 * turn, 0.0, turn};
+      const Pose2 step = {0.1 * kPi, 0.0, turn};
       truth.poses.push_back(compose(truth.poses.back(), step));
       MotionFactor motion;
       motion.covariance.diagonal() << 4e-4, 4e-4, 1e-4;

@@ -217,7 +217,31 @@ TEST(Smoother, DrawsHaveTheBeliefsMoments) {
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 6.0 * std::sqrt(2.0 * 2.0 / kDraws));
 }
 
-// The same graph, whose first half became a prior, linearised at the solution.
+// At a solution, to forget changes nothing of what is left: the same estimate, the same joint
+// covariance, and the same covariances given the whole path.
+TEST(Smoother, ForgettingTheOldestKeepsWhatTheySay) {
+  RingDrive drive(300, 20, 6, loose());
+  const SmoothingResult all = smooth({50, 2.0}, &drive.graph);
+  ASSERT_EQ(all.fault, SmoothingFault::none);
+  SmoothingGraph graph = drive.graph;
+  forget_oldest(120, 2.0, &graph);
+  ASSERT_EQ(graph.poses.size(), 180u);
+  ASSERT_EQ(graph.motions.size(), 179u);
+  forget_oldest(50, 2.0, &graph);
+  const SmoothingResult rest = smooth({50, 2.0}, &graph);
+  ASSERT_EQ(rest.fault, SmoothingFault::none);
+  EXPECT_NEAR(graph.poses.back().x, drive.graph.poses.back().x, 1e-4);
+  EXPECT_NEAR(graph.poses.front().y, drive.graph.poses[170].y, 1e-4);
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    EXPECT_LT((graph.landmarks[l] - drive.graph.landmarks[l]).norm(), 1e-4) << l;
+    EXPECT_TRUE(rest.belief.landmarks_given_path[l].isApprox(all.belief.landmarks_given_path[l],
+                                                             1e-2))
+        << l;
+  }
+  EXPECT_TRUE(rest.belief.covariance.isApprox(all.belief.covariance, 1e-2));
+  EXPECT_TRUE(rest.belief.odometry_given_path.isApprox(all.belief.odometry_given_path, 1e-2));
+}
+
 TEST(Smoother, RefusesWhatCannotBeSolved) {
   RingDrive drive(60, 8, 1, no_constants());
   SmoothingGraph graph = drive.graph;
