@@ -135,11 +135,11 @@ DataAssociation FastSlam::method_for(
 
 // The filter's steps, Kwak section 2: draw the poses, update the landmarks, weigh, renew.
 void FastSlam::update(const OdometryIncrement& odometry,
-                      const std::vector<RangeBearingObservation>& observations,
+                      const std::vector<RangeBearingObservation>& measured,
                       const Pose2& sensor) {
   check(odometry, sensor);
-  const DataAssociation method = method_for(observations);
-  for (const RangeBearingObservation& observation : observations) check(observation, method);
+  const DataAssociation method = method_for(measured);
+  for (const RangeBearingObservation& observation : measured) check(observation, method);
   association_ = method;
   ++step_;
   if (!keeps_past()) {
@@ -147,6 +147,9 @@ void FastSlam::update(const OdometryIncrement& odometry,
   } else if (past_.is_empty()) {
     start_past();
   }
+  std::vector<RangeBearingObservation> corrected;
+  if (keeps_past()) corrected = without_sensor_errors(measured);
+  const std::vector<RangeBearingObservation>& observations = keeps_past() ? corrected : measured;
   const Eigen::ArrayXd log_weights_before = particles_.log_weight;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
@@ -185,7 +188,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   }
   for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
   if (observations.empty()) {
-    if (keeps_past()) note_past(odometry, observations, sensor);
+    if (keeps_past()) note_past(odometry, measured, sensor);
     paths_.append(particles_.x, particles_.y, particles_.heading);
     return;
   }
@@ -194,7 +197,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   if (keeps_past()) temper(log_weights_before);
   normalize_weights();
   note_outcomes(observations);
-  if (keeps_past()) note_past(odometry, observations, sensor);
+  if (keeps_past()) note_past(odometry, measured, sensor);
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   paths_.append(particles_.x, particles_.y, particles_.heading);

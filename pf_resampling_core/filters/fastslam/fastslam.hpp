@@ -200,6 +200,8 @@ class FastSlam {
   void temper(ConstArray before);
   bool keeps_past() const;
   SensorConstants prior_sigma() const;
+  std::vector<RangeBearingObservation> without_sensor_errors(
+      std::vector<RangeBearingObservation> observations) const;
   void start_past();
   void note_past(const OdometryIncrement& odometry,
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);

@@ -76,6 +76,13 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(
       real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
                            "Standard deviation of a bearing, if the message gives none."));
+  list.push_back(real_parameter("sensor/range_scale_sigma", &sensor.range_scale_sigma, 0.0, 1.0, "",
+                                "Standard deviation of a relative error that all ranges share, "
+                                "which redraw estimates. 0: there is none."));
+  list.push_back(real_parameter("sensor/bearing_bias_sigma", &sensor.bearing_bias_sigma, 0.0, 3.2,
+                                "rad",
+                                "Standard deviation of an error that all bearings share, which "
+                                "redraw estimates. 0: there is none."));
   list.push_back(
       real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
                      "How far the sensor sees; 0: as far as it has seen a landmark so far."));

@@ -36,6 +36,10 @@ struct LandmarkSensorOptions {
   double range_sigma = 0.1;         ///< m, where the message has no variance
   double range_sigma_share = 0.02;  ///< of the range, added to it
   double bearing_sigma = 0.03;      ///< rad, where the message has no variance
+  /// Errors that stay the same for long, standard deviations of their priors; estimated by a
+  /// redraw alone. 0: free of it.
+  double range_scale_sigma = 0.0;   ///< of measured over true range, less one
+  double bearing_bias_sigma = 0.0;  ///< rad, measured less true bearing
   double maximum_range = 0.0;       ///< m; 0: as far as anything was seen yet
   double field_of_view = 0.0;       ///< rad, about its x axis; 0: as wide as anything was seen yet
 };

@@ -29,7 +29,21 @@ SensorConstants FastSlam::prior_sigma() const {
     sigma.head<kOdometryConstants>() << errors.distance_scale, errors.turn_scale, errors.drift,
         errors.yaw_rate, errors.delay;
   }
+  sigma[SensorConstant::range_scale] = options_.sensor.range_scale_sigma;
+  sigma[SensorConstant::bearing_bias] = options_.sensor.bearing_bias_sigma;
   return sigma;
+}
+
+// What the particles are given: the errors of the sensor taken out as far as they are known.
+std::vector<RangeBearingObservation> FastSlam::without_sensor_errors(
+    std::vector<RangeBearingObservation> observations) const {
+  const SensorConstants& constants = past_.graph().constants;
+  for (RangeBearingObservation& observation : observations) {
+    observation.range /= 1.0 + constants[SensorConstant::range_scale];
+    observation.bearing =
+        wrap_angle(observation.bearing - constants[SensorConstant::bearing_bias]);
+  }
+  return observations;
 }
 
 // The belief to begin with: where all agree and there is no map, that pose; else the moments of the
