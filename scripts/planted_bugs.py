@@ -167,6 +167,16 @@ BUGS = [
         SCHEMES,
     ),
     (
+        "the counts of an own scheme are written where the last result is",
+        "resampling.cpp",
+        "if (is_own) draw_own(options_.own_scheme, weights, size, stream, &work_);",
+        "if (is_own) {"
+        "  work_.own_counts.swap(counts_);"
+        "  draw_own(options_.own_scheme, weights, size, stream, &work_);"
+        "}",
+        ("core_resampling_test",),
+    ),
+    (
         "survivors do not keep their own slots",
         "ancestry.cpp",
         "for (int i = 0; i < pairs; ++i) out[free_slots.items[i]] = copies.items[i];",

@@ -116,9 +116,10 @@ void check_sizes(const ResamplingOptions& options, std::int64_t particles, int c
               " keeps the number of particles; choose another scheme to change it");
 }
 
+// Into working space: counts that turn out to be wrong do not replace those of the last result.
 void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const RandomStream& stream,
-              int* counts) {
-  Eigen::Map<Eigen::ArrayXi> own(counts, weights.size());
+              ResamplingWorkspace* work) {
+  Eigen::Map<Eigen::ArrayXi> own(grow(&work->own_counts, weights.size()), weights.size());
   own.setZero();
   scheme(weights, size, stream, own);
   if ((own < 0).any() || own.cast<std::int64_t>().sum() != size) {
@@ -200,20 +201,23 @@ Resampler::Resampler(const ResamplingOptions& options) : options_(options) {
 ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomStream& stream) {
   const ScaledWeights scaled = scale_weights(weights.data(), weights.size(), size, &work_.rescaled);
   check_sizes(options_, scaled.size, size);
+  const bool is_own = static_cast<bool>(options_.own_scheme);
+  // Before the arrays of the last result change: it may throw.
+  if (is_own) draw_own(options_.own_scheme, weights, size, stream, &work_);
   int* counts = grow(&counts_, scaled.size);
   int* ancestors = grow(&ancestors_, size);
   double* log_weights = grow(&log_weights_, size);
 
   const SchemeRow& scheme = row_of(options_.scheme);
-  if (options_.own_scheme) {
-    draw_own(options_.own_scheme, weights, size, stream, counts);
+  if (is_own) {
+    std::copy(work_.own_counts.data(), work_.own_counts.data() + scaled.size, counts);
   } else {
     scheme.draw(scaled, options_, stream, &work_, counts);
   }
   Eigen::Map<Eigen::ArrayXi> ancestors_map(ancestors, size);
   counts_to_ancestors(Eigen::Map<const Eigen::ArrayXi>(counts, scaled.size), ancestors_map);
 
-  const bool is_weighted = !options_.own_scheme && scheme.log_weights_after != nullptr;
+  const bool is_weighted = !is_own && scheme.log_weights_after != nullptr;
   if (is_weighted && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
     scheme.log_weights_after(scaled, &work_, ancestors, size, log_weights);

@@ -100,6 +100,7 @@ struct ResamplingWorkspace {
   std::vector<int> draws_below;           ///< number of draws before each copy
   std::vector<std::uint64_t> sort_words;  ///< ranking
   std::vector<std::uint64_t> sort_words_swap;
+  std::vector<int> own_counts;  ///< what own_scheme fills in, until it is checked
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the
@@ -116,7 +117,7 @@ class Resampler {
   /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
   /// nothing, on weights that are empty, negative, not finite or sum to zero, on a size that
   /// the scheme cannot give, and on counts of own_scheme that are negative or do not sum to `size`.
-  /// O(N + M).
+  /// What own_scheme throws is passed on, and changes nothing, either. O(N + M).
   ///
   /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it
