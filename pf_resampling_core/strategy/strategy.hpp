@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -71,6 +72,14 @@ struct Population {
   /// Blends the first of each pair with the second, in all that can be blended.
   std::function<void(const std::vector<BlendPair>& pairs)> blend;
 };
+
+/// That of particles which have these arrays by these names.
+template <typename Particles>
+Population population_of(Particles* particles, decltype(Population::select) select,
+                         decltype(Population::blend) blend) {
+  return {&particles->x,      &particles->y,        &particles->heading, &particles->log_weight,
+          &particles->weight, &particles->ancestor, std::move(select),   std::move(blend)};
+}
 
 /// Random streams of one update, by their purpose.
 using RandomStreams = std::function<RandomStream(RandomPurpose purpose)>;

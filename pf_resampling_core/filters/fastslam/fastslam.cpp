@@ -257,19 +257,12 @@ void FastSlam::normalize_weights() {
 }
 
 void FastSlam::renew() {
-  Population population{&particles_.x,
-                        &particles_.y,
-                        &particles_.heading,
-                        &particles_.log_weight,
-                        &particles_.weight,
-                        &particles_.ancestor,
-                        nullptr,
-                        nullptr};
-  population.select = [this](ConstIndices ancestors) { select(ancestors); };
-  population.blend = [this](const std::vector<BlendPair>& pairs) { blend(pairs); };
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,
-      [this](RandomPurpose purpose) { return stream(purpose); }, population);
+      [this](RandomPurpose purpose) { return stream(purpose); },
+      population_of(
+          &particles_, [this](ConstIndices ancestors) { select(ancestors); },
+          [this](const std::vector<BlendPair>& pairs) { blend(pairs); }));
   status_.renewed = outcome.renewed;
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();
