@@ -71,11 +71,11 @@ ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
   if (line.has("schemes")) {
     options.schemes.clear();
     for (const std::string& name : split(line.get<std::string>("schemes"))) {
-      options.schemes.push_back(resampling_scheme_from_string(name));
+      options.schemes.push_back(from_string<ResamplingScheme>(name));
     }
   }
   for (const std::string& name : split(line.get<std::string>("excitations"))) {
-    options.excitations.push_back(excitation_from_string(name));
+    options.excitations.push_back(from_string<Excitation>(name));
   }
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 
 namespace pf_resampling {
@@ -48,19 +47,6 @@ constexpr SchemeRow kSchemes[] = {
     {Scheme::killing,                  "killing",                  killing,                                    true,  true,  nullptr},
     // clang-format on
 };
-
-const EnumNames<ResamplingScheme>& scheme_names() {
-  static const EnumNames<ResamplingScheme> names = [] {
-    std::vector<std::pair<ResamplingScheme, std::string>> list;
-    for (const SchemeRow& row : kSchemes) list.emplace_back(row.scheme, row.name);
-    return EnumNames<ResamplingScheme>("resampling scheme", list);
-  }();
-  return names;
-}
-
-const EnumNames<WeightsAfter> kWeightsAfter{
-    "policy for weights after resampling",
-    {{WeightsAfter::reset, "reset"}, {WeightsAfter::unbiased, "unbiased"}}};
 
 const SchemeRow& row_of(ResamplingScheme scheme) {
   for (const SchemeRow& row : kSchemes) {
@@ -132,8 +118,13 @@ void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const Rando
 
 }  // namespace
 
-const std::vector<ResamplingScheme>& all_resampling_schemes() {
-  return scheme_names().values();
+const EnumNames<ResamplingScheme>& names_of(ResamplingScheme) {
+  static const EnumNames<ResamplingScheme> names = [] {
+    std::vector<std::pair<ResamplingScheme, std::string>> list;
+    for (const SchemeRow& row : kSchemes) list.emplace_back(row.scheme, row.name);
+    return EnumNames<ResamplingScheme>("resampling scheme", list);
+  }();
+  return names;
 }
 
 const std::vector<ResamplingScheme>& inner_resampling_schemes() {
@@ -147,26 +138,16 @@ const std::vector<ResamplingScheme>& inner_resampling_schemes() {
   return inner;
 }
 
-std::string to_string(ResamplingScheme scheme) {
-  return scheme_names().name(scheme);
-}
-
-ResamplingScheme resampling_scheme_from_string(const std::string& name) {
-  return scheme_names().value(name);
-}
-
-const std::vector<WeightsAfter>& all_weights_after() {
-  return kWeightsAfter.values();
-}
-
-std::string to_string(WeightsAfter policy) {
-  return kWeightsAfter.name(policy);
+const EnumNames<WeightsAfter>& names_of(WeightsAfter) {
+  static const EnumNames<WeightsAfter> names(
+      "policy for weights after resampling",
+      {{WeightsAfter::reset, "reset"}, {WeightsAfter::unbiased, "unbiased"}});
+  return names;
 }
 
 void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   const std::string group = "population/resampling/";
-  parameters->push_back(choice_parameter(group + "scheme", &options->scheme,
-                                         all_resampling_schemes(), "Resampling scheme."));
+  parameters->push_back(choice_parameter(group + "scheme", &options->scheme, "Resampling scheme."));
   parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
                                          inner_resampling_schemes(),
                                          "Scheme that partial and rank_based use inside."));
@@ -180,7 +161,6 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
       group + "rank_max", &options->rank_max, 1.0, 2.0, "",
       "rank_based: eta_max; the best particle is drawn with probability eta_max/M."));
   parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
-                                         all_weights_after(),
                                          "Weights after partial and rank_based: all equal (reset), "
                                          "or corrected so that the result is unbiased."));
 }

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -29,13 +28,9 @@ enum class ResamplingScheme {
   killing,                   ///< Del Moral; as in Gerber, Chopin, Whiteley 2019
 };
 
-/// All schemes in the order of the enum, and those of them that may be inside another one.
-const std::vector<ResamplingScheme>& all_resampling_schemes();
+const EnumNames<ResamplingScheme>& names_of(ResamplingScheme);
+/// Those that may be inside another one.
 const std::vector<ResamplingScheme>& inner_resampling_schemes();
-/// The name as users write it: "residual_systematic".
-std::string to_string(ResamplingScheme scheme);
-/// Throws Error that lists the known names when `name` is none of them.
-ResamplingScheme resampling_scheme_from_string(const std::string& name);
 
 /// Weights after `partial` and `rank_based`, which select with probabilities other than the
 /// weights.
@@ -44,8 +39,7 @@ enum class WeightsAfter {
   unbiased,  ///< partial: the resampled mass shared equally among the resampled; rank_based: w/p,
              ///< renormalised
 };
-const std::vector<WeightsAfter>& all_weights_after();
-std::string to_string(WeightsAfter policy);
+const EnumNames<WeightsAfter>& names_of(WeightsAfter);
 
 /// A scheme that the caller brings along: fills in how often each particle is taken. `weights`: as
 /// Resampler::resample was given them, checked; `size`: copies to be made, the sum of the counts;

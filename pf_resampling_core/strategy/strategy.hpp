@@ -24,8 +24,7 @@ enum class Schedule {
   effective_sample_size,  ///< when N_eff < threshold * M (Kwak section 4.2)
   every_n,                ///< after every n-th observation
 };
-const std::vector<Schedule>& all_schedules();
-std::string to_string(Schedule schedule);
+const EnumNames<Schedule>& names_of(Schedule);
 
 /// How it is renewed. To add a way: a line here, its name in strategy.cpp, and there a case in
 /// renew().
@@ -34,8 +33,7 @@ enum class Renewal {
   resampling,
   compensation,  ///< weak particles are blended with strong ones (Kwak section 5)
 };
-const std::vector<Renewal>& all_renewals();
-std::string to_string(Renewal renewal);
+const EnumNames<Renewal>& names_of(Renewal);
 
 /// When and how a population is renewed, and what is done afterwards against impoverishment: the
 /// part of a filter's options that is the same for all filters.

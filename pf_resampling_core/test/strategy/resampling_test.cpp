@@ -71,7 +71,7 @@ class EveryScheme : public testing::TestWithParam<ResamplingScheme> {
   ResamplingOptions options_;
 };
 
-INSTANTIATE_TEST_SUITE_P(All, EveryScheme, testing::ValuesIn(all_resampling_schemes()),
+INSTANTIATE_TEST_SUITE_P(All, EveryScheme, testing::ValuesIn(all_values<ResamplingScheme>()),
                          scheme_name);
 
 TEST_P(EveryScheme, IsSoundForAllWeightsAndSizes) {
@@ -241,17 +241,17 @@ TEST_P(EveryScheme, SaysSoWhenItCannotChangeTheNumber) {
 }
 
 TEST_P(EveryScheme, HasANameThatLeadsBackToIt) {
-  EXPECT_EQ(resampling_scheme_from_string(to_string(GetParam())), GetParam());
+  EXPECT_EQ(from_string<ResamplingScheme>(to_string(GetParam())), GetParam());
 }
 
 TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
   try {
-    resampling_scheme_from_string("sytematic");
+    from_string<ResamplingScheme>("sytematic");
     FAIL();
   } catch (const Error& error) {
     const std::string message = error.what();
     EXPECT_NE(message.find("sytematic"), std::string::npos);
-    for (const ResamplingScheme scheme : all_resampling_schemes()) {
+    for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
       EXPECT_NE(message.find(to_string(scheme)), std::string::npos);
     }
   }
@@ -261,7 +261,7 @@ TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
 // Kwak section 3.2: as many are resampled as were weak or strong. Del Moral: only slots that fall
 // free are filled. All others draw as many as they are asked for.
 TEST(Resampling, KeepsTheSizeUnderPartialAndKilling) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     for (const ResamplingScheme inner : inner_resampling_schemes()) {
       ResamplingOptions options;
       options.scheme = scheme;
@@ -275,7 +275,7 @@ TEST(Resampling, KeepsTheSizeUnderPartialAndKilling) {
 }
 
 TEST(Resampling, AnySchemeButPartialAndRankBasedMayBeInsideThese) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     ResamplingOptions options;
     options.inner_scheme = scheme;
     const bool may_be =

@@ -447,7 +447,7 @@ TEST(FastSlam, AnotherStrategyLeavesParticlesAndMapsAsTheyAre) {
   }
   const FastSlamParticles before = filter.particles();
   const std::vector<LandmarkEstimate> map = filter.map();
-  for (const Renewal renewal : all_renewals()) {
+  for (const Renewal renewal : all_values<Renewal>()) {
     options.strategy.renewal = renewal;
     options.particles = 150;
     filter.set_options(options);
