@@ -1,6 +1,7 @@
 // Renewal of the population: selection or compensation, excitation, injection where the robot was
 // carried off, and how many particles there are to be.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
