@@ -1,5 +1,6 @@
 #include "beacon_mcl_node/beacon_markers.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -72,13 +73,9 @@ visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Bea
 
 double extent_of(const std::vector<Beacon>& beacons) {
   if (beacons.empty()) return 1.0;
-  Eigen::Vector3d low = beacons.front().position;
-  Eigen::Vector3d high = low;
-  for (const Beacon& beacon : beacons) {
-    low = low.cwiseMin(beacon.position);
-    high = high.cwiseMax(beacon.position);
-  }
-  return std::max(1.0, (high - low).norm());
+  Eigen::AlignedBox3d box;
+  for (const Beacon& beacon : beacons) box.extend(beacon.position);
+  return std::max(1.0, box.diagonal().norm());
 }
 
 }  // namespace pf_resampling

@@ -1,6 +1,5 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 
-#include "src/configuration/text_parameter.hpp"
 #include "src/frames/frame_pattern.hpp"
 
 namespace pf_resampling {

@@ -3,7 +3,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -78,6 +78,8 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
 
 void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->landmarks = static_cast<std::uint32_t>(filter_->status().landmarks);
+  status->redraws = static_cast<std::uint64_t>(filter_->status().redraws);
+  status->redraws_refused = static_cast<std::uint64_t>(filter_->status().redraws_refused);
   status->observation = -1;
 }
 
@@ -93,6 +95,8 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   }
   reported_injected_ = status.injected;
   add_value("landmarks", std::to_string(status.landmarks), entry);
+  add_value("redraws", std::to_string(status.redraws), entry);
+  add_value("redraws refused", std::to_string(status.redraws_refused), entry);
   add_value("data association", to_string(filter_->association()), entry);
 }
 

@@ -1,6 +1,7 @@
 #include "fastslam_node/landmark_markers.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -40,13 +41,9 @@ void add_ellipse(const LandmarkEstimate& landmark, Marker* lines) {
 
 double extent_of(const std::vector<LandmarkEstimate>& map) {
   if (map.empty()) return 1.0;
-  Eigen::Vector2d low = map.front().mean;
-  Eigen::Vector2d high = low;
-  for (const LandmarkEstimate& landmark : map) {
-    low = low.cwiseMin(landmark.mean);
-    high = high.cwiseMax(landmark.mean);
-  }
-  return std::max(1.0, (high - low).norm());
+  Eigen::AlignedBox2d box;
+  for (const LandmarkEstimate& landmark : map) box.extend(landmark.mean);
+  return std::max(1.0, box.diagonal().norm());
 }
 
 visualization_msgs::MarkerArray landmark_markers(const MarkerFrame& frame,

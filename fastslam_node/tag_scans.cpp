@@ -1,6 +1,5 @@
 #include "fastslam_node/tag_scans.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

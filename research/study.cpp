@@ -24,8 +24,6 @@ static void apply(const Configuration& configuration, FastSlamOptions* options) 
 
 namespace {
 
-namespace po = boost::program_options;
-
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> words(1);
   for (const char character : list) {
@@ -40,13 +38,11 @@ std::vector<std::string> split(const std::string& list) {
 
 /// What every study can be told.
 void add_study_options(CommandLine* line, int seeds) {
-  line->options()("seeds", po::value<int>()->default_value(seeds)->value_name("N"),
-                  "runs per configuration, with seeds 1 to N")(
-      "jobs", po::value<int>()->value_name("N"),
-      "runs at a time (default: the number of processors)")(
-      "json", po::value<std::string>()->value_name("FILE"),
-      "write all figures: of every run, and what the table sums up")(
-      "csv", po::value<std::string>()->value_name("FILE"), "write a row of figures for every run");
+  line->option<int>("seeds", "N", seeds, "runs per configuration, with seeds 1 to N");
+  line->option<int>("jobs", "N", "runs at a time (default: the number of processors)");
+  line->option<std::string>("json", "FILE",
+                            "write all figures: of every run, and what the table sums up");
+  line->option<std::string>("csv", "FILE", "write a row of figures for every run");
 }
 
 int jobs_of(const CommandLine& line) {
@@ -56,8 +52,8 @@ int jobs_of(const CommandLine& line) {
 
 void write(const CommandLine& line, const StudyReport& report) {
   std::printf("%s", to_text(report).c_str());
-  if (line.has("json")) write_file(line.get<std::string>("json"), to_json_text(report));
-  if (line.has("csv")) write_file(line.get<std::string>("csv"), to_csv(report));
+  if (line.has("json")) write_file(line.text("json"), to_json_text(report));
+  if (line.has("csv")) write_file(line.text("csv"), to_csv(report));
 }
 
 std::string file_name(const std::string& path) {
@@ -70,12 +66,12 @@ ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
   options.schemes = schemes_of_mahmoud();
   if (line.has("schemes")) {
     options.schemes.clear();
-    for (const std::string& name : split(line.get<std::string>("schemes"))) {
-      options.schemes.push_back(resampling_scheme_from_string(name));
+    for (const std::string& name : split(line.text("schemes"))) {
+      options.schemes.push_back(from_string<ResamplingScheme>(name));
     }
   }
-  for (const std::string& name : split(line.get<std::string>("excitations"))) {
-    options.excitations.push_back(excitation_from_string(name));
+  for (const std::string& name : split(line.text("excitations"))) {
+    options.excitations.push_back(from_string<Excitation>(name));
   }
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);
@@ -90,16 +86,16 @@ int study_resampling(const std::vector<std::string>& arguments) {
       "Compares the resampling schemes of Mahmoud et al. (2012), without and with excitation, on\n"
       "one recording, each with the same seeds.");
   line.positional("bag", "a recording with odometry, ranges, beacons and ground truth");
-  line.options()("schemes", po::value<std::string>()->value_name("A,B"),
-                 "resampling schemes; the five of Mahmoud et al. if not given")(
-      "excitations", po::value<std::string>()->default_value("none,regularized")->value_name("A,B"),
-      "excitations")(
-      "clip", po::value<double>()->default_value(0.2)->value_name("SHARE"),
-      "share of the time at the start that does not count for the errors; in [0, 1)")(
-      "lost-error", po::value<double>()->default_value(0.0)->value_name("METRES"),
-      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path")(
-      "truth", po::value<std::string>()->default_value("/ground_truth")->value_name("TOPIC"),
-      "ground truth");
+  line.option<std::string>("schemes", "A,B",
+                           "resampling schemes; the five of Mahmoud et al. if not given");
+  line.option<std::string>("excitations", "A,B", "none,regularized", "excitations");
+  line.option<double>(
+      "clip", "SHARE", 0.2,
+      "share of the time at the start that does not count for the errors; in [0, 1)");
+  line.option<double>(
+      "lost-error", "METRES", 0.0,
+      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
+  line.topic("truth", "/ground_truth", "ground truth");
   add_study_options(&line, 30);
   add_filter_options(&line);
   add_beacon_mcl_topics(&line);
@@ -107,14 +103,14 @@ int study_resampling(const std::vector<std::string>& arguments) {
   line.example("study resampling plaza2.bag --config mahmoud2012.yaml --config calibration.yaml");
   line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");
   if (!line.parse(arguments)) return 0;
-  const auto path = line.get<std::string>("bag");
+  const auto path = line.text("bag");
   const ResamplingStudyOptions options = read_resampling_options(line);
 
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   const std::vector<BeaconMclMessage> messages =
       load_beacon_mcl_messages(path, topics, options.pipeline.beacons.empty());
   const rosbag::Bag bag = open_bag(path);
-  const std::string truth_topic = absolute_topic(line.get<std::string>("truth"));
+  const std::string truth_topic = line.topic("truth");
   require_topics(bag, path, {{truth_topic, truth_types(), "--truth"}});
   const std::vector<EstimatedPose> odometry = read_poses(bag, topics.odom);
   const std::vector<TruePose> truth = truth_while_recording(read_truth(bag, truth_topic), odometry);
@@ -144,8 +140,8 @@ int study_compensation(const std::vector<std::string>& arguments) {
       "(config/kwak2008.yaml, built in). It expects the noise of the world indoor_two_loops;\n"
       "for another world set its noise with --set.");
   line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
-  line.options()("variants", po::value<std::string>()->value_name("A,B"),
-                 "filters to compare, by their names in the tables; by default all");
+  line.option<std::string>("variants", "A,B",
+                           "filters to compare, by their names in the tables; by default all");
   add_study_options(&line, 100);
   line.repeatable_option(
       "config", "FILE",
@@ -157,13 +153,11 @@ int study_compensation(const std::vector<std::string>& arguments) {
   if (!line.parse(arguments)) return 0;
   CompensationStudyOptions options;
   options.base = read_fastslam_options(line);
-  options.variants = line.has("variants")
-                         ? compensation_variants(split(line.get<std::string>("variants")))
-                         : all_compensation_variants();
+  options.variants = line.has("variants") ? compensation_variants(split(line.text("variants")))
+                                          : all_compensation_variants();
   options.drives = line.get<int>("seeds");
   options.jobs = jobs_of(line);
-  const World world = load_world(line.has("world") ? line.get<std::string>("world")
-                                                   : std::string("indoor_two_loops"));
+  const World world = load_world(line.has("world") ? line.text("world") : "indoor_two_loops");
   CompensationStudy result;
   {
     ProgressBar bar("study", static_cast<std::uint64_t>(std::max(0, options.drives)));
@@ -179,16 +173,15 @@ int study_faults(const std::vector<std::string>& arguments) {
       "What a filter does, and what it says, when something goes wrong: each fault is put into\n"
       "the recording by itself.");
   line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
-  line.options()("share", po::value<double>()->default_value(0.4)->value_name("SHARE"),
-                 "share of the drive before the fault")(
-      "fault", po::value<std::string>()->default_value("")->value_name("WORDS"),
-      "only faults whose name contains this, besides no fault and kidnapping");
+  line.option<double>("share", "SHARE", 0.4, "share of the drive before the fault");
+  line.option<std::string>("fault", "WORDS", "",
+                           "only faults whose name contains this, besides no fault and kidnapping");
   add_study_options(&line, 20);
   add_filter_options(&line);
   line.example("study faults plaza2.bag --csv faults.csv");
   line.example("study faults plaza2.bag --fault 'an hour ahead' --seeds 3");
   if (!line.parse(arguments)) return 0;
-  const auto path = line.get<std::string>("bag");
+  const auto path = line.text("bag");
   const RecordedDrive drive = read_drive(path);
   FaultStudyOptions options;
   if (drive.beacons.empty()) {
@@ -197,7 +190,7 @@ int study_faults(const std::vector<std::string>& arguments) {
     apply_filter_options(line, &options.beacon_mcl);
   }
   options.share = line.get<double>("share");
-  options.only = line.get<std::string>("fault");
+  options.only = line.text("fault");
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);
   ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));

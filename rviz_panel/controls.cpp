@@ -1,5 +1,6 @@
 #include "rviz_panel/controls.hpp"
 
+#include <dynamic_reconfigure/config_tools.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -111,31 +112,24 @@ std::vector<ControlGroup> controls_of(const dynamic_reconfigure::ConfigDescripti
 }
 
 dynamic_reconfigure::Config request_of(const Control& control, const std::string& value) {
+  using dynamic_reconfigure::ConfigTools;
   dynamic_reconfigure::Config config;
   char* end = nullptr;
   if (control.type == "bool") {
     if (value != "true" && value != "false") refuse(control, value, "true or false");
-    config.bools.emplace_back();
-    config.bools.back().name = control.name;
-    config.bools.back().value = static_cast<std::uint8_t>(value == "true");
+    ConfigTools::appendParameter(config, control.name, value == "true");
   } else if (control.type == "int") {
     const long number = std::strtol(value.c_str(), &end, 10);
     if (value.empty() || *end != '\0' || std::labs(number) > std::numeric_limits<int>::max()) {
       refuse(control, value, "an integer");
     }
-    config.ints.emplace_back();
-    config.ints.back().name = control.name;
-    config.ints.back().value = static_cast<int>(number);
+    ConfigTools::appendParameter(config, control.name, static_cast<int>(number));
   } else if (control.type == "double") {
     const double number = std::strtod(value.c_str(), &end);
     if (value.empty() || *end != '\0' || !std::isfinite(number)) refuse(control, value, "a number");
-    config.doubles.emplace_back();
-    config.doubles.back().name = control.name;
-    config.doubles.back().value = number;
+    ConfigTools::appendParameter(config, control.name, number);
   } else {
-    config.strs.emplace_back();
-    config.strs.back().name = control.name;
-    config.strs.back().value = value;
+    ConfigTools::appendParameter(config, control.name, value);
   }
   return config;
 }

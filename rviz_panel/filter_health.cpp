@@ -123,6 +123,7 @@ std::string FilterHealth::counts_text() const {
   if (latest_->landmarks > 0) counts += ", " + std::to_string(latest_->landmarks) + " landmarks";
   counts += ", " + std::to_string(latest_->updates) + " updates, " +
             std::to_string(latest_->renewals) + " renewals";
+  if (latest_->redraws > 0) counts += ", " + std::to_string(latest_->redraws) + " redraws";
   if (latest_->queued > 0) counts += ", " + std::to_string(latest_->queued) + " waiting";
   return counts;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 
 namespace pf_resampling {
@@ -12,13 +14,28 @@ struct FilterNames {
   std::string global_localization;
   std::string reset;
   std::string save_map;
-
-  bool operator==(const FilterNames& other) const {
-    return node == other.node && status == other.status &&
-           global_localization == other.global_localization && reset == other.reset &&
-           save_map == other.save_map;
-  }
 };
+
+/// A topic or service of a filter: where its name is kept, the name that it usually has, and what
+/// the panel and rviz' configuration call it.
+struct NameRow {
+  std::string FilterNames::*name;
+  const char* usual;
+  const char* label;
+  const char* key;
+};
+inline constexpr NameRow kFilterNames[] = {
+    {&FilterNames::status, "status", "Status", "Status Topic"},
+    {&FilterNames::global_localization, "global_localization", "Global localization",
+     "Global Localization Service"},
+    {&FilterNames::reset, "reset", "Reset", "Reset Service"},
+    {&FilterNames::save_map, "save_map", "Save map", "Save Map Service"}};
+
+inline bool operator==(const FilterNames& a, const FilterNames& b) {
+  return a.node == b.node &&
+         std::all_of(std::begin(kFilterNames), std::end(kFilterNames),
+                     [&](const NameRow& row) { return a.*row.name == b.*row.name; });
+}
 
 /// The same with all names given. `resolve` makes names absolute (ros::names::resolve).
 template <typename Resolve>
@@ -26,13 +43,10 @@ FilterNames completed(const FilterNames& names, const Resolve& resolve) {
   FilterNames complete;
   complete.node = resolve(names.node);
   const std::string space = complete.node.substr(0, complete.node.rfind('/') + 1);
-  const auto complete_one = [&](const std::string& name, const char* usual) {
-    return name.empty() ? space + usual : resolve(name);
-  };
-  complete.status = complete_one(names.status, "status");
-  complete.global_localization = complete_one(names.global_localization, "global_localization");
-  complete.reset = complete_one(names.reset, "reset");
-  complete.save_map = complete_one(names.save_map, "save_map");
+  for (const NameRow& row : kFilterNames) {
+    const std::string& name = names.*row.name;
+    complete.*row.name = name.empty() ? space + row.usual : resolve(name);
+  }
   return complete;
 }
 

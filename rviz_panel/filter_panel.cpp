@@ -76,7 +76,7 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
 }
 
 void FilterPanel::add_names(QVBoxLayout* layout) {
-  auto* row = new QHBoxLayout;
+  auto* line = new QHBoxLayout;
   node_ = new QComboBox;
   node_->setEditable(true);
   node_->setInsertPolicy(QComboBox::NoInsert);
@@ -86,25 +86,21 @@ void FilterPanel::add_names(QVBoxLayout* layout) {
   more->setText("Names");
   more->setCheckable(true);
   more->setToolTip("Topics and services, if they were remapped");
-  row->addWidget(new QLabel("Filter"));
-  row->addWidget(node_, 1);
-  row->addWidget(more);
-  layout->addLayout(row);
+  line->addWidget(new QLabel("Filter"));
+  line->addWidget(node_, 1);
+  line->addWidget(more);
+  layout->addLayout(line);
 
   more_names_ = new QWidget;
   more_names_->setVisible(false);
   auto* form = new QFormLayout(more_names_);
   form->setContentsMargins(0, 0, 0, 0);
-  const auto add = [&](const char* label) {
+  for (const NameRow& row : kFilterNames) {
     auto* edit = new QLineEdit;
     connect(edit, &QLineEdit::editingFinished, this, [this] { take_names(); });
-    form->addRow(label, edit);
-    return edit;
-  };
-  status_ = add("Status");
-  global_localization_ = add("Global localization");
-  reset_ = add("Reset");
-  save_map_ = add("Save map");
+    form->addRow(row.label, edit);
+    name_edits_.push_back(edit);
+  }
   layout->addWidget(more_names_);
   connect(more, &QToolButton::toggled, more_names_, &QWidget::setVisible);
   connect(node_->lineEdit(), &QLineEdit::editingFinished, this, [this] { take_names(); });
@@ -183,10 +179,7 @@ void FilterPanel::load(const rviz::Config& config) {
     if (config.mapGetString(key, &text)) *name = text.toStdString();
   };
   get("Node", &names_.node);
-  get("Status Topic", &names_.status);
-  get("Global Localization Service", &names_.global_localization);
-  get("Reset Service", &names_.reset);
-  get("Save Map Service", &names_.save_map);
+  for (const NameRow& row : kFilterNames) get(row.key, &(names_.*row.name));
   const rviz::Config groups = config.mapGetChild("Open Groups");
   QStringList open;
   for (int i = 0; i < groups.listLength(); ++i) open << groups.listChildAt(i).getValue().toString();
@@ -197,10 +190,7 @@ void FilterPanel::load(const rviz::Config& config) {
 void FilterPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Node", to_qt(names_.node));
-  config.mapSetValue("Status Topic", to_qt(names_.status));
-  config.mapSetValue("Global Localization Service", to_qt(names_.global_localization));
-  config.mapSetValue("Reset Service", to_qt(names_.reset));
-  config.mapSetValue("Save Map Service", to_qt(names_.save_map));
+  for (const NameRow& row : kFilterNames) config.mapSetValue(row.key, to_qt(names_.*row.name));
   rviz::Config groups = config.mapMakeChild("Open Groups");
   for (const QString& group : controls_->open_groups()) groups.listAppendNew().setValue(group);
 }
@@ -208,10 +198,9 @@ void FilterPanel::save(rviz::Config config) const {
 void FilterPanel::take_names() {
   FilterNames names;
   names.node = node_->currentText().trimmed().toStdString();
-  names.status = status_->text().trimmed().toStdString();
-  names.global_localization = global_localization_->text().trimmed().toStdString();
-  names.reset = reset_->text().trimmed().toStdString();
-  names.save_map = save_map_->text().trimmed().toStdString();
+  for (std::size_t i = 0; i < name_edits_.size(); ++i) {
+    names.*kFilterNames[i].name = name_edits_[i]->text().trimmed().toStdString();
+  }
   if (names == names_) return;
   names_ = names;
   connect_to_filter();
@@ -221,15 +210,12 @@ void FilterPanel::take_names() {
 void FilterPanel::connect_to_filter() {
   const FilterNames usual =
       completed({names_.node, "", "", "", ""}, [](const std::string& name) { return name; });
-  const auto show = [](QLineEdit* edit, const std::string& name, const std::string& otherwise) {
-    edit->setText(to_qt(name));
-    edit->setPlaceholderText(to_qt(otherwise));
-  };
   node_->setEditText(to_qt(names_.node));
-  show(status_, names_.status, usual.status);
-  show(global_localization_, names_.global_localization, usual.global_localization);
-  show(reset_, names_.reset, usual.reset);
-  show(save_map_, names_.save_map, usual.save_map);
+  for (std::size_t i = 0; i < name_edits_.size(); ++i) {
+    const auto name = kFilterNames[i].name;
+    name_edits_[i]->setText(to_qt(names_.*name));
+    name_edits_[i]->setPlaceholderText(to_qt(usual.*name));
+  }
   values_.clear();
   controls_->show_controls({});
   health_.clear();

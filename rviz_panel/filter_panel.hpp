@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "rviz_panel/control_tree.hpp"
 #include "rviz_panel/filter_connection.hpp"
@@ -57,8 +58,7 @@ class FilterPanel : public rviz::Panel {
 
   QComboBox* node_ = nullptr;
   QWidget* more_names_ = nullptr;
-  QLineEdit *status_ = nullptr, *global_localization_ = nullptr, *reset_ = nullptr,
-            *save_map_ = nullptr;
+  std::vector<QLineEdit*> name_edits_;  // as in kFilterNames
   QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *refused_ = nullptr,
          *rejects_ = nullptr, *result_ = nullptr;
   StripWidget *sample_size_strip_ = nullptr, *ancestors_strip_ = nullptr, *lost_strip_ = nullptr,

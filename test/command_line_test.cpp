@@ -8,14 +8,12 @@
 namespace pf_resampling {
 namespace {
 
-namespace po = boost::program_options;
-
 CommandLine example_line() {
   CommandLine line("tool", "Does a thing.");
   line.positional("in.bag", "what to read");
   line.optional_positional("out.bag", "what to write");
-  line.options()("antenna", po::value<std::string>()->value_name("x,y,z"), "where it sits")(
-      "seed", po::value<unsigned>()->default_value(1), "seed");
+  line.option<std::string>("antenna", "x,y,z", "where it sits");
+  line.option<unsigned>("seed", "N", 1, "seed");
   line.repeatable_option("config", "FILE", "several are merged");
   line.example("tool in.bag --seed 3");
   return line;

@@ -37,7 +37,7 @@ void report(const char* name, const ResamplingOptions& options) {
 }
 
 int main() {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     report(to_string(scheme).c_str(), ResamplingOptions{scheme});
   }
   // A filter takes it the same way: options.strategy.resampling.own_scheme = metropolis.

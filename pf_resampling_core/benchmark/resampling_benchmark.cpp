@@ -126,7 +126,7 @@ void measure_all(int particles) {
     }
   };
 
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     const std::string row = to_string(scheme);
     ResamplingOptions options;
     options.scheme = scheme;
@@ -147,7 +147,7 @@ void measure_all(int particles) {
     }
 #endif
   }
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     const std::string row = to_string(scheme);
     ResamplingOptions options;
     options.scheme = scheme;

@@ -27,14 +27,14 @@ struct Kind {
 inline constexpr Kind kMap = {"map file",
                               "map",
                               "pf_resampling map ",
-                              "1",
+                              "2",
                               "give one that save_map wrote",
                               "save the map again with this program",
                               "save the map again or take another copy"};
 inline constexpr Kind kCheckpoint = {"checkpoint",
                                      "checkpoint",
                                      "pf_resampling checkpoint ",
-                                     "1",
+                                     "2",
                                      "give a file that was written as a checkpoint",
                                      "write a new one with this program",
                                      "take another copy or start without it"};

@@ -9,7 +9,9 @@
 namespace pf_resampling {
 
 /// The names of an enum's values as users write them: the one table behind to_string, parsing,
-/// parameters and error messages.
+/// parameters and error messages. Beside the enum stands
+///     const EnumNames<Schedule>& names_of(Schedule);
+/// and the functions below follow from it.
 template <typename Enum>
 class EnumNames {
  public:
@@ -42,5 +44,22 @@ class EnumNames {
   std::vector<std::pair<Enum, std::string>> names_;
   std::vector<Enum> values_;
 };
+
+/// All values, in the order of the table.
+template <typename Enum>
+const std::vector<Enum>& all_values() {
+  return names_of(Enum()).values();
+}
+
+template <typename Enum>
+auto to_string(Enum value) -> decltype(names_of(value).name(value)) {
+  return names_of(value).name(value);
+}
+
+/// Throws Error that lists the known names when `name` is none of them.
+template <typename Enum>
+Enum from_string(const std::string& name) {
+  return names_of(Enum()).value(name);
+}
 
 }  // namespace pf_resampling

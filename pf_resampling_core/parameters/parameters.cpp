@@ -52,20 +52,6 @@ std::string range_text(const Parameter& parameter) {
          shortest_text(parameter.maximum) + "]";
 }
 
-const char* type_text(Parameter::Type type) {
-  switch (type) {
-    case Parameter::Type::boolean:
-      return "bool";
-    case Parameter::Type::integer:
-      return "int";
-    case Parameter::Type::real:
-      return "double";
-    case Parameter::Type::choice:
-      return "string";
-  }
-  return "";
-}
-
 [[noreturn]] void refuse(const Parameter& parameter, const std::string& value) {
   const bool is_list =
       parameter.type == Parameter::Type::choice || parameter.type == Parameter::Type::boolean;
@@ -208,6 +194,37 @@ Parameter make_choice_parameter(std::string name, std::vector<std::string> choic
     assign(is_off ? "off" : text);
   };
   return parameter;
+}
+
+Parameter text_parameter(std::string name, std::string* field, std::string help) {
+  Parameter parameter =
+      description(std::move(name), Parameter::Type::choice, "", std::move(help), 0.0, 0.0);
+  parameter.get = [field] { return *field; };
+  parameter.set_checked = [field](const std::string& text) { *field = text; };
+  return parameter;
+}
+
+Parameter name_parameter(std::string name, std::string* field, std::string help) {
+  Parameter parameter = text_parameter(std::move(name), field, std::move(help));
+  parameter.set_checked = [name = parameter.name, field](const std::string& text) {
+    if (text.empty()) throw Error("parameter " + name + " is empty, has to be a name");
+    *field = text;
+  };
+  return parameter;
+}
+
+const char* type_text(Parameter::Type type) {
+  switch (type) {
+    case Parameter::Type::boolean:
+      return "bool";
+    case Parameter::Type::integer:
+      return "int";
+    case Parameter::Type::real:
+      return "double";
+    case Parameter::Type::choice:
+      return "string";
+  }
+  return "";
 }
 
 void set_parameter(const ParameterList& parameters, const std::string& name,

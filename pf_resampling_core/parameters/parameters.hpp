@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/parameters/enum_names.hpp"
+
 namespace pf_resampling {
 
 /// One parameter of an options struct, bound to the field that holds it. The list of these is the
@@ -38,9 +40,21 @@ Parameter real_parameter(std::string name, double* field, double minimum, double
 /// Range open below: (minimum, maximum].
 Parameter real_above_parameter(std::string name, double* field, double minimum, double maximum,
                                std::string unit, std::string help);
+/// One of `values`, or of all that the enum has.
 template <typename Enum>
 Parameter choice_parameter(std::string name, Enum* field, const std::vector<Enum>& values,
                            std::string help);
+template <typename Enum>
+Parameter choice_parameter(std::string name, Enum* field, std::string help) {
+  return choice_parameter(std::move(name), field, all_values<Enum>(), std::move(help));
+}
+/// Any text.
+Parameter text_parameter(std::string name, std::string* field, std::string help);
+/// A name: any text but the empty one.
+Parameter name_parameter(std::string name, std::string* field, std::string help);
+
+/// "bool", "int", "double", "string".
+const char* type_text(Parameter::Type type);
 
 /// Sets one parameter from text ("0.5", "true", "systematic"). Throws Error naming the parameter,
 /// the value and the range; for an unknown name the nearest known one is suggested.

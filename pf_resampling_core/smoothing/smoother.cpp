@@ -28,6 +28,13 @@ constexpr double kFar = 0.5;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
 
+// Rounding leaves the halves of a symmetric matrix's inverse different by a little.
+template <typename Matrix>
+Matrix symmetric_inverse(const Matrix& information) {
+  const Matrix inverse = information.inverse();
+  return 0.5 * (inverse + inverse.transpose());
+}
+
 JointBelief belief_of(const NormalEquations& equations) {
   JointBelief belief;
   const Eigen::Index size = equations.trailing_size();
@@ -35,9 +42,9 @@ JointBelief belief_of(const NormalEquations& equations) {
       Eigen::MatrixXd::Identity(size, size));
   belief.covariance.noalias() = inverse.transpose() * inverse;
   for (const Eigen::Matrix2d& information : equations.landmarks_given_path()) {
-    belief.landmarks_given_path.push_back(information.inverse());
+    belief.landmarks_given_path.push_back(symmetric_inverse(information));
   }
-  belief.odometry_given_path = equations.odometry_given_path().inverse();
+  belief.odometry_given_path = symmetric_inverse(equations.odometry_given_path());
   return belief;
 }
 

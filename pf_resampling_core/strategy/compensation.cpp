@@ -6,23 +6,10 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/geometry.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
-
-const EnumNames<Pairing> kPairings{
-    "pairing",
-    {{Pairing::rank, "rank"}, {Pairing::random, "random"}, {Pairing::roulette, "roulette"}}};
-
-const EnumNames<CovarianceTreatment> kCovarianceTreatments{
-    "covariance treatment",
-    {{CovarianceTreatment::keep, "keep"}, {CovarianceTreatment::moment_matched, "moment_matched"}}};
-
-const EnumNames<CompensatedWeights> kCompensatedWeights{
-    "policy for weights after compensation",
-    {{CompensatedWeights::reset, "reset"}, {CompensatedWeights::pair_mean, "pair_mean"}}};
 
 // Throws unless the weights are a distribution, up to their sum, which is returned.
 double checked_sum(ConstArray weights) {
@@ -119,40 +106,40 @@ void share_weights(const std::vector<BlendPair>& pairs, Eigen::ArrayXd* weights)
 
 }  // namespace
 
-const std::vector<Pairing>& all_pairings() {
-  return kPairings.values();
-}
-std::string to_string(Pairing pairing) {
-  return kPairings.name(pairing);
-}
-
-const std::vector<CovarianceTreatment>& all_covariance_treatments() {
-  return kCovarianceTreatments.values();
-}
-std::string to_string(CovarianceTreatment treatment) {
-  return kCovarianceTreatments.name(treatment);
+const EnumNames<Pairing>& names_of(Pairing) {
+  static const EnumNames<Pairing> names(
+      "pairing",
+      {{Pairing::rank, "rank"}, {Pairing::random, "random"}, {Pairing::roulette, "roulette"}});
+  return names;
 }
 
-const std::vector<CompensatedWeights>& all_compensated_weights() {
-  return kCompensatedWeights.values();
+const EnumNames<CovarianceTreatment>& names_of(CovarianceTreatment) {
+  static const EnumNames<CovarianceTreatment> names(
+      "covariance treatment", {{CovarianceTreatment::keep, "keep"},
+                               {CovarianceTreatment::moment_matched, "moment_matched"}});
+  return names;
 }
-std::string to_string(CompensatedWeights policy) {
-  return kCompensatedWeights.name(policy);
+
+const EnumNames<CompensatedWeights>& names_of(CompensatedWeights) {
+  static const EnumNames<CompensatedWeights> names(
+      "policy for weights after compensation",
+      {{CompensatedWeights::reset, "reset"}, {CompensatedWeights::pair_mean, "pair_mean"}});
+  return names;
 }
 
 void add_parameters(CompensationOptions* options, ParameterList* parameters) {
   const std::string group = "population/compensation/";
   parameters->push_back(
-      choice_parameter(group + "pairing", &options->pairing, all_pairings(),
+      choice_parameter(group + "pairing", &options->pairing,
                        "How a weak particle finds the strong particle that it is blended with."));
   parameters->push_back(real_above_parameter(
       group + "ratio", &options->ratio, 0.0, 1.0, "",
       "Share of the weak half of the particles that is blended, weakest first."));
   parameters->push_back(choice_parameter(
-      group + "covariance", &options->covariance, all_covariance_treatments(),
+      group + "covariance", &options->covariance,
       "Covariance of a blended landmark: kept, or matched to the moments of both."));
   parameters->push_back(
-      choice_parameter(group + "weights_after", &options->weights_after, all_compensated_weights(),
+      choice_parameter(group + "weights_after", &options->weights_after,
                        "Weights after compensation: all equal (reset), or the mean of each pair."));
 }
 

@@ -1,11 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
@@ -17,16 +15,14 @@ enum class Pairing {
   random,    ///< any of the strong half
   roulette,  ///< one of the strong half, with probability in proportion to its weight
 };
-const std::vector<Pairing>& all_pairings();
-std::string to_string(Pairing pairing);
+const EnumNames<Pairing>& names_of(Pairing);
 
 /// What becomes of a blended landmark's covariance.
 enum class CovarianceTreatment {
   keep,            ///< the weak particle's own (Kwak section 5.1)
   moment_matched,  ///< a·Σ_l + b·Σ_h + a·b·d·dᵀ, d the difference of the means
 };
-const std::vector<CovarianceTreatment>& all_covariance_treatments();
-std::string to_string(CovarianceTreatment treatment);
+const EnumNames<CovarianceTreatment>& names_of(CovarianceTreatment);
 
 /// The weights after a compensation.
 enum class CompensatedWeights {
@@ -34,8 +30,7 @@ enum class CompensatedWeights {
   pair_mean,  ///< both of a pair get the mean of their weights; a strong one with several weak ones
               ///< shares the mean with all of them
 };
-const std::vector<CompensatedWeights>& all_compensated_weights();
-std::string to_string(CompensatedWeights policy);
+const EnumNames<CompensatedWeights>& names_of(CompensatedWeights);
 
 struct CompensationOptions {
   Pairing pairing = Pairing::rank;

@@ -5,7 +5,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/geometry.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/pose_statistics.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
@@ -108,15 +107,6 @@ constexpr ExcitationRow kExcitations[] = {
     {Excitation::roughening, "roughening", roughening},
 };
 
-const EnumNames<Excitation>& excitation_names() {
-  static const EnumNames<Excitation> names = [] {
-    std::vector<std::pair<Excitation, std::string>> list;
-    for (const ExcitationRow& row : kExcitations) list.emplace_back(row.excitation, row.name);
-    return EnumNames<Excitation>("excitation", list);
-  }();
-  return names;
-}
-
 const ExcitationRow& row_of(Excitation excitation) {
   for (const ExcitationRow& row : kExcitations) {
     if (row.excitation == excitation) return row;
@@ -126,19 +116,18 @@ const ExcitationRow& row_of(Excitation excitation) {
 
 }  // namespace
 
-const std::vector<Excitation>& all_excitations() {
-  return excitation_names().values();
-}
-std::string to_string(Excitation excitation) {
-  return excitation_names().name(excitation);
-}
-Excitation excitation_from_string(const std::string& name) {
-  return excitation_names().value(name);
+const EnumNames<Excitation>& names_of(Excitation) {
+  static const EnumNames<Excitation> names = [] {
+    std::vector<std::pair<Excitation, std::string>> list;
+    for (const ExcitationRow& row : kExcitations) list.emplace_back(row.excitation, row.name);
+    return EnumNames<Excitation>("excitation", list);
+  }();
+  return names;
 }
 
 void add_parameters(ExcitationOptions* options, ParameterList* parameters) {
   ParameterList& list = *parameters;
-  list.push_back(choice_parameter("excitation/method", &options->method, all_excitations(),
+  list.push_back(choice_parameter("excitation/method", &options->method,
                                   "Noise that is added to the particles after a renewal."));
   list.push_back(real_parameter("excitation/sigma_position", &options->sigma_position, 0.0, 100.0,
                                 "m", "gaussian: standard deviation of the position, per axis."));

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -21,10 +20,8 @@ enum class Excitation {
   regularized,  ///< Silverman's bandwidth from the weighted covariance, scaled
   roughening,   ///< Gordon, Salmond, Smith 1993: sigma = K * range * N^(-1/d) per coordinate
 };
-const std::vector<Excitation>& all_excitations();
-std::string to_string(Excitation excitation);
+const EnumNames<Excitation>& names_of(Excitation);
 /// Throws Error that lists the known names when `name` is none of them.
-Excitation excitation_from_string(const std::string& name);
 
 struct ExcitationOptions {
   Excitation method = Excitation::regularized;

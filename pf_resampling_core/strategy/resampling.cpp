@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 
 namespace pf_resampling {
@@ -48,19 +47,6 @@ constexpr SchemeRow kSchemes[] = {
     {Scheme::killing,                  "killing",                  killing,                                    true,  true,  nullptr},
     // clang-format on
 };
-
-const EnumNames<ResamplingScheme>& scheme_names() {
-  static const EnumNames<ResamplingScheme> names = [] {
-    std::vector<std::pair<ResamplingScheme, std::string>> list;
-    for (const SchemeRow& row : kSchemes) list.emplace_back(row.scheme, row.name);
-    return EnumNames<ResamplingScheme>("resampling scheme", list);
-  }();
-  return names;
-}
-
-const EnumNames<WeightsAfter> kWeightsAfter{
-    "policy for weights after resampling",
-    {{WeightsAfter::reset, "reset"}, {WeightsAfter::unbiased, "unbiased"}}};
 
 const SchemeRow& row_of(ResamplingScheme scheme) {
   for (const SchemeRow& row : kSchemes) {
@@ -116,9 +102,10 @@ void check_sizes(const ResamplingOptions& options, std::int64_t particles, int c
               " keeps the number of particles; choose another scheme to change it");
 }
 
+// Into working space: counts that turn out to be wrong do not replace those of the last result.
 void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const RandomStream& stream,
-              int* counts) {
-  Eigen::Map<Eigen::ArrayXi> own(counts, weights.size());
+              ResamplingWorkspace* work) {
+  Eigen::Map<Eigen::ArrayXi> own(grow(&work->own_counts, weights.size()), weights.size());
   own.setZero();
   scheme(weights, size, stream, own);
   if ((own < 0).any() || own.cast<std::int64_t>().sum() != size) {
@@ -131,8 +118,13 @@ void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const Rando
 
 }  // namespace
 
-const std::vector<ResamplingScheme>& all_resampling_schemes() {
-  return scheme_names().values();
+const EnumNames<ResamplingScheme>& names_of(ResamplingScheme) {
+  static const EnumNames<ResamplingScheme> names = [] {
+    std::vector<std::pair<ResamplingScheme, std::string>> list;
+    for (const SchemeRow& row : kSchemes) list.emplace_back(row.scheme, row.name);
+    return EnumNames<ResamplingScheme>("resampling scheme", list);
+  }();
+  return names;
 }
 
 const std::vector<ResamplingScheme>& inner_resampling_schemes() {
@@ -146,26 +138,16 @@ const std::vector<ResamplingScheme>& inner_resampling_schemes() {
   return inner;
 }
 
-std::string to_string(ResamplingScheme scheme) {
-  return scheme_names().name(scheme);
-}
-
-ResamplingScheme resampling_scheme_from_string(const std::string& name) {
-  return scheme_names().value(name);
-}
-
-const std::vector<WeightsAfter>& all_weights_after() {
-  return kWeightsAfter.values();
-}
-
-std::string to_string(WeightsAfter policy) {
-  return kWeightsAfter.name(policy);
+const EnumNames<WeightsAfter>& names_of(WeightsAfter) {
+  static const EnumNames<WeightsAfter> names(
+      "policy for weights after resampling",
+      {{WeightsAfter::reset, "reset"}, {WeightsAfter::unbiased, "unbiased"}});
+  return names;
 }
 
 void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   const std::string group = "population/resampling/";
-  parameters->push_back(choice_parameter(group + "scheme", &options->scheme,
-                                         all_resampling_schemes(), "Resampling scheme."));
+  parameters->push_back(choice_parameter(group + "scheme", &options->scheme, "Resampling scheme."));
   parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
                                          inner_resampling_schemes(),
                                          "Scheme that partial and rank_based use inside."));
@@ -179,7 +161,6 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
       group + "rank_max", &options->rank_max, 1.0, 2.0, "",
       "rank_based: eta_max; the best particle is drawn with probability eta_max/M."));
   parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
-                                         all_weights_after(),
                                          "Weights after partial and rank_based: all equal (reset), "
                                          "or corrected so that the result is unbiased."));
 }
@@ -200,20 +181,23 @@ Resampler::Resampler(const ResamplingOptions& options) : options_(options) {
 ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomStream& stream) {
   const ScaledWeights scaled = scale_weights(weights.data(), weights.size(), size, &work_.rescaled);
   check_sizes(options_, scaled.size, size);
+  const bool is_own = static_cast<bool>(options_.own_scheme);
+  // Before the arrays of the last result change: it may throw.
+  if (is_own) draw_own(options_.own_scheme, weights, size, stream, &work_);
   int* counts = grow(&counts_, scaled.size);
   int* ancestors = grow(&ancestors_, size);
   double* log_weights = grow(&log_weights_, size);
 
   const SchemeRow& scheme = row_of(options_.scheme);
-  if (options_.own_scheme) {
-    draw_own(options_.own_scheme, weights, size, stream, counts);
+  if (is_own) {
+    std::copy(work_.own_counts.data(), work_.own_counts.data() + scaled.size, counts);
   } else {
     scheme.draw(scaled, options_, stream, &work_, counts);
   }
   Eigen::Map<Eigen::ArrayXi> ancestors_map(ancestors, size);
   counts_to_ancestors(Eigen::Map<const Eigen::ArrayXi>(counts, scaled.size), ancestors_map);
 
-  const bool is_weighted = !options_.own_scheme && scheme.log_weights_after != nullptr;
+  const bool is_weighted = !is_own && scheme.log_weights_after != nullptr;
   if (is_weighted && options_.weights_after == WeightsAfter::unbiased) {
     equal_log_weights_ = 0;
     scheme.log_weights_after(scaled, &work_, ancestors, size, log_weights);

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -29,13 +28,9 @@ enum class ResamplingScheme {
   killing,                   ///< Del Moral; as in Gerber, Chopin, Whiteley 2019
 };
 
-/// All schemes in the order of the enum, and those of them that may be inside another one.
-const std::vector<ResamplingScheme>& all_resampling_schemes();
+const EnumNames<ResamplingScheme>& names_of(ResamplingScheme);
+/// Those that may be inside another one.
 const std::vector<ResamplingScheme>& inner_resampling_schemes();
-/// The name as users write it: "residual_systematic".
-std::string to_string(ResamplingScheme scheme);
-/// Throws Error that lists the known names when `name` is none of them.
-ResamplingScheme resampling_scheme_from_string(const std::string& name);
 
 /// Weights after `partial` and `rank_based`, which select with probabilities other than the
 /// weights.
@@ -44,8 +39,7 @@ enum class WeightsAfter {
   unbiased,  ///< partial: the resampled mass shared equally among the resampled; rank_based: w/p,
              ///< renormalised
 };
-const std::vector<WeightsAfter>& all_weights_after();
-std::string to_string(WeightsAfter policy);
+const EnumNames<WeightsAfter>& names_of(WeightsAfter);
 
 /// A scheme that the caller brings along: fills in how often each particle is taken. `weights`: as
 /// Resampler::resample was given them, checked; `size`: copies to be made, the sum of the counts;
@@ -100,6 +94,7 @@ struct ResamplingWorkspace {
   std::vector<int> draws_below;           ///< number of draws before each copy
   std::vector<std::uint64_t> sort_words;  ///< ranking
   std::vector<std::uint64_t> sort_words_swap;
+  std::vector<int> own_counts;  ///< what own_scheme fills in, until it is checked
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the
@@ -116,7 +111,7 @@ class Resampler {
   /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
   /// nothing, on weights that are empty, negative, not finite or sum to zero, on a size that
   /// the scheme cannot give, and on counts of own_scheme that are negative or do not sum to `size`.
-  /// O(N + M).
+  /// What own_scheme throws is passed on, and changes nothing, either. O(N + M).
   ///
   /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it

@@ -1,42 +1,38 @@
 #include "pf_resampling_core/strategy/strategy.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 
 namespace pf_resampling {
-namespace {
 
-const EnumNames<Schedule> kSchedules{"schedule",
-                                     {{Schedule::never, "never"},
-                                      {Schedule::always, "always"},
-                                      {Schedule::effective_sample_size, "effective_sample_size"},
-                                      {Schedule::every_n, "every_n"}}};
-const EnumNames<Renewal> kRenewals{"renewal",
-                                   {{Renewal::none, "none"},
-                                    {Renewal::resampling, "resampling"},
-                                    {Renewal::compensation, "compensation"},
-                                    {Renewal::redraw, "redraw"}}};
-
-}  // namespace
-
-const std::vector<Schedule>& all_schedules() {
-  return kSchedules.values();
-}
-std::string to_string(Schedule schedule) {
-  return kSchedules.name(schedule);
+const EnumNames<Schedule>& names_of(Schedule) {
+  static const EnumNames<Schedule> names(
+      "schedule", {{Schedule::never, "never"},
+                   {Schedule::always, "always"},
+                   {Schedule::effective_sample_size, "effective_sample_size"},
+                   {Schedule::every_n, "every_n"}});
+  return names;
 }
 
-const std::vector<Renewal>& all_renewals() {
-  return kRenewals.values();
-}
-std::string to_string(Renewal renewal) {
-  return kRenewals.name(renewal);
+const EnumNames<Renewal>& names_of(Renewal) {
+  static const EnumNames<Renewal> names("renewal", {{Renewal::none, "none"},
+                                                    {Renewal::resampling, "resampling"},
+                                                    {Renewal::compensation, "compensation"},
+                                                    {Renewal::redraw, "redraw"}});
+  return names;
 }
 
-void add_parameters(StrategyOptions* options, ParameterList* parameters) {
-  parameters->push_back(choice_parameter("population/schedule", &options->schedule, all_schedules(),
+const std::vector<Renewal>& renewals_without_redraw() {
+  static const std::vector<Renewal> renewals = {Renewal::none, Renewal::resampling,
+                                                Renewal::compensation};
+  return renewals;
+}
+
+void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewals,
+                    ParameterList* parameters) {
+  parameters->push_back(choice_parameter("population/schedule", &options->schedule,
                                          "When the population is renewed."));
   parameters->push_back(real_above_parameter(
       "population/threshold", &options->threshold, 0.0, 1.0, "",
@@ -44,13 +40,15 @@ void add_parameters(StrategyOptions* options, ParameterList* parameters) {
   parameters->push_back(
       integer_parameter("population/every_n", &options->every_n, 1, 1000000,
                         "every_n: number of observations from one renewal to the next."));
-  parameters->push_back(
-      choice_parameter("population/renewal", &options->renewal, all_renewals(),
-                       "What renewing means: resampling, compensation, drawing the population "
-                       "anew (redraw), or nothing."));
+  const bool can_redraw = std::count(renewals.begin(), renewals.end(), Renewal::redraw) > 0;
+  parameters->push_back(choice_parameter(
+      "population/renewal", &options->renewal, renewals,
+      can_redraw ? "What renewing means: resampling, compensation, drawing all particles anew from "
+                   "all data (redraw), or nothing."
+                 : "What renewing means: resampling, compensation, or nothing."));
   add_parameters(&options->resampling, parameters);
   add_parameters(&options->compensation, parameters);
-  add_parameters(&options->redraw, parameters);
+  if (can_redraw) add_parameters(&options->redraw, parameters);
   add_parameters(&options->excitation, parameters);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -24,8 +25,7 @@ enum class Schedule {
   effective_sample_size,  ///< when N_eff < threshold * M (Kwak section 4.2)
   every_n,                ///< after every n-th observation
 };
-const std::vector<Schedule>& all_schedules();
-std::string to_string(Schedule schedule);
+const EnumNames<Schedule>& names_of(Schedule);
 
 /// How it is renewed. To add a way: a line here, its name in strategy.cpp, and there a case in
 /// renew().
@@ -34,11 +34,10 @@ enum class Renewal {
   resampling,
   compensation,  ///< weak particles are blended with strong ones (Kwak section 5)
   /// All are drawn anew from what all data say (RedrawOptions tells when); between redraws the
-  /// schedule asks for resampling. In a filter that cannot redraw, resampling alone.
+  /// schedule asks for resampling.
   redraw,
 };
-const std::vector<Renewal>& all_renewals();
-std::string to_string(Renewal renewal);
+const EnumNames<Renewal>& names_of(Renewal);
 
 /// When and how a population is renewed, and what is done afterwards against impoverishment: the
 /// part of a filter's options that is the same for all filters.
@@ -54,9 +53,13 @@ struct StrategyOptions {
   ExcitationOptions excitation;
 };
 
+/// What a filter can do that cannot redraw.
+const std::vector<Renewal>& renewals_without_redraw();
+
 /// The parameters population/... and excitation/..., bound to `options`, which must outlive the
-/// list.
-void add_parameters(StrategyOptions* options, ParameterList* parameters);
+/// list. `renewals`: what the filter can do; the parameters of a redraw are there if that is one.
+void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewals,
+                    ParameterList* parameters);
 
 /// The strategy in one line: schedule, renewal, scheme and excitation.
 std::string strategy_of(const StrategyOptions& options);
@@ -76,11 +79,19 @@ struct Population {
   /// Blends the first of each pair with the second, in all that can be blended.
   std::function<void(const std::vector<BlendPair>& pairs)> blend = nullptr;
   /// Draws `size` particles anew from what all data say, with equal weights, each its own ancestor;
-  /// false, changing nothing, if it refuses. Empty: the filter cannot.
+  /// false, changing nothing, if it refuses. Empty: the filter cannot, or not now.
   std::function<bool(int size)> redraw = nullptr;
   /// Whether the last observations saw a landmark that was long out of view.
   bool closes_loop = false;
 };
+
+/// That of particles which have these arrays by these names.
+template <typename Particles>
+Population population_of(Particles* particles, decltype(Population::select) select,
+                         decltype(Population::blend) blend) {
+  return {&particles->x,      &particles->y,        &particles->heading, &particles->log_weight,
+          &particles->weight, &particles->ancestor, std::move(select),   std::move(blend)};
+}
 
 /// Random streams of one update, by their purpose.
 using RandomStreams = std::function<RandomStream(RandomPurpose purpose)>;
@@ -125,11 +136,13 @@ class Strategy {
   const StrategyOptions& options() const { return options_; }
   /// How many renewals so far.
   std::int64_t renewals() const { return renewals_; }
-  /// What Schedule::every_n counts; and going on from such a count, for a population that was
+  /// What Schedule::every_n and RedrawOptions::every_n count; and going on from such a count, for a population that was
   /// saved.
   std::int64_t observations_since_renewal() const { return observations_since_renewal_; }
-  void resume(std::int64_t observations_since_renewal) {
+  std::int64_t observations_since_redraw() const { return observations_since_redraw_; }
+  void resume(std::int64_t observations_since_renewal, std::int64_t observations_since_redraw = 0) {
     observations_since_renewal_ = observations_since_renewal;
+    observations_since_redraw_ = observations_since_redraw;
   }
 
  private:

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/evaluation/statistics.hpp"
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/simulation/world.hpp"
 #include "research/studies/compensation_variants.hpp"

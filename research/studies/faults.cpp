@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"

@@ -3,7 +3,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
-#include "tools/common/ordered_bag.hpp"
 
 namespace pf_resampling {
 namespace {

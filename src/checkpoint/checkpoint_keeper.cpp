@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/text_parameter.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {

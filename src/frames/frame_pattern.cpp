@@ -1,7 +1,6 @@
 #include "src/frames/frame_pattern.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/text_parameter.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {

@@ -1,7 +1,6 @@
 #include "src/messages/conversions.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

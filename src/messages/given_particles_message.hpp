@@ -2,7 +2,6 @@
 
 #include <geometry_msgs/PoseArray.h>
 
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/population/given_particles.hpp"

@@ -1,6 +1,5 @@
 #include "src/messages/input_checks.hpp"
 
-#include <cmath>
 #include <cstdio>
 
 #include "src/messages/conversions.hpp"

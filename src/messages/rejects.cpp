@@ -5,60 +5,35 @@
 
 namespace pf_resampling {
 
-std::string to_string(RejectReason reason) {
-  switch (reason) {
-    case RejectReason::not_finite:
-      return "not_finite";
-    case RejectReason::not_positive:
-      return "not_positive";
-    case RejectReason::impossible_range:
-      return "impossible_range";
-    case RejectReason::impossible_variance:
-      return "impossible_variance";
-    case RejectReason::not_unit_quaternion:
-      return "not_unit_quaternion";
-    case RejectReason::unknown_beacon:
-      return "unknown_beacon";
-    case RejectReason::unknown_id:
-      return "unknown_id";
-    case RejectReason::duplicate_beacon:
-      return "duplicate_beacon";
-    case RejectReason::empty:
-      return "empty";
-    case RejectReason::wrong_frame:
-      return "wrong_frame";
-    case RejectReason::unknown_frame:
-      return "unknown_frame";
-    case RejectReason::no_stamp:
-      return "no_stamp";
-    case RejectReason::impossible_stamp:
-      return "impossible_stamp";
-    case RejectReason::out_of_order:
-      return "out_of_order";
-    case RejectReason::old:
-      return "old";
-    case RejectReason::before_odometry:
-      return "before_odometry";
-    case RejectReason::ahead_of_odometry:
-      return "ahead_of_odometry";
-    case RejectReason::queue_full:
-      return "queue_full";
-    case RejectReason::overload:
-      return "overload";
-    case RejectReason::time_jump:
-      return "time_jump";
-    case RejectReason::time_gap:
-      return "time_gap";
-    case RejectReason::pose_jump:
-      return "pose_jump";
-    case RejectReason::ignored:
-      return "ignored";
-    case RejectReason::gated:
-      return "gated";
-    case RejectReason::filter_error:
-      return "filter_error";
-  }
-  return "unknown";
+const EnumNames<RejectReason>& names_of(RejectReason) {
+  using Reason = RejectReason;
+  static const EnumNames<RejectReason> names("reason",
+                                             {{Reason::not_finite, "not_finite"},
+                                              {Reason::not_positive, "not_positive"},
+                                              {Reason::impossible_range, "impossible_range"},
+                                              {Reason::impossible_variance, "impossible_variance"},
+                                              {Reason::not_unit_quaternion, "not_unit_quaternion"},
+                                              {Reason::unknown_beacon, "unknown_beacon"},
+                                              {Reason::unknown_id, "unknown_id"},
+                                              {Reason::duplicate_beacon, "duplicate_beacon"},
+                                              {Reason::empty, "empty"},
+                                              {Reason::wrong_frame, "wrong_frame"},
+                                              {Reason::unknown_frame, "unknown_frame"},
+                                              {Reason::no_stamp, "no_stamp"},
+                                              {Reason::impossible_stamp, "impossible_stamp"},
+                                              {Reason::out_of_order, "out_of_order"},
+                                              {Reason::old, "old"},
+                                              {Reason::before_odometry, "before_odometry"},
+                                              {Reason::ahead_of_odometry, "ahead_of_odometry"},
+                                              {Reason::queue_full, "queue_full"},
+                                              {Reason::overload, "overload"},
+                                              {Reason::time_jump, "time_jump"},
+                                              {Reason::time_gap, "time_gap"},
+                                              {Reason::pose_jump, "pose_jump"},
+                                              {Reason::ignored, "ignored"},
+                                              {Reason::gated, "gated"},
+                                              {Reason::filter_error, "filter_error"}});
+  return names;
 }
 
 void RejectCounter::add(const std::string& input, RejectReason reason, const std::string& detail) {

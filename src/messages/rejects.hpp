@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "pf_resampling_core/parameters/enum_names.hpp"
 
 namespace pf_resampling {
 
@@ -36,7 +36,7 @@ enum class RejectReason {
   gated,              ///< an observation that the filter did not believe
   filter_error,       ///< the filter refused it
 };
-std::string to_string(RejectReason reason);
+const EnumNames<RejectReason>& names_of(RejectReason);
 
 /// Why a message cannot be used, with the values, and the remedy where there is one.
 struct Rejection {

@@ -1,5 +1,7 @@
 #include "src/node/reconfigure_server.hpp"
 
+#include <dynamic_reconfigure/config_tools.h>
+
 #include <cstdio>
 #include <cstdlib>
 
@@ -17,20 +19,6 @@ std::string group_of(const std::string& name) {
   return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-std::string type_text(Parameter::Type type) {
-  switch (type) {
-    case Parameter::Type::boolean:
-      return "bool";
-    case Parameter::Type::integer:
-      return "int";
-    case Parameter::Type::real:
-      return "double";
-    case Parameter::Type::choice:
-      return "str";
-  }
-  return "str";
-}
-
 // The choices as dynamic_reconfigure wants them: a Python expression.
 std::string edit_method_of(const Parameter& parameter) {
   if (parameter.choices.empty()) return "";
@@ -45,35 +33,16 @@ std::string edit_method_of(const Parameter& parameter) {
 }
 
 void add(const std::string& name, Parameter::Type type, const std::string& value, Config* config) {
+  using dynamic_reconfigure::ConfigTools;
   switch (type) {
-    case Parameter::Type::boolean: {
-      dynamic_reconfigure::BoolParameter entry;
-      entry.name = name;
-      entry.value = static_cast<std::uint8_t>(value == "true");
-      config->bools.push_back(entry);
-      break;
-    }
-    case Parameter::Type::integer: {
-      dynamic_reconfigure::IntParameter entry;
-      entry.name = name;
-      entry.value = std::atoi(value.c_str());
-      config->ints.push_back(entry);
-      break;
-    }
-    case Parameter::Type::real: {
-      dynamic_reconfigure::DoubleParameter entry;
-      entry.name = name;
-      entry.value = std::strtod(value.c_str(), nullptr);
-      config->doubles.push_back(entry);
-      break;
-    }
-    case Parameter::Type::choice: {
-      dynamic_reconfigure::StrParameter entry;
-      entry.name = name;
-      entry.value = value;
-      config->strs.push_back(entry);
-      break;
-    }
+    case Parameter::Type::boolean:
+      return ConfigTools::appendParameter(*config, name, value == "true");
+    case Parameter::Type::integer:
+      return ConfigTools::appendParameter(*config, name, std::atoi(value.c_str()));
+    case Parameter::Type::real:
+      return ConfigTools::appendParameter(*config, name, std::strtod(value.c_str(), nullptr));
+    case Parameter::Type::choice:
+      return ConfigTools::appendParameter(*config, name, value);
   }
 }
 
@@ -118,7 +87,8 @@ std::vector<dynamic_reconfigure::Group> groups_of(const ParameterList& parameter
   for (const Parameter& parameter : parameters) {
     dynamic_reconfigure::ParamDescription description;
     description.name = parameter.name;
-    description.type = type_text(parameter.type);
+    description.type =
+        parameter.type == Parameter::Type::choice ? "str" : type_text(parameter.type);
     description.description =
         parameter.help + (parameter.unit.empty() ? "" : " [" + parameter.unit + "]");
     description.edit_method = edit_method_of(parameter);
@@ -128,13 +98,11 @@ std::vector<dynamic_reconfigure::Group> groups_of(const ParameterList& parameter
 }
 
 void add_group_states(const ParameterList& parameters, Config* config) {
+  dynamic_reconfigure::GroupState open;
+  open.state = 1;
   for (const dynamic_reconfigure::Group& group : groups_of(parameters)) {
-    dynamic_reconfigure::GroupState state;
-    state.name = group.name;
-    state.state = 1;
-    state.id = group.id;
-    state.parent = group.parent;
-    config->groups.push_back(state);
+    dynamic_reconfigure::ConfigTools::appendGroup(*config, group.name, group.id, group.parent,
+                                                  open);
   }
 }
 

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <deque>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/models/odometry_motion.hpp"

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/pictures/path_recorder.hpp"

@@ -1,6 +1,23 @@
 #include "src/pipeline/pipeline_options.hpp"
 
 namespace pf_resampling {
+namespace {
+
+/// In the group "frames".
+void add_frame_parameters(FrameNames* frames, ParameterList* list) {
+  list->push_back(
+      name_parameter("frames/map", &frames->map, "Frame of poses, beacons and landmarks."));
+  list->push_back(name_parameter("frames/odom", &frames->odom,
+                                 "Frame that odometry messages have in header.frame_id."));
+  list->push_back(
+      name_parameter("frames/base", &frames->base,
+                     "Frame of the robot, which odometry messages have in child_frame_id."));
+  list->push_back(real_parameter("frames/transform_tolerance", &frames->transform_tolerance, 0.0,
+                                 100.0, "s",
+                                 "The transform map -> odom is stamped this far in the future."));
+}
+
+}  // namespace
 
 void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
                           ParameterList* list) {
@@ -10,7 +27,7 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
   list->push_back(
       integer_parameter("seed", &options->seed, 0, 2147483647,
                         "Seed of all random numbers: the same seed gives the same result."));
-  add_parameters(&options->frames, list);
+  add_frame_parameters(&options->frames, list);
   const std::string group = std::string(names.parameters) + "/";
   const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";
   list->push_back(integer_parameter(

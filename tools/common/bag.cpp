@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
@@ -25,6 +24,39 @@ bool begins_like_a_bag(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
+}
+
+std::ptrdiff_t rank_of(const std::string& topic, const std::vector<std::string>& order) {
+  return std::find(order.begin(), order.end(), topic) - order.begin();
+}
+
+void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order,
+                       const std::function<void(const rosbag::MessageInstance&)>& take) {
+  // Instances can be copied, but not assigned: their order is that of pointers.
+  std::vector<rosbag::MessageInstance> same_time;
+  const auto before = [&](const rosbag::MessageInstance* a, const rosbag::MessageInstance* b) {
+    const auto rank_a = rank_of(a->getTopic(), order);
+    const auto rank_b = rank_of(b->getTopic(), order);
+    return rank_a != rank_b ? rank_a < rank_b : a->getTopic() < b->getTopic();
+  };
+  const auto flush = [&] {
+    std::vector<const rosbag::MessageInstance*> sorted;
+    for (const rosbag::MessageInstance& message : same_time) sorted.push_back(&message);
+    std::stable_sort(sorted.begin(), sorted.end(), before);
+    for (const rosbag::MessageInstance* message : sorted) take(*message);
+    same_time.clear();
+  };
+  for (const rosbag::MessageInstance& message : *view) {
+    if (!same_time.empty() && same_time.back().getTime() != message.getTime()) flush();
+    same_time.push_back(message);
+  }
+  flush();
+}
+
+/// `path`, if a bag can have that name.
+std::string checked_bag_path(const std::string& path) {
+  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
+  return path;
 }
 
 }  // namespace
@@ -88,15 +120,17 @@ void require_topics(const rosbag::Bag& bag, const std::string& path,
   }
 }
 
-namespace {
-
-/// `path`, if a bag can have that name.
-std::string checked_bag_path(const std::string& path) {
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
-  return path;
+void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
+                       const std::vector<std::string>& order,
+                       const std::function<void(const rosbag::MessageInstance&)>& take) {
+  try {
+    rosbag::View view(bag);
+    for_each_in_order(&view, order, take);
+  } catch (const rosbag::BagException& error) {
+    throw Error(path + ": cannot be read to its end (" + error.what() + "); try: rosbag reindex " +
+                path);
+  }
 }
-
-}  // namespace
 
 BagWriter::BagWriter(const std::string& path)
     : path_(checked_bag_path(path)), temporary_(temporary_name(path_)), file_(temporary_, path_) {}

@@ -6,6 +6,7 @@
 
 #include <boost/shared_ptr.hpp>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -46,6 +47,14 @@ struct NeededTopic {
 /// is missing, its types, those that are there, and the option.
 void require_topics(const rosbag::Bag& bag, const std::string& path,
                     const std::vector<NeededTopic>& needed);
+
+/// Hands out every message of a bag in order of time. Of those with the same time, the topics in
+/// `order` come first, in that order (transforms, what is observed, odometry: what others need),
+/// whatever the order in the file, which rosbag does not tell: so a copy of a bag gives the same
+/// result. Throws Error that names the file if it cannot be read to its end.
+void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
+                       const std::vector<std::string>& order,
+                       const std::function<void(const rosbag::MessageInstance&)>& take);
 
 /// Writes a bag under a temporary name beside `path` and renames it at the end, so that `path` is
 /// never half a bag. Messages are to be written in order of time.

@@ -5,8 +5,6 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
-#include <pf_resampling/BeaconArray.h>
-#include <pf_resampling/BeaconRange.h>
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
@@ -17,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "beacon_mcl_node/beacon_checks.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "tools/common/bag.hpp"
@@ -52,12 +51,7 @@ EstimatedPose estimated_pose(double time, const geometry_msgs::Pose& pose) {
 
 EstimatedPose estimated_pose(double time, const geometry_msgs::PoseWithCovariance& pose) {
   EstimatedPose result = estimated_pose(time, pose.pose);
-  constexpr std::size_t kAxes[3] = {0, 1, 5};  // x, y and yaw of the six
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      result.covariance(row, column) = pose.covariance[6 * kAxes[row] + kAxes[column]];
-    }
-  }
+  result.covariance = to_covariance3(pose.covariance);
   return result;
 }
 
@@ -77,6 +71,28 @@ void for_each_message(const rosbag::Bag& bag, const std::string& topic, const Ha
   } catch (const rosbag::BagException& error) {
     throw Error(bag.getFileName() + ": cannot read " + topic + ": " + error.what());
   }
+}
+
+/// What `convert` makes of the messages of a type on a topic and of their times, in order of these.
+template <typename Message, typename Convert>
+auto read_list(const rosbag::Bag& bag, const std::string& topic, const Convert& convert) {
+  std::vector<decltype(convert(0.0, Message()))> list;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto message = instance.instantiate<Message>();
+    if (message) list.push_back(convert(stamp_of(instance, *message), *message));
+  });
+  sort_by_time(&list);
+  return list;
+}
+
+/// The last message of a type on a topic; null if there is none.
+template <typename Message>
+typename Message::ConstPtr last_message(const rosbag::Bag& bag, const std::string& topic) {
+  typename Message::ConstPtr last;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    if (const auto message = instance.instantiate<Message>()) last = message;
+  });
+  return last;
 }
 
 Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
@@ -155,45 +171,25 @@ std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
 }
 
 std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<Beacon> beacons;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto array = instance.instantiate<pf_resampling::BeaconArray>();
-    if (!array) return;
-    beacons.clear();
-    for (const auto& message : array->beacons) {
-      Beacon beacon;
-      beacon.id = message.id;
-      beacon.is_planar = std::isnan(message.position.z);
-      beacon.position << message.position.x, message.position.y,
-          beacon.is_planar ? 0.0 : message.position.z;
-      if (!beacon.position.allFinite()) {
-        throw Error(topic + ": the position of beacon " + std::to_string(beacon.id) +
-                    " is not finite");
-      }
-      beacons.push_back(beacon);
-    }
-  });
+  const auto last = last_message<BeaconArray>(bag, topic);
+  if (!last) return {};
+  const std::vector<Beacon> beacons = to_beacons(*last);
+  for (const Beacon& beacon : beacons) {
+    if (beacon.position.allFinite()) continue;
+    throw Error(topic + ": the position of beacon " + std::to_string(beacon.id) + " is not finite");
+  }
   return beacons;
 }
 
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<StampedRange> ranges;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto range = instance.instantiate<pf_resampling::BeaconRange>();
-    if (!range) return;
-    ranges.push_back({stamp_of(instance, *range), without_slash(range->header.frame_id),
-                      range->beacon, range->range});
+  return read_list<BeaconRange>(bag, topic, [](double time, const BeaconRange& range) {
+    return StampedRange{time, without_slash(range.header.frame_id), range.beacon, range.range};
   });
-  sort_by_time(&ranges);
-  return ranges;
 }
 
 std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
                                                             const std::string& topic) {
-  pf_resampling::LandmarkMap::ConstPtr last;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    if (const auto map = instance.instantiate<pf_resampling::LandmarkMap>()) last = map;
-  });
+  const auto last = last_message<LandmarkMap>(bag, topic);
   if (!last) return std::nullopt;
   std::vector<PointLandmark> landmarks;
   for (const auto& message : last->landmarks) {
@@ -210,10 +206,7 @@ std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& b
 
 std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
                                                     const std::string& topic) {
-  nav_msgs::Path::ConstPtr last;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    if (const auto path = instance.instantiate<nav_msgs::Path>()) last = path;
-  });
+  const auto last = last_message<nav_msgs::Path>(bag, topic);
   if (!last) return std::nullopt;
   std::vector<EstimatedPose> poses;
   for (const geometry_msgs::PoseStamped& pose : last->poses) {
@@ -225,21 +218,15 @@ std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
 }
 
 std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<StampedScan> scans;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<pf_resampling::LandmarkObservationArray>();
-    if (!message) return;
-    StampedScan scan;
-    scan.time = stamp_of(instance, *message);
-    scan.frame = without_slash(message->header.frame_id);
-    for (const auto& seen : message->observations) {
+  using Message = LandmarkObservationArray;
+  return read_list<Message>(bag, topic, [](double time, const Message& message) {
+    StampedScan scan = {time, without_slash(message.header.frame_id), {}};
+    for (const auto& seen : message.observations) {
       scan.landmarks.push_back(
           {seen.id, seen.range, seen.bearing, seen.range_variance, seen.bearing_variance});
     }
-    scans.push_back(std::move(scan));
+    return scan;
   });
-  sort_by_time(&scans);
-  return scans;
 }
 
 std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
@@ -271,7 +258,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   int renewals = 0;
   double ancestors = 0.0;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = instance.instantiate<pf_resampling::FilterStatus>();
+    const auto status = instance.instantiate<FilterStatus>();
     if (!status) return;
     ++messages;
     summary.mean_effective_sample_size += status->effective_sample_size;
@@ -293,15 +280,9 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
 
 std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
                                                         const std::string& topic) {
-  std::vector<StampedParticleErrors> list;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto errors = instance.instantiate<pf_resampling::ParticleErrors>();
-    if (!errors) return;
-    list.push_back(
-        {stamp_of(instance, *errors), errors->feature_rms, errors->features, errors->position_rms});
+  return read_list<ParticleErrors>(bag, topic, [](double time, const ParticleErrors& errors) {
+    return StampedParticleErrors{time, errors.feature_rms, errors.features, errors.position_rms};
   });
-  sort_by_time(&list);
-  return list;
 }
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

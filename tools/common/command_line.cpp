@@ -54,10 +54,6 @@ void CommandLine::optional_positional(const std::string& name, const std::string
   positionals_.push_back({name, help, false});
 }
 
-po::options_description_easy_init CommandLine::options() {
-  return options_.add_options();
-}
-
 void CommandLine::add(const std::string& name, const po::value_semantic* value,
                       const std::string& help) {
   options_.add_options()(name.c_str(), value, help.c_str());
@@ -125,7 +121,8 @@ bool CommandLine::has(const std::string& name) const {
 }
 
 std::string CommandLine::topic(const std::string& name) const {
-  return absolute_topic(text(name));
+  const std::string topic = text(name);
+  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
 std::string CommandLine::usage() const {
@@ -162,10 +159,6 @@ std::string CommandLine::help() const {
 
 void CommandLine::misuse(const std::string& what) const {
   throw UsageError(one_line(what) + "; usage: " + usage() + " (--help says more)");
-}
-
-std::string absolute_topic(const std::string& topic) {
-  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
 std::vector<double> parse_numbers(const std::string& name, const std::string& text,

@@ -62,9 +62,6 @@ class CommandLine {
   /// Adds an option without a value: get<bool>() says whether it was given.
   void flag(const std::string& name, const std::string& help);
 
-  /// Where options are added in Boost's way: options()("name", value, "help"). Only long names.
-  boost::program_options::options_description_easy_init options();
-
   /// Adds an option that may be given several times; its value is a std::vector<std::string>.
   void repeatable_option(const std::string& name, const std::string& value_name,
                          const std::string& help);
@@ -122,9 +119,6 @@ class CommandLine {
   boost::program_options::options_description options_;
   boost::program_options::variables_map values_;
 };
-
-/// "odom" -> "/odom": names in bags are absolute.
-std::string absolute_topic(const std::string& topic);
 
 /// Comma-separated numbers, for instance "0.1,-0.2,0.5" for an option `name`. Throws UsageError
 /// unless there are `count` finite ones.

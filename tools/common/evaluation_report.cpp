@@ -226,43 +226,34 @@ void print_belief(const Evaluation& evaluation) {
   }
 }
 
-class SeriesSummary {
- public:
-  void add(double value) {
-    ++count_;
-    sum_ += value;
-    series_.max = std::max(series_.max, value);
-    series_.last = value;
+/// Of at least one value.
+ParticleErrorSummary::Series series_of(const std::vector<double>& values) {
+  ParticleErrorSummary::Series series;
+  double sum = 0.0;
+  for (const double value : values) {
+    sum += value;
+    series.max = std::max(series.max, value);
   }
-  int count() const { return count_; }
-  ParticleErrorSummary::Series series() const {
-    ParticleErrorSummary::Series result = series_;
-    result.mean = sum_ / count_;
-    return result;
-  }
-
- private:
-  int count_ = 0;
-  double sum_ = 0.0;
-  ParticleErrorSummary::Series series_;
-};
+  series.mean = sum / static_cast<double>(values.size());
+  series.last = values.back();
+  return series;
+}
 
 }  // namespace
 
 std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
                                               double clipped_until) {
-  SeriesSummary features;
-  SeriesSummary positions;
+  std::vector<double> features, positions;
   for (const StampedParticleErrors& update : errors) {
     if (update.time <= clipped_until) continue;
-    positions.add(update.position_rms);
-    if (update.features > 0) features.add(update.feature_rms);
+    positions.push_back(update.position_rms);
+    if (update.features > 0) features.push_back(update.feature_rms);
   }
-  if (positions.count() == 0) return std::nullopt;
+  if (positions.empty()) return std::nullopt;
   ParticleErrorSummary summary;
-  summary.updates = positions.count();
-  summary.position_rms = positions.series();
-  if (features.count() > 0) summary.feature_rms = features.series();
+  summary.updates = static_cast<int>(positions.size());
+  summary.position_rms = series_of(positions);
+  if (!features.empty()) summary.feature_rms = series_of(features);
   return summary;
 }
 

@@ -1,7 +1,6 @@
 #include "tools/common/filter_topics.hpp"
 
 #include "tools/common/bag.hpp"
-#include "tools/common/ordered_bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -22,6 +22,10 @@ struct DatasetFormat {
 };
 
 /// The value of --range-unit. Throws UsageError unless it is "m" or "ft".
-double metres_per(const std::string& unit);
+inline double metres_per(const std::string& unit) {
+  if (unit == "m") return 1.0;
+  if (unit == "ft") return kMetresPerFoot;
+  throw UsageError("--range-unit " + unit + ": known are m and ft");
+}
 
 }  // namespace pf_resampling

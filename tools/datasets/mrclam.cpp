@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <optional>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"

@@ -18,6 +18,7 @@
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -29,13 +30,6 @@ constexpr double kLatestTime = std::numeric_limits<std::uint32_t>::max();
 // s, by which beacons and frames precede all else: readers of bags see equal times in any order,
 // and a range whose antenna is not yet known is lost.
 constexpr double kHeadStart = 1e-3;
-
-geometry_msgs::Quaternion quaternion_of(double yaw) {
-  geometry_msgs::Quaternion quaternion;
-  quaternion.z = std::sin(0.5 * yaw);
-  quaternion.w = std::cos(0.5 * yaw);
-  return quaternion;
-}
 
 /// The recording's frames; those that its observations name and it does not place, at base_link.
 std::vector<Recording::Frame> frames_of(const Recording& recording) {
@@ -49,6 +43,14 @@ std::vector<Recording::Frame> frames_of(const Recording& recording) {
     if (!known) frames.push_back({name, 0.0, 0.0, 0.0, 0.0});
   }
   return frames;
+}
+
+template <typename Message>
+Message stamped(ros::Time stamp, const std::string& frame) {
+  Message message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame;
+  return message;
 }
 
 /// The height of beacons that have none of their own.
@@ -126,24 +128,20 @@ class Writer {
   void write_static() {
     tf2_msgs::TFMessage transforms;
     for (const auto& frame : frames_of(recording_)) {
-      geometry_msgs::TransformStamped transform;
-      transform.header.stamp = start_;
-      transform.header.frame_id = "base_link";
+      auto transform = stamped<geometry_msgs::TransformStamped>(start_, "base_link");
       transform.child_frame_id = frame.name;
       transform.transform.translation.x = frame.x;
       transform.transform.translation.y = frame.y;
       transform.transform.translation.z = frame.z;
-      transform.transform.rotation = quaternion_of(frame.yaw);
+      transform.transform.rotation = to_quaternion_message(frame.yaw);
       transforms.transforms.push_back(transform);
     }
     if (!transforms.transforms.empty()) bag_->write_latched("/tf_static", start_, transforms);
 
     if (!recording_.beacons.empty()) {
-      pf_resampling::BeaconArray beacons;
-      beacons.header.stamp = start_;
-      beacons.header.frame_id = "map";
+      auto beacons = stamped<BeaconArray>(start_, "map");
       for (const auto& beacon : recording_.beacons) {
-        pf_resampling::BeaconPosition position;
+        BeaconPosition position;
         position.id = beacon.id;
         position.position.x = beacon.x;
         position.position.y = beacon.y;
@@ -154,11 +152,9 @@ class Writer {
     }
 
     if (!recording_.landmarks.empty()) {
-      pf_resampling::LandmarkMap map;
-      map.header.stamp = start_;
-      map.header.frame_id = "map";
+      auto map = stamped<LandmarkMap>(start_, "map");
       for (const auto& landmark : recording_.landmarks) {
-        pf_resampling::Landmark message;
+        Landmark message;
         message.id = landmark.id;
         message.position.x = landmark.x;
         message.position.y = landmark.y;
@@ -174,17 +170,11 @@ class Writer {
     const auto& truth = recording_.truth[index];
     const ros::Time stamp = stamp_of(truth.time);
     if (recording_.truth_has_heading) {
-      geometry_msgs::PoseStamped pose;
-      pose.header.stamp = stamp;
-      pose.header.frame_id = "map";
-      pose.pose.position.x = truth.pose.x;
-      pose.pose.position.y = truth.pose.y;
-      pose.pose.orientation = quaternion_of(truth.pose.heading);
+      auto pose = stamped<geometry_msgs::PoseStamped>(stamp, "map");
+      pose.pose = to_pose_message(truth.pose);
       bag_->write("/ground_truth", stamp, pose);
     } else {
-      geometry_msgs::PointStamped point;
-      point.header.stamp = stamp;
-      point.header.frame_id = "map";
+      auto point = stamped<geometry_msgs::PointStamped>(stamp, "map");
       point.point.x = truth.pose.x;
       point.point.y = truth.pose.y;
       bag_->write("/ground_truth", stamp, point);
@@ -193,13 +183,9 @@ class Writer {
 
   void write_odometry(std::size_t index) {
     const auto& now = recording_.odometry[index];
-    nav_msgs::Odometry message;
-    message.header.stamp = stamp_of(now.time);
-    message.header.frame_id = "odom";
+    auto message = stamped<nav_msgs::Odometry>(stamp_of(now.time), "odom");
     message.child_frame_id = "base_link";
-    message.pose.pose.position.x = now.pose.x;
-    message.pose.pose.position.y = now.pose.y;
-    message.pose.pose.orientation = quaternion_of(now.pose.heading);
+    message.pose.pose = to_pose_message(now.pose);
     if (index > 0) {
       const auto& before = recording_.odometry[index - 1];
       const double duration = now.time - before.time;
@@ -228,9 +214,7 @@ class Writer {
 
   void write_range(std::size_t index) {
     const auto& range = recording_.ranges[index];
-    pf_resampling::BeaconRange message;
-    message.header.stamp = stamp_of(range.time);
-    message.header.frame_id = range.frame;
+    auto message = stamped<BeaconRange>(stamp_of(range.time), range.frame);
     message.beacon = range.beacon;
     message.range = range.range;
     message.variance = range.variance;
@@ -240,12 +224,10 @@ class Writer {
   /// Writes the scan that begins at `first`; returns where the next one begins.
   std::size_t write_scan(std::size_t first) {
     const auto& all = recording_.landmark_observations;
-    pf_resampling::LandmarkObservationArray scan;
-    scan.header.stamp = stamp_of(all[first].time);
-    scan.header.frame_id = "sensor";
+    auto scan = stamped<LandmarkObservationArray>(stamp_of(all[first].time), "sensor");
     std::size_t next = first;
     for (; next < all.size() && all[next].time <= all[first].time; ++next) {
-      pf_resampling::LandmarkObservation message;
+      LandmarkObservation message;
       message.id = all[next].id;
       message.range = all[next].range;
       message.bearing = all[next].bearing;

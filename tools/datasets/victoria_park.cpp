@@ -1,6 +1,5 @@
 #include "tools/datasets/victoria_park.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <vector>

@@ -4,7 +4,6 @@
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
 #include "tools/runs/filter_over_bag.hpp"
-#include "tools/runs/run_parameters.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -6,7 +6,6 @@
 #include "tools/common/table.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 #include "tools/runs/particle_judge.hpp"
-#include "tools/runs/run_parameters.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -10,7 +10,6 @@
 #include <set>
 
 #include "src/messages/conversions.hpp"
-#include "tools/common/ordered_bag.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/common/table.hpp"
 
@@ -149,6 +148,19 @@ std::string text_of(const RejectCounter& rejects) {
             " rejected, " + to_string(count.reason) + ": " + count.latest;
   }
   return text;
+}
+
+void apply_run_parameters(const CommandLine& line, const ParameterList& parameters) {
+  if (line.has("seed")) set_parameter(parameters, "seed", line.text("seed"));
+  if (line.has("threads")) set_parameter(parameters, "threads", line.text("threads"));
+}
+
+void print_parameters(const CommandLine& line, const ParameterList& parameters) {
+  const auto format = line.text("parameters");
+  if (format != "yaml" && format != "markdown") {
+    throw UsageError("--parameters is '" + format + "', has to be yaml or markdown");
+  }
+  std::cout << (format == "yaml" ? to_yaml(parameters) : to_markdown(parameters));
 }
 
 }  // namespace pf_resampling

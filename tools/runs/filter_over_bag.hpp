@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/parameters/parameters.hpp"
 #include "src/checkpoint/checkpoint.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/rejects.hpp"
@@ -91,6 +92,12 @@ std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipelin
 
 /// "; "-separated: what was rejected, why, and the latest case of each.
 std::string text_of(const RejectCounter& rejects);
+
+/// Sets the parameters that have options of their own: --seed and --threads.
+void apply_run_parameters(const CommandLine& line, const ParameterList& parameters);
+
+/// Prints them as --parameters asks: yaml or markdown.
+void print_parameters(const CommandLine& line, const ParameterList& parameters);
 
 /// Range-beacon localization and FastSLAM over a bag; the exit code of the program.
 int beacon_mcl_over_bag(const CommandLine& line);

@@ -2,7 +2,6 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <cmath>
 #include <set>
 
 #include "pf_resampling_core/error.hpp"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 

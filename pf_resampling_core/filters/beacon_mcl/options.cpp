@@ -1,34 +1,23 @@
 #include "pf_resampling_core/filters/beacon_mcl/options.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 
 namespace pf_resampling {
-namespace {
 
-const EnumNames<CalibrationEstimation> kEstimations{
-    "calibration estimation",
-    {{CalibrationEstimation::off, "off"},
-     {CalibrationEstimation::shared, "shared"},
-     {CalibrationEstimation::per_beacon, "per_beacon"}}};
-const EnumNames<Initialization> kInitializations{"initialization",
-                                                 {{Initialization::from_ranges, "from_ranges"},
-                                                  {Initialization::uniform, "uniform"},
-                                                  {Initialization::gaussian, "gaussian"}}};
+const EnumNames<CalibrationEstimation>& names_of(CalibrationEstimation) {
+  static const EnumNames<CalibrationEstimation> names(
+      "calibration estimation", {{CalibrationEstimation::off, "off"},
+                                 {CalibrationEstimation::shared, "shared"},
+                                 {CalibrationEstimation::per_beacon, "per_beacon"}});
+  return names;
+}
 
-}  // namespace
-
-const std::vector<CalibrationEstimation>& all_calibration_estimations() {
-  return kEstimations.values();
-}
-std::string to_string(CalibrationEstimation estimation) {
-  return kEstimations.name(estimation);
-}
-const std::vector<Initialization>& all_initializations() {
-  return kInitializations.values();
-}
-std::string to_string(Initialization initialization) {
-  return kInitializations.name(initialization);
+const EnumNames<Initialization>& names_of(Initialization) {
+  static const EnumNames<Initialization> names("initialization",
+                                               {{Initialization::from_ranges, "from_ranges"},
+                                                {Initialization::uniform, "uniform"},
+                                                {Initialization::gaussian, "gaussian"}});
+  return names;
 }
 
 ParameterList parameters_of(BeaconMclOptions* options) {
@@ -37,7 +26,7 @@ ParameterList parameters_of(BeaconMclOptions* options) {
       integer_parameter("particles", &options->particles, 1, 10000000, "Number of particles."));
   list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
                                    "Number of threads; results do not depend on it."));
-  add_parameters(&options->strategy, &list);
+  add_parameters(&options->strategy, renewals_without_redraw(), &list);
   add_parameters(&options->odometry, &list);
 
   RangeModelOptions& ranges = options->ranges;
@@ -57,7 +46,6 @@ ParameterList parameters_of(BeaconMclOptions* options) {
 
   CalibrationOptions& calibration = options->calibration;
   list.push_back(choice_parameter("calibration/estimation", &calibration.estimation,
-                                  all_calibration_estimations(),
                                   "Estimate scale and bias of the ranges on line: not at all, "
                                   "shared by all beacons, or for each beacon."));
   list.push_back(real_parameter("calibration/scale_sigma", &calibration.scale_sigma, 0.0, 1.0, "",
@@ -97,7 +85,6 @@ ParameterList parameters_of(BeaconMclOptions* options) {
 
   InitializationOptions& initialization = options->initialization;
   list.push_back(choice_parameter("initialization/method", &initialization.method,
-                                  all_initializations(),
                                   "How the particles start: from the first ranges, anywhere around "
                                   "the beacons, or around a given pose."));
   list.push_back(integer_parameter("initialization/beacons", &initialization.beacons, 1, 100,

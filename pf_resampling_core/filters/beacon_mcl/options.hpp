@@ -1,9 +1,5 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
-#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
@@ -16,8 +12,7 @@ enum class CalibrationEstimation {
   shared,      ///< one scale and one bias for all radios
   per_beacon,  ///< one of each per beacon
 };
-const std::vector<CalibrationEstimation>& all_calibration_estimations();
-std::string to_string(CalibrationEstimation estimation);
+const EnumNames<CalibrationEstimation>& names_of(CalibrationEstimation);
 
 /// Where the particles start.
 enum class Initialization {
@@ -25,8 +20,7 @@ enum class Initialization {
   uniform,      ///< over the area, any heading
   gaussian,     ///< about a given pose
 };
-const std::vector<Initialization>& all_initializations();
-std::string to_string(Initialization initialization);
+const EnumNames<Initialization>& names_of(Initialization);
 
 /// Likelihood of a range r at distance d: a Gaussian about scale * d + bias, a uniform floor for
 /// outliers and a one-sided exponential tail for ranges that took a detour.

@@ -1,6 +1,7 @@
 // Renewal of the population: selection or compensation, excitation, injection where the robot was
 // carried off, and how many particles there are to be.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -9,25 +10,20 @@
 namespace pf_resampling {
 
 void BeaconMcl::renew() {
-  Population population{&particles_.x,
-                        &particles_.y,
-                        &particles_.heading,
-                        &particles_.log_weight,
-                        &particles_.weight,
-                        &particles_.ancestor};
-  population.select = [this](ConstIndices ancestors) {
+  const auto select = [this](ConstIndices ancestors) {
     select_columns(ancestors, &particles_);
     ancestry_.select(ancestors);
   };
   // The weak move towards the strong, and keep what they have learnt.
-  population.blend = [this](const std::vector<BlendPair>& pairs) {
+  const auto blend = [this](const std::vector<BlendPair>& pairs) {
     blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
   };
   // In a cloud that is all wrong every particle fits as badly as the others: their weights stay
   // equal, and N_eff says that all is well. So recovery may renew before it is due.
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, recovery_is_due(),
-      [this](RandomPurpose purpose) { return stream(purpose); }, population);
+      [this](RandomPurpose purpose) { return stream(purpose); },
+      population_of(&particles_, select, blend));
   status_.renewed = outcome.renewed;
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();

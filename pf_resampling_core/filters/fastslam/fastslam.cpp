@@ -282,18 +282,12 @@ void FastSlam::temper(ConstArray before) {
 }
 
 void FastSlam::renew() {
-  Population population{&particles_.x,
-                        &particles_.y,
-                        &particles_.heading,
-                        &particles_.log_weight,
-                        &particles_.weight,
-                        &particles_.ancestor};
-  population.select = [this](ConstIndices ancestors) { select(ancestors); };
-  population.blend = [this](const std::vector<BlendPair>& pairs) { blend(pairs); };
+  Population population =
+      population_of(&particles_, [this](ConstIndices ancestors) { select(ancestors); },
+                    [this](const std::vector<BlendPair>& pairs) { blend(pairs); });
   if (keeps_past()) {
     population.redraw = [this](int size) { return redraw(size); };
-    population.closes_loop =
-        past_.closes_loop(options_.strategy.redraw.closure_absence);
+    population.closes_loop = past_.closes_loop(options_.strategy.redraw.closure_absence);
   }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,

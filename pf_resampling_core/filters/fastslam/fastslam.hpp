@@ -147,6 +147,8 @@ class FastSlam {
   /// The robot's path as it is believed now, a pose for every call of update() since the start, the
   /// last load() or set_poses(), the oldest first: the particles' own paths, weighted.
   std::vector<Pose2> path() const { return paths_.mean(particles_.weight); }
+  /// What a redraw draws from; empty unless the renewal is one.
+  const SmoothedPast& past() const { return past_; }
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
   /// Of the last update's observations, in their order.

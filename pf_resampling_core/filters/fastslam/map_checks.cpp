@@ -1,4 +1,5 @@
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
+#include "pf_resampling_core/filters/fastslam/past_lines.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -158,6 +159,7 @@ std::string fault_of(const ParticleLandmark& landmark, std::int64_t previous, co
 std::string fault_of_whole(const SavedMap& map) {
   if (map.next_id < 0 || map.next_id > kLargestId + 1) return "the next id is not in [0, 2^62 + 1]";
   if (map.observations_since_renewal < 0) return "the scans since the last renewal are negative";
+  if (map.observations_since_redraw < 0) return "the scans since the last redraw are negative";
   if (map.association == DataAssociation::automatic && !map.landmarks.empty()) {
     return "there are landmarks, but association is automatic, which leaves open what their ids "
            "mean";
@@ -211,6 +213,7 @@ void check_saved_map(const SavedMap& map) {
     }
   }
   refuse_if(fault_of(map.odometry_errors, static_cast<std::size_t>(particles)));
+  refuse_if(fault_of(map.past));
   refuse_if(fault_of_whole(map));
 }
 

@@ -6,6 +6,7 @@
 #include "pf_resampling_core/files/line_reader.hpp"
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
 #include "pf_resampling_core/filters/fastslam/map_lines.hpp"
+#include "pf_resampling_core/filters/fastslam/past_lines.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
 namespace pf_resampling {
@@ -156,6 +157,9 @@ SavedMap read_map_lines(LineReader* reader) {
   }
   read_particles(reader, &map);
   read_odometry_errors(reader, &map);
+  map.observations_since_redraw =
+      reader->take_count("scans_since_redraw", std::numeric_limits<std::int64_t>::max());
+  map.past = read_past_lines(reader);
   reader->refuse_if(map_checks::fault_of_whole(map));
   return map;
 }

@@ -1,5 +1,6 @@
 #include "pf_resampling_core/files/line_writer.hpp"
 #include "pf_resampling_core/filters/fastslam/map_lines.hpp"
+#include "pf_resampling_core/filters/fastslam/past_lines.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
 namespace pf_resampling {
@@ -80,6 +81,8 @@ void write_map_lines(const SavedMap& map, LineWriter* writer) {
     for (const ParticleLandmark& landmark : map.particle_maps[i]) writer->line(line_of(landmark));
   }
   write_odometry_errors(map, writer);
+  writer->line("scans_since_redraw " + std::to_string(map.observations_since_redraw));
+  write_past_lines(map.past, writer);
 }
 
 void write_map_file(const std::string& path, const SavedMap& map) {

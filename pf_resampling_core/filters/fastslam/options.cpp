@@ -46,7 +46,7 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(choice_parameter("version", &options->version, all_fastslam_versions(),
                                   "Poses are drawn from the odometry alone (FastSLAM 1.0), or from "
                                   "odometry and observations (2.0)."));
-  add_parameters(&options->strategy, &list);
+  add_parameters(&options->strategy, all_values<Renewal>(), &list);
   add_parameters(&options->odometry, &list);
 
   OdometryErrorOptions& errors = options->odometry_errors;

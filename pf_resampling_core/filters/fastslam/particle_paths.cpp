@@ -68,10 +68,11 @@ void ParticlePaths::select(ConstIndices ancestors) {
 
 void ParticlePaths::replace_newest(const std::vector<Pose2>& poses, ConstArray weights,
                                    int particles) {
-  if (poses.empty()) return;
   std::vector<Pose2> path = mean(weights);
-  path.resize(path.size() - std::min(path.size(), poses.size()));
-  path.insert(path.end(), poses.begin(), poses.end());
+  if (path.empty() || poses.empty()) return;
+  const std::size_t newest = std::min(path.size(), poses.size());
+  std::copy(poses.end() - static_cast<std::ptrdiff_t>(newest), poses.end(),
+            path.end() - static_cast<std::ptrdiff_t>(newest));
   clear();
   recent_.push_back({{path.back()}, {0}});
   path.pop_back();

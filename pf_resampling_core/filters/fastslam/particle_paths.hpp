@@ -32,8 +32,9 @@ class ParticlePaths {
   /// Particle i goes on from former particle ancestors[i].
   void select(ConstIndices ancestors);
 
-  /// All of so many particles go on from these poses, the newest steps, the oldest first; of earlier
-  /// steps the means by `weights` stay.
+  /// All of so many particles go on from these poses: one for each of the newest steps, the oldest
+  /// first; those of steps that are not there are left out. Of earlier steps the means by `weights`
+  /// stay.
   void replace_newest(const std::vector<Pose2>& poses, ConstArray weights, int particles);
 
   /// Weighted mean of the paths of the present particles, a pose per step, the oldest first. Throws

@@ -142,6 +142,8 @@ SavedMap saved_map(FastSlam* filter, int particles) {
     map.particles.weight = map.particles.log_weight.exp();
   }
   map.particle_maps.resize(static_cast<std::size_t>(chosen.size()));
+  if (chosen.size() > 0) map.past = filter->past_.state();
+  map.observations_since_redraw = filter->strategy_.observations_since_redraw();
 
   const OdometryErrorState& errors = filter->odometry_errors_.state();
   map.odometry_errors = errors;
@@ -196,7 +198,7 @@ void FastSlam::load(const SavedMap& map) {
   step_ = map.step;
   view_range_ = map.view_range;
   view_bearing_ = map.view_bearing;
-  strategy_.resume(map.observations_since_renewal);
+  strategy_.resume(map.observations_since_renewal, map.observations_since_redraw);
   // Of a map with ids alone the first observations decide whether these are used.
   const bool leaves_open = is_shared && ids_are_known;
   if (association_ == DataAssociation::automatic && !leaves_open) association_ = map.association;
@@ -214,6 +216,7 @@ void FastSlam::take_particles(const SavedMap& map) {
   ancestry_.start(saved);
   odometry_errors_.start(options_.odometry_errors, saved);
   odometry_errors_.resume(map.odometry_errors);
+  past_.resume(map.past);
   if (saved == options_.particles) return;
   draw_population(options_.particles);
   ancestry_.start(options_.particles);

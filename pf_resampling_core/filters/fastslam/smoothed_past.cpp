@@ -11,43 +11,52 @@ void SmoothedPast::clear() {
 
 void SmoothedPast::start(const GaussianPrior& prior,
                          const std::vector<std::int64_t>& landmark_ids) {
-  clear();
-  graph_.prior = prior;
-  graph_.poses = {prior.pose};
-  graph_.landmarks = prior.landmarks;
-  graph_.constants = prior.constants;
-  for (const std::int64_t id : landmark_ids) {
-    numbers_.emplace(id, static_cast<int>(numbers_.size()));
-    last_seen_.push_back(0);
+  SmoothedPastState state;
+  state.graph.prior = prior;
+  state.graph.poses = {prior.pose};
+  state.graph.landmarks = prior.landmarks;
+  state.graph.constants = prior.constants;
+  state.landmark_ids = landmark_ids;
+  state.last_seen.assign(landmark_ids.size(), 0);
+  resume(state);
+}
+
+void SmoothedPast::resume(const SmoothedPastState& state) {
+  state_ = state;
+  numbers_.clear();
+  for (std::size_t l = 0; l < state.landmark_ids.size(); ++l) {
+    if (state.landmark_ids[l] >= 0) numbers_[state.landmark_ids[l]] = static_cast<int>(l);
   }
 }
 
 void SmoothedPast::append(const MotionFactor& motion) {
-  graph_.poses.push_back(
-      compose(graph_.poses.back(), corrected_motion(motion, graph_.constants)));
-  graph_.motions.push_back(motion);
-  longest_absence_ = 0;
+  SmoothingGraph& graph = state_.graph;
+  graph.poses.push_back(compose(graph.poses.back(), corrected_motion(motion, graph.constants)));
+  graph.motions.push_back(motion);
+  state_.longest_absence = 0;
 }
 
 void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new,
                                    SightingFactor sighting) {
-  const int pose = static_cast<int>(graph_.poses.size()) - 1;
+  SmoothingGraph& graph = state_.graph;
+  const int pose = static_cast<int>(graph.poses.size()) - 1;
+  if (is_new) forget_landmark(landmark_id);
   int number = number_of(landmark_id);
-  if (number >= 0 && is_new) forget_landmark(landmark_id);
-  if (number < 0 || is_new) {
-    number = static_cast<int>(graph_.landmarks.size());
+  if (number < 0) {
+    number = static_cast<int>(graph.landmarks.size());
     numbers_[landmark_id] = number;
-    const Pose2 eye = compose(graph_.poses.back(), sighting.sensor);
+    const Pose2 eye = compose(graph.poses.back(), sighting.sensor);
     const double direction = eye.heading + sighting.bearing;
-    graph_.landmarks.emplace_back(eye.x + sighting.range * std::cos(direction),
-                                  eye.y + sighting.range * std::sin(direction));
-    last_seen_.push_back(pose);
+    graph.landmarks.emplace_back(eye.x + sighting.range * std::cos(direction),
+                                 eye.y + sighting.range * std::sin(direction));
+    state_.landmark_ids.push_back(landmark_id);
+    state_.last_seen.push_back(pose);
   }
   sighting.pose = pose;
   sighting.landmark = number;
-  graph_.sightings.push_back(sighting);
-  int& last = last_seen_[static_cast<std::size_t>(number)];
-  longest_absence_ = std::max(longest_absence_, pose - last - 1);
+  graph.sightings.push_back(sighting);
+  int& last = state_.last_seen[static_cast<std::size_t>(number)];
+  state_.longest_absence = std::max(state_.longest_absence, pose - last - 1);
   last = pose;
 }
 
@@ -55,26 +64,19 @@ void SmoothedPast::forget_landmark(std::int64_t id) {
   const int number = number_of(id);
   if (number < 0) return;
   numbers_.erase(id);
-  std::vector<SightingFactor>& sightings = graph_.sightings;
+  state_.landmark_ids[static_cast<std::size_t>(number)] = -1;
+  std::vector<SightingFactor>& sightings = state_.graph.sightings;
   sightings.erase(
       std::remove_if(sightings.begin(), sightings.end(),
                      [&](const SightingFactor& sighting) { return sighting.landmark == number; }),
       sightings.end());
 }
 
-bool SmoothedPast::closes_loop(int absence) const {
-  return longest_absence_ >= absence;
-}
-
-SmoothingResult SmoothedPast::solve(const SmoothingOptions& options) {
-  return smooth(options, &graph_);
-}
-
 void SmoothedPast::bound(int window, double robust_width) {
-  const int surplus = static_cast<int>(graph_.poses.size()) - window;
+  const int surplus = static_cast<int>(state_.graph.poses.size()) - window;
   if (2 * surplus <= window) return;
-  forget_oldest(surplus, robust_width, &graph_);
-  for (int& last : last_seen_) last -= surplus;
+  forget_oldest(surplus, robust_width, &state_.graph);
+  for (int& last : state_.last_seen) last -= surplus;
 }
 
 int SmoothedPast::number_of(std::int64_t landmark_id) const {

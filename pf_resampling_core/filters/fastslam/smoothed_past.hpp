@@ -8,15 +8,25 @@
 
 namespace pf_resampling {
 
+/// What a population is redrawn from, as it is saved: nothing if there is no pose.
+struct SmoothedPastState {
+  SmoothingGraph graph;
+  std::vector<std::int64_t> landmark_ids;  ///< of each landmark of the graph; -1: forgotten
+  std::vector<int> last_seen;              ///< pose from which each of them was seen last
+  int longest_absence = 0;                 ///< updates without the landmarks of the last one
+};
+
 /// What a population is redrawn from: the belief it began with and all data since, each observation
 /// as of the landmark that most of the weight took it for. A pose per update.
 class SmoothedPast {
  public:
-  bool is_empty() const { return graph_.poses.empty(); }
+  bool is_empty() const { return state_.graph.poses.empty(); }
   void clear();
 
   /// Begins at a belief about the pose, the constants and these landmarks, in the prior's order.
   void start(const GaussianPrior& prior, const std::vector<std::int64_t>& landmark_ids);
+  /// Goes on from there.
+  void resume(const SmoothedPastState& state);
 
   /// An update: the odometry that led to it; then what was seen, each a landmark that is there, or
   /// a new one, in place of any that had its id.
@@ -25,24 +35,25 @@ class SmoothedPast {
   void forget_landmark(std::int64_t id);
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
-  bool closes_loop(int absence) const;
+  bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
 
   /// Solves for all of it, from the last solution; see smooth().
-  SmoothingResult solve(const SmoothingOptions& options);
+  SmoothingResult solve(const SmoothingOptions& options) {
+    return smooth(options, &state_.graph);
+  }
 
   /// After solve(): once there are half as many poses more than `window`, the oldest are forgotten
   /// down to that; see forget_oldest().
   void bound(int window, double robust_width);
 
-  const SmoothingGraph& graph() const { return graph_; }
+  const SmoothedPastState& state() const { return state_; }
+  const SmoothingGraph& graph() const { return state_.graph; }
   /// Number of a landmark in the graph by its id; -1: none.
   int number_of(std::int64_t landmark_id) const;
 
  private:
-  SmoothingGraph graph_;
-  std::unordered_map<std::int64_t, int> numbers_;
-  std::vector<int> last_seen_;  // pose, by landmark
-  int longest_absence_ = 0;     // updates, of the landmarks of the last one
+  SmoothedPastState state_;
+  std::unordered_map<std::int64_t, int> numbers_;  // of landmark_ids
 };
 
 }  // namespace pf_resampling

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <numeric>
-
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 #include "pf_resampling_core/strategy/schemes/sorted_draws.hpp"
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "pf_resampling_core/strategy/resampling.hpp"
 #include "pf_resampling_core/strategy/schemes/scaled_weights.hpp"
 

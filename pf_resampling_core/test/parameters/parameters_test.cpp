@@ -30,7 +30,7 @@ ParameterList parameters_of(Sample* sample) {
           integer_parameter("group/count", &sample->count, -3, 12, "A count."),
           real_parameter("group/share", &sample->share, 0.0, 1.0, "", "A share."),
           real_above_parameter("group/deep/width", &sample->width, 0.0, 50.0, "m", "A width."),
-          choice_parameter("schedule", &sample->schedule, all_schedules(), "A choice.")};
+          choice_parameter("schedule", &sample->schedule, "A choice.")};
 }
 
 const Parameter& named(const ParameterList& list, const std::string& name) {

@@ -59,7 +59,7 @@ TEST(Compensation, EqualWeightsAreOrderedBySlot) {
 }
 
 TEST(Compensation, OneParticleHasNoPartner) {
-  for (const Pairing pairing : all_pairings()) {
+  for (const Pairing pairing : all_values<Pairing>()) {
     const auto result = compensate_with(pairing, array({1.0}));
     EXPECT_TRUE(result.pairs.empty());
     ASSERT_EQ(result.log_weights.size(), 1);
@@ -68,7 +68,7 @@ TEST(Compensation, OneParticleHasNoPartner) {
 }
 
 TEST(Compensation, TwoParticlesAreOnePair) {
-  for (const Pairing pairing : all_pairings()) {
+  for (const Pairing pairing : all_values<Pairing>()) {
     const auto result = compensate_with(pairing, array({0.75, 0.25}));
     ASSERT_EQ(result.pairs.size(), 1u);
     expect_pair(result.pairs[0], 1, 0, 0.25);
@@ -94,7 +94,7 @@ TEST(Compensation, TheMedianOfAnOddNumberIsStrong) {
 TEST(Compensation, TheRatioIsOfTheWeakHalfWorstFirst) {
   Eigen::ArrayXd weights(100);
   for (int i = 0; i < 100; ++i) weights[i] = (100.0 - i) / 5050.0;
-  for (const Pairing pairing : all_pairings()) {
+  for (const Pairing pairing : all_values<Pairing>()) {
     // Kwak Table VI, then rounding to the nearest, at least one.
     for (const auto& [ratio, count] : std::vector<std::pair<double, std::size_t>>{{0.1, 5},
                                                                                   {0.2, 10},
@@ -225,8 +225,8 @@ TEST(Compensation, WeightsAreNormalizedAfterwards) {
     Eigen::ArrayXd weights(1 + step % 40);
     test_stream(step).fill_uniform(0, weights.size(), weights.data());
     weights /= weights.sum();
-    for (const Pairing pairing : all_pairings()) {
-      for (const CompensatedWeights policy : all_compensated_weights()) {
+    for (const Pairing pairing : all_values<Pairing>()) {
+      for (const CompensatedWeights policy : all_values<CompensatedWeights>()) {
         CompensationOptions options;
         options.pairing = pairing;
         options.ratio = 1.0 / (1 + step % 4);

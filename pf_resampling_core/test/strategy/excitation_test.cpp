@@ -323,7 +323,7 @@ TEST(Excitation, OneParticleHoldsAllTheWeight) {
   Cloud cloud = random_cloud(100, -2.0);
   cloud.weights.setZero();
   cloud.weights[3] = 1.0;
-  for (const Excitation excitation : all_excitations()) {
+  for (const Excitation excitation : all_values<Excitation>()) {
     EXPECT_TRUE(all_finite(excited(with(excitation), cloud))) << to_string(excitation);
   }
 }
@@ -342,14 +342,14 @@ TEST(Excitation, RegularizedStaysOnTheLineOfACollinearCloud) {
 }
 
 TEST(Excitation, NoParticlesAreNoTrouble) {
-  for (const Excitation excitation : all_excitations()) {
+  for (const Excitation excitation : all_values<Excitation>()) {
     EXPECT_EQ(excited(with(excitation), Cloud(0)).x.size(), 0);
   }
 }
 
 TEST(Excitation, TheSameStreamGivesTheSameBytes) {
   const Cloud cloud = random_cloud(1000, 2.0);
-  for (const Excitation excitation : all_excitations()) {
+  for (const Excitation excitation : all_values<Excitation>()) {
     const ExcitationOptions options = with(excitation);
     EXPECT_TRUE(same_bytes(excited(options, cloud), excited(options, cloud)));
     if (excitation == Excitation::none) continue;
@@ -358,10 +358,10 @@ TEST(Excitation, TheSameStreamGivesTheSameBytes) {
 }
 
 TEST(Excitation, NamesAreReadAsTheyAreWritten) {
-  for (const Excitation excitation : all_excitations()) {
-    EXPECT_EQ(excitation_from_string(to_string(excitation)), excitation);
+  for (const Excitation excitation : all_values<Excitation>()) {
+    EXPECT_EQ(from_string<Excitation>(to_string(excitation)), excitation);
   }
-  EXPECT_THROW(excitation_from_string("gausian"), Error);
+  EXPECT_THROW(from_string<Excitation>("gausian"), Error);
   EXPECT_THROW(to_string(static_cast<Excitation>(1000)), Error);
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <new>
+#include <stdexcept>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/strategy/weight_families.hpp"
@@ -70,7 +71,7 @@ class EveryScheme : public testing::TestWithParam<ResamplingScheme> {
   ResamplingOptions options_;
 };
 
-INSTANTIATE_TEST_SUITE_P(All, EveryScheme, testing::ValuesIn(all_resampling_schemes()),
+INSTANTIATE_TEST_SUITE_P(All, EveryScheme, testing::ValuesIn(all_values<ResamplingScheme>()),
                          scheme_name);
 
 TEST_P(EveryScheme, IsSoundForAllWeightsAndSizes) {
@@ -240,17 +241,17 @@ TEST_P(EveryScheme, SaysSoWhenItCannotChangeTheNumber) {
 }
 
 TEST_P(EveryScheme, HasANameThatLeadsBackToIt) {
-  EXPECT_EQ(resampling_scheme_from_string(to_string(GetParam())), GetParam());
+  EXPECT_EQ(from_string<ResamplingScheme>(to_string(GetParam())), GetParam());
 }
 
 TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
   try {
-    resampling_scheme_from_string("sytematic");
+    from_string<ResamplingScheme>("sytematic");
     FAIL();
   } catch (const Error& error) {
     const std::string message = error.what();
     EXPECT_NE(message.find("sytematic"), std::string::npos);
-    for (const ResamplingScheme scheme : all_resampling_schemes()) {
+    for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
       EXPECT_NE(message.find(to_string(scheme)), std::string::npos);
     }
   }
@@ -260,7 +261,7 @@ TEST(Resampling, ListsTheKnownNamesForAnUnknownOne) {
 // Kwak section 3.2: as many are resampled as were weak or strong. Del Moral: only slots that fall
 // free are filled. All others draw as many as they are asked for.
 TEST(Resampling, KeepsTheSizeUnderPartialAndKilling) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     for (const ResamplingScheme inner : inner_resampling_schemes()) {
       ResamplingOptions options;
       options.scheme = scheme;
@@ -274,7 +275,7 @@ TEST(Resampling, KeepsTheSizeUnderPartialAndKilling) {
 }
 
 TEST(Resampling, AnySchemeButPartialAndRankBasedMayBeInsideThese) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     ResamplingOptions options;
     options.inner_scheme = scheme;
     const bool may_be =
@@ -319,6 +320,47 @@ TEST(Resampling, RejectsCountsOfAnOwnSchemeThatDoNotAddUp) {
       EXPECT_NE(std::string(error.what()).find("own_scheme"), std::string::npos) << error.what();
     }
   }
+}
+
+// The failing calls are for more particles, too: then an array that grows would leave the last
+// result without its memory.
+TEST(Resampling, KeepsTheLastResultWhenAnOwnSchemeFails) {
+  enum class Does { right, too_few, negative, throws };
+  Does does = Does::right;
+  ResamplingOptions options;
+  options.own_scheme = [&does](ConstArray, int size, const RandomStream&, MutableIndices counts) {
+    counts[1] += does == Does::too_few ? size - 1 : size;
+    if (does == Does::negative) {
+      counts[0] -= 1;
+      counts[1] += 1;
+    }
+    if (does == Does::throws) throw std::runtime_error("out of dice");
+  };
+  Resampler resampler(options);
+  const auto weights = [](int size) { return Eigen::ArrayXd::Constant(size, 1.0).eval(); };
+  const ResamplingResult kept = resampler.resample(weights(3), 4, test_stream(0));
+  const auto expect_kept = [&kept] {
+    EXPECT_TRUE((kept.counts == Eigen::Array3i(0, 4, 0)).all()) << kept.counts.transpose();
+    EXPECT_TRUE((kept.ancestors == 1).all()) << kept.ancestors.transpose();
+    EXPECT_TRUE((kept.log_weights == -std::log(4.0)).all()) << kept.log_weights.transpose();
+  };
+  expect_kept();
+  for (const int size : {2, 3, 5000}) {
+    does = Does::too_few;
+    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), Error);
+    expect_kept();
+    does = Does::negative;
+    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), Error);
+    expect_kept();
+    does = Does::throws;
+    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), std::runtime_error);
+    expect_kept();
+  }
+  // Nor do the failures leave a trace in the next result.
+  does = Does::right;
+  const ResamplingResult next = resampler.resample(weights(3), 2, test_stream(2));
+  EXPECT_TRUE((next.counts == Eigen::Array3i(0, 2, 0)).all()) << next.counts.transpose();
+  EXPECT_TRUE((next.log_weights == -std::log(2.0)).all()) << next.log_weights.transpose();
 }
 
 TEST(Resampling, RejectsOptionsOutsideTheirRanges) {

@@ -79,7 +79,7 @@ TEST(Strategy, EveryOneIsAlways) {
 }
 
 TEST(Strategy, AnotherSizeIsDueUnderEverySchedule) {
-  for (const Schedule schedule : all_schedules()) {
+  for (const Schedule schedule : all_values<Schedule>()) {
     Strategy strategy(with(schedule, 0.5, 1000));
     EXPECT_TRUE(strategy.is_due(kSize, kSize, kSize + 1)) << to_string(schedule);
     EXPECT_TRUE(strategy.is_due(kSize, kSize, kSize - 1)) << to_string(schedule);
@@ -87,7 +87,7 @@ TEST(Strategy, AnotherSizeIsDueUnderEverySchedule) {
 }
 
 TEST(Strategy, RenewalNoneIsNeverDue) {
-  for (const Schedule schedule : all_schedules()) {
+  for (const Schedule schedule : all_values<Schedule>()) {
     StrategyOptions options = with(schedule, 1.0, 1);
     options.renewal = Renewal::none;
     Strategy strategy(options);
@@ -160,7 +160,7 @@ TEST(Strategy, RefusesImpossibleOptionsAndKeepsTheOldOnes) {
 }
 
 TEST(Strategy, SelectsAsManyAsAskedForUnderEveryScheme) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     for (const ResamplingScheme inner : {ResamplingScheme::systematic, ResamplingScheme::killing}) {
       for (const int requested : {kSize, 1, 37, 250}) {
         SCOPED_TRACE(to_string(scheme) + " with " + to_string(inner) + " to " +
@@ -327,8 +327,8 @@ TEST(Strategy, RenewExcitesAfterwards) {
 }
 
 TEST(Strategy, AnUrgentRenewalComesBeforeItIsDueUnlessThereIsToBeNone) {
-  for (const Schedule schedule : all_schedules()) {
-    for (const Renewal renewal : all_renewals()) {
+  for (const Schedule schedule : all_values<Schedule>()) {
+    for (const Renewal renewal : all_values<Renewal>()) {
       StrategyOptions options = without_excitation(renewal);
       options.schedule = schedule;
       options.every_n = 1000;
@@ -344,7 +344,7 @@ TEST(Strategy, AnUrgentRenewalComesBeforeItIsDueUnlessThereIsToBeNone) {
 TEST(Strategy, EveryChoiceIsReadAsItIsWritten) {
   StrategyOptions options;
   ParameterList parameters;
-  add_parameters(&options, &parameters);
+  add_parameters(&options, all_values<Renewal>(), &parameters);
   int choices = 0;
   for (const Parameter& parameter : parameters) {
     for (const std::string& choice : parameter.choices) {

@@ -64,7 +64,7 @@ bool is_unbiased_in_counts(ResamplingScheme scheme) {
 
 std::vector<Case> cases(const std::vector<std::pair<int, int>>& sizes) {
   std::vector<Case> all;
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     for (const Weights family : all_weights()) {
       for (const auto& [inputs, size] : sizes) {
         const bool must_keep =

@@ -134,7 +134,7 @@ TEST(BeaconMcl, OneWildRangeMovesNothing) {
 // Without an outlier floor a range that no particle can explain leaves no weight at all: said, not
 // passed over.
 TEST(BeaconMcl, WhenAllWeightsVanishTheyAreResetAndCounted) {
-  for (const CalibrationEstimation estimation : all_calibration_estimations()) {
+  for (const CalibrationEstimation estimation : all_values<CalibrationEstimation>()) {
     BeaconMclOptions options = plain_options();
     options.calibration.estimation = estimation;
     BeaconMcl filter(options, square_of_beacons(), 7);
@@ -322,19 +322,19 @@ TEST(BeaconMcl, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
       filter.set_options(options);
       EXPECT_TRUE(same_bytes(all_numbers(filter), before)) << what << " after " << updates;
     };
-    for (const ResamplingScheme scheme : all_resampling_schemes()) {
+    for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
       options.strategy.resampling.scheme = scheme;
       expect_unchanged(to_string(scheme));
     }
-    for (const Schedule schedule : all_schedules()) {
+    for (const Schedule schedule : all_values<Schedule>()) {
       options.strategy.schedule = schedule;
       expect_unchanged(to_string(schedule));
     }
-    for (const Renewal renewal : all_renewals()) {
+    for (const Renewal renewal : all_values<Renewal>()) {
       options.strategy.renewal = renewal;
       expect_unchanged(to_string(renewal));
     }
-    for (const Excitation excitation : all_excitations()) {
+    for (const Excitation excitation : all_values<Excitation>()) {
       options.strategy.excitation.method = excitation;
       expect_unchanged(to_string(excitation));
     }
@@ -373,7 +373,7 @@ TEST(BeaconMcl, OtherCalibrationKeepsPosesAndWeights) {
 }
 
 TEST(BeaconMcl, AnotherParticleCountComesWithTheNextUpdate) {
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     for (const int count : {400, 100}) {
       BeaconMclOptions options = default_options_with(250);
       BeaconMcl filter = lived_in(options);
@@ -574,7 +574,7 @@ TEST(BeaconMcl, SameSeedSameBytesWhateverTheNumberOfThreads) {
 }
 
 TEST(BeaconMcl, AfterResetAllIsAsAfterConstruction) {
-  for (const Initialization method : all_initializations()) {
+  for (const Initialization method : all_values<Initialization>()) {
     BeaconMclOptions options = default_options_with(300);
     options.initialization.method = method;
     BeaconMcl fresh(options, square_of_beacons(), 4);

@@ -211,9 +211,9 @@ TEST(Localization, AdaptiveCountFallsAsTheRobotIsFound) {
 TEST(Localization, EverySchemeWithEveryExcitation) {
   const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
   const SimulatedDrive drive = simulate(world, 3);
-  for (const ResamplingScheme scheme : all_resampling_schemes()) {
-    for (const Excitation excitation : all_excitations()) {
-      for (const WeightsAfter weights_after : all_weights_after()) {
+  for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
+    for (const Excitation excitation : all_values<Excitation>()) {
+      for (const WeightsAfter weights_after : all_values<WeightsAfter>()) {
         SCOPED_TRACE(to_string(scheme) + ", " + to_string(excitation) + ", " +
                      to_string(weights_after));
         BeaconMclOptions options;
@@ -245,9 +245,9 @@ TEST(Localization, EverySchemeWithEveryExcitation) {
 TEST(Localization, EveryCompensationWithEveryExcitation) {
   const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
   const SimulatedDrive drive = simulate(world, 3);
-  for (const Pairing pairing : all_pairings()) {
-    for (const CompensatedWeights weights_after : all_compensated_weights()) {
-      for (const Excitation excitation : all_excitations()) {
+  for (const Pairing pairing : all_values<Pairing>()) {
+    for (const CompensatedWeights weights_after : all_values<CompensatedWeights>()) {
+      for (const Excitation excitation : all_values<Excitation>()) {
         SCOPED_TRACE(to_string(pairing) + ", " + to_string(weights_after) + ", " +
                      to_string(excitation));
         BeaconMclOptions options;

@@ -180,6 +180,45 @@ TEST(FastSlam, LandmarkCovarianceFallsWithTheNumberOfObservations) {
               std::pow(5.0 * model.bearing_sigma, 2) / observations, 1e-9);
 }
 
+// A landmark behind the sensor is seen just short of pi and then just beyond it, 0.02 rad apart and
+// not almost a full turn. The robot rests where it turned to, with exact odometry, so that only the
+// landmark is uncertain: the second of two observations with equal noise R moves it by half of the
+// difference, and the difference has the covariance 2 R.
+TEST(FastSlam, BearingsDifferByTheShorterArc) {
+  for (const double heading : {0.0, 3.0, -3.0}) {
+    for (const double yaw : {0.0, 2.5}) {
+      SCOPED_TRACE("heading " + std::to_string(heading) + ", sensor turned by " +
+                   std::to_string(yaw));
+      FastSlamOptions options = quiet_options(3);
+      options.odometry_errors.estimate = false;
+      FastSlam filter(options, 1);
+      const Pose2 sensor{0.0, 0.0, yaw};
+      OdometryIncrement turn;
+      turn.duration = 1.0;
+      turn.mean.heading = heading;
+      RangeBearingObservation z;
+      z.id = 0;
+      z.range = 3.0;
+      z.bearing = kPi - 0.01;
+      filter.update(turn, {z}, sensor);
+      z.bearing = -kPi + 0.01;
+      filter.update({}, {z}, sensor);
+
+      EXPECT_EQ(filter.status().gated, 0);
+      const LandmarkSensorOptions& model = filter.options().sensor;
+      const double expected = -0.25 * std::pow(0.02 / model.bearing_sigma, 2) -
+                              std::log(4.0 * kPi * model.range_sigma * model.bearing_sigma);
+      EXPECT_NEAR(filter.status().log_likelihood, expected, 1e-6);
+      const std::vector<LandmarkEstimate> map = filter.map();
+      ASSERT_EQ(map.size(), 1u);
+      const double first = heading + yaw + kPi - 0.01;
+      const Eigen::Vector2d along(std::cos(first), std::sin(first));
+      const Eigen::Vector2d across(-along.y(), along.x());
+      EXPECT_NEAR((map[0].mean - 3.0 * (along + 0.01 * across)).norm(), 0.0, 1e-6);
+    }
+  }
+}
+
 // One control step leaves the pose covariance singular (rank 2): nothing may divide by it.
 TEST(FastSlam, TakesASingularPoseCovariance) {
   OdometryNoise noise;
@@ -408,7 +447,7 @@ TEST(FastSlam, AnotherStrategyLeavesParticlesAndMapsAsTheyAre) {
   }
   const FastSlamParticles before = filter.particles();
   const std::vector<LandmarkEstimate> map = filter.map();
-  for (const Renewal renewal : all_renewals()) {
+  for (const Renewal renewal : all_values<Renewal>()) {
     options.strategy.renewal = renewal;
     options.particles = 150;
     filter.set_options(options);

@@ -314,7 +314,7 @@ TEST_F(LandmarkStoreTest, AReusedNumberInheritsNothing) {
 }
 
 TEST_F(LandmarkStoreTest, BlendsOnlyWhatBothHold) {
-  for (const CovarianceTreatment treatment : all_covariance_treatments()) {
+  for (const CovarianceTreatment treatment : all_values<CovarianceTreatment>()) {
     LandmarkStore store(4);
     const int number = store.add(0);
     const LandmarkRow row = store.row(number);

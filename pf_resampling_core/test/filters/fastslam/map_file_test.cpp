@@ -176,14 +176,14 @@ TEST_F(MapFile, ComesBackToTheBit) {
   const SavedMap map = small_map();
   write_map_file(path_, map);
   expect_same(map, read_map_file(path_));
-  EXPECT_EQ(content_of(path_).rfind("pf_resampling map 1\n", 0), 0u);
+  EXPECT_EQ(content_of(path_).rfind("pf_resampling map 2\n", 0), 0u);
   EXPECT_EQ(files(), 1);
 }
 
 // The format itself, line by line as doc/map_format.md has it; the checksum is from an
 // implementation in another language. Another format needs another number in the first line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
-  const std::string documented = R"(pf_resampling map 1
+  const std::string documented = R"(pf_resampling map 2
 # Landmarks, and the particles that go on from here; metres and radians, x forward,
 # y left, in the frame named below. The last line covers every byte: do not edit.
 frame map
@@ -219,7 +219,28 @@ odometry_errors_covariance 0 -0.125 0 0.5
 odometry_errors_covariance 0 0 0 0 1
 odometry_errors 0.5 0 -0.5 0.25 0.125
 odometry_errors 0.25 0 1 -0.25 0.75
-end 36 9bea2d2b4450a0e0
+scans_since_redraw 5
+# what a redraw draws from: numbers of poses, landmarks, sightings, and the longest
+# absence of a landmark of the last update; the prior; then a line for each
+past 2 1 1 0
+past_prior 0 1.25 -0.5 0.125 0 0 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4
+past_prior_row 0.5 4
+past_prior_row 0 0 4
+past_prior_row 0 0 0 4
+past_prior_row 0 0 0 0 4
+past_prior_row 0 0 0 0 0 4
+past_prior_row 0 0 0 0 0 0 4
+past_prior_row 0 0 0 0 0 0 0 4
+past_prior_row 0 0 0 0 0 0 0 0 4
+past_prior_row 0 0 0 0 0 0 0 0 0 4
+past_prior_row 0 0 0 0 0 0 0 0 0 0 4
+past_constants 0 0 0 0 0 0.015625 0
+past_landmark 3 1 4 2.5
+past_pose 1.25 -0.5 0.125
+past_motion 0.25 0 0.125 0.25 0 0 0 0.25 0 0 0 0.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0
+past_pose 1.5 -0.25 0.25
+past_sighting 1 0 3.5 0.75 0.0625 0.25 0.5 0 0
+end 57 1880b07c9fa1c1fe
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -257,6 +278,20 @@ end 36 9bea2d2b4450a0e0
   ASSERT_EQ(map.odometry_errors.means.rows(), 2);
   EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
   EXPECT_EQ(map.odometry_errors.means(0, 4), 0.125);
+  EXPECT_EQ(map.observations_since_redraw, 5);
+  const SmoothingGraph& graph = map.past.graph;
+  ASSERT_EQ(graph.poses.size(), 2u);
+  EXPECT_EQ(graph.poses[1].x, 1.5);
+  EXPECT_EQ(graph.motions.at(0).mean.heading, 0.125);
+  EXPECT_EQ(graph.motions.at(0).covariance(2, 2), 0.5);
+  EXPECT_EQ(graph.constants[SensorConstant::range_scale], 0.015625);
+  EXPECT_EQ(graph.prior.gradient[0], 0.5);
+  EXPECT_EQ(graph.prior.information(9, 9), 4.0);
+  EXPECT_EQ(graph.landmarks.at(0), Eigen::Vector2d(4.0, 2.5));
+  EXPECT_EQ(map.past.landmark_ids.at(0), 3);
+  EXPECT_EQ(map.past.last_seen.at(0), 1);
+  EXPECT_EQ(graph.sightings.at(0).bearing, 0.75);
+  EXPECT_EQ(graph.sightings.at(0).sensor.x, 0.5);
   write_map_file(path_, map);
   EXPECT_EQ(content_of(path_), documented);
 }
@@ -338,7 +373,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 1\n", "map 2\n", "line 1: \"pf_resampling map 2\" has a version"},
+      {"map 2\n", "map 3\n", "line 1: \"pf_resampling map 3\" has a version"},
       {"frame hall_3", "frame  hall_3", "line 4: after \"frame\" there are 2 values, not 1"},
       {"association mutual_exclusion", "association guessing",
        "line 5: \"guessing\" is not a method of data"},

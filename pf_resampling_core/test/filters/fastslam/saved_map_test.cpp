@@ -40,7 +40,7 @@ TEST(SavedMap, ALoadedFilterGoesOnToTheBit) {
     far.id = method == DataAssociation::known ? 99 : -1;
     far.range = 9.0;
     steps[0].observations.push_back(far);
-    for (const Renewal renewal : all_renewals()) {
+    for (const Renewal renewal : all_values<Renewal>()) {
       for (const Schedule schedule : {Schedule::effective_sample_size, Schedule::every_n}) {
         FastSlamOptions options = some_options(method);
         options.strategy.renewal = renewal;
