@@ -206,8 +206,7 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
 
 void NormalEquations::add_prior(const SmoothingGraph& graph) {
   const GaussianPrior& prior = graph.prior;
-  const Eigen::VectorXd slope =
-      prior.gradient + prior.information * prior_difference(graph);
+  const Eigen::VectorXd slope = prior.gradient + prior.information * prior_difference(graph);
   for (Eigen::Index j = 0; j < prior.size(); ++j) {
     const int column = prior_places_[static_cast<std::size_t>(j)];
     gradient_[column] += slope[j];

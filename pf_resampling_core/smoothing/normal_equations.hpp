@@ -44,9 +44,7 @@ class NormalEquations {
   Eigen::VectorXd trailing_gradient() const;
   /// Information on each landmark and on the odometry's constants given the path: that of the
   /// sightings, the motions and what the prior says of it.
-  const std::vector<Eigen::Matrix2d>& landmarks_given_path() const {
-    return landmarks_given_path_;
-  }
+  const std::vector<Eigen::Matrix2d>& landmarks_given_path() const { return landmarks_given_path_; }
   const OdometryInformation& odometry_given_path() const { return odometry_given_path_; }
 
  private:

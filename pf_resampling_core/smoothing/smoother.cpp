@@ -78,8 +78,8 @@ bool search_line(const SmoothingOptions& options, const NormalEquations& equatio
 }
 
 // Steps from the graph's estimate to the least cost.
-SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations,
-                       Candidate* best, int* iterations) {
+SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations, Candidate* best,
+                       int* iterations) {
   double damping = 0.0;  // none as long as the steps are good
   double promise = 0.0;  // by how much the last step was to lower the cost
   best->cost = equations->cost(best->graph, options.robust_width);
@@ -132,7 +132,7 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
   return result;
 }
 
-void forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
+bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   check(*graph);
   if (poses < 1 || static_cast<std::size_t>(poses) >= graph->poses.size()) {
     throw Error("smoothing: " + std::to_string(poses) + " poses to forget of " +
@@ -143,18 +143,17 @@ void forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   SmoothingGraph old = *graph;
   old.poses.resize(static_cast<std::size_t>(poses) + 1);
   old.motions.resize(static_cast<std::size_t>(poses));
-  const auto kept = std::find_if(
-      graph->sightings.begin(), graph->sightings.end(),
-      [&](const SightingFactor& sighting) { return sighting.pose >= poses; });
+  const auto kept =
+      std::find_if(graph->sightings.begin(), graph->sightings.end(),
+                   [&](const SightingFactor& sighting) { return sighting.pose >= poses; });
   old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
   NormalEquations equations(old);
   equations.linearize(old, robust_width);
-  if (!equations.factorize(0.0)) {
-    throw Error("smoothing: what is to be forgotten is not positive definite");
-  }
+  if (!equations.factorize(0.0)) return false;
   const Eigen::MatrixXd root = equations.trailing_root();
   const Eigen::MatrixXd information = root * root.transpose();
   const Eigen::VectorXd gradient = equations.trailing_gradient();
+  if (!information.allFinite() || !gradient.allFinite()) return false;
 
   GaussianPrior prior;
   prior.pose = old.poses.back();
@@ -175,6 +174,7 @@ void forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
   graph->sightings.erase(graph->sightings.begin(), kept);
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
+  return true;
 }
 
 Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
@@ -193,8 +193,7 @@ Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
   if (factor.info() != Eigen::Success) return {};
   const Eigen::VectorXd sigmas = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
   const Eigen::MatrixXd lower = factor.matrixL();
-  const Eigen::MatrixXd root =
-      factor.transpositionsP().transpose() * (lower * sigmas.asDiagonal());
+  const Eigen::MatrixXd root = factor.transpositionsP().transpose() * (lower * sigmas.asDiagonal());
   if (!root.allFinite()) return {};
 
   const Eigen::Index pairs = (particles + 1) / 2;

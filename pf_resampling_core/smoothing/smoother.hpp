@@ -30,7 +30,7 @@ std::string to_string(SmoothingFault fault);
 struct JointBelief {
   Eigen::MatrixXd covariance;
   std::vector<Eigen::Matrix2d> landmarks_given_path;  ///< m^2
-  OdometryInformation odometry_given_path;  ///< a covariance
+  OdometryInformation odometry_given_path;            ///< a covariance
 };
 
 struct SmoothingResult {
@@ -48,9 +48,9 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph);
 
 /// Takes the oldest poses out of the graph, with their motions and sightings, and puts into its prior
 /// what these say of all that stays (Schur complement), linearised at the graph's estimate, which
-/// therefore should be a solution. Bounds what a long drive costs. Throws Error unless one pose is
-/// forgotten and one stays, or if that has no solution.
-void forget_oldest(int poses, double robust_width, SmoothingGraph* graph);
+/// therefore should be a solution. Bounds what a long drive costs. False, changing nothing, if what
+/// they say is not positive definite. Throws Error unless one pose is forgotten and one stays.
+bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph);
 
 /// Deviations of what a particle carries from the graph's estimate: a row per particle, columns as
 /// in JointBelief. What a Rao-Blackwellised particle keeps as a covariance is taken out: they are

@@ -11,8 +11,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kFixed = 1e-6;           // m, rad: the standard deviation of a pose that is known
-constexpr double kSmallestPrior = 1e-9;   // of a constant that is known
+constexpr double kFixed = 1e-6;          // m, rad: the standard deviation of a pose that is known
+constexpr double kSmallestPrior = 1e-9;  // of a constant that is known
 
 bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
@@ -34,7 +34,7 @@ GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
   return prior;
 }
 
-GaussianPrior prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
+std::optional<GaussianPrior> prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
                        const SensorConstants& constants, const Eigen::MatrixXd& covariance,
                        const std::vector<Eigen::Matrix2d>& landmarks_given_path,
                        const OdometryInformation& odometry_given_path) {
@@ -43,9 +43,7 @@ GaussianPrior prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& la
   prior.landmarks = landmarks;
   prior.constants = constants;
   const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-  if (root.info() != Eigen::Success) {
-    throw Error("smoothing: a belief to begin with needs a covariance that is positive definite");
-  }
+  if (root.info() != Eigen::Success) return std::nullopt;
   prior.information = root.solve(Eigen::MatrixXd::Identity(prior.size(), prior.size()));
   prior.gradient.setZero(prior.size());
   for (const Eigen::Matrix2d& landmark : landmarks_given_path) {
@@ -79,11 +77,10 @@ void check(const SmoothingGraph& graph) {
   }
   for (std::size_t i = 0; i < graph.sightings.size(); ++i) {
     const SightingFactor& sighting = graph.sightings[i];
-    const bool is_good =
-        std::isfinite(sighting.range) && std::isfinite(sighting.bearing) &&
-        sighting.range_variance > 0.0 && std::isfinite(sighting.range_variance) &&
-        sighting.bearing_variance > 0.0 && std::isfinite(sighting.bearing_variance) &&
-        is_finite(sighting.sensor);
+    const bool is_good = std::isfinite(sighting.range) && std::isfinite(sighting.bearing) &&
+                         sighting.range_variance > 0.0 && std::isfinite(sighting.range_variance) &&
+                         sighting.bearing_variance > 0.0 &&
+                         std::isfinite(sighting.bearing_variance) && is_finite(sighting.sensor);
     const bool is_there = sighting.pose >= 0 && sighting.landmark >= 0 &&
                           static_cast<std::size_t>(sighting.pose) < graph.poses.size() &&
                           static_cast<std::size_t>(sighting.landmark) < graph.landmarks.size();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -71,9 +72,9 @@ struct GaussianPrior {
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
 
 /// A Gaussian belief: `covariance` over pose, landmarks and constants about these means, and the
-/// covariances of landmarks and of the odometry's constants that are left given the path. Throws
-/// Error unless the covariance is positive definite.
-GaussianPrior prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
+/// covariances of landmarks and of the odometry's constants that are left given the path. Nothing
+/// unless the covariance is positive definite.
+std::optional<GaussianPrior> prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
                        const SensorConstants& constants, const Eigen::MatrixXd& covariance,
                        const std::vector<Eigen::Matrix2d>& landmarks_given_path,
                        const OdometryInformation& odometry_given_path);

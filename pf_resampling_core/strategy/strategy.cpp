@@ -119,11 +119,12 @@ bool Strategy::is_due(double effective_sample_size, int size, int requested_size
 RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size, bool is_urgent,
                                const RandomStreams& streams, const Population& population) {
   const int size = static_cast<int>(population.weight->size());
-  if (population.redraw && is_redraw_due(population.closes_loop) &&
-      population.redraw(requested_size)) {
-    count_renewal();
+  if (population.redraw && is_redraw_due(population.closes_loop)) {
     observations_since_redraw_ = 0;
-    return {true, true, requested_size};
+    if (population.redraw(requested_size)) {
+      count_renewal();
+      return {true, true, requested_size};
+    }
   }
   const bool is_now = is_due(effective_sample_size, size, requested_size) ||
                       (is_urgent && options_.schedule != Schedule::never);

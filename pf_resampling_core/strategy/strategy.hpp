@@ -136,8 +136,8 @@ class Strategy {
   const StrategyOptions& options() const { return options_; }
   /// How many renewals so far.
   std::int64_t renewals() const { return renewals_; }
-  /// What Schedule::every_n and RedrawOptions::every_n count; and going on from such a count, for a population that was
-  /// saved.
+  /// What Schedule::every_n and RedrawOptions::every_n count; and going on from such a count, for a
+  /// population that was saved.
   std::int64_t observations_since_renewal() const { return observations_since_renewal_; }
   std::int64_t observations_since_redraw() const { return observations_since_redraw_; }
   void resume(std::int64_t observations_since_renewal, std::int64_t observations_since_redraw = 0) {

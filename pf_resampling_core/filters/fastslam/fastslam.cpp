@@ -98,6 +98,7 @@ void FastSlam::reset() {
   sightings_.clear();
   paths_.clear();
   past_.clear();
+  refused_in_a_row_ = 0;
   view_range_ = view_bearing_ = 0.0;
 }
 
@@ -135,22 +136,19 @@ DataAssociation FastSlam::method_for(
 
 // The filter's steps, Kwak section 2: draw the poses, update the landmarks, weigh, renew.
 void FastSlam::update(const OdometryIncrement& odometry,
-                      const std::vector<RangeBearingObservation>& measured,
-                      const Pose2& sensor) {
+                      const std::vector<RangeBearingObservation>& measured, const Pose2& sensor) {
   check(odometry, sensor);
   const DataAssociation method = method_for(measured);
   for (const RangeBearingObservation& observation : measured) check(observation, method);
   association_ = method;
   ++step_;
-  if (!keeps_past()) {
-    past_.clear();
-  } else if (past_.is_empty()) {
-    start_past();
-  }
+  const bool is_kept = keeps_past() && (!past_.is_empty() || start_past());
+  if (!is_kept && !past_.is_empty()) past_.clear();
   std::vector<RangeBearingObservation> corrected;
-  if (keeps_past()) corrected = without_sensor_errors(measured);
-  const std::vector<RangeBearingObservation>& observations = keeps_past() ? corrected : measured;
-  const Eigen::ArrayXd log_weights_before = particles_.log_weight;
+  if (is_kept) corrected = without_sensor_errors(measured);
+  const std::vector<RangeBearingObservation>& observations = is_kept ? corrected : measured;
+  Eigen::ArrayXd log_weights_before;
+  if (is_kept) log_weights_before = particles_.log_weight;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
   odometry_errors_.predict(odometry);
@@ -188,16 +186,16 @@ void FastSlam::update(const OdometryIncrement& odometry,
   }
   for (std::size_t k = 0; k < observations.size(); ++k) start_landmark(k, observations[k], sensor);
   if (observations.empty()) {
-    if (keeps_past()) note_past(odometry, measured, sensor);
+    if (is_kept) note_past(odometry, measured, sensor);
     paths_.append(particles_.x, particles_.y, particles_.heading);
     return;
   }
 
   status_.log_likelihood = 0.0;
-  if (keeps_past()) temper(log_weights_before);
+  if (is_kept) temper(log_weights_before);
   normalize_weights();
   note_outcomes(observations);
-  if (keeps_past()) note_past(odometry, measured, sensor);
+  if (is_kept) note_past(odometry, measured, sensor);
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   paths_.append(particles_.x, particles_.y, particles_.heading);
@@ -282,9 +280,9 @@ void FastSlam::temper(ConstArray before) {
 }
 
 void FastSlam::renew() {
-  Population population =
-      population_of(&particles_, [this](ConstIndices ancestors) { select(ancestors); },
-                    [this](const std::vector<BlendPair>& pairs) { blend(pairs); });
+  Population population = population_of(
+      &particles_, [this](ConstIndices ancestors) { select(ancestors); },
+      [this](const std::vector<BlendPair>& pairs) { blend(pairs); });
   if (keeps_past()) {
     population.redraw = [this](int size) { return redraw(size); };
     population.closes_loop = past_.closes_loop(options_.strategy.redraw.closure_absence);

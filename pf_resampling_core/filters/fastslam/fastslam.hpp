@@ -84,7 +84,7 @@ class FastSlam {
   /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
   /// changing nothing, on odometry or observations that cannot be used.
   void update(const OdometryIncrement& odometry,
-              const std::vector<RangeBearingObservation>& observations, const Pose2& sensor = {});
+              const std::vector<RangeBearingObservation>& measured, const Pose2& sensor = {});
 
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
@@ -204,10 +204,11 @@ class FastSlam {
   SensorConstants prior_sigma() const;
   std::vector<RangeBearingObservation> without_sensor_errors(
       std::vector<RangeBearingObservation> observations) const;
-  void start_past();
+  bool start_past();
   void note_past(const OdometryIncrement& odometry,
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool redraw(int size);
+  bool refuse_redraw();
   void redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
@@ -228,6 +229,7 @@ class FastSlam {
   Ancestry ancestry_;
   ParticlePaths paths_;
   SmoothedPast past_;
+  int refused_in_a_row_ = 0;  // redraws
   bool has_landmarks_ = false;
   Strategy strategy_;
   int requested_size_ = 0;

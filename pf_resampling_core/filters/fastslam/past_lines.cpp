@@ -89,8 +89,7 @@ void write_prior(const GaussianPrior& prior, LineWriter* writer) {
 GaussianPrior read_prior(LineReader* reader, std::size_t most_landmarks) {
   GaussianPrior prior;
   reader->take("past_prior", 1 + 3 + kSensorConstants + kOdometryConstants * kOdometryConstants);
-  const std::int64_t landmarks =
-      reader->integer(1, static_cast<std::int64_t>(most_landmarks));
+  const std::int64_t landmarks = reader->integer(1, static_cast<std::int64_t>(most_landmarks));
   const Words words(reader, 2);
   for_each_number_of_pose(prior.pose, words);
   for_each_entry(prior.constants, words);
@@ -120,12 +119,12 @@ GaussianPrior read_prior(LineReader* reader, std::size_t most_landmarks) {
 
 void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
   const SmoothingGraph& graph = past.graph;
-  writer->line("# what a redraw draws from: numbers of poses, landmarks, sightings, and the longest");
+  writer->line(
+      "# what a redraw draws from: numbers of poses, landmarks, sightings, and the longest");
   writer->line("# absence of a landmark of the last update; the prior; then a line for each");
   writer->line("past " + std::to_string(graph.poses.size()) + " " +
                std::to_string(graph.landmarks.size()) + " " +
-               std::to_string(graph.sightings.size()) + " " +
-               std::to_string(past.longest_absence));
+               std::to_string(graph.sightings.size()) + " " + std::to_string(past.longest_absence));
   if (graph.poses.empty()) return;
   write_prior(graph.prior, writer);
   std::string text = "past_constants";

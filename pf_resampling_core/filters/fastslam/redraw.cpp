@@ -12,8 +12,9 @@ namespace {
 
 // A landmark that less of the weight holds is no part of the map that all particles get.
 constexpr double kBelieved = 0.5;
-constexpr int kIterations = 8;           // from the last solution on, three are the rule
-constexpr double kSmallestSigma = 1e-6;     // m, rad: of what all particles agree on
+constexpr int kMostRefusals = 10;
+constexpr int kIterations = 8;               // from the last solution on, three are the rule
+constexpr double kSmallestSigma = 1e-6;      // m, rad: of what all particles agree on
 constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is known
 
 }  // namespace
@@ -40,21 +41,20 @@ std::vector<RangeBearingObservation> FastSlam::without_sensor_errors(
   const SensorConstants& constants = past_.graph().constants;
   for (RangeBearingObservation& observation : observations) {
     observation.range /= 1.0 + constants[SensorConstant::range_scale];
-    observation.bearing =
-        wrap_angle(observation.bearing - constants[SensorConstant::bearing_bias]);
+    observation.bearing = wrap_angle(observation.bearing - constants[SensorConstant::bearing_bias]);
   }
   return observations;
 }
 
 // The belief to begin with: where all agree and there is no map, that pose; else the moments of the
-// population.
-void FastSlam::start_past() {
+// population. False if these are none.
+bool FastSlam::start_past() {
   if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
       (particles_.y == particles_.y[0]).all() &&
       (particles_.heading == particles_.heading[0]).all()) {
     past_.start(prior_at({particles_.x[0], particles_.y[0], particles_.heading[0]}, prior_sigma()),
                 {});
-    return;
+    return true;
   }
   const ConstArray weights = particles_.weight;
   const Pose2 pose = estimate().mean;
@@ -74,8 +74,7 @@ void FastSlam::start_past() {
     constants[k] = (weights * errors.col(k)).sum();
   }
   const Eigen::Index count = particles_.size();
-  const Eigen::Index size =
-      3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
+  const Eigen::Index size = 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
   const Eigen::Index constants_at = size - kSensorConstants;
   Eigen::MatrixXd deviations = Eigen::MatrixXd::Zero(size, count);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
@@ -111,7 +110,11 @@ void FastSlam::start_past() {
   for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
     covariance(constants_at + k, constants_at + k) += sigma[k] * sigma[k] + kSmallestVariance;
   }
-  past_.start(prior_of(pose, landmarks, constants, covariance, given_path, odometry), ids);
+  if (const auto prior =
+          prior_of(pose, landmarks, constants, covariance, given_path, odometry)) {
+    past_.start(*prior, ids);
+  }
+  return !past_.is_empty();
 }
 
 // Each observation as what most of the weight took it for; others take no part.
@@ -124,26 +127,27 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
     if (outcome.landmark < 0 || !outcome.is_believed()) continue;
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
-    past_.append_sighting(
-        outcome.landmark, outcome.is_new,
-        {0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor});
+    past_.append_sighting(outcome.landmark, outcome.is_new,
+                          {0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor});
   }
+}
+
+// What cannot be solved so often in a row will not be: the past begins anew with the population.
+bool FastSlam::refuse_redraw() {
+  ++status_.redraws_refused;
+  if (++refused_in_a_row_ >= kMostRefusals) past_.clear();
+  return false;
 }
 
 bool FastSlam::redraw(int size) {
   if (past_.is_empty()) return false;
   const RedrawOptions& options = options_.strategy.redraw;
   const SmoothingResult solution = past_.solve({kIterations, options.robust_width});
-  if (solution.fault != SmoothingFault::none) {
-    ++status_.redraws_refused;
-    return false;
-  }
+  if (solution.fault != SmoothingFault::none) return refuse_redraw();
   const Eigen::MatrixXd deviations =
       draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
-  if (deviations.rows() != size) {
-    ++status_.redraws_refused;
-    return false;
-  }
+  if (deviations.rows() != size) return refuse_redraw();
+  refused_in_a_row_ = 0;
   ++status_.redraws;
   const SmoothingGraph& graph = past_.graph();
   const Eigen::Index constants = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
@@ -171,8 +175,7 @@ bool FastSlam::redraw(int size) {
 }
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.
-void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations,
-                           const JointBelief& belief) {
+void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief) {
   const std::vector<int> all = rows();
   std::vector<double> log_odds;
   for (const int row : all) {

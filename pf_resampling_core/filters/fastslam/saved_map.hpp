@@ -45,7 +45,7 @@ struct SavedMap {
   FastSlamParticles particles;                               ///< none: there is only the map
   std::vector<std::vector<ParticleLandmark>> particle_maps;  ///< of each particle; ids ascending
   OdometryErrorState odometry_errors;                        ///< a row of means per particle
-  SmoothedPastState past;                    ///< what a redraw draws from; nothing without particles
+  SmoothedPastState past;  ///< what a redraw draws from; nothing without particles
   std::int64_t observations_since_redraw = 0;
 };
 

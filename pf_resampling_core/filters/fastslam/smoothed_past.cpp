@@ -36,8 +36,7 @@ void SmoothedPast::append(const MotionFactor& motion) {
   state_.longest_absence = 0;
 }
 
-void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new,
-                                   SightingFactor sighting) {
+void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new, SightingFactor sighting) {
   SmoothingGraph& graph = state_.graph;
   const int pose = static_cast<int>(graph.poses.size()) - 1;
   if (is_new) forget_landmark(landmark_id);
@@ -75,7 +74,7 @@ void SmoothedPast::forget_landmark(std::int64_t id) {
 void SmoothedPast::bound(int window, double robust_width) {
   const int surplus = static_cast<int>(state_.graph.poses.size()) - window;
   if (2 * surplus <= window) return;
-  forget_oldest(surplus, robust_width, &state_.graph);
+  if (!forget_oldest(surplus, robust_width, &state_.graph)) return;
   for (int& last : state_.last_seen) last -= surplus;
 }
 

@@ -38,9 +38,7 @@ class SmoothedPast {
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
 
   /// Solves for all of it, from the last solution; see smooth().
-  SmoothingResult solve(const SmoothingOptions& options) {
-    return smooth(options, &state_.graph);
-  }
+  SmoothingResult solve(const SmoothingOptions& options) { return smooth(options, &state_.graph); }
 
   /// After solve(): once there are half as many poses more than `window`, the oldest are forgotten
   /// down to that; see forget_oldest().

@@ -26,10 +26,9 @@ class CeresSmoother {
     for (const Eigen::Vector2d& l : graph.landmarks) landmarks_.push_back({l.x(), l.y()});
     for (int k = 0; k < kSensorConstants; ++k) constants_[static_cast<std::size_t>(k)] = 0.0;
     for (std::size_t i = 0; i < graph.motions.size(); ++i) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<Motion, 3, 3, 3, kSensorConstants>(
-              new Motion(graph.motions[i])),
-          nullptr, poses_[i].data(), poses_[i + 1].data(), constants_.data());
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<Motion, 3, 3, 3, kSensorConstants>(
+                                    new Motion(graph.motions[i])),
+                                nullptr, poses_[i].data(), poses_[i + 1].data(), constants_.data());
     }
     for (const SightingFactor& sighting : graph.sightings) {
       problem_.AddResidualBlock(
@@ -80,8 +79,7 @@ class CeresSmoother {
  private:
   struct Motion {
     explicit Motion(const MotionFactor& factor) : factor(factor) {
-      const Eigen::Matrix3d covariance =
-          factor.covariance + 1e-10 * Eigen::Matrix3d::Identity();
+      const Eigen::Matrix3d covariance = factor.covariance + 1e-10 * Eigen::Matrix3d::Identity();
       root = covariance.llt().matrixL().solve(Eigen::Matrix3d::Identity());
     }
     template <typename T>

@@ -68,8 +68,8 @@ TEST(Residuals, MotionIsTheOdometryWithItsErrorsTakenOut) {
   SensorConstants constants = SensorConstants::Zero();
   constants[SensorConstant::distance_scale] = 0.1;
   constants[SensorConstant::turn_scale] = -0.2;
-  const MotionResidual residual = motion_residual(motion, Eigen::Matrix3d::Identity(), Pose2{},
-                                                  {1.1, 0.0, 0.16}, constants);
+  const MotionResidual residual =
+      motion_residual(motion, Eigen::Matrix3d::Identity(), Pose2{}, {1.1, 0.0, 0.16}, constants);
   EXPECT_LT(residual.value.norm(), 1e-15);
   const Pose2 expected = corrected_motion(motion, constants);
   EXPECT_NEAR(expected.x, 1.1, 1e-15);
@@ -102,8 +102,9 @@ void check_sighting_derivatives(double range) {
   };
   const SightingResidual at = sighting_residual(sighting, 1.3, pose, landmark, constants);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(slope([&](double by) { return value(moved(pose, i, by), landmark, constants); })
-                    .isApprox(at.by_pose.col(i), kTolerance))
+    EXPECT_TRUE(slope([&](double by) {
+                  return value(moved(pose, i, by), landmark, constants);
+                }).isApprox(at.by_pose.col(i), kTolerance))
         << range << " m, pose " << i;
   }
   for (int i = 0; i < 2; ++i) {
@@ -120,7 +121,9 @@ void check_sighting_derivatives(double range) {
   }
 }
 
-TEST(Residuals, SightingDerivativesAreDifferences) { check_sighting_derivatives(4.0); }
+TEST(Residuals, SightingDerivativesAreDifferences) {
+  check_sighting_derivatives(4.0);
+}
 
 TEST(Residuals, SightingDerivativesOfWhatIsNearAreDifferences) {
   check_sighting_derivatives(0.3);

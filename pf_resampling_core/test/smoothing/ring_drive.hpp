@@ -10,9 +10,10 @@
 
 namespace pf_resampling {
 
-/// A robot that drives in a circle of 10 m radius (of more for more than 60 landmarks), a third of a
-/// metre from pose to pose, past landmarks inside and outside of it, with white noise of 2 cm and
-/// 0.01 rad a step and 5 cm and 0.02 rad a sighting. It starts at the origin, which it comes back to.
+/// A robot that drives in a circle of 10 m radius (of more for more than 60 landmarks), a third of
+/// a metre from pose to pose, past landmarks inside and outside of it, with white noise of 2 cm and
+/// 0.01 rad a step and 5 cm and 0.02 rad a sighting. It starts at the origin, which it comes back
+/// to.
 struct RingDrive {
   SmoothingGraph truth;
   SmoothingGraph graph;  ///< data, and dead reckoning as the estimate
@@ -69,9 +70,8 @@ struct RingDrive {
           at = static_cast<int>(graph.landmarks.size());
           order.push_back(l);
           const double direction = graph.poses.back().heading + sighting.bearing;
-          graph.landmarks.emplace_back(
-              graph.poses.back().x + sighting.range * std::cos(direction),
-              graph.poses.back().y + sighting.range * std::sin(direction));
+          graph.landmarks.emplace_back(graph.poses.back().x + sighting.range * std::cos(direction),
+                                       graph.poses.back().y + sighting.range * std::sin(direction));
         }
         sighting.landmark = at;
         graph.sightings.push_back(sighting);

@@ -341,6 +341,49 @@ TEST(Strategy, AnUrgentRenewalComesBeforeItIsDueUnlessThereIsToBeNone) {
   }
 }
 
+// A redraw is due after every_n updates and at closures; one that is refused waits as long again,
+// and what the schedule asks for is done as by resampling.
+TEST(Strategy, RedrawsWhenItIsDueAndResamplesMeanwhile) {
+  StrategyOptions options = without_excitation(Renewal::redraw);
+  options.schedule = Schedule::every_n;
+  options.every_n = 2;
+  options.redraw.every_n = 5;
+  options.redraw.closure_absence = 3;
+  ToyFilter filter(kSize);
+  Population population{&filter.x,          &filter.y,      &filter.heading,
+                        &filter.log_weight, &filter.weight, &filter.ancestor};
+  bool is_refused = false;
+  std::vector<int> asked;
+  int selections = 0;
+  population.select = [&](ConstIndices) { ++selections; };
+  population.redraw = [&](int size) {
+    asked.push_back(size);
+    return !is_refused;
+  };
+  const auto streams = [](RandomPurpose purpose) { return RandomStream(1, purpose, 0); };
+  Strategy strategy(options);
+  const auto renew = [&] { return strategy.renew(kSize, kSize, false, streams, population); };
+
+  for (int update = 1; update <= 4; ++update) EXPECT_FALSE(renew().redrawn);
+  EXPECT_EQ(selections, 2);
+  const RenewalOutcome outcome = renew();
+  EXPECT_TRUE(outcome.renewed && outcome.redrawn);
+  EXPECT_EQ(outcome.distinct_ancestors, kSize);
+  EXPECT_EQ(asked, std::vector<int>{kSize});
+  EXPECT_EQ(strategy.renewals(), 3);
+
+  population.closes_loop = true;
+  EXPECT_TRUE(renew().redrawn);
+  population.closes_loop = false;
+  is_refused = true;
+  for (int update = 1; update <= 9; ++update) EXPECT_FALSE(renew().redrawn);
+  EXPECT_EQ(asked.size(), 3u) << "refused once, and not asked again at once";
+  EXPECT_EQ(selections, 6);
+
+  population.redraw = nullptr;  // as a filter that cannot, or not now
+  for (int update = 1; update <= 9; ++update) EXPECT_FALSE(renew().redrawn);
+}
+
 TEST(Strategy, EveryChoiceIsReadAsItIsWritten) {
   StrategyOptions options;
   ParameterList parameters;

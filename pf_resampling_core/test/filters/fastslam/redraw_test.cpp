@@ -116,8 +116,8 @@ TEST(Redraw, AWindowChangesLittle) {
   const PoseEstimate a = all.estimate();
   const PoseEstimate b = bounded.estimate();
   EXPECT_LT(distance(a.mean, b.mean), std::sqrt(a.covariance.topLeftCorner<2, 2>().trace()));
-  const double ratio = b.covariance.topLeftCorner<2, 2>().trace() /
-                       a.covariance.topLeftCorner<2, 2>().trace();
+  const double ratio =
+      b.covariance.topLeftCorner<2, 2>().trace() / a.covariance.topLeftCorner<2, 2>().trace();
   EXPECT_GT(ratio, 0.5);
   EXPECT_LT(ratio, 2.0);
 }
