@@ -78,7 +78,7 @@ class CeresSmoother {
 
  private:
   struct Motion {
-    explicit Motion(const MotionFactor& factor) : factor(factor) {
+    explicit Motion(const MotionFactor& motion) : factor(motion) {
       const Eigen::Matrix3d covariance = factor.covariance + 1e-10 * Eigen::Matrix3d::Identity();
       root = covariance.llt().matrixL().solve(Eigen::Matrix3d::Identity());
     }

@@ -152,10 +152,10 @@ TEST(Smoother, FindsTheSensorsConstants) {
   const Eigen::Index at = 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size());
   for (const int k :
        {SensorConstant::turn_scale, SensorConstant::range_scale, SensorConstant::bearing_bias}) {
-    const double sigma = std::sqrt(result.belief.covariance(at + k, at + k));
-    EXPECT_LT(sigma, 0.5 * loose()[k]) << k << ": learns nothing";
+    const double stated = std::sqrt(result.belief.covariance(at + k, at + k));
+    EXPECT_LT(stated, 0.5 * loose()[k]) << k << ": learns nothing";
     // Four standard deviations: a false alarm in 16,000 draws; the seed is fixed.
-    EXPECT_NEAR(drive.graph.constants[k], errors[k], 4.0 * sigma) << k;
+    EXPECT_NEAR(drive.graph.constants[k], errors[k], 4.0 * stated) << k;
   }
 }
 

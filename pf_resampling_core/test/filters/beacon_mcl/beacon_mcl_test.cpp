@@ -313,6 +313,19 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
 
 // --- Other options -------------------------------------------------------------------------------
 
+// It has no map whose past could be solved for.
+TEST(BeaconMcl, RefusesToRedraw) {
+  BeaconMclOptions options;
+  options.strategy.renewal = Renewal::redraw;
+  try {
+    validate(options);
+    FAIL() << "took it";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("population/renewal"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(BeaconMcl, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
   for (const int updates : {0, 3, 25}) {
     BeaconMclOptions options = default_options_with(250);
@@ -330,7 +343,7 @@ TEST(BeaconMcl, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
       options.strategy.schedule = schedule;
       expect_unchanged(to_string(schedule));
     }
-    for (const Renewal renewal : all_values<Renewal>()) {
+    for (const Renewal renewal : renewals_without_redraw()) {
       options.strategy.renewal = renewal;
       expect_unchanged(to_string(renewal));
     }
