@@ -34,10 +34,12 @@ GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
   return prior;
 }
 
-std::optional<GaussianPrior> prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
-                       const SensorConstants& constants, const Eigen::MatrixXd& covariance,
-                       const std::vector<Eigen::Matrix2d>& landmarks_given_path,
-                       const OdometryInformation& odometry_given_path) {
+std::optional<GaussianPrior> prior_of(const Pose2& pose,
+                                      const std::vector<Eigen::Vector2d>& landmarks,
+                                      const SensorConstants& constants,
+                                      const Eigen::MatrixXd& covariance,
+                                      const std::vector<Eigen::Matrix2d>& landmarks_given_path,
+                                      const OdometryInformation& odometry_given_path) {
   GaussianPrior prior;
   prior.pose = pose;
   prior.landmarks = landmarks;

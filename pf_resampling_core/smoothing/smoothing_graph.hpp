@@ -74,10 +74,12 @@ GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
 /// A Gaussian belief: `covariance` over pose, landmarks and constants about these means, and the
 /// covariances of landmarks and of the odometry's constants that are left given the path. Nothing
 /// unless the covariance is positive definite.
-std::optional<GaussianPrior> prior_of(const Pose2& pose, const std::vector<Eigen::Vector2d>& landmarks,
-                       const SensorConstants& constants, const Eigen::MatrixXd& covariance,
-                       const std::vector<Eigen::Matrix2d>& landmarks_given_path,
-                       const OdometryInformation& odometry_given_path);
+std::optional<GaussianPrior> prior_of(const Pose2& pose,
+                                      const std::vector<Eigen::Vector2d>& landmarks,
+                                      const SensorConstants& constants,
+                                      const Eigen::MatrixXd& covariance,
+                                      const std::vector<Eigen::Matrix2d>& landmarks_given_path,
+                                      const OdometryInformation& odometry_given_path);
 
 /// The data of a drive and the present estimate of all there is to know: poses, landmarks and the
 /// sensors' constants. Grows at its end.

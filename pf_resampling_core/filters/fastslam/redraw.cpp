@@ -110,8 +110,7 @@ bool FastSlam::start_past() {
   for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
     covariance(constants_at + k, constants_at + k) += sigma[k] * sigma[k] + kSmallestVariance;
   }
-  if (const auto prior =
-          prior_of(pose, landmarks, constants, covariance, given_path, odometry)) {
+  if (const auto prior = prior_of(pose, landmarks, constants, covariance, given_path, odometry)) {
     past_.start(*prior, ids);
   }
   return !past_.is_empty();
