@@ -134,13 +134,22 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 // What cannot be solved so often in a row will not be: the past begins anew with the population.
 bool FastSlam::refuse_redraw() {
   ++status_.redraws_refused;
-  if (++refused_in_a_row_ >= kMostRefusals) past_.clear();
+  if (++refused_in_a_row_ >= kMostRefusals) {
+    past_.clear();
+    refused_in_a_row_ = 0;
+  }
   return false;
 }
 
 bool FastSlam::redraw(int size) {
   if (past_.is_empty()) return false;
   const RedrawOptions& options = options_.strategy.redraw;
+  // What most of the weight gave up does not come back.
+  for (const int row : rows()) {
+    LandmarkEstimate landmark;
+    const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
+    if (!is_held) past_.forget_landmark(store_.birth(row));
+  }
   const SmoothingResult solution = past_.solve({kIterations, options.robust_width});
   if (solution.fault != SmoothingFault::none) return refuse_redraw();
   const Eigen::MatrixXd deviations =

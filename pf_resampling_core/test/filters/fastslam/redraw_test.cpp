@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <optional>
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/test/filters/fastslam/circle_drive.hpp"
@@ -165,6 +166,24 @@ TEST(Redraw, BeginsAnewWhereTheRobotIsPut) {
   EXPECT_TRUE(filter.past().is_empty());
   run(&filter, steps, 161, 200);
   EXPECT_LT(distance(filter.estimate().mean, steps[199].truth), 0.5);
+}
+
+// An id that was misread when it was first seen: its landmark is given up where it is not, and found
+// where it is. A redraw after every update must not bring the wrong one back.
+TEST(Redraw, WhatWasGivenUpDoesNotComeBack) {
+  std::vector<Step> steps = drive(160, true, 5);
+  RangeBearingObservation misread;
+  misread.id = 7;
+  misread.range = 3.0;
+  misread.bearing = -1.5;
+  steps[0].observations.push_back(misread);
+  FastSlamOptions options = redraw_options();
+  options.strategy.redraw.every_n = 1;
+  FastSlam filter(options, 7);
+  run(&filter, steps, 0, steps.size());
+  const std::optional<LandmarkEstimate> landmark = filter.landmark(7);
+  ASSERT_TRUE(landmark);
+  EXPECT_LT((landmark->mean - landmarks()[7]).norm(), 0.5);
 }
 
 // The sensor's own errors, which the particles do not carry, are found and taken out.
