@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "pf_resampling_core/error.hpp"
 
@@ -102,14 +103,20 @@ GaussianPrior read_prior(LineReader* reader, std::size_t most_landmarks) {
     for_each_entry(prior.landmarks.back(), place);
     for_each_entry(prior.landmarks_given_path.back(), place);
   }
+  // Memory grows with what is in the file, never with what it says is to come.
+  std::vector<double> numbers;
+  for (Eigen::Index i = 0; i < prior.size(); ++i) {
+    const std::size_t count = static_cast<std::size_t>(i) + 2;
+    reader->take("past_prior_row", count);
+    for (std::size_t word = 1; word <= count; ++word) numbers.push_back(reader->finite(word));
+  }
   prior.gradient.resize(prior.size());
   prior.information.resize(prior.size(), prior.size());
+  auto number = numbers.begin();
   for (Eigen::Index i = 0; i < prior.size(); ++i) {
-    reader->take("past_prior_row", static_cast<std::size_t>(i) + 2);
-    prior.gradient[i] = reader->finite(1);
+    prior.gradient[i] = *number++;
     for (Eigen::Index j = 0; j <= i; ++j) {
-      prior.information(i, j) = prior.information(j, i) =
-          reader->finite(static_cast<std::size_t>(j) + 2);
+      prior.information(i, j) = prior.information(j, i) = *number++;
     }
   }
   return prior;
