@@ -124,7 +124,7 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
     return result;
   }
   result.belief = belief_of(equations);
-  if (!is_finite(result.belief)) {
+  if (!is_finite(result.belief) || !are_plausible(best.graph.constants)) {
     result.fault = SmoothingFault::not_finite;
     return result;
   }

@@ -55,6 +55,12 @@ std::optional<GaussianPrior> prior_of(const Pose2& pose,
   return prior;
 }
 
+bool are_plausible(const SensorConstants& constants) {
+  return constants.allFinite() && constants[SensorConstant::distance_scale] > -0.5 &&
+         constants[SensorConstant::turn_scale] > -0.5 &&
+         constants[SensorConstant::range_scale] > -0.5;
+}
+
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants) {
   const Eigen::Vector3d change = motion.sensitivity * constants.head<kOdometryConstants>();
   return {motion.mean.x + change.x(), motion.mean.y + change.y(),
@@ -66,6 +72,9 @@ void check(const SmoothingGraph& graph) {
     throw Error("smoothing: " + std::to_string(graph.poses.size()) + " poses and " +
                 std::to_string(graph.motions.size()) +
                 " motions; a graph needs one motion from each pose to the next");
+  }
+  if (!are_plausible(graph.constants)) {
+    throw Error("smoothing: the sensors' constants have to be finite, and no scale below -0.5");
   }
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionFactor& motion = graph.motions[i];

@@ -98,6 +98,10 @@ struct SmoothingGraph {
   double motion_scale = 1.0;
 };
 
+/// Whether all constants are finite and no scale is half or less of what it should be: a sensor
+/// that wrong is broken, and division by it would not end well.
+bool are_plausible(const SensorConstants& constants);
+
 /// `mean` of the motion with the constants taken out: where the next pose is expected.
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
 

@@ -273,6 +273,9 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   graph = drive.graph;
   graph.motions.pop_back();
   EXPECT_NE(message_of(graph).find("60 poses and 58 motions"), std::string::npos);
+  graph = drive.graph;
+  graph.constants[SensorConstant::range_scale] = -1.0;
+  EXPECT_NE(message_of(graph).find("no scale below -0.5"), std::string::npos);
 }
 
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.

@@ -168,8 +168,8 @@ TEST(Redraw, BeginsAnewWhereTheRobotIsPut) {
   EXPECT_LT(distance(filter.estimate().mean, steps[199].truth), 0.5);
 }
 
-// An id that was misread when it was first seen: its landmark is given up where it is not, and found
-// where it is. A redraw after every update must not bring the wrong one back.
+// An id that was misread when it was first seen: its landmark is given up where it is not, and
+// found where it is. A redraw after every update must not bring the wrong one back.
 TEST(Redraw, WhatWasGivenUpDoesNotComeBack) {
   std::vector<Step> steps = drive(160, true, 5);
   RangeBearingObservation misread;
