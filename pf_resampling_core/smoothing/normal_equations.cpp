@@ -29,7 +29,7 @@ NormalEquations::NormalEquations(const SmoothingGraph& graph) {
   pose_at_.back() = constants_ + kSensorConstants;
   const int size = pose_at_.back() + 3;
   for (const MotionFactor& motion : graph.motions) {
-    motion_roots_.push_back(motion_root(motion, graph.motion_scale));
+    motion_roots_.push_back(motion_root(motion, graph.noise.motion));
   }
   prior_places_ = prior_places(graph.prior);
 
@@ -151,7 +151,8 @@ void NormalEquations::add(int row, int column, const Block& block) {
   }
 }
 
-void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width) {
+void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width,
+                                const std::vector<int>& left_out) {
   std::fill(hessian_.valuePtr(), hessian_.valuePtr() + hessian_.nonZeros(), 0.0);
   gradient_.setZero();
   landmarks_given_path_.assign(graph.landmarks.size(),
@@ -173,10 +174,12 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     gradient_.segment<kOdometryConstants>(constants_) += r.by_constants.transpose() * r.value;
   }
   const int sensor = constants_ + SensorConstant::range_scale;
-  for (const SightingFactor& sighting : graph.sightings) {
+  for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
+    if (std::binary_search(left_out.begin(), left_out.end(), static_cast<int>(s))) continue;
+    const SightingFactor& sighting = graph.sightings[s];
     const std::size_t pose = static_cast<std::size_t>(sighting.pose);
     SightingResidual r = sighting_residual(
-        sighting, graph.sighting_scale, graph.poses[pose],
+        sighting, graph.noise, graph.poses[pose],
         graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
     const double root = std::sqrt(robust_weight(r.value.squaredNorm(), robust_width));
     r.value *= root;
@@ -262,13 +265,51 @@ double NormalEquations::cost(const SmoothingGraph& graph, double robust_width) c
   }
   for (const SightingFactor& sighting : graph.sightings) {
     const SightingResidual r = sighting_residual(
-        sighting, graph.sighting_scale, graph.poses[static_cast<std::size_t>(sighting.pose)],
+        sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
         graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
     cost += robust_cost(r.value.squaredNorm(), robust_width);
   }
   const Eigen::VectorXd difference = prior_difference(graph);
   return cost + 0.5 * difference.dot(graph.prior.information * difference) +
          graph.prior.gradient.dot(difference);
+}
+
+InformationParts NormalEquations::information_along(const SmoothingGraph& graph,
+                                                    double robust_width,
+                                                    const std::vector<int>& left_out,
+                                                    const Directions& directions) const {
+  InformationParts parts;
+  for (std::size_t i = 0; i < graph.motions.size(); ++i) {
+    const MotionResidual r = motion_residual(graph.motions[i], motion_roots_[i], graph.poses[i],
+                                             graph.poses[i + 1], graph.constants);
+    const Eigen::Matrix<double, 3, 2> moved =
+        r.by_from * directions.middleRows<3>(pose_at_[i]) +
+        r.by_to * directions.middleRows<3>(pose_at_[i + 1]) +
+        r.by_constants * directions.middleRows<kOdometryConstants>(constants_);
+    parts.motions += moved.transpose() * moved;
+  }
+  for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
+    if (std::binary_search(left_out.begin(), left_out.end(), static_cast<int>(s))) continue;
+    const SightingFactor& sighting = graph.sightings[s];
+    const std::size_t pose = static_cast<std::size_t>(sighting.pose);
+    const SightingResidual r = sighting_residual(
+        sighting, graph.noise, graph.poses[pose],
+        graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
+    const Eigen::Matrix2d moved =
+        r.by_pose * directions.middleRows<3>(pose_at_[pose]) +
+        r.by_landmark * directions.middleRows<2>(landmark_at(sighting.landmark)) +
+        r.by_constants * directions.middleRows<2>(constants_ + SensorConstant::range_scale);
+    const double weight = robust_weight(r.value.squaredNorm(), robust_width);
+    parts.ranges += weight * moved.row(0).transpose() * moved.row(0);
+    parts.bearings += weight * moved.row(1).transpose() * moved.row(1);
+  }
+  const GaussianPrior& prior = graph.prior;
+  Directions of_prior(prior.size(), 2);
+  for (Eigen::Index i = 0; i < prior.size(); ++i) {
+    of_prior.row(i) = directions.row(prior_places_[static_cast<std::size_t>(i)]);
+  }
+  parts.prior = of_prior.transpose() * prior.information * of_prior;
+  return parts;
 }
 
 Eigen::Index NormalEquations::trailing_size() const {

@@ -9,6 +9,17 @@
 
 namespace pf_resampling {
 
+/// Two directions in the space of all unknowns, a column each.
+using Directions = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+
+/// directionsᵀ·I·directions for the information I in each kind of data.
+struct InformationParts {
+  Eigen::Matrix2d ranges = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d bearings = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d motions = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d prior = Eigen::Matrix2d::Zero();
+};
+
 /// Gauss and Newton's equations H·step = -gradient of a graph, in an order of elimination that
 /// keeps the factor sparse: the poses but the newest by nested dissection in time, then the
 /// landmarks, the constants, the newest pose. These last are what a filter goes on with: the
@@ -19,14 +30,17 @@ class NormalEquations {
   explicit NormalEquations(const SmoothingGraph& graph);
 
   /// H and gradient at the graph's estimate. `robust_width`: of the sightings' loss, see
-  /// robust_cost().
-  void linearize(const SmoothingGraph& graph, double robust_width);
+  /// robust_cost(). `left_out`: sightings that take no part, ascending.
+  void linearize(const SmoothingGraph& graph, double robust_width,
+                 const std::vector<int>& left_out = {});
 
   /// Factorises H + damping·diag(H). False if that is not positive definite.
   bool factorize(double damping);
 
   /// -(what was factorised)⁻¹·gradient.
   Eigen::VectorXd step() const;
+  /// (what was factorised)⁻¹·right.
+  Directions solve(const Directions& right) const { return factor_.solve(right); }
   const Eigen::VectorXd& gradient() const { return gradient_; }
 
   /// The graph's estimate, moved by a step.
@@ -35,6 +49,15 @@ class NormalEquations {
   /// Half the sum of squares, robust, at the graph's estimate.
   double cost(const SmoothingGraph& graph, double robust_width) const;
 
+  /// What the data but those left out say along two directions, at the graph's estimate.
+  InformationParts information_along(const SmoothingGraph& graph, double robust_width,
+                                     const std::vector<int>& left_out,
+                                     const Directions& directions) const;
+
+  /// First of a pose's, a landmark's and the constants' unknowns.
+  int pose_at(int pose) const { return pose_at_[static_cast<std::size_t>(pose)]; }
+  int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
+  int constants_at() const { return constants_; }
   /// Number of unknowns, and of those of the trailing block.
   Eigen::Index size() const { return hessian_.cols(); }
   Eigen::Index trailing_size() const;
@@ -54,7 +77,6 @@ class NormalEquations {
   void order_poses(int first, int last);
   template <typename Block>
   void add(int row, int column, const Block& block);
-  int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
   void add_prior(const SmoothingGraph& graph);
   std::vector<int> prior_places(const GaussianPrior& prior) const;
   Eigen::VectorXd prior_difference(const SmoothingGraph& graph) const;

@@ -68,8 +68,8 @@ MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d
   return residual;
 }
 
-SightingResidual sighting_residual(const SightingFactor& sighting, double scale, const Pose2& pose,
-                                   const Eigen::Vector2d& landmark,
+SightingResidual sighting_residual(const SightingFactor& sighting, const NoiseScales& noise,
+                                   const Pose2& pose, const Eigen::Vector2d& landmark,
                                    const SensorConstants& constants) {
   const Eigen::Matrix2d to_sensor = rotation(-sighting.sensor.heading);
   const Eigen::Matrix2d to_body = rotation(-pose.heading);
@@ -78,8 +78,8 @@ SightingResidual sighting_residual(const SightingFactor& sighting, double scale,
       to_sensor * (in_body - Eigen::Vector2d(sighting.sensor.x, sighting.sensor.y));
   const double stretch = 1.0 + constants[SensorConstant::range_scale];
   const double bearing = sighting.bearing - constants[SensorConstant::bearing_bias];
-  const double range_sigma = scale * std::sqrt(sighting.range_variance);
-  double bearing_sigma = scale * std::sqrt(sighting.bearing_variance);
+  const double range_sigma = noise.range * std::sqrt(sighting.range_variance);
+  double bearing_sigma = noise.bearing * std::sqrt(sighting.bearing_variance);
 
   SightingResidual residual;
   Eigen::Matrix2d by_seen;

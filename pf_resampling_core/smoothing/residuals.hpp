@@ -36,8 +36,8 @@ struct SightingResidual {
 
 /// Range and bearing; for a range of less than five standard deviations the distances along and
 /// across the line of sight, since a bearing to what is under the sensor has no derivative.
-SightingResidual sighting_residual(const SightingFactor& sighting, double scale, const Pose2& pose,
-                                   const Eigen::Vector2d& landmark,
+SightingResidual sighting_residual(const SightingFactor& sighting, const NoiseScales& noise,
+                                   const Pose2& pose, const Eigen::Vector2d& landmark,
                                    const SensorConstants& constants);
 
 /// Cauchy's loss: the cost ½ c²·log(1 + r²/c²) of a squared residual, and the weight that a least

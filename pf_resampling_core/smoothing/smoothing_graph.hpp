@@ -35,6 +35,9 @@ struct MotionFactor {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
   Eigen::Matrix<double, 3, kOdometryConstants> sensitivity =
       Eigen::Matrix<double, 3, kOdometryConstants>::Zero();
+
+  /// s: how far a constant turn rate would turn it.
+  double duration() const { return sensitivity(2, SensorConstant::yaw_rate); }
 };
 
 /// A landmark seen from a pose by a sensor that sits at `sensor` on the robot.
@@ -46,6 +49,14 @@ struct SightingFactor {
   double range_variance = 0.0;    ///< m^2, > 0
   double bearing_variance = 0.0;  ///< rad^2, > 0
   Pose2 sensor;
+};
+
+/// Factors of the standard deviations as stated: errors of real sensors last, and so many count for
+/// less than as many that do not.
+struct NoiseScales {
+  double range = 1.0;
+  double bearing = 1.0;
+  double motion = 1.0;
 };
 
 /// What is known from elsewhere (a belief at the start, data that have left the window) about the
@@ -92,10 +103,7 @@ struct SmoothingGraph {
   std::vector<MotionFactor> motions;      ///< i: from poses[i] to poses[i + 1]
   std::vector<SightingFactor> sightings;  ///< poses ascending
 
-  /// Factors of the standard deviations of sightings and motions as stated: errors of real sensors
-  /// last, and count for less than as many that do not.
-  double sighting_scale = 1.0;
-  double motion_scale = 1.0;
+  NoiseScales noise;
 };
 
 /// Whether all constants are finite and no scale is half or less of what it should be: a sensor

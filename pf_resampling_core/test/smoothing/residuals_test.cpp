@@ -98,9 +98,10 @@ void check_sighting_derivatives(double range) {
   const Eigen::Vector2d landmark(eye.x + 1.05 * range * std::cos(direction),
                                  eye.y + 1.05 * range * std::sin(direction));
   const auto value = [&](const Pose2& p, const Eigen::Vector2d& l, const SensorConstants& c) {
-    return sighting_residual(sighting, 1.3, p, l, c).value;
+    return sighting_residual(sighting, {1.3, 1.7, 1.0}, p, l, c).value;
   };
-  const SightingResidual at = sighting_residual(sighting, 1.3, pose, landmark, constants);
+  const SightingResidual at =
+      sighting_residual(sighting, {1.3, 1.7, 1.0}, pose, landmark, constants);
   for (int i = 0; i < 3; ++i) {
     EXPECT_TRUE(slope([&](double by) {
                   return value(moved(pose, i, by), landmark, constants);
@@ -135,7 +136,7 @@ TEST(Residuals, WhatLiesUnderTheSensorHasDerivatives) {
   sighting.range_variance = 0.01;
   sighting.bearing_variance = 4e-4;
   const SightingResidual residual =
-      sighting_residual(sighting, 1.0, Pose2{}, Eigen::Vector2d::Zero(), SensorConstants::Zero());
+      sighting_residual(sighting, {}, Pose2{}, Eigen::Vector2d::Zero(), SensorConstants::Zero());
   EXPECT_TRUE(residual.value.allFinite());
   EXPECT_LT(residual.by_landmark.cwiseAbs().maxCoeff(), 1e3);
 }

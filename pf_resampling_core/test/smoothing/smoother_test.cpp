@@ -27,7 +27,7 @@ struct DenseSystem {
     gradient.setZero(size);
     for (std::size_t i = 0; i < graph.motions.size(); ++i) {
       const MotionResidual r =
-          motion_residual(graph.motions[i], motion_root(graph.motions[i], graph.motion_scale),
+          motion_residual(graph.motions[i], motion_root(graph.motions[i], graph.noise.motion),
                           graph.poses[i], graph.poses[i + 1], graph.constants);
       Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, size);
       jacobian.middleCols(3 * static_cast<Eigen::Index>(i), 3) = r.by_from;
@@ -38,7 +38,7 @@ struct DenseSystem {
     }
     for (const SightingFactor& sighting : graph.sightings) {
       const SightingResidual r = sighting_residual(
-          sighting, graph.sighting_scale, graph.poses[static_cast<std::size_t>(sighting.pose)],
+          sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
           graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
       Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(2, size);
       jacobian.middleCols(3 * sighting.pose, 3) = r.by_pose;

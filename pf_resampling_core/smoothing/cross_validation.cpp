@@ -1,0 +1,245 @@
+#include "pf_resampling_core/smoothing/cross_validation.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/smoothing/normal_equations.hpp"
+#include "pf_resampling_core/smoothing/residuals.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kPassageGap = 10.0;      // s
+constexpr double kLongestPassage = 30.0;  // s
+constexpr double kWindow = 25.0;          // s
+// A prediction so many times less certain than the observations is none.
+constexpr double kNoPrediction = 1e7;
+// Squared errors of one and two degrees of freedom are cut off where 99.9 % lie below; the mean of
+// the latter is then 2·(1 - exp(-13.8 / 2)).
+constexpr double kLargestSquareOfOne = 10.8;
+constexpr double kLargestSquareOfTwo = 13.8;
+constexpr double kMeanSquareOfTwo = 1.998;
+constexpr double kLargestScale = 20.0;
+// Windows whose errors are for less than a quarter the odometry's say the less about it.
+constexpr double kFullShare = 4.0;
+
+// Sum of a group's sightings, weighted by information and scaled to unit variance: value, and the
+// derivatives by all unknowns.
+struct GroupMean {
+  Eigen::Vector2d value = Eigen::Vector2d::Zero();
+  Directions by_unknowns;
+};
+
+GroupMean mean_of(const SmoothingGraph& graph, double robust_width, const std::vector<int>& group,
+                  const NormalEquations& equations) {
+  GroupMean mean;
+  mean.by_unknowns.setZero(equations.size(), 2);
+  Eigen::Array2d information = Eigen::Array2d::Zero();
+  for (const int index : group) {
+    const SightingFactor& sighting = graph.sightings[static_cast<std::size_t>(index)];
+    const SightingResidual r = sighting_residual(
+        sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
+        graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
+    const double root = std::sqrt(robust_weight(r.value.squaredNorm(), robust_width));
+    const Eigen::Array2d share(root / std::sqrt(sighting.range_variance),
+                               root / std::sqrt(sighting.bearing_variance));
+    information += share.square();
+    const Eigen::Matrix2d factor = (root * share).matrix().asDiagonal();
+    mean.value += factor * r.value;
+    const int pose = equations.pose_at(sighting.pose);
+    const int landmark = equations.landmark_at(sighting.landmark);
+    const int sensor = equations.constants_at() + SensorConstant::range_scale;
+    mean.by_unknowns.middleRows<3>(pose) += (factor * r.by_pose).transpose();
+    mean.by_unknowns.middleRows<2>(landmark) += (factor * r.by_landmark).transpose();
+    mean.by_unknowns.middleRows<2>(sensor) += (factor * r.by_constants).transpose();
+  }
+  const Eigen::Matrix2d scale = information.rsqrt().matrix().asDiagonal();
+  mean.value = scale * mean.value;
+  mean.by_unknowns = mean.by_unknowns * scale;
+  return mean;
+}
+
+// Of a group, from what was factorised and solved without its block.
+PredictionError prediction_error(const SmoothingGraph& graph, double robust_width,
+                                 const LeftOutBlock& block, const GroupMean& mean,
+                                 const Eigen::VectorXd& step, const Directions& spread,
+                                 const NormalEquations& equations) {
+  const NoiseScales& noise = graph.noise;
+  InformationParts parts =
+      equations.information_along(graph, robust_width, block.sightings, spread);
+  parts.ranges(0, 0) += 1.0;
+  parts.bearings(1, 1) += 1.0;
+  // From standard deviations as they are taken to be back to those stated.
+  const Eigen::Vector2d unit(noise.range, noise.bearing);
+  const auto stated = [&](const Eigen::Matrix2d& covariance, double scale) -> Eigen::Matrix2d {
+    return unit.asDiagonal() * covariance * unit.asDiagonal() / (scale * scale);
+  };
+  PredictionError error;
+  error.error = unit.cwiseProduct(mean.value + mean.by_unknowns.transpose() * step);
+  error.by_ranges = stated(parts.ranges, noise.range);
+  error.by_bearings = stated(parts.bearings, noise.bearing);
+  error.by_motions = stated(parts.motions, noise.motion);
+  error.by_prior = stated(parts.prior, 1.0);
+  return error;
+}
+
+// Means over prediction errors: their squares, in range, in bearing, and of both together; and the
+// share of the odometry in their variances.
+struct MeanSquares {
+  double range = 0.0, bearing = 0.0, both = 0.0;
+  double by_motions = 0.0;
+};
+
+MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseScales& scales) {
+  MeanSquares sum;
+  double count = 0.0;
+  for (const PredictedBlock& block : blocks) {
+    for (const PredictionError& e : block) {
+      const Eigen::Matrix2d by_motions = scales.motion * scales.motion * e.by_motions;
+      const Eigen::Matrix2d covariance = scales.range * scales.range * e.by_ranges +
+                                         scales.bearing * scales.bearing * e.by_bearings +
+                                         by_motions + e.by_prior;
+      const auto square = [&](int i) {
+        return std::clamp(e.error[i] * e.error[i] / covariance(i, i), 0.0, kLargestSquareOfOne);
+      };
+      sum.range += square(0);
+      sum.bearing += square(1);
+      sum.both += std::clamp(e.error.dot(covariance.inverse() * e.error), 0.0, kLargestSquareOfTwo);
+      sum.by_motions += by_motions.trace() / covariance.trace();
+      ++count;
+    }
+  }
+  if (count == 0.0) return {};
+  return {sum.range / count, sum.bearing / count, sum.both / count, sum.by_motions / count};
+}
+
+// Relative standard error of the mean square of two errors; those of a block have much in common
+// and are as good as one.
+double standard_error(const std::vector<PredictedBlock>& blocks) {
+  return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(1, blocks.size())));
+}
+
+// By how much the mean square exceeds a standard error more than it should be.
+double excess(const std::vector<PredictedBlock>& blocks, const NoiseScales& scales) {
+  return mean_squares(blocks, scales).both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));
+}
+
+// How much larger, in standard deviations, the errors of ranges are than those of bearings, nearer
+// to 1 by a standard error.
+double ratio_of_range(const std::vector<PredictedBlock>& passages, const NoiseScales& scales) {
+  const MeanSquares squares = mean_squares(passages, scales);
+  if (squares.range <= 0.0 || squares.bearing <= 0.0) return 1.0;
+  const double ratio = 0.5 * std::log(squares.range / squares.bearing);
+  const double error = standard_error(passages);
+  return std::exp(ratio - std::clamp(ratio, -error, error));
+}
+
+double scaled(double scale, double excess) {
+  return std::clamp(scale * std::sqrt(excess), 1.0, kLargestScale);
+}
+
+}  // namespace
+
+std::vector<PredictedBlock> cross_validate(const SmoothingGraph& graph, double robust_width,
+                                           const std::vector<LeftOutBlock>& blocks) {
+  std::vector<PredictedBlock> predicted_blocks;
+  if (blocks.empty()) return predicted_blocks;
+  NormalEquations equations(graph);
+  for (const LeftOutBlock& block : blocks) {
+    equations.linearize(graph, robust_width, block.sightings);
+    if (!equations.factorize(0.0)) continue;
+    const Eigen::VectorXd step = equations.step();
+    PredictedBlock errors;
+    for (const std::vector<int>& group : block.groups) {
+      const GroupMean mean = mean_of(graph, robust_width, group, equations);
+      const Directions spread = equations.solve(mean.by_unknowns);
+      const Eigen::Matrix2d predicted = mean.by_unknowns.transpose() * spread;
+      if (!predicted.allFinite() || predicted.maxCoeff() > kNoPrediction) continue;
+      errors.push_back(prediction_error(graph, robust_width, block, mean, step, spread, equations));
+    }
+    if (!errors.empty()) predicted_blocks.push_back(std::move(errors));
+  }
+  return predicted_blocks;
+}
+
+std::vector<LeftOutBlock> passages(const SmoothingGraph& graph, const std::vector<double>& times,
+                                   double since, double until) {
+  struct Passage {
+    double begin = 0.0, last = 0.0;
+    std::vector<int> sightings;
+  };
+  std::vector<LeftOutBlock> blocks;
+  const auto end = [&](Passage* passage, double at) {
+    if (!passage->sightings.empty() && at > since && at <= until) {
+      blocks.push_back({passage->sightings, {passage->sightings}});
+    }
+    passage->sightings.clear();
+  };
+  std::vector<Passage> open(graph.landmarks.size());
+  for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
+    const SightingFactor& sighting = graph.sightings[s];
+    const double time = times[static_cast<std::size_t>(sighting.pose)];
+    Passage& passage = open[static_cast<std::size_t>(sighting.landmark)];
+    if (time > passage.last + kPassageGap) {
+      end(&passage, passage.last + kPassageGap);
+    } else if (time > passage.begin + kLongestPassage) {
+      end(&passage, passage.begin + kLongestPassage);
+    }
+    if (passage.sightings.empty()) passage.begin = time;
+    passage.last = time;
+    passage.sightings.push_back(static_cast<int>(s));
+  }
+  for (Passage& passage : open) end(&passage, passage.last + kPassageGap);
+  return blocks;
+}
+
+std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector<double>& times,
+                                  double since, double until) {
+  std::vector<LeftOutBlock> blocks;
+  const double stride = 0.5 * kWindow;
+  const double behind = kWindow + stride;
+  for (double k = std::floor((since - behind) / stride); k * stride + behind <= until; ++k) {
+    const double begin = k * stride;
+    if (begin + behind <= since || begin < times.front()) continue;
+    LeftOutBlock block;
+    std::vector<std::vector<int>> groups(graph.landmarks.size());
+    for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
+      const SightingFactor& sighting = graph.sightings[s];
+      const double time = times[static_cast<std::size_t>(sighting.pose)];
+      if (time < begin || time >= begin + kWindow) continue;
+      block.sightings.push_back(static_cast<int>(s));
+      if (std::abs(time - (begin + stride)) < 0.5 * stride) {
+        groups[static_cast<std::size_t>(sighting.landmark)].push_back(static_cast<int>(s));
+      }
+    }
+    for (std::vector<int>& group : groups) {
+      if (!group.empty()) block.groups.push_back(std::move(group));
+    }
+    if (!block.groups.empty()) blocks.push_back(std::move(block));
+  }
+  return blocks;
+}
+
+NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
+                         const std::vector<PredictedBlock>& windows) {
+  constexpr int kIterations = 30;
+  // Both fitted together would run along a ridge, on which errors that sightings have in common
+  // pass for noise of the odometry: so sightings are judged under odometry as stated.
+  NoiseScales sightings, all;
+  for (int i = 0; i < kIterations; ++i) {
+    sightings.range = sightings.bearing =
+        scaled(sightings.range, std::max(excess(passages, sightings), excess(windows, sightings)));
+    const double of_passages = excess(passages, all);
+    const double of_windows = excess(windows, all);
+    const double share = std::min(1.0, kFullShare * mean_squares(windows, all).by_motions);
+    all.range = all.bearing = scaled(all.range, of_passages);
+    all.motion = scaled(all.motion, std::pow(of_windows, share));
+  }
+  // The product stays: what a sighting says of a place.
+  const double root = std::sqrt(ratio_of_range(passages, sightings));
+  return {std::max(1.0, sightings.range * root), std::max(1.0, sightings.bearing / root),
+          all.motion};
+}
+
+}  // namespace pf_resampling
