@@ -80,6 +80,10 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->landmarks = static_cast<std::uint32_t>(filter_->status().landmarks);
   status->redraws = static_cast<std::uint64_t>(filter_->status().redraws);
   status->redraws_refused = static_cast<std::uint64_t>(filter_->status().redraws_refused);
+  const NoiseScales& noise = filter_->past().graph().noise;
+  status->range_noise_scale = noise.range;
+  status->bearing_noise_scale = noise.bearing;
+  status->odometry_noise_scale = noise.motion;
   status->observation = -1;
 }
 
@@ -94,9 +98,14 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
            entry);
   }
   reported_injected_ = status.injected;
+  const NoiseScales& noise = filter_->past().graph().noise;
   add_value("landmarks", std::to_string(status.landmarks), entry);
   add_value("redraws", std::to_string(status.redraws), entry);
   add_value("redraws refused", std::to_string(status.redraws_refused), entry);
+  add_value("noise scales of ranges, bearings, odometry",
+            number_text(noise.range) + ", " + number_text(noise.bearing) + ", " +
+                number_text(noise.motion),
+            entry);
   add_value("data association", to_string(filter_->association()), entry);
 }
 

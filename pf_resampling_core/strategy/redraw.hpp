@@ -19,6 +19,9 @@ struct RedrawOptions {
   /// Newest updates that are solved for, at least; what older ones say is kept, linearised. 0: all,
   /// at a cost that grows with the drive.
   int window = 1000;
+  /// Whether the noise is taken to be as large as blocks of the data that are left out, and
+  /// predicted from the rest, say: errors that last make it larger than residuals show.
+  bool learn_noise = true;
 };
 
 /// The parameters population/redraw/..., bound to `options`, which must outlive the list.

@@ -143,15 +143,15 @@ void FastSlam::update(const OdometryIncrement& odometry,
   association_ = method;
   ++step_;
   const bool is_kept = keeps_past() && (!past_.is_empty() || start_past());
-  if (!is_kept && !past_.is_empty()) past_.clear();
+  if (!is_kept && !past_.is_empty()) past_.forget_drive();
   std::vector<RangeBearingObservation> corrected;
-  if (is_kept) corrected = without_sensor_errors(measured);
+  if (is_kept) corrected = with_found_noise(measured);
   const std::vector<RangeBearingObservation>& observations = is_kept ? corrected : measured;
   Eigen::ArrayXd log_weights_before;
   if (is_kept) log_weights_before = particles_.log_weight;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
-  odometry_errors_.predict(odometry);
+  odometry_errors_.predict(with_found_noise(odometry));
   drawn_.resize(count, 3);
   drawn_ << particles_.x, particles_.y, particles_.heading;
   kernels::predict(odometry_errors_.motion(), odometry_errors_.covariance(), count, pose);

@@ -92,7 +92,7 @@ class FastSlam {
   /// The motion since the last update as the filter sees it: without the systematic errors of the
   /// odometry that it has learnt. From estimate() on, by the odometry's clock.
   OdometryIncrement corrected(const OdometryIncrement& since) const {
-    return odometry_errors_.corrected(since, particles_.weight);
+    return odometry_errors_.corrected(with_found_noise(since), particles_.weight);
   }
 
   /// A landmark of the weighted-mean map by its id; nothing if the map has none of that id, or
@@ -147,7 +147,8 @@ class FastSlam {
   /// The robot's path as it is believed now, a pose for every call of update() since the start, the
   /// last load() or set_poses(), the oldest first: the particles' own paths, weighted.
   std::vector<Pose2> path() const { return paths_.mean(particles_.weight); }
-  /// What a redraw draws from; empty unless the renewal is one.
+  /// What a redraw draws from, empty unless the renewal is one; its graph has the noise as it was
+  /// found.
   const SmoothedPast& past() const { return past_; }
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
@@ -202,7 +203,8 @@ class FastSlam {
   void temper(ConstArray before);
   bool keeps_past() const;
   SensorConstants prior_sigma() const;
-  std::vector<RangeBearingObservation> without_sensor_errors(
+  OdometryIncrement with_found_noise(OdometryIncrement odometry) const;
+  std::vector<RangeBearingObservation> with_found_noise(
       std::vector<RangeBearingObservation> observations) const;
   bool start_past();
   void note_past(const OdometryIncrement& odometry,

@@ -46,6 +46,15 @@ void for_each_number_of_sighting(Sighting& sighting, const Visit& visit) {
   for_each_number_of_pose(sighting.sensor, visit);
 }
 
+template <typename Error, typename Visit>
+void for_each_number_of_error(Error& error, const Visit& visit) {
+  for_each_entry(error.error, visit);
+  for_each_entry(error.by_ranges, visit);
+  for_each_entry(error.by_bearings, visit);
+  for_each_entry(error.by_motions, visit);
+  for_each_entry(error.by_prior, visit);
+}
+
 // Words of a line, one after the other.
 class Words {
  public:
@@ -122,6 +131,38 @@ GaussianPrior read_prior(LineReader* reader, std::size_t most_landmarks) {
   return prior;
 }
 
+void write_blocks(const std::vector<PredictedBlock>& blocks, const std::string& keyword,
+                  LineWriter* writer) {
+  for (const PredictedBlock& block : blocks) {
+    writer->line(keyword + " " + std::to_string(block.size()));
+    for (const PredictionError& error : block) {
+      std::string text = "past_error";
+      for_each_number_of_error(error, Numbers(&text));
+      writer->line(text);
+    }
+  }
+}
+
+std::vector<PredictedBlock> read_blocks(std::int64_t count, const std::string& keyword,
+                                        LineReader* reader) {
+  std::vector<PredictedBlock> blocks;
+  for (std::int64_t i = 0; i < count; ++i) {
+    reader->take(keyword, 1);
+    const std::int64_t errors = reader->integer(1, kMost);
+    blocks.emplace_back();
+    for (std::int64_t k = 0; k < errors; ++k) {
+      reader->take("past_error", 2 + 4 * 4);
+      blocks.back().emplace_back();
+      for_each_number_of_error(blocks.back().back(), Words(reader));
+    }
+  }
+  return blocks;
+}
+
+bool is_scale(double scale) {
+  return std::isfinite(scale) && scale > 0.0;
+}
+
 }  // namespace
 
 void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
@@ -160,6 +201,19 @@ void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
     for_each_number_of_sighting(sighting, Numbers(&text));
     writer->line(text);
   }
+  writer->line(
+      "# how noisy the data were found: scales of ranges, bearings and odometry, seconds of the");
+  writer->line("# newest pose and of the last test, numbers of passages and windows predicted");
+  const NoiseScales& noise = graph.noise;
+  text = "past_noise";
+  for (const double number :
+       {noise.range, noise.bearing, noise.motion, past.time, past.validated}) {
+    append(number, &text);
+  }
+  writer->line(text + " " + std::to_string(past.passages.size()) + " " +
+               std::to_string(past.windows.size()));
+  write_blocks(past.passages, "past_passage", writer);
+  write_blocks(past.windows, "past_window", writer);
 }
 
 SmoothedPastState read_past_lines(LineReader* reader) {
@@ -197,6 +251,14 @@ SmoothedPastState read_past_lines(LineReader* reader) {
     for_each_number_of_sighting(sighting, Words(reader, 3));
     graph.sightings.push_back(sighting);
   }
+  reader->take("past_noise", 7);
+  graph.noise = {reader->finite(1), reader->finite(2), reader->finite(3)};
+  past.time = reader->finite(4);
+  past.validated = reader->finite(5);
+  const std::int64_t passages = reader->integer(6, kMost);
+  const std::int64_t windows = reader->integer(7, kMost);
+  past.passages = read_blocks(passages, "past_passage", reader);
+  past.windows = read_blocks(windows, "past_window", reader);
   reader->refuse_if(fault_of(past));
   return past;
 }
@@ -217,6 +279,12 @@ std::string fault_of(const SmoothedPastState& past) {
   if (!fits || !prior.information.allFinite() || !prior.gradient.allFinite()) {
     return "the prior of what a redraw draws from has not the size of its landmarks, or is not "
            "finite";
+  }
+  if (!is_scale(graph.noise.range) || !is_scale(graph.noise.bearing) ||
+      !is_scale(graph.noise.motion) || !std::isfinite(past.time) ||
+      !std::isfinite(past.validated)) {
+    return "the noise of what a redraw draws from has a scale that is not positive, or a time that "
+           "is not finite";
   }
   try {
     check(graph);

@@ -35,11 +35,23 @@ SensorConstants FastSlam::prior_sigma() const {
   return sigma;
 }
 
-// What the particles are given: the errors of the sensor taken out as far as they are known.
-std::vector<RangeBearingObservation> FastSlam::without_sensor_errors(
+// What the particles are given: noise as large as it was found to be, and the errors of the sensor
+// taken out as far as they are known.
+OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
+  const double scale = past_.is_empty() ? 1.0 : past_.graph().noise.motion;
+  odometry.covariance *= scale * scale;
+  return odometry;
+}
+
+std::vector<RangeBearingObservation> FastSlam::with_found_noise(
     std::vector<RangeBearingObservation> observations) const {
   const SensorConstants& constants = past_.graph().constants;
+  const NoiseScales& noise = past_.graph().noise;
   for (RangeBearingObservation& observation : observations) {
+    observation.range_variance =
+        noise.range * noise.range * range_variance(options_.sensor, observation);
+    observation.bearing_variance =
+        noise.bearing * noise.bearing * bearing_variance(options_.sensor, observation);
     observation.range /= 1.0 + constants[SensorConstant::range_scale];
     observation.bearing = wrap_angle(observation.bearing - constants[SensorConstant::bearing_bias]);
   }
@@ -135,7 +147,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 bool FastSlam::refuse_redraw() {
   ++status_.redraws_refused;
   if (++refused_in_a_row_ >= kMostRefusals) {
-    past_.clear();
+    past_.forget_drive();
     refused_in_a_row_ = 0;
   }
   return false;
@@ -157,6 +169,7 @@ bool FastSlam::redraw(int size) {
   if (deviations.rows() != size) return refuse_redraw();
   refused_in_a_row_ = 0;
   ++status_.redraws;
+  if (options.learn_noise) past_.validate(options.robust_width);
   const SmoothingGraph& graph = past_.graph();
   const Eigen::Index constants = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
   const Eigen::Index newest = constants + kSensorConstants;

@@ -230,7 +230,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   ++step_;  // for a draw of its own
   sightings_.clear();
   paths_.clear();
-  past_.clear();
+  past_.forget_drive();
   const Eigen::Index count = particles_.size();
   const Eigen::Matrix3d root = lower_root(poses.covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);
@@ -255,7 +255,7 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   draw_population(count);
   sightings_.clear();
   paths_.clear();
-  past_.clear();
+  past_.forget_drive();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
     particles_.x[i] = pose.x;

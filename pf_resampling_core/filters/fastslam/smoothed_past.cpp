@@ -4,14 +4,55 @@
 #include <cmath>
 
 namespace pf_resampling {
+namespace {
+
+// Blocks that are left out at a time, a factorisation each; and that are kept of each kind.
+constexpr std::size_t kMostBlocks = 8;
+constexpr std::size_t kMostKept = 300;
+
+// Seconds since the start.
+std::vector<double> times_of(const SmoothedPastState& state) {
+  std::vector<double> times(state.graph.poses.size(), state.time);
+  for (std::size_t i = times.size() - 1; i > 0; --i) {
+    times[i - 1] = times[i] - state.graph.motions[i - 1].duration();
+  }
+  return times;
+}
+
+// Evenly over all of them.
+void keep_some(std::vector<LeftOutBlock>* blocks) {
+  if (blocks->size() <= kMostBlocks) return;
+  for (std::size_t i = 0; i < kMostBlocks; ++i) {
+    (*blocks)[i] = (*blocks)[i * blocks->size() / kMostBlocks];
+  }
+  blocks->resize(kMostBlocks);
+}
+
+void add_newest(const std::vector<PredictedBlock>& blocks, std::vector<PredictedBlock>* all) {
+  all->insert(all->end(), blocks.begin(), blocks.end());
+  if (all->size() > kMostKept) {
+    all->erase(all->begin(), all->end() - static_cast<std::ptrdiff_t>(kMostKept));
+  }
+}
+
+}  // namespace
 
 void SmoothedPast::clear() {
   *this = SmoothedPast();
 }
 
+void SmoothedPast::forget_drive() {
+  SmoothedPastState left;
+  left.graph.noise = state_.graph.noise;
+  left.passages = std::move(state_.passages);
+  left.windows = std::move(state_.windows);
+  resume(left);
+}
+
 void SmoothedPast::start(const GaussianPrior& prior,
                          const std::vector<std::int64_t>& landmark_ids) {
-  SmoothedPastState state;
+  forget_drive();
+  SmoothedPastState state = state_;
   state.graph.prior = prior;
   state.graph.poses = {prior.pose};
   state.graph.landmarks = prior.landmarks;
@@ -34,6 +75,7 @@ void SmoothedPast::append(const MotionFactor& motion) {
   graph.poses.push_back(compose(graph.poses.back(), corrected_motion(motion, graph.constants)));
   graph.motions.push_back(motion);
   state_.longest_absence = 0;
+  state_.time += motion.duration();
 }
 
 void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new, SightingFactor sighting) {
@@ -69,6 +111,19 @@ void SmoothedPast::forget_landmark(std::int64_t id) {
       std::remove_if(sightings.begin(), sightings.end(),
                      [&](const SightingFactor& sighting) { return sighting.landmark == number; }),
       sightings.end());
+}
+
+void SmoothedPast::validate(double robust_width) {
+  const std::vector<double> times = times_of(state_);
+  SmoothingGraph& graph = state_.graph;
+  std::vector<LeftOutBlock> ended = passages(graph, times, state_.validated, state_.time);
+  keep_some(&ended);
+  add_newest(cross_validate(graph, robust_width, ended), &state_.passages);
+  ended = windows(graph, times, state_.validated, state_.time);
+  keep_some(&ended);
+  add_newest(cross_validate(graph, robust_width, ended), &state_.windows);
+  state_.validated = state_.time;
+  graph.noise = noise_scales(state_.passages, state_.windows);
 }
 
 void SmoothedPast::bound(int window, double robust_width) {

@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "pf_resampling_core/smoothing/cross_validation.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
 
 namespace pf_resampling {
@@ -14,6 +15,11 @@ struct SmoothedPastState {
   std::vector<std::int64_t> landmark_ids;  ///< of each landmark of the graph; -1: forgotten
   std::vector<int> last_seen;              ///< pose from which each of them was seen last
   int longest_absence = 0;                 ///< updates without the landmarks of the last one
+  double time = 0.0;                       ///< s, of the newest pose since the start
+  double validated = 0.0;                  ///< s, up to where blocks were left out and predicted
+  /// Of the passages and windows up to there, the newest last.
+  std::vector<PredictedBlock> passages;
+  std::vector<PredictedBlock> windows;
 };
 
 /// What a population is redrawn from: the belief it began with and all data since, each observation
@@ -22,6 +28,8 @@ class SmoothedPast {
  public:
   bool is_empty() const { return state_.graph.poses.empty(); }
   void clear();
+  /// The same, but what was found of the noise stays for the next drive.
+  void forget_drive();
 
   /// Begins at a belief about the pose, the constants and these landmarks, in the prior's order.
   void start(const GaussianPrior& prior, const std::vector<std::int64_t>& landmark_ids);
@@ -39,6 +47,11 @@ class SmoothedPast {
 
   /// Solves for all of it, from the last solution; see smooth().
   SmoothingResult solve(const SmoothingOptions& options) { return smooth(options, &state_.graph); }
+
+  /// After solve(): leaves out and predicts what has been completed since the last call, a few
+  /// blocks at most, and states the noise by how well that went, from the next solve() on; see
+  /// noise_scales().
+  void validate(double robust_width);
 
   /// After solve(): once there are half as many poses more than `window`, the oldest are forgotten
   /// down to that; see forget_oldest().

@@ -240,7 +240,15 @@ past_pose 1.25 -0.5 0.125
 past_motion 0.25 0 0.125 0.25 0 0 0 0.25 0 0 0 0.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0
 past_pose 1.5 -0.25 0.25
 past_sighting 1 0 3.5 0.75 0.0625 0.25 0.5 0 0
-end 57 1880b07c9fa1c1fe
+# how noisy the data were found: scales of ranges, bearings and odometry, seconds of the
+# newest pose and of the last test, numbers of passages and windows predicted
+past_noise 1.5 1 1.25 60.5 60.25 1 1
+past_passage 1
+past_error 0.5 -0.25 1.5 0 0 0.125 0.25 0 0 1.5 0.5 0 0 0.5 0 0 0 0
+past_window 2
+past_error 1.5 0 1 0 0 0 0 0 0 1 2 0 0 2 0 0 0 0
+past_error -0.5 1 1 0 0 0 0 0 0 1 3 0 0 3 0.25 0 0 0.25
+end 65 1e39f580d30f5af1
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -292,6 +300,15 @@ end 57 1880b07c9fa1c1fe
   EXPECT_EQ(map.past.last_seen.at(0), 1);
   EXPECT_EQ(graph.sightings.at(0).bearing, 0.75);
   EXPECT_EQ(graph.sightings.at(0).sensor.x, 0.5);
+  EXPECT_EQ(graph.noise.range, 1.5);
+  EXPECT_EQ(graph.noise.motion, 1.25);
+  EXPECT_EQ(map.past.time, 60.5);
+  EXPECT_EQ(map.past.validated, 60.25);
+  ASSERT_EQ(map.past.passages.size(), 1u);
+  EXPECT_EQ(map.past.passages[0].at(0).error, Eigen::Vector2d(0.5, -0.25));
+  EXPECT_EQ(map.past.passages[0].at(0).by_ranges(1, 1), 0.125);
+  ASSERT_EQ(map.past.windows.size(), 1u);
+  EXPECT_EQ(map.past.windows[0].at(1).by_motions(1, 1), 3.0);
   write_map_file(path_, map);
   EXPECT_EQ(content_of(path_), documented);
 }
