@@ -23,9 +23,9 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
       group + "window", &options->window, 0, 1000000,
       "redraw: the newest so many updates are solved for; what older ones say is kept as it was "
       "linearised. 0: all."));
-  parameters->push_back(boolean_parameter(
-      group + "learn_noise", &options->learn_noise,
-      "redraw: find out by how much the noise of observations and odometry is larger than stated."));
+  parameters->push_back(boolean_parameter(group + "learn_noise", &options->learn_noise,
+                                          "redraw: find out by how much the noise of observations "
+                                          "and odometry is larger than stated."));
 }
 
 }  // namespace pf_resampling
