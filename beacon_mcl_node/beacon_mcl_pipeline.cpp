@@ -83,7 +83,7 @@ void BeaconMclPipeline::global_localization() {
 }
 
 std::optional<Rejection> BeaconMclPipeline::fault_in(const BeaconRange& range) const {
-  if (const auto rejection = check(range)) return rejection;
+  if (auto rejection = check(range)) return rejection;
   return check_beacon(range.beacon);
 }
 

@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
           return node->pipeline().save_map(request.file);
         });
         node->serve<LoadMap>("load_map", [node](const LoadMap::Request& request) {
-          const std::string done = node->pipeline().load_map(request.file, request.frozen);
+          std::string done = node->pipeline().load_map(request.file, request.frozen);
           node->publish_parameters();  // map/frozen
           return done;
         });
