@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "pf_resampling_core/smoothing/normal_equations.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -100,6 +101,10 @@ MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseS
       const Eigen::Matrix2d covariance = scales.range * scales.range * e.by_ranges +
                                          scales.bearing * scales.bearing * e.by_bearings +
                                          by_motions + e.by_prior;
+      if (!covariance.allFinite() || covariance.diagonal().minCoeff() <= 0.0 ||
+          covariance.determinant() <= 0.0) {
+        continue;
+      }
       const auto square = [&](int i) {
         return std::clamp(e.error[i] * e.error[i] / covariance(i, i), 0.0, kLargestSquareOfOne);
       };
@@ -196,20 +201,27 @@ std::vector<LeftOutBlock> passages(const SmoothingGraph& graph, const std::vecto
 
 std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector<double>& times,
                                   double since, double until) {
-  std::vector<LeftOutBlock> blocks;
   const double stride = 0.5 * kWindow;
-  const double behind = kWindow + stride;
-  for (double k = std::floor((since - behind) / stride); k * stride + behind <= until; ++k) {
-    const double begin = k * stride;
-    if (begin + behind <= since || begin < times.front()) continue;
+  const auto time_of = [&](const SightingFactor& sighting) {
+    return times[static_cast<std::size_t>(sighting.pose)];
+  };
+  // Every sighting is in the middle half of one window: times may be far apart.
+  std::set<double> begins;
+  for (const SightingFactor& sighting : graph.sightings) {
+    const double begin = (std::round(time_of(sighting) / stride) - 1.0) * stride;
+    const double known = begin + kWindow + stride;
+    if (begin >= times.front() && known > since && known <= until) begins.insert(begin);
+  }
+  std::vector<LeftOutBlock> blocks;
+  for (const double begin : begins) {
     LeftOutBlock block;
     std::vector<std::vector<int>> groups(graph.landmarks.size());
     for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
       const SightingFactor& sighting = graph.sightings[s];
-      const double time = times[static_cast<std::size_t>(sighting.pose)];
+      const double time = time_of(sighting);
       if (time < begin || time >= begin + kWindow) continue;
       block.sightings.push_back(static_cast<int>(s));
-      if (std::abs(time - (begin + stride)) < 0.5 * stride) {
+      if (std::round(time / stride) == std::round(begin / stride) + 1.0) {
         groups[static_cast<std::size_t>(sighting.landmark)].push_back(static_cast<int>(s));
       }
     }

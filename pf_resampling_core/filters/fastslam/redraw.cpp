@@ -169,7 +169,11 @@ bool FastSlam::redraw(int size) {
   if (deviations.rows() != size) return refuse_redraw();
   refused_in_a_row_ = 0;
   ++status_.redraws;
-  if (options.learn_noise) past_.validate(options.robust_width);
+  if (options.learn_noise) {
+    past_.validate(options.robust_width);
+  } else {
+    past_.take_noise_as_stated();
+  }
   const SmoothingGraph& graph = past_.graph();
   const Eigen::Index constants = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
   const Eigen::Index newest = constants + kSensorConstants;

@@ -52,6 +52,7 @@ class SmoothedPast {
   /// blocks at most, and states the noise by how well that went, from the next solve() on; see
   /// noise_scales().
   void validate(double robust_width);
+  void take_noise_as_stated() { state_.graph.noise = {}; }
 
   /// After solve(): once there are half as many poses more than `window`, the oldest are forgotten
   /// down to that; see forget_oldest().

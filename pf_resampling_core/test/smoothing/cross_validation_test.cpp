@@ -230,6 +230,15 @@ TEST(CrossValidation, WindowsTestTheirMiddle) {
   EXPECT_EQ(later[0].groups, (std::vector<Sightings>{{4}}));
 }
 
+// Clocks jump, and files may say anything.
+TEST(CrossValidation, WindowsCanBeAgesApart) {
+  const SmoothingGraph graph = sightings_at({{0, 0}, {1, 0}, {2, 0}}, 3);
+  const std::vector<LeftOutBlock> blocks = windows(graph, {-1e300, 0.0, 1.8e9}, -1e300, 2e9);
+  ASSERT_EQ(blocks.size(), 2u);
+  EXPECT_EQ(blocks[0].sightings, (Sightings{1}));
+  EXPECT_EQ(blocks[1].sightings, (Sightings{2}));
+}
+
 // Errors of range and bearing with these standard deviations where 1 was stated.
 std::vector<PredictedBlock> errors(int count, double range, double bearing, std::uint64_t seed) {
   const RandomStream random(seed, RandomPurpose::test, 0);
@@ -275,6 +284,13 @@ TEST(CrossValidation, NothingIsLearntFromNothing) {
   const NoiseScales small = noise_scales(errors(500, 0.3, 0.3, 7), errors(500, 0.3, 0.3, 8));
   EXPECT_EQ(small.range, 1.0);
   EXPECT_EQ(small.bearing, 1.0);
+}
+
+TEST(CrossValidation, ErrorsWithoutACovarianceSayNothing) {
+  std::vector<PredictedBlock> of_passages = errors(100, 2.0, 2.0, 1);
+  const NoiseScales scales = noise_scales(of_passages, {});
+  for (PredictedBlock& block : of_passages) block.push_back(PredictionError());
+  EXPECT_EQ(noise_scales(of_passages, {}).range, scales.range);
 }
 
 // A drive of 1000 s; errors of ranges last `memory` seconds, with the variance that is stated.

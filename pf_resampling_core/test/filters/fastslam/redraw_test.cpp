@@ -218,8 +218,10 @@ TEST(Redraw, FindsThatErrorsLast) {
     learning.set_poses(learning.estimate());
     EXPECT_GT(learning.past().graph().noise.range, 1.1) << "what was found stays";
     options.strategy.redraw.learn_noise = false;
-    FastSlam believing(options, seed);
-    run(&believing, steps, 0, steps.size());
+    FastSlam believing(redraw_options(), seed);  // until it is told to
+    run(&believing, steps, 0, 200);
+    believing.set_options(options);
+    run(&believing, steps, 200, steps.size());
     add_map(&believing, &stated);
     EXPECT_EQ(believing.past().graph().noise.range, 1.0);
   }
