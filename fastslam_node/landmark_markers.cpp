@@ -59,7 +59,7 @@ visualization_msgs::MarkerArray landmark_markers(const MarkerFrame& frame,
     points.points.push_back(make_point(landmark.mean.x(), landmark.mean.y(), 0.0));
     add_ellipse(landmark, &ellipses);
   }
-  // A list without points is none that rviz draws; it takes the marker away.
+  // rviz refuses a list without points; so the marker is taken away.
   if (map.empty()) points.action = ellipses.action = Marker::DELETE;
   visualization_msgs::MarkerArray array;
   array.markers = {points, ellipses};

@@ -47,8 +47,8 @@ class LostDetector {
   double normalized_innovation_ = 1.0;
 };
 
-/// Probability that a belief with this deviation of the position (m) is none, in a scene of this
-/// extent (m), a tenth of which counts as not knowing: 1 - exp(-(sigma/(0.1 extent))^2).
+/// Probability that a belief with this deviation of the position (m) is worth nothing, in a scene
+/// of this extent (m), a tenth of which counts as not knowing: 1 - exp(-(sigma/(0.1 extent))^2).
 double unknown_probability(double position_sigma, double extent);
 
 /// That either is the case.

@@ -74,7 +74,7 @@ double parse_number(const Parameter& parameter, const std::string& text) {
   return value;
 }
 
-// Quotes what readers of YAML 1.1 take for something else than a word, and what is none.
+// Quotes what is not a word, and what readers of YAML 1.1 take for something else.
 std::string quoted_for_yaml(const std::string& word) {
   const bool is_plain = !word.empty() && std::all_of(word.begin(), word.end(), [](char character) {
     return std::isalnum(static_cast<unsigned char>(character)) != 0 || character == '_' ||

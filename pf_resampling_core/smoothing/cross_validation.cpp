@@ -14,7 +14,7 @@ namespace {
 constexpr double kPassageGap = 10.0;      // s
 constexpr double kLongestPassage = 30.0;  // s
 constexpr double kWindow = 25.0;          // s
-// A prediction so many times less certain than the observations is none.
+// A prediction so many times less certain than the observations tells nothing.
 constexpr double kNoPrediction = 1e7;
 // Squared errors of one and two degrees of freedom are cut off where 99.9 % lie below; the mean of
 // the latter is then 2·(1 - exp(-13.8 / 2)).

@@ -56,7 +56,7 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph);
 /// Deviations of what a particle carries from the graph's estimate: a row per particle, columns as
 /// in JointBelief. What a Rao-Blackwellised particle keeps as a covariance is taken out: they are
 /// drawn from Σ - blockdiag(given path), as whole paths would give them. In antithetic pairs, so
-/// that their mean is the estimate. Empty if the covariance is none.
+/// that their mean is the estimate. Empty if the covariance is not one.
 Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
                                 const RandomStream& stream);
 

@@ -100,7 +100,7 @@ double feature_error(const std::vector<PointLandmark>& truth, FastSlam* filter) 
   return error.rms();
 }
 
-/// Infinite where the covariance is none, as of particles that are all copies of one.
+/// Infinite where the covariance is singular, as of particles that are all copies of one.
 double squared_mahalanobis(const Eigen::Vector2d& error, const Eigen::Matrix2d& covariance) {
   if (!(covariance.determinant() > 0.0)) return std::numeric_limits<double>::infinity();
   return error.dot(covariance.inverse() * error);

@@ -28,7 +28,7 @@ class FramePattern {
   std::optional<std::regex> expression_;
 };
 
-/// A parameter that is such a pattern; what is none is refused.
+/// A parameter that is such a pattern; any other text is refused.
 Parameter pattern_parameter(const std::string& name, std::string* field, const std::string& help);
 
 }  // namespace pf_resampling

@@ -11,8 +11,8 @@
 namespace pf_resampling {
 
 /// Particles as the service set_particles gets them. Throws Error, in one line that names thing,
-/// value and remedy, for another frame, an impossible stamp, orientations that are none, and what
-/// check_given_particles() refuses.
+/// value and remedy, for another frame, an impossible stamp, quaternions that are no rotation, and
+/// what check_given_particles() refuses.
 GivenParticles to_given_particles(const geometry_msgs::PoseArray& poses,
                                   const std::vector<double>& weights, const FrameNames& frames);
 

@@ -115,7 +115,7 @@ class FastSlam {
   void load(const SavedMap& map);
 
   /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
-  /// and keep their maps. Throws Error, changing nothing, for what is no Gaussian.
+  /// and keep their maps. Throws Error, changing nothing, for a covariance that is not one.
   void set_poses(const PoseEstimate& poses);
 
   /// Finds a robot that was carried away, when options().recovery is enabled and landmarks have

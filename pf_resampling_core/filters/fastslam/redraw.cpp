@@ -59,7 +59,7 @@ std::vector<RangeBearingObservation> FastSlam::with_found_noise(
 }
 
 // The belief to begin with: where all agree and there is no map, that pose; else the moments of the
-// population. False if these are none.
+// population. False if these do not make a Gaussian.
 bool FastSlam::start_past() {
   if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
       (particles_.y == particles_.y[0]).all() &&

@@ -9,7 +9,7 @@
 namespace pf_resampling {
 namespace {
 
-// rad; a heading less certain than this is none that particles could be drawn from.
+// rad; with a heading less certain than this, particles are not put anywhere.
 constexpr double kUsableHeading = 0.3;
 
 bool agrees(const LandmarkSighting& sighting, const Pose2& correction, double gate) {

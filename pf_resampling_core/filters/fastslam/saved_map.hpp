@@ -73,7 +73,7 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 SavedMap read_landmark_list(const std::string& path, const std::string& frame);
 
 /// Throws Error, naming the first value that cannot be: not finite, not a covariance, an id twice,
-/// weights that are none.
+/// weights that are not positive or do not add up to 1.
 void check_saved_map(const SavedMap& map);
 
 /// Writes a map as text: see doc/map_format.md. Numbers come back to the bit. The file appears
