@@ -21,7 +21,6 @@ constexpr double kNoPrediction = 1e7;
 constexpr double kLargestSquareOfOne = 10.8;
 constexpr double kLargestSquareOfTwo = 13.8;
 constexpr double kMeanSquareOfTwo = 1.998;
-constexpr double kLargestScale = 20.0;
 // Windows whose errors are for less than a quarter the odometry's say the less about it.
 constexpr double kFullShare = 4.0;
 
@@ -101,8 +100,10 @@ MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseS
       const Eigen::Matrix2d covariance = scales.range * scales.range * e.by_ranges +
                                          scales.bearing * scales.bearing * e.by_bearings +
                                          by_motions + e.by_prior;
+      // What comes from a file may be anything.
+      const double square_of_both = e.error.dot(covariance.inverse() * e.error);
       if (!covariance.allFinite() || covariance.diagonal().minCoeff() <= 0.0 ||
-          covariance.determinant() <= 0.0) {
+          covariance.determinant() <= 0.0 || !std::isfinite(square_of_both)) {
         continue;
       }
       const auto square = [&](int i) {
@@ -110,7 +111,7 @@ MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseS
       };
       sum.range += square(0);
       sum.bearing += square(1);
-      sum.both += std::clamp(e.error.dot(covariance.inverse() * e.error), 0.0, kLargestSquareOfTwo);
+      sum.both += std::clamp(square_of_both, 0.0, kLargestSquareOfTwo);
       sum.by_motions += by_motions.trace() / covariance.trace();
       ++count;
     }
@@ -125,9 +126,13 @@ double standard_error(const std::vector<PredictedBlock>& blocks) {
   return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(1, blocks.size())));
 }
 
-// By how much the mean square exceeds a standard error more than it should be.
+// By how much a mean square exceeds a standard error more than it should be.
+double excess(const MeanSquares& squares, const std::vector<PredictedBlock>& blocks) {
+  return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));
+}
+
 double excess(const std::vector<PredictedBlock>& blocks, const NoiseScales& scales) {
-  return mean_squares(blocks, scales).both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));
+  return excess(mean_squares(blocks, scales), blocks);
 }
 
 // How much larger, in standard deviations, the errors of ranges are than those of bearings, nearer
@@ -141,7 +146,7 @@ double ratio_of_range(const std::vector<PredictedBlock>& passages, const NoiseSc
 }
 
 double scaled(double scale, double excess) {
-  return std::clamp(scale * std::sqrt(excess), 1.0, kLargestScale);
+  return std::clamp(scale * std::sqrt(excess), 1.0, kLargestNoiseScale);
 }
 
 }  // namespace
@@ -243,15 +248,14 @@ NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
     sightings.range = sightings.bearing =
         scaled(sightings.range, std::max(excess(passages, sightings), excess(windows, sightings)));
     const double of_passages = excess(passages, all);
-    const double of_windows = excess(windows, all);
-    const double share = std::min(1.0, kFullShare * mean_squares(windows, all).by_motions);
+    const MeanSquares of_windows = mean_squares(windows, all);
+    const double share = std::min(1.0, kFullShare * of_windows.by_motions);
     all.range = all.bearing = scaled(all.range, of_passages);
-    all.motion = scaled(all.motion, std::pow(of_windows, share));
+    all.motion = scaled(all.motion, std::pow(excess(of_windows, windows), share));
   }
   // The product stays: what a sighting says of a place.
   const double root = std::sqrt(ratio_of_range(passages, sightings));
-  return {std::max(1.0, sightings.range * root), std::max(1.0, sightings.bearing / root),
-          all.motion};
+  return {scaled(sightings.range * root, 1.0), scaled(sightings.bearing / root, 1.0), all.motion};
 }
 
 }  // namespace pf_resampling

@@ -52,12 +52,13 @@ struct SightingFactor {
 };
 
 /// Factors of the standard deviations as stated: errors of real sensors last, and so many count for
-/// less than as many that do not.
+/// less than as many that do not. Within [1, kLargestNoiseScale].
 struct NoiseScales {
   double range = 1.0;
   double bearing = 1.0;
   double motion = 1.0;
 };
+inline constexpr double kLargestNoiseScale = 20.0;
 
 /// What is known from elsewhere (a belief at the start, data that have left the window) about the
 /// first pose, the first landmarks and the constants, in this order: the cost

@@ -160,7 +160,7 @@ std::vector<PredictedBlock> read_blocks(std::int64_t count, const std::string& k
 }
 
 bool is_scale(double scale) {
-  return std::isfinite(scale) && scale > 0.0;
+  return scale >= 1.0 && scale <= kLargestNoiseScale;
 }
 
 }  // namespace
@@ -283,8 +283,8 @@ std::string fault_of(const SmoothedPastState& past) {
   if (!is_scale(graph.noise.range) || !is_scale(graph.noise.bearing) ||
       !is_scale(graph.noise.motion) || !std::isfinite(past.time) ||
       !std::isfinite(past.validated)) {
-    return "the noise of what a redraw draws from has a scale that is not positive, or a time that "
-           "is not finite";
+    return "the noise of what a redraw draws from has a scale that is not between 1 and 20, or a "
+           "time that is not finite";
   }
   try {
     check(graph);

@@ -116,13 +116,14 @@ void SmoothedPast::forget_landmark(std::int64_t id) {
 void SmoothedPast::validate(double robust_width) {
   const std::vector<double> times = times_of(state_);
   SmoothingGraph& graph = state_.graph;
-  std::vector<LeftOutBlock> ended = passages(graph, times, state_.validated, state_.time);
-  keep_some(&ended);
-  add_newest(cross_validate(graph, robust_width, ended), &state_.passages);
-  ended = windows(graph, times, state_.validated, state_.time);
-  keep_some(&ended);
-  add_newest(cross_validate(graph, robust_width, ended), &state_.windows);
+  std::vector<LeftOutBlock> of_passages = passages(graph, times, state_.validated, state_.time);
+  std::vector<LeftOutBlock> of_windows = windows(graph, times, state_.validated, state_.time);
   state_.validated = state_.time;
+  if (of_passages.empty() && of_windows.empty()) return;
+  keep_some(&of_passages);
+  keep_some(&of_windows);
+  add_newest(cross_validate(graph, robust_width, of_passages), &state_.passages);
+  add_newest(cross_validate(graph, robust_width, of_windows), &state_.windows);
   graph.noise = noise_scales(state_.passages, state_.windows);
 }
 

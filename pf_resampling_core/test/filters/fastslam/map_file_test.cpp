@@ -472,6 +472,21 @@ TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
   }
 }
 
+// A factor of 1e300 would leave no finite variance, one of 1e-300 none at all.
+TEST_F(MapFile, RefusesNoiseThatNoRedrawFinds) {
+  SavedMap map = small_map();
+  map.past.graph.prior = prior_at(Pose2{}, SensorConstants::Zero());
+  map.past.graph.poses = {Pose2{}};
+  for (const double scale : {1.0, 20.0}) {
+    map.past.graph.noise = {scale, scale, scale};
+    EXPECT_NO_THROW(write_map_file(path_, map)) << scale;
+  }
+  for (const double scale : {0.0, 1e-300, 0.999, 20.1, 1e300}) {
+    map.past.graph.noise = {1.0, scale, 1.0};
+    EXPECT_THROW(write_map_file(path_, map), Error) << scale;
+  }
+}
+
 // A disk that is full after 200 bytes: what was there stays, and nothing is left beside it.
 TEST_F(MapFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
   write_map_file(path_, small_map());
