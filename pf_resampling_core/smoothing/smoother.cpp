@@ -143,9 +143,8 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   SmoothingGraph old = *graph;
   old.poses.resize(static_cast<std::size_t>(poses) + 1);
   old.motions.resize(static_cast<std::size_t>(poses));
-  const auto kept =
-      std::find_if(graph->sightings.begin(), graph->sightings.end(),
-                   [&](const SightingFactor& sighting) { return sighting.pose >= poses; });
+  const auto is_kept = [&](const SightingFactor& sighting) { return sighting.pose >= poses; };
+  const auto kept = std::find_if(graph->sightings.begin(), graph->sightings.end(), is_kept);
   old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
   NormalEquations equations(old);
   equations.linearize(old, robust_width);
@@ -173,7 +172,10 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   graph->poses.erase(graph->poses.begin(), graph->poses.begin() + poses);
   graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
   graph->sightings.erase(graph->sightings.begin(), kept);
+  std::vector<SightingFactor>& unassigned = graph->unassigned;
+  unassigned.erase(unassigned.begin(), std::find_if(unassigned.begin(), unassigned.end(), is_kept));
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
+  for (SightingFactor& sighting : unassigned) sighting.pose -= poses;
   return true;
 }
 

@@ -103,6 +103,9 @@ struct SmoothingGraph {
   GaussianPrior prior;
   std::vector<MotionFactor> motions;      ///< i: from poses[i] to poses[i + 1]
   std::vector<SightingFactor> sightings;  ///< poses ascending
+  /// What is of no landmark as far as is known, and takes no part: without a landmark, poses
+  /// ascending.
+  std::vector<SightingFactor> unassigned;
 
   NoiseScales noise;
 };
@@ -113,6 +116,10 @@ bool are_plausible(const SensorConstants& constants);
 
 /// `mean` of the motion with the constants taken out: where the next pose is expected.
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
+
+/// Takes out the landmarks that are marked, and their sightings; the others keep their order. What
+/// the prior says of the others stays (Schur complement).
+void remove_landmarks(const std::vector<bool>& is_removed, SmoothingGraph* graph);
 
 /// Throws Error, naming the factor, for one that is not finite, has no positive variance or names a
 /// pose or landmark that is not there; and unless there is one motion less than there are poses.

@@ -10,6 +10,9 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
       group + "closure_absence", &options->closure_absence, 0, 1000000,
       "redraw: when a landmark is seen again after so many updates without it. 0: never."));
   parameters->push_back(integer_parameter(
+      group + "closure_spacing", &options->closure_spacing, 0, 1000000,
+      "redraw: for so many updates after the last one, landmarks that are seen again wait."));
+  parameters->push_back(integer_parameter(
       group + "every_n", &options->every_n, 0, 1000000,
       "redraw: also after so many updates since the last one. 0: only at closures."));
   parameters->push_back(real_above_parameter(

@@ -9,6 +9,8 @@ namespace pf_resampling {
 struct RedrawOptions {
   /// When a landmark comes back into view that was out of it for this many updates; 0: never.
   int closure_absence = 20;
+  /// Updates after the last redraw for which closures wait: one soon after another changes little.
+  int closure_spacing = 5;
   int every_n = 25;  ///< updates after the last redraw; 0: at closures alone
   /// Between redraws log-weights grow by this share of what the observations say, so that more of
   /// the population is left at the next; the redraw itself uses the data as they are.

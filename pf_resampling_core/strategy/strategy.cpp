@@ -165,7 +165,8 @@ bool Strategy::is_redraw_due(bool closes_loop) {
   if (options_.renewal != Renewal::redraw) return false;
   ++observations_since_redraw_;
   const RedrawOptions& redraw = options_.redraw;
-  return (closes_loop && redraw.closure_absence > 0) ||
+  return (closes_loop && redraw.closure_absence > 0 &&
+          observations_since_redraw_ >= redraw.closure_spacing) ||
          (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
 }
 

@@ -106,12 +106,17 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
   weigh_new_landmarks();
 }
 
-// What matches nothing is as likely as a new landmark is, anywhere in view. Particles that have
-// matched it weigh more, so a robot that comes back finds its map instead of starting another.
-void FastSlam::weigh_new_landmarks() {
+// Of new landmarks, anywhere in view, per m and rad.
+double FastSlam::log_density_of_new() const {
   constexpr double kNarrowest = 1e-3;  // m, rad: all that was seen yet may be of one place
   const double view = std::max(kNarrowest, view_range_) * 2.0 * std::max(kNarrowest, view_bearing_);
-  const double log_density = std::log(options_.association.new_landmark_share / view);
+  return std::log(options_.association.new_landmark_share / view);
+}
+
+// What matches nothing is as likely as a new landmark is. Particles that have matched it weigh
+// more, so a robot that comes back finds its map instead of starting another.
+void FastSlam::weigh_new_landmarks() {
+  const double log_density = log_density_of_new();
   for (const Association& association : associations_) {
     for (Eigen::Index i = 0; i < particles_.size(); ++i) {
       const bool is_matched = (association.takes.row(i) > 0.0).any();

@@ -191,6 +191,7 @@ class FastSlam {
               const std::vector<Eigen::ArrayXXd>& likelihoods);
   void start_landmark(std::size_t observation, const RangeBearingObservation& z,
                       const Pose2& sensor);
+  double log_density_of_new() const;
   void weigh_new_landmarks();
   void doubt(std::size_t observation, const RangeBearingObservation& seen, const Pose2& sensor);
   void note_outcomes(const std::vector<RangeBearingObservation>& observations);

@@ -131,6 +131,16 @@ GaussianPrior read_prior(LineReader* reader, std::size_t most_landmarks) {
   return prior;
 }
 
+void write_sightings(const std::vector<SightingFactor>& sightings, LineWriter* writer) {
+  for (const SightingFactor& sighting : sightings) {
+    std::string text = "past_sighting";
+    append(std::int64_t{sighting.pose}, &text);
+    append(std::int64_t{sighting.landmark}, &text);
+    for_each_number_of_sighting(sighting, Numbers(&text));
+    writer->line(text);
+  }
+}
+
 void write_blocks(const std::vector<PredictedBlock>& blocks, const std::string& keyword,
                   LineWriter* writer) {
   for (const PredictedBlock& block : blocks) {
@@ -168,11 +178,13 @@ bool is_scale(double scale) {
 void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
   const SmoothingGraph& graph = past.graph;
   writer->line(
-      "# what a redraw draws from: numbers of poses, landmarks, sightings, and the longest");
-  writer->line("# absence of a landmark of the last update; the prior; then a line for each");
+      "# what a redraw draws from: numbers of poses, landmarks, sightings; longest absence of a");
+  writer->line(
+      "# landmark of the last update; poses that are decided; the prior; then a line for each");
   writer->line("past " + std::to_string(graph.poses.size()) + " " +
                std::to_string(graph.landmarks.size()) + " " +
-               std::to_string(graph.sightings.size()) + " " + std::to_string(past.longest_absence));
+               std::to_string(graph.sightings.size() + graph.unassigned.size()) + " " +
+               std::to_string(past.longest_absence) + " " + std::to_string(past.decided));
   if (graph.poses.empty()) return;
   write_prior(graph.prior, writer);
   std::string text = "past_constants";
@@ -194,13 +206,8 @@ void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
     for_each_number_of_motion(graph.motions[i], Numbers(&text));
     writer->line(text);
   }
-  for (const SightingFactor& sighting : graph.sightings) {
-    text = "past_sighting";
-    append(std::int64_t{sighting.pose}, &text);
-    append(std::int64_t{sighting.landmark}, &text);
-    for_each_number_of_sighting(sighting, Numbers(&text));
-    writer->line(text);
-  }
+  write_sightings(graph.sightings, writer);
+  write_sightings(graph.unassigned, writer);
   writer->line(
       "# how noisy the data were found: scales of ranges, bearings and odometry, seconds of the");
   writer->line("# newest pose and of the last test, numbers of passages and windows predicted");
@@ -219,11 +226,12 @@ void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
 SmoothedPastState read_past_lines(LineReader* reader) {
   SmoothedPastState past;
   SmoothingGraph& graph = past.graph;
-  reader->take("past", 4);
+  reader->take("past", 5);
   const std::int64_t poses = reader->integer(1, kMost);
   const std::int64_t landmarks = reader->integer(2, kMost);
   const std::int64_t sightings = reader->integer(3, kMost);
   past.longest_absence = static_cast<int>(reader->integer(4, kMost));
+  past.decided = static_cast<int>(reader->integer(5, -kMost, kMost));
   if (poses == 0) return past;
   graph.prior = read_prior(reader, static_cast<std::size_t>(landmarks));
   reader->take("past_constants", kSensorConstants);
@@ -247,9 +255,9 @@ SmoothedPastState read_past_lines(LineReader* reader) {
     reader->take("past_sighting", 9);
     SightingFactor sighting;
     sighting.pose = static_cast<int>(reader->integer(1, poses - 1));
-    sighting.landmark = static_cast<int>(reader->integer(2, kMost));
+    sighting.landmark = static_cast<int>(reader->integer(2, -1, kMost));
     for_each_number_of_sighting(sighting, Words(reader, 3));
-    graph.sightings.push_back(sighting);
+    (sighting.landmark >= 0 ? graph.sightings : graph.unassigned).push_back(sighting);
   }
   reader->take("past_noise", 7);
   graph.noise = {reader->finite(1), reader->finite(2), reader->finite(3)};

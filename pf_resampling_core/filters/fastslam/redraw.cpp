@@ -128,18 +128,23 @@ bool FastSlam::start_past() {
   return !past_.is_empty();
 }
 
-// Each observation as what most of the weight took it for; others take no part.
+// Each observation as what most of the weight took it for; others take no part, but what has no id
+// may find its landmark later.
 void FastSlam::note_past(const OdometryIncrement& odometry,
                          const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
   past_.append({odometry.mean, odometry.covariance, odometry_errors_.sensitivity()});
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];
-    if (outcome.landmark < 0 || !outcome.is_believed()) continue;
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
-    past_.append_sighting(outcome.landmark, outcome.is_new,
-                          {0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor});
+    const SightingFactor sighting = {
+        0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor};
+    if (outcome.landmark >= 0 && outcome.is_believed()) {
+      past_.append_sighting(outcome.landmark, outcome.is_new, sighting);
+    } else if (association_ != DataAssociation::known) {
+      past_.append_unassigned(sighting);
+    }
   }
 }
 
@@ -162,7 +167,15 @@ bool FastSlam::redraw(int size) {
     const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
     if (!is_held) past_.forget_landmark(store_.birth(row));
   }
-  const SmoothingResult solution = past_.solve({kIterations, options.robust_width});
+  const SmoothingOptions smoothing = {kIterations, options.robust_width};
+  // As many landmarks as there are to be seen: of these, new_landmark_share are new.
+  const double log_density = log_density_of_new();
+  const ReassociationOptions reassociation = {
+      options.robust_width, log_density,
+      log_density - std::log(options_.association.new_landmark_share)};
+  const SmoothingResult solution = association_ == DataAssociation::known
+                                       ? past_.solve(smoothing)
+                                       : past_.solve(smoothing, reassociation, &next_id_);
   if (solution.fault != SmoothingFault::none) return refuse_redraw();
   const Eigen::MatrixXd deviations =
       draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
@@ -201,17 +214,10 @@ bool FastSlam::redraw(int size) {
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.
 void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief) {
-  const std::vector<int> all = rows();
-  std::vector<double> log_odds;
-  for (const int row : all) {
-    LandmarkEstimate landmark;
-    summarize(row, &landmark);
-    log_odds.push_back(landmark.log_odds);
-  }
-  if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
   const SmoothingGraph& graph = past_.graph();
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const int row = all[k];
+  std::vector<int> row_of(graph.landmarks.size(), -1);
+  std::vector<double> log_odds(graph.landmarks.size(), options_.association.seen_log_odds);
+  for (const int row : rows()) {
     const int number = past_.number_of(store_.birth(row));
     if (number < 0) {
       index_.remove(row);
@@ -220,20 +226,31 @@ void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const Jo
       --status_.landmarks;
       continue;
     }
-    const Eigen::Vector2d& mean = graph.landmarks[static_cast<std::size_t>(number)];
-    const Eigen::Matrix2d& covariance =
-        belief.landmarks_given_path[static_cast<std::size_t>(number)];
-    const LandmarkRow landmark = store_.row(row);
+    LandmarkEstimate landmark;
+    summarize(row, &landmark);
+    row_of[static_cast<std::size_t>(number)] = row;
+    log_odds[static_cast<std::size_t>(number)] = landmark.log_odds;
+  }
+  if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    if (row_of[l] < 0) {
+      row_of[l] = store_.add(past_.state().landmark_ids[l]);
+      ++status_.landmarks;
+    }
+    const Eigen::Vector2d& mean = graph.landmarks[l];
+    const Eigen::Matrix2d& covariance = belief.landmarks_given_path[l];
+    const LandmarkRow landmark = store_.row(row_of[l]);
+    const Eigen::Index column = 2 * static_cast<Eigen::Index>(l);
     for (Eigen::Index i = 0; i < size; ++i) {
-      landmark.x[i] = mean.x() + deviations(i, 2 * number);
-      landmark.y[i] = mean.y() + deviations(i, 2 * number + 1);
+      landmark.x[i] = mean.x() + deviations(i, column);
+      landmark.y[i] = mean.y() + deviations(i, column + 1);
       landmark.xx[i] = covariance(0, 0);
       landmark.xy[i] = covariance(0, 1);
       landmark.yy[i] = covariance(1, 1);
-      landmark.log_odds[i] = log_odds[k];
+      landmark.log_odds[i] = log_odds[l];
       landmark.held[i] = 1;
     }
-    index_.place(row, mean);
+    index_.place(row_of[l], mean);
   }
 }
 

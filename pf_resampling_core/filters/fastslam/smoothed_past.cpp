@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pf_resampling {
 namespace {
@@ -9,6 +10,11 @@ namespace {
 // Blocks that are left out at a time, a factorisation each; and that are kept of each kind.
 constexpr std::size_t kMostBlocks = 8;
 constexpr std::size_t kMostKept = 300;
+// Attempts to find better associations for one solution.
+constexpr int kMostReassociations = 3;
+constexpr int kMostMergers = 3;
+// s: out of view for so long, a landmark may be mistaken for another when it comes back.
+constexpr double kPassageGap = 10.0;
 
 // Seconds since the start.
 std::vector<double> times_of(const SmoothedPastState& state) {
@@ -101,16 +107,171 @@ void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new, Sighti
   last = pose;
 }
 
+void SmoothedPast::append_unassigned(SightingFactor sighting) {
+  sighting.pose = static_cast<int>(state_.graph.poses.size()) - 1;
+  sighting.landmark = -1;
+  state_.graph.unassigned.push_back(sighting);
+}
+
 void SmoothedPast::forget_landmark(std::int64_t id) {
   const int number = number_of(id);
   if (number < 0) return;
   numbers_.erase(id);
   state_.landmark_ids[static_cast<std::size_t>(number)] = -1;
-  std::vector<SightingFactor>& sightings = state_.graph.sightings;
-  sightings.erase(
-      std::remove_if(sightings.begin(), sightings.end(),
-                     [&](const SightingFactor& sighting) { return sighting.landmark == number; }),
-      sightings.end());
+  SmoothingGraph& graph = state_.graph;
+  std::vector<SightingFactor> others;
+  for (SightingFactor sighting : graph.sightings) {
+    if (sighting.landmark != number) {
+      others.push_back(sighting);
+      continue;
+    }
+    sighting.landmark = -1;
+    graph.unassigned.push_back(sighting);
+  }
+  graph.sightings = std::move(others);
+  std::stable_sort(
+      graph.unassigned.begin(), graph.unassigned.end(),
+      [](const SightingFactor& a, const SightingFactor& b) { return a.pose < b.pose; });
+}
+
+void SmoothedPast::remove_forgotten() {
+  std::vector<bool> is_forgotten;
+  for (const std::int64_t id : state_.landmark_ids) is_forgotten.push_back(id < 0);
+  if (std::find(is_forgotten.begin(), is_forgotten.end(), true) == is_forgotten.end()) return;
+  SmoothedPastState left = std::move(state_);
+  remove_landmarks(is_forgotten, &left.graph);
+  const auto keep = [&](auto* values) {
+    std::size_t kept = 0;
+    for (std::size_t l = 0; l < is_forgotten.size(); ++l) {
+      if (!is_forgotten[l]) (*values)[kept++] = (*values)[l];
+    }
+    values->resize(kept);
+  };
+  keep(&left.landmark_ids);
+  keep(&left.last_seen);
+  resume(left);
+}
+
+// Of which neither a sighting nor the prior says anything.
+void SmoothedPast::forget_unseen() {
+  std::vector<bool> is_seen(state_.landmark_ids.size(), false);
+  std::fill_n(is_seen.begin(), state_.graph.prior.landmarks.size(), true);
+  for (const SightingFactor& sighting : state_.graph.sightings) {
+    is_seen[static_cast<std::size_t>(sighting.landmark)] = true;
+  }
+  for (std::size_t l = 0; l < is_seen.size(); ++l) {
+    if (!is_seen[l]) forget_landmark(state_.landmark_ids[l]);
+  }
+}
+
+void SmoothedPast::merge(const std::vector<std::pair<int, int>>& pairs) {
+  merge_landmarks(pairs, &state_.graph);
+  for (const auto& [older, newer] : pairs) {
+    int& last = state_.last_seen[static_cast<std::size_t>(older)];
+    last = std::max(last, state_.last_seen[static_cast<std::size_t>(newer)]);
+    forget_landmark(state_.landmark_ids[static_cast<std::size_t>(newer)]);
+  }
+}
+
+SmoothingResult SmoothedPast::solve(const SmoothingOptions& options) {
+  remove_forgotten();
+  return smooth(options, &state_.graph);
+}
+
+// What comes back into view may be another landmark: until it is clear that it is not, it is one of
+// those seen lately, or a new one.
+bool SmoothedPast::part_arrivals(const ReassociationOptions& options, std::int64_t* next_id) {
+  SmoothingGraph& graph = state_.graph;
+  const std::vector<double> times = times_of(state_);
+  std::vector<double> last(graph.landmarks.size(), -std::numeric_limits<double>::infinity());
+  std::vector<int> taken(graph.landmarks.size(), -1);  // pose
+  bool is_changed = false;
+  for (SightingFactor& sighting : graph.sightings) {
+    const std::size_t pose = static_cast<std::size_t>(sighting.pose);
+    std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+    const bool is_first =
+        !std::isfinite(last[landmark]) && landmark >= graph.prior.landmarks.size();
+    if (sighting.pose >= state_.decided && !is_first &&
+        times[pose] - last[landmark] > kPassageGap) {
+      double least = -options.log_density_of_new;
+      landmark = graph.landmarks.size();
+      for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+        if (times[pose] - last[l] > kPassageGap || taken[l] == sighting.pose) continue;
+        const double cost = sighting_cost(options, graph, sighting, static_cast<int>(l));
+        if (cost >= least) continue;
+        least = cost;
+        landmark = l;
+      }
+      if (landmark == graph.landmarks.size()) {
+        graph.landmarks.push_back(graph.landmarks[static_cast<std::size_t>(sighting.landmark)]);
+        last.push_back(0.0);
+        taken.push_back(-1);
+        state_.landmark_ids.push_back((*next_id)++);
+        state_.last_seen.push_back(sighting.pose);
+        numbers_[state_.landmark_ids.back()] = static_cast<int>(landmark);
+      }
+      sighting.landmark = static_cast<int>(landmark);
+      is_changed = true;
+    }
+    last[landmark] = times[pose];
+    taken[landmark] = sighting.pose;
+    state_.last_seen[landmark] = sighting.pose;
+  }
+  return is_changed;
+}
+
+SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
+                                    const ReassociationOptions& reassociation,
+                                    std::int64_t* next_id) {
+  SmoothedPast parted = *this;
+  SmoothingResult solution;
+  const bool is_parted = parted.part_arrivals(reassociation, next_id);
+  if (is_parted) solution = parted.solve(options);
+  if (is_parted && solution.fault == SmoothingFault::none) {
+    *this = std::move(parted);
+  } else {
+    solution = solve(options);
+  }
+  if (solution.fault != SmoothingFault::none) return solution;
+  state_.decided = static_cast<int>(graph().poses.size());
+  for (int i = 0; i < kMostMergers; ++i) {
+    if (!merge_duplicates(options, reassociation, &solution)) break;
+  }
+  for (int i = 0; i < kMostReassociations; ++i) {
+    if (!improve_associations(options, reassociation, &solution)) break;
+  }
+  return solution;
+}
+
+bool SmoothedPast::merge_duplicates(const SmoothingOptions& options,
+                                    const ReassociationOptions& reassociation,
+                                    SmoothingResult* solution) {
+  const Duplicates duplicates = find_duplicates(reassociation, graph(), solution->belief);
+  if (duplicates.pairs.empty()) return false;
+  SmoothedPast other = *this;
+  other.merge(duplicates.pairs);
+  const SmoothingResult merged = other.solve(options);
+  if (merged.fault != SmoothingFault::none) return false;
+  const double log_odds = duplicates.log_prior_odds - (merged.cost - solution->cost);
+  if (!(log_odds >= kSureLogOdds)) return false;
+  *this = std::move(other);
+  *solution = merged;
+  return true;
+}
+
+bool SmoothedPast::improve_associations(const SmoothingOptions& options,
+                                        const ReassociationOptions& reassociation,
+                                        SmoothingResult* solution) {
+  SmoothedPast other = *this;
+  if (reassociate(reassociation, &other.state_.graph) == 0) return false;
+  other.forget_unseen();
+  const SmoothingResult better = other.solve(options);
+  const double before = association_cost(reassociation, solution->cost, graph());
+  const double after = association_cost(reassociation, better.cost, other.graph());
+  if (better.fault != SmoothingFault::none || !(after < before)) return false;
+  *this = std::move(other);
+  *solution = better;
+  return true;
 }
 
 void SmoothedPast::validate(double robust_width) {
@@ -132,6 +293,7 @@ void SmoothedPast::bound(int window, double robust_width) {
   if (2 * surplus <= window) return;
   if (!forget_oldest(surplus, robust_width, &state_.graph)) return;
   for (int& last : state_.last_seen) last -= surplus;
+  state_.decided -= surplus;
 }
 
 int SmoothedPast::number_of(std::int64_t landmark_id) const {

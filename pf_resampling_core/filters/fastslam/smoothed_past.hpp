@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/smoothing/cross_validation.hpp"
+#include "pf_resampling_core/smoothing/reassociation.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
 
 namespace pf_resampling {
@@ -15,8 +17,9 @@ struct SmoothedPastState {
   std::vector<std::int64_t> landmark_ids;  ///< of each landmark of the graph; -1: forgotten
   std::vector<int> last_seen;              ///< pose from which each of them was seen last
   int longest_absence = 0;                 ///< updates without the landmarks of the last one
-  double time = 0.0;                       ///< s, of the newest pose since the start
-  double validated = 0.0;                  ///< s, up to where blocks were left out and predicted
+  int decided = 0;         ///< poses whose sightings have had their landmarks decided
+  double time = 0.0;       ///< s, of the newest pose since the start
+  double validated = 0.0;  ///< s, up to where blocks were left out and predicted
   /// Of the passages and windows up to there, the newest last.
   std::vector<PredictedBlock> passages;
   std::vector<PredictedBlock> windows;
@@ -40,13 +43,23 @@ class SmoothedPast {
   /// a new one, in place of any that had its id.
   void append(const MotionFactor& motion);
   void append_sighting(std::int64_t landmark_id, bool is_new, SightingFactor sighting);
+  /// Of no landmark known.
+  void append_unassigned(SightingFactor sighting);
+  /// Its sightings are of no landmark from now on.
   void forget_landmark(std::int64_t id);
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
 
-  /// Solves for all of it, from the last solution; see smooth().
-  SmoothingResult solve(const SmoothingOptions& options) { return smooth(options, &state_.graph); }
+  /// Solves for all of it, from the last solution; see smooth(). Landmarks that were forgotten
+  /// leave the graph.
+  SmoothingResult solve(const SmoothingOptions& options);
+  /// The same where landmarks have no ids. What came back into view since the last solution counts
+  /// as another landmark, with an id from `next_id` on, until it is clear that it is not; landmarks
+  /// that are one become one, under the id of the older; and sightings may change their landmarks,
+  /// as long as that makes all of it more likely. See find_duplicates(), reassociate().
+  SmoothingResult solve(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                        std::int64_t* next_id);
 
   /// After solve(): leaves out and predicts what has been completed since the last call, a few
   /// blocks at most, and states the noise by how well that went, from the next solve() on; see
@@ -64,6 +77,15 @@ class SmoothedPast {
   int number_of(std::int64_t landmark_id) const;
 
  private:
+  void remove_forgotten();
+  void forget_unseen();
+  bool part_arrivals(const ReassociationOptions& options, std::int64_t* next_id);
+  bool merge_duplicates(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                        SmoothingResult* solution);
+  bool improve_associations(const SmoothingOptions& options,
+                            const ReassociationOptions& reassociation, SmoothingResult* solution);
+  void merge(const std::vector<std::pair<int, int>>& pairs);
+
   SmoothedPastState state_;
   std::unordered_map<std::int64_t, int> numbers_;  // of landmark_ids
 };

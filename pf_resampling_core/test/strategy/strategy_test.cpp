@@ -349,6 +349,7 @@ TEST(Strategy, RedrawsWhenItIsDueAndResamplesMeanwhile) {
   options.every_n = 2;
   options.redraw.every_n = 5;
   options.redraw.closure_absence = 3;
+  options.redraw.closure_spacing = 2;
   ToyFilter filter(kSize);
   Population population{&filter.x,          &filter.y,      &filter.heading,
                         &filter.log_weight, &filter.weight, &filter.ancestor};
@@ -373,6 +374,7 @@ TEST(Strategy, RedrawsWhenItIsDueAndResamplesMeanwhile) {
   EXPECT_EQ(strategy.renewals(), 3);
 
   population.closes_loop = true;
+  EXPECT_FALSE(renew().redrawn);  // too soon
   EXPECT_TRUE(renew().redrawn);
   population.closes_loop = false;
   is_refused = true;

@@ -220,9 +220,9 @@ odometry_errors_covariance 0 0 0 0 1
 odometry_errors 0.5 0 -0.5 0.25 0.125
 odometry_errors 0.25 0 1 -0.25 0.75
 scans_since_redraw 5
-# what a redraw draws from: numbers of poses, landmarks, sightings, and the longest
-# absence of a landmark of the last update; the prior; then a line for each
-past 2 1 1 0
+# what a redraw draws from: numbers of poses, landmarks, sightings; longest absence of a
+# landmark of the last update; poses that are decided; the prior; then a line for each
+past 2 1 2 0 1
 past_prior 0 1.25 -0.5 0.125 0 0 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4 0 0 0 0 0 4
 past_prior_row 0.5 4
 past_prior_row 0 0 4
@@ -240,6 +240,7 @@ past_pose 1.25 -0.5 0.125
 past_motion 0.25 0 0.125 0.25 0 0 0 0.25 0 0 0 0.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0
 past_pose 1.5 -0.25 0.25
 past_sighting 1 0 3.5 0.75 0.0625 0.25 0.5 0 0
+past_sighting 1 -1 2.5 -0.5 0.0625 0.25 0.5 0 0
 # how noisy the data were found: scales of ranges, bearings and odometry, seconds of the
 # newest pose and of the last test, numbers of passages and windows predicted
 past_noise 1.5 1 1.25 60.5 60.25 1 1
@@ -248,7 +249,7 @@ past_error 0.5 -0.25 1.5 0 0 0.125 0.25 0 0 1.5 0.5 0 0 0.5 0 0 0 0
 past_window 2
 past_error 1.5 0 1 0 0 0 0 0 0 1 2 0 0 2 0 0 0 0
 past_error -0.5 1 1 0 0 0 0 0 0 1 3 0 0 3 0.25 0 0 0.25
-end 65 1e39f580d30f5af1
+end 66 912d22c5439b55c3
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -300,6 +301,10 @@ end 65 1e39f580d30f5af1
   EXPECT_EQ(map.past.last_seen.at(0), 1);
   EXPECT_EQ(graph.sightings.at(0).bearing, 0.75);
   EXPECT_EQ(graph.sightings.at(0).sensor.x, 0.5);
+  ASSERT_EQ(graph.unassigned.size(), 1u);
+  EXPECT_EQ(graph.unassigned[0].landmark, -1);
+  EXPECT_EQ(graph.unassigned[0].bearing, -0.5);
+  EXPECT_EQ(map.past.decided, 1);
   EXPECT_EQ(graph.noise.range, 1.5);
   EXPECT_EQ(graph.noise.motion, 1.25);
   EXPECT_EQ(map.past.time, 60.5);

@@ -248,5 +248,67 @@ TEST(Redraw, FindsTheSensorsBias) {
   EXPECT_NEAR(filter.past().graph().constants[SensorConstant::range_scale], 0.04, 0.02);
 }
 
+// Five rounds past landmarks 3 m apart without ids, and something that is no landmark in every
+// fifth scan. Of 20 drives, each honest map has a landmark inside its 95 % ellipse with a standard
+// error of at most 0.05, as above.
+TEST(Redraw, FindsLandmarksAgainWithoutIds) {
+  FastSlamOptions options = redraw_options();
+  options.association.method = DataAssociation::mutual_exclusion;
+  constexpr double kChiSquare95TwoDof = 5.991;
+  const std::vector<Eigen::Vector2d> places = landmarks();
+  double inside = 0.0, found = 0.0, squared_error = 0.0;
+  int false_landmarks = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    FastSlam filter(options, seed);
+    const std::vector<Step> steps = drive(200, false, seed);
+    run(&filter, steps, 0, steps.size());
+    std::vector<bool> is_found(places.size(), false);
+    for (const LandmarkEstimate& landmark : filter.map()) {
+      if (landmark.held < 0.5 || landmark.log_odds < 1.0) continue;
+      const auto nearest = std::min_element(
+          places.begin(), places.end(), [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+            return (landmark.mean - a).norm() < (landmark.mean - b).norm();
+          });
+      const std::size_t place = static_cast<std::size_t>(nearest - places.begin());
+      const Eigen::Vector2d error = landmark.mean - *nearest;
+      if (is_found[place] || error.norm() > 1.0) {
+        ++false_landmarks;
+        continue;
+      }
+      is_found[place] = true;
+      found += 1.0;
+      squared_error += error.squaredNorm();
+      inside += error.dot(landmark.covariance.inverse() * error) < kChiSquare95TwoDof ? 1.0 : 0.0;
+    }
+  }
+  EXPECT_EQ(found, 20.0 * 12.0);
+  EXPECT_LE(false_landmarks, 10);  // one in two drives
+  EXPECT_GT(inside, 0.75 * found);
+  const MapFigures known = figures_of(redraw_options());
+  EXPECT_LT(squared_error / found, 1.3 * known.squared_error / known.landmarks);
+}
+
+// A map saved on the way, with sightings of nothing, is all that is needed.
+TEST(Redraw, GoesOnFromASavedMapWithoutIds) {
+  FastSlamOptions options = redraw_options();
+  options.association.method = DataAssociation::mutual_exclusion;
+  const std::vector<Step> steps = drive(120, false, 3);
+  FastSlam whole(options, 7);
+  std::size_t saved = 50;
+  run(&whole, steps, 0, saved);
+  while (whole.past().graph().unassigned.empty() && saved < 110) {
+    run(&whole, steps, saved, saved + 1);
+    ++saved;
+  }
+  ASSERT_FALSE(whole.past().graph().unassigned.empty());
+  const SavedMap map = through_a_file(saved_map(&whole, options.particles));
+  run(&whole, steps, saved, steps.size());
+  FastSlam part(options, 7);
+  part.load(map);
+  run(&part, steps, saved, steps.size());
+  EXPECT_GT(part.status().redraws, 0);
+  EXPECT_EQ(numbers_of(&part), numbers_of(&whole));
+}
+
 }  // namespace
 }  // namespace pf_resampling

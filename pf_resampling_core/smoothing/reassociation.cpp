@@ -1,0 +1,320 @@
+#include "pf_resampling_core/smoothing/reassociation.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "pf_resampling_core/smoothing/residuals.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kLogTwoPi = 1.8378770664093453;
+// Squared distance, in standard deviations, beyond which two landmarks are never one (99.9 %).
+constexpr double kFarthest = 13.8;
+// First pairs that are tried.
+constexpr std::size_t kMostSeeds = 20;
+
+// A sighting's own part of the cost, were it of a landmark with this residual.
+double log_normalizer(const SightingFactor& sighting, const NoiseScales& noise) {
+  return kLogTwoPi + 0.5 * std::log(sighting.range_variance * sighting.bearing_variance) +
+         std::log(noise.range * noise.bearing);
+}
+
+// A sighting that may be of a landmark.
+struct Match {
+  double cost;
+  int sighting;
+  int landmark;
+};
+
+// All sightings of all scans in order of the poses, assigned or not.
+std::vector<SightingFactor> all_sightings(const SmoothingGraph& graph) {
+  std::vector<SightingFactor> all = graph.sightings;
+  for (SightingFactor sighting : graph.unassigned) {
+    sighting.landmark = -1;
+    all.push_back(sighting);
+  }
+  std::stable_sort(all.begin(), all.end(), [](const SightingFactor& a, const SightingFactor& b) {
+    return a.pose < b.pose;
+  });
+  return all;
+}
+
+// Where a sighting puts its landmark, and how far off that can be.
+bool is_near(const SightingFactor& sighting, const SmoothingGraph& graph,
+             const Eigen::Vector2d& landmark) {
+  constexpr double kSigmas = 10.0;
+  const Pose2 eye = compose(graph.poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
+  const double range = std::hypot(landmark.x() - eye.x, landmark.y() - eye.y);
+  const double slack = kSigmas * graph.noise.range * std::sqrt(sighting.range_variance) +
+                       std::abs(graph.constants[SensorConstant::range_scale]) * range;
+  return std::abs(range - sighting.range) < slack;
+}
+
+// The likeliest pairs of a scan first.
+void associate_scan(const ReassociationOptions& options, const SmoothingGraph& graph,
+                    SightingFactor* scan, int count) {
+  std::vector<Match> matches;
+  for (int k = 0; k < count; ++k) {
+    for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+      if (!is_near(scan[k], graph, graph.landmarks[l])) continue;
+      const double cost = sighting_cost(options, graph, scan[k], static_cast<int>(l));
+      if (cost < -options.log_density_of_new) matches.push_back({cost, k, static_cast<int>(l)});
+    }
+    scan[k].landmark = -1;
+  }
+  std::sort(matches.begin(), matches.end(), [](const Match& a, const Match& b) {
+    if (a.cost != b.cost) return a.cost < b.cost;
+    return a.sighting != b.sighting ? a.sighting < b.sighting : a.landmark < b.landmark;
+  });
+  std::set<int> taken;
+  for (const Match& match : matches) {
+    if (scan[match.sighting].landmark >= 0 || taken.count(match.landmark) > 0) continue;
+    scan[match.sighting].landmark = match.landmark;
+    taken.insert(match.landmark);
+  }
+}
+
+// For each landmark those that a scan has seen beside it.
+std::vector<std::set<int>> seen_together(const SmoothingGraph& graph) {
+  std::vector<std::set<int>> together(graph.landmarks.size());
+  for (std::size_t first = 0; first < graph.sightings.size();) {
+    std::size_t last = first;
+    while (last < graph.sightings.size() &&
+           graph.sightings[last].pose == graph.sightings[first].pose) {
+      ++last;
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      for (std::size_t j = first; j < last; ++j) {
+        const int other = graph.sightings[j].landmark;
+        if (i != j) {
+          together[static_cast<std::size_t>(graph.sightings[i].landmark)].insert(other);
+        }
+      }
+    }
+    first = last;
+  }
+  return together;
+}
+
+// The belief about the landmarks' places as pairs of them become one.
+struct Places {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;
+
+  Eigen::Vector2d difference(int i, int j) const {
+    return mean.segment<2>(2 * i) - mean.segment<2>(2 * j);
+  }
+  Eigen::Matrix2d uncertainty(int i, int j) const {
+    const auto block = [&](int a, int b) { return covariance.block<2, 2>(2 * a, 2 * b); };
+    return block(i, i) + block(j, j) - block(i, j) - block(j, i);
+  }
+  void join(int i, int j) {
+    const Eigen::MatrixXd across =
+        covariance.middleCols<2>(2 * i) - covariance.middleCols<2>(2 * j);
+    const Eigen::MatrixXd gain = across * uncertainty(i, j).inverse();
+    mean -= gain * difference(i, j);
+    covariance -= gain * across.transpose();
+  }
+};
+
+// What two landmarks being one is worth.
+struct Odds {
+  double prior = 0.0;    // logarithm, without the fit
+  double squared = 0.0;  // the fit: squared distance
+  double log_odds() const { return prior - 0.5 * squared; }
+};
+
+Odds odds_of(const Places& places, int i, int j, double log_density) {
+  const Eigen::Matrix2d uncertainty = places.uncertainty(i, j);
+  const double determinant = uncertainty.determinant();
+  if (!(determinant > 0.0)) return {0.0, 2.0 * kFarthest};
+  const Eigen::Vector2d difference = places.difference(i, j);
+  return {-kLogTwoPi - 0.5 * std::log(determinant) - log_density,
+          difference.dot(uncertainty.inverse() * difference)};
+}
+
+struct Candidate {
+  int older, newer;
+  double log_odds;
+};
+
+// Pairs, and the belief once they are one.
+struct Choice {
+  Duplicates found;
+  Places places;
+};
+
+// Joins a first pair, then again and again the pair that is then the most likely.
+Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates,
+                   const std::vector<std::set<int>>& together, Places places, double log_density) {
+  Duplicates found;
+  std::vector<std::set<int>> apart = together;
+  Candidate next = seed;
+  for (;;) {
+    const Odds odds = odds_of(places, next.older, next.newer, log_density);
+    found.pairs.emplace_back(next.older, next.newer);
+    found.log_prior_odds += odds.prior;
+    found.log_odds += odds.log_odds();
+    places.join(next.older, next.newer);
+    // What was seen beside one of them was seen beside both.
+    const std::size_t older = static_cast<std::size_t>(next.older);
+    const std::size_t newer = static_cast<std::size_t>(next.newer);
+    apart[older].insert(apart[newer].begin(), apart[newer].end());
+    for (const int other : apart[older]) {
+      apart[static_cast<std::size_t>(other)].insert(next.older);
+    }
+    const int gone = next.newer;
+    candidates.erase(
+        std::remove_if(candidates.begin(), candidates.end(),
+                       [&](const Candidate& c) { return c.older == gone || c.newer == gone; }),
+        candidates.end());
+    next.log_odds = 0.0;
+    bool is_any = false;
+    for (const Candidate& c : candidates) {
+      if (apart[static_cast<std::size_t>(c.older)].count(c.newer) > 0) continue;
+      const Odds of_pair = odds_of(places, c.older, c.newer, log_density);
+      if (of_pair.squared > kFarthest || of_pair.log_odds() <= next.log_odds) continue;
+      next = {c.older, c.newer, of_pair.log_odds()};
+      is_any = true;
+    }
+    if (!is_any) return {std::move(found), std::move(places)};
+  }
+}
+
+// Whether they put the robot at different places: what the one joins is far apart once the other is
+// right. Neighbours taken for each other do not.
+bool contradict(const Choice& best, const Choice& other, double sighting_variance) {
+  const Eigen::Matrix2d neighbourhood = sighting_variance * Eigen::Matrix2d::Identity();
+  return std::any_of(other.found.pairs.begin(), other.found.pairs.end(), [&](const auto& pair) {
+    const Eigen::Matrix2d uncertainty =
+        best.places.uncertainty(pair.first, pair.second) + neighbourhood;
+    const Eigen::Vector2d difference = best.places.difference(pair.first, pair.second);
+    return difference.dot(uncertainty.inverse() * difference) > kFarthest;
+  });
+}
+
+// What the prior says of the second of a pair, it says of the first.
+void join_in_prior(int older, int newer, GaussianPrior* prior) {
+  if (newer >= static_cast<int>(prior->landmarks.size())) return;
+  const std::size_t first = static_cast<std::size_t>(older);
+  const std::size_t second = static_cast<std::size_t>(newer);
+  const Eigen::Index to = 3 + 2 * older;
+  const Eigen::Index from = 3 + 2 * newer;
+  prior->gradient +=
+      prior->information.middleCols<2>(from) * (prior->landmarks[first] - prior->landmarks[second]);
+  prior->gradient.segment<2>(to) += prior->gradient.segment<2>(from);
+  prior->gradient.segment<2>(from).setZero();
+  prior->information.middleCols<2>(to) += prior->information.middleCols<2>(from).eval();
+  prior->information.middleCols<2>(from).setZero();
+  prior->information.middleRows<2>(to) += prior->information.middleRows<2>(from).eval();
+  prior->information.middleRows<2>(from).setZero();
+  prior->landmarks_given_path[first] += prior->landmarks_given_path[second];
+}
+
+}  // namespace
+
+double association_cost(const ReassociationOptions& options, double cost,
+                        const SmoothingGraph& graph) {
+  for (const SightingFactor& sighting : graph.sightings) {
+    cost += log_normalizer(sighting, graph.noise);
+  }
+  return cost - options.log_density_of_new * static_cast<double>(graph.unassigned.size());
+}
+
+double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& graph,
+                     const SightingFactor& sighting, int landmark) {
+  const SightingResidual r =
+      sighting_residual(sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
+                        graph.landmarks[static_cast<std::size_t>(landmark)], graph.constants);
+  return log_normalizer(sighting, graph.noise) +
+         robust_cost(r.value.squaredNorm(), options.robust_width);
+}
+
+int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {
+  std::vector<SightingFactor> all = all_sightings(*graph);
+  int changed = 0;
+  std::vector<int> before;
+  for (std::size_t first = 0; first < all.size();) {
+    std::size_t last = first;
+    before.clear();
+    while (last < all.size() && all[last].pose == all[first].pose) {
+      before.push_back(all[last++].landmark);
+    }
+    associate_scan(options, *graph, &all[first], static_cast<int>(last - first));
+    for (std::size_t k = first; k < last; ++k) changed += all[k].landmark != before[k - first];
+    first = last;
+  }
+  graph->sightings.clear();
+  graph->unassigned.clear();
+  for (const SightingFactor& sighting : all) {
+    (sighting.landmark >= 0 ? graph->sightings : graph->unassigned).push_back(sighting);
+  }
+  return changed;
+}
+
+Duplicates find_duplicates(const ReassociationOptions& options, const SmoothingGraph& graph,
+                           const JointBelief& belief) {
+  const int count = static_cast<int>(graph.landmarks.size());
+  if (count < 2 || graph.sightings.empty()) return {};
+  // A landmark per m and rad, seen from a distance, is that over the distance per m^2.
+  double distance = 0.0, variance = 0.0;
+  for (const SightingFactor& sighting : graph.sightings) {
+    distance += sighting.range;
+    variance +=
+        sighting.range_variance + sighting.range * sighting.range * sighting.bearing_variance;
+  }
+  const double sightings = static_cast<double>(graph.sightings.size());
+  distance /= sightings;
+  variance /= 2.0 * sightings;
+  const double log_density = options.log_density_of_landmarks - std::log(distance);
+
+  Places places;
+  places.covariance = belief.covariance.topLeftCorner(2 * count, 2 * count);
+  places.mean.resize(2 * count);
+  for (int l = 0; l < count; ++l) {
+    places.mean.segment<2>(2 * l) = graph.landmarks[static_cast<std::size_t>(l)];
+  }
+  const std::vector<std::set<int>> together = seen_together(graph);
+  std::vector<Candidate> candidates;
+  for (int newer = 1; newer < count; ++newer) {
+    for (int older = 0; older < newer; ++older) {
+      if (together[static_cast<std::size_t>(older)].count(newer) > 0) continue;
+      const Odds odds = odds_of(places, older, newer, log_density);
+      if (odds.squared < kFarthest) candidates.push_back({older, newer, odds.log_odds()});
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.log_odds != b.log_odds) return a.log_odds > b.log_odds;
+    return a.newer != b.newer ? a.newer < b.newer : a.older < b.older;
+  });
+  std::vector<Choice> choices;
+  for (std::size_t seed = 0; seed < std::min(kMostSeeds, candidates.size()); ++seed) {
+    choices.push_back(joined_from(candidates[seed], candidates, together, places, log_density));
+  }
+  if (choices.empty()) return {};
+  const auto best = std::max_element(
+      choices.begin(), choices.end(),
+      [](const Choice& a, const Choice& b) { return a.found.log_odds < b.found.log_odds; });
+  if (best->found.log_odds < kSureLogOdds) return {};
+  for (const Choice& other : choices) {
+    if (other.found.log_odds > best->found.log_odds - kSureLogOdds &&
+        contradict(*best, other, variance)) {
+      return {};
+    }
+  }
+  return best->found;
+}
+
+void merge_landmarks(const std::vector<std::pair<int, int>>& pairs, SmoothingGraph* graph) {
+  for (const auto& [older, newer] : pairs) {
+    join_in_prior(older, newer, &graph->prior);
+    for (SightingFactor& sighting : graph->sightings) {
+      if (sighting.landmark == newer) sighting.landmark = older;
+    }
+  }
+}
+
+}  // namespace pf_resampling

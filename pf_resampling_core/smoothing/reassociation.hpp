@@ -1,0 +1,59 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "pf_resampling_core/smoothing/smoother.hpp"
+#include "pf_resampling_core/smoothing/smoothing_graph.hpp"
+
+namespace pf_resampling {
+
+/// What decides which landmark a sighting is of, where the landmarks have no ids.
+struct ReassociationOptions {
+  double robust_width = 0.0;  ///< as in SmoothingOptions
+  /// Logarithm of the density, per m and rad, of sightings that are of no landmark known: of new
+  /// ones, or of none.
+  double log_density_of_new = 0.0;
+  /// Likewise, of the landmarks that there are.
+  double log_density_of_landmarks = 0.0;
+};
+
+/// Minus the logarithm of the posterior of estimate and associations, but for a constant: the
+/// graph's cost and what its associations add to it. `cost`: as smooth() found it.
+double association_cost(const ReassociationOptions& options, double cost,
+                        const SmoothingGraph& graph);
+
+/// What a sighting adds to that if it is of this landmark.
+double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& graph,
+                     const SightingFactor& sighting, int landmark);
+
+/// Decides anew, at the graph's estimate, which landmark each sighting is of, or whether it is of
+/// none: in every scan the likeliest pairs first, no landmark twice (as Data association by mutual
+/// exclusion, Montemerlo 2003, but with all that is known by now). Returns how many changed.
+int reassociate(const ReassociationOptions& options, SmoothingGraph* graph);
+
+/// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.
+inline constexpr double kSureLogOdds = 3.0;
+
+/// Landmarks that are one: pairs of their numbers, the older first.
+struct Duplicates {
+  std::vector<std::pair<int, int>> pairs;
+  /// Logarithm of how much more likely it is that the pairs are one than that they are not, but
+  /// for how well the data then fit: -cost.
+  double log_prior_odds = 0.0;
+  /// With the cost that the belief predicts.
+  double log_odds = 0.0;
+};
+
+/// The landmarks that most likely are one by the joint belief: no two that one scan has both seen,
+/// and so that each pair fits what the pairs before it leave of the belief (joint compatibility,
+/// Neira, Tardos 2001). None unless they are more likely than kSureLogOdds to be one, and by as
+/// much more likely than any other choice that would put the robot elsewhere.
+Duplicates find_duplicates(const ReassociationOptions& options, const SmoothingGraph& graph,
+                           const JointBelief& belief);
+
+/// What was said of the second of each pair is said of the first from now on, and nothing of the
+/// second any more.
+void merge_landmarks(const std::vector<std::pair<int, int>>& pairs, SmoothingGraph* graph);
+
+}  // namespace pf_resampling
