@@ -20,7 +20,7 @@ test: ## install what is missing, build, run every test, end with "N passed, N f
 fresh: ## as root: the two commands on machines made for it that have nothing but git and make
 	@scripts/fresh_machine
 
-bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL and plain loops
+bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL, Ceres and plain loops
 	@scripts/set_up build bench
 	@scripts/bench
 
