@@ -1,7 +1,8 @@
-#include "tools/batch/batch_slam.hpp"
+#include "tools/common/batch_slam.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -63,7 +64,6 @@ World exact_world() {
 }
 
 TEST(SolveBatch, FindsPathMapAndScalesOfExactData) {
-  if (!has_batch_solver()) GTEST_SKIP() << "built without Ceres";
   const Recording recording = simulated_recording(exact_world(), 1);
   const BatchSolution solution = solve_batch(problem_of(recording));
   EXPECT_NEAR(solution.distance_scale, 1.05, 0.002);
@@ -83,7 +83,6 @@ TEST(SolveBatch, FindsPathMapAndScalesOfExactData) {
 }
 
 TEST(SolveBatch, MisreadIdsHardlyPull) {
-  if (!has_batch_solver()) GTEST_SKIP() << "built without Ceres";
   Recording recording = simulated_recording(exact_world(), 1);
   int misread = 0;
   for (std::size_t i = 7; i < recording.landmark_observations.size(); i += 23, ++misread) {
@@ -96,7 +95,6 @@ TEST(SolveBatch, MisreadIdsHardlyPull) {
 }
 
 TEST(SolveBatch, SensorsSitAnywhereOnTheRobot) {
-  if (!has_batch_solver()) GTEST_SKIP() << "built without Ceres";
   const Recording recording = simulated_recording(exact_world(), 1);
   BatchProblem problem = problem_of(recording);
   const Pose2 mount = {0.4, -0.3, 1.2};
@@ -115,7 +113,6 @@ TEST(SolveBatch, SensorsSitAnywhereOnTheRobot) {
 }
 
 TEST(SolveBatch, ReachesTheBoundOfTheReferenceWorld) {
-  if (!has_batch_solver()) GTEST_SKIP() << "built without Ceres";
   // DATASETS.md: map RMS at the end 0.173 m. Over 25 seeds, with a standard deviation from seed to
   // seed of 0.08 m: a standard error of 0.016 m; 5 of them.
   const World world = load_world("indoor_two_loops");
@@ -134,7 +131,6 @@ TEST(SolveBatch, ReachesTheBoundOfTheReferenceWorld) {
 }
 
 TEST(SolveBatch, ReachesTheBoundOfMrclam) {
-  if (!has_batch_solver()) GTEST_SKIP() << "built without Ceres";
   const std::string directory = std::string(PF_RESAMPLING_DATASETS) + "/mrclam6";
   if (!std::filesystem::exists(directory)) {
     GTEST_SKIP() << "the data set is not there: " << directory;
@@ -157,15 +153,57 @@ TEST(SolveBatch, ReachesTheBoundOfMrclam) {
   }
 }
 
-TEST(SolveBatch, NeedsIdsAndOdometry) {
-  if (!has_batch_solver()) {
-    EXPECT_THROW(solve_batch({}), Error);
-    return;
+// The reference world as it is, to `end` (s).
+BatchProblem noisy_problem(double end) {
+  Recording recording = simulated_recording(load_world("indoor_two_loops"), 3);
+  const auto cut = [end](auto* entries) {
+    entries->erase(std::remove_if(entries->begin(), entries->end(),
+                                  [end](const auto& entry) { return entry.time > end; }),
+                   entries->end());
+  };
+  cut(&recording.odometry);
+  cut(&recording.landmark_observations);
+  return problem_of(recording);
+}
+
+double distance(const EstimatedPose& a, const EstimatedPose& b) {
+  return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y);
+}
+
+TEST(SolveOnline, KnowsThePastOnly) {
+  const BatchProblem whole = noisy_problem(1e9);
+  const double half_time = whole.odometry[whole.odometry.size() / 2].time;
+  const OnlineSolution all = solve_online(whole);
+  const OnlineSolution half = solve_online(noisy_problem(half_time));
+  ASSERT_EQ(all.path.size(), whole.odometry.size());
+  ASSERT_EQ(all.solutions, static_cast<int>(whole.scans.size()));
+  ASSERT_GT(half.solutions, 20);
+  for (std::size_t i = 0; i < half.path.size(); ++i) {
+    ASSERT_EQ(half.path[i].time, all.path[i].time);
+    ASSERT_EQ(distance(half.path[i], all.path[i]), 0.0) << "pose " << i;
   }
+}
+
+// Then it knows what the whole problem knows.
+TEST(SolveOnline, EndsWhereTheBatchSolutionEnds) {
+  const BatchProblem problem = noisy_problem(1e9);
+  const OnlineSolution online = solve_online(problem);
+  EXPECT_EQ(online.refused, 0);
+  // Both stop within a hundredth of a standard deviation, which is a decimetre.
+  EXPECT_LT(distance(online.path.back(), solve_batch(problem).path.back()), 2e-3);
+  // What has left the window is linearised where it was last solved for.
+  const OnlineSolution bounded = solve_online(problem, {}, 60);
+  EXPECT_GT(distance(online.path.back(), bounded.path.back()), 0.0);
+  EXPECT_LT(distance(online.path.back(), bounded.path.back()), 0.02);
+}
+
+TEST(SolveBatch, NeedsIdsAndOdometry) {
   Recording recording = simulated_recording(exact_world(), 1);
   for (auto& seen : recording.landmark_observations) seen.id = -1;
   EXPECT_THROW(solve_batch(problem_of(recording)), Error);
+  EXPECT_THROW(solve_online(problem_of(recording)), Error);
   EXPECT_THROW(solve_batch({}), Error);
+  EXPECT_THROW(solve_online({}), Error);
 }
 
 }  // namespace

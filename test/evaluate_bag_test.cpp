@@ -245,7 +245,7 @@ TEST_F(EvaluateBag, RefusesBadInputInOneLine) {
   }
   for (const std::string& arguments :
        {std::string(), bag + " --klip 0.2", bag + " --clip x", bag + " --match best",
-        bag + " --frame mine", bag + " --batch --odom none"}) {
+        bag + " --frame mine", bag + " --batch --odom none", bag + " --batch-online"}) {
     const ProgramResult result = run_program("evaluate_bag " + arguments);
     EXPECT_EQ(result.exit_code, 2) << arguments;
     EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << arguments << "\n" << result.error;

@@ -9,9 +9,9 @@
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
-#include "tools/batch/batch_slam.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
+#include "tools/common/batch_slam.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
@@ -65,13 +65,11 @@ CommandLine command_line() {
       "how to lay the estimate on the truth: given (as it is), start (so that it agrees at the "
       "first true pose), fit (where it fits best); auto: given; if the bag has a map and no "
       "/initialpose: start, or fit without true headings");
-  line.flag(
-      "batch",
-      "compare with the least-squares solution of odometry and observations with ids (Ceres)");
-  line.option<double>("batch-online", "SECONDS",
-                      "with --batch: also solve every so many seconds with the data until then, "
-                      "which is all that a "
-                      "filter knows; takes minutes");
+  line.flag("batch",
+            "compare with the least-squares solution of odometry and observations with ids");
+  line.flag("batch-online",
+            "with --batch: also solve at every observation with the data until then, which is all "
+            "that a filter knows; takes minutes for a long drive");
   line.flag("quiet", "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");
@@ -86,8 +84,8 @@ struct Request {
   std::string frame;  // "auto", "given", "start", "fit"
   bool with_odometry = true;
   bool with_batch = false;
+  bool with_online = false;
   bool is_quiet = false;
-  std::optional<double> online_period;  // s
   std::optional<std::string> truth_frame, json, plot;
   std::string truth, pose, odom, beacons, landmark_map, true_landmarks, landmarks, path, status,
       particle_errors;  // topics
@@ -120,7 +118,7 @@ Request request_from(const CommandLine& line) {
   request.with_odometry = line.text("odom") != "none";
   request.with_batch = line.get<bool>("batch");
   request.is_quiet = line.get<bool>("quiet");
-  request.online_period = line.optional<double>("batch-online");
+  request.with_online = line.get<bool>("batch-online");
   request.truth_frame = line.optional<std::string>("truth-frame");
   request.json = line.optional<std::string>("json");
   request.plot = line.optional<std::string>("plot");
@@ -134,9 +132,8 @@ Request request_from(const CommandLine& line) {
   request.path = line.topic("path");
   request.status = line.topic("status");
   request.particle_errors = line.topic("particle-errors");
-  if (request.online_period) {
-    if (!request.with_batch) throw UsageError("--batch-online needs --batch");
-    if (!(*request.online_period > 0.0)) throw UsageError("--batch-online has to be above 0 s");
+  if (request.with_online && !request.with_batch) {
+    throw UsageError("--batch-online needs --batch");
   }
   if (request.with_batch && !request.with_odometry) {
     throw UsageError("--batch needs the odometry (--odom)");
@@ -255,44 +252,6 @@ std::vector<TruePose> truth_at(const std::vector<EstimatedPose>& path,
   return there;
 }
 
-/// The newest pose of the solution with the data until then, every `period` seconds.
-std::vector<EstimatedPose> solve_online(const BatchProblem& problem, double period) {
-  std::vector<EstimatedPose> poses;
-  const double last = problem.odometry.back().time;
-  double time = problem.odometry.front().time;
-  while ((time += period) < last) {
-    BatchProblem past = problem;
-    const auto is_later = [time](const auto& entry) { return entry.time > time; };
-    past.odometry.erase(std::find_if(past.odometry.begin(), past.odometry.end(), is_later),
-                        past.odometry.end());
-    past.scans.erase(std::find_if(past.scans.begin(), past.scans.end(), is_later),
-                     past.scans.end());
-    const bool sees_any = std::any_of(past.scans.begin(), past.scans.end(), [](const auto& scan) {
-      return std::any_of(scan.landmarks.begin(), scan.landmarks.end(),
-                         [](const auto& seen) { return seen.id >= 0; });
-    });
-    poses.push_back(
-        sees_any ? solve_batch(past).path.back()
-                 : EstimatedPose{past.odometry.back().time,
-                                 relative(problem.odometry.front().pose, past.odometry.back().pose),
-                                 Eigen::Matrix3d::Zero()});
-  }
-  return poses;
-}
-
-/// Filter and solution, each with the data until then; at the same times, each aligned there.
-OnlineComparison compare_online(const BatchProblem& problem, double period, const Recorded& run) {
-  const std::vector<EstimatedPose> poses = path_of_place(solve_online(problem, period), run.place);
-  PathErrorOptions options;
-  options.max_gap = std::numeric_limits<double>::max();
-  const std::vector<TruePose> there = truth_at(poses, run.truth);
-  OnlineComparison online;
-  online.period = period;
-  online.batch = evaluate_aligned_path(there, poses, options);
-  online.filter = evaluate_aligned_path(there, run.estimate, options);
-  return online;
-}
-
 BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   BatchProblem problem;
   problem.odometry = read_poses(bag, request.odom);
@@ -304,13 +263,20 @@ BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   return problem;
 }
 
+/// Brings a solution, which begins at its origin, to the truth's frame as the estimate was.
+FrameChoice frame_of_solution(const std::vector<EstimatedPose>& path,
+                              const std::string& frame_of_estimate, const Recorded& run,
+                              const PathErrorOptions& options) {
+  return choose_frame(frame_of_estimate == "given" ? "start" : frame_of_estimate, true, run.truth,
+                      path, options);
+}
+
 /// The errors of the solution, found in the same way as those of the estimate.
 BatchComparison judge_batch(const BatchSolution& solution, const std::string& frame_of_estimate,
                             const Recorded& run, const PathErrorOptions& options) {
   BatchComparison batch;
   batch.aligned = evaluate_aligned_path(run.truth, solution.path, options);
-  const FrameChoice frame = choose_frame(frame_of_estimate == "given" ? "start" : frame_of_estimate,
-                                         true, run.truth, solution.path, options);
+  const FrameChoice frame = frame_of_solution(solution.path, frame_of_estimate, run, options);
   batch.errors = evaluate_path(run.truth, moved(solution.path, frame.alignment), options);
   if (run.true_map) {
     MapErrorOptions map_options;
@@ -342,6 +308,23 @@ void add_ratios(const Evaluation& evaluation, BatchComparison* batch) {
   }
 }
 
+/// What least squares says while the robot drives, judged as the poses that the filter gave out.
+OnlineBound judge_online(const BatchProblem& problem, const Recorded& run,
+                         const PathErrorOptions& options, const Evaluation& evaluation) {
+  const OnlineSolution solution = solve_online(problem);
+  const std::vector<EstimatedPose> path = path_of_place(solution.path, run.place);
+  const FrameChoice frame = frame_of_solution(path, evaluation.frame, run, options);
+  OnlineBound bound;
+  bound.solutions = solution.solutions;
+  bound.refused = solution.refused;
+  bound.errors = evaluate_path(run.truth, moved(path, frame.alignment), options);
+  bound.aligned = evaluate_aligned_path(run.truth, path, options);
+  bound.ratio = ratio(evaluation.estimate.cartesian.mean, bound.errors.cartesian.mean);
+  bound.aligned_ratio =
+      ratio(evaluation.estimate_aligned.cartesian.mean, bound.aligned.cartesian.mean);
+  return bound;
+}
+
 /// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
 BatchComparison compare_with_batch(const BatchProblem& problem, const Recorded& run,
                                    const Request& request, const Evaluation& evaluation) {
@@ -353,7 +336,9 @@ BatchComparison compare_with_batch(const BatchProblem& problem, const Recorded& 
                                                request.path_options);
   }
   add_ratios(evaluation, &batch);
-  if (request.online_period) batch.online = compare_online(problem, *request.online_period, run);
+  if (request.with_online) {
+    batch.online = judge_online(problem, run, request.path_options, evaluation);
+  }
   return batch;
 }
 

@@ -142,11 +142,12 @@ void print(const BatchComparison& batch) {
   if (batch.map_ratio) std::printf(", map %s", fixed(*batch.map_ratio, 2).c_str());
   std::printf("\n");
   if (batch.online) {
-    const double filter = batch.online->filter.cartesian.mean;
-    const double bound = batch.online->batch.cartesian.mean;
-    std::printf("  on line, every %.0f s (data so far):        filter %s, batch %s, ratio %s\n",
-                batch.online->period, metres(filter).c_str(), metres(bound).c_str(),
-                fixed(filter / bound, 2).c_str());
+    const OnlineBound& online = *batch.online;
+    std::printf("  on-line bound (%d solutions, %d refused):  as given %s, aligned %s\n",
+                online.solutions, online.refused, metres(online.errors.cartesian.mean).c_str(),
+                metres(online.aligned.cartesian.mean).c_str());
+    std::printf("  filter error over the on-line bound:       as given %s, aligned %s\n",
+                text_of(online.ratio).c_str(), text_of(online.aligned_ratio).c_str());
   }
 }
 
@@ -291,10 +292,13 @@ nlohmann::json to_json(const Evaluation& evaluation) {
   if (evaluation.batch) {
     result["batch"] = to_json(*evaluation.batch);
     if (evaluation.batch->online) {
-      const OnlineComparison& online = *evaluation.batch->online;
-      result["batch"]["online"] = {{"period", online.period},
-                                   {"batch", to_json(online.batch.cartesian)},
-                                   {"filter", to_json(online.filter.cartesian)}};
+      const OnlineBound& online = *evaluation.batch->online;
+      result["batch"]["online"] = {{"cartesian", to_json(online.errors.cartesian)},
+                                   {"cartesian_aligned", to_json(online.aligned.cartesian)},
+                                   {"ratio", to_json(online.ratio)},
+                                   {"aligned_ratio", to_json(online.aligned_ratio)},
+                                   {"solutions", online.solutions},
+                                   {"refused", online.refused}};
     }
     result["batch_ratio"] = to_json(evaluation.batch->path_ratio);
   }

@@ -11,11 +11,16 @@
 
 namespace pf_resampling {
 
-/// Filter and solution at one time after another, each with the data until then.
-struct OnlineComparison {
-  double period = 0.0;       ///< s between the poses that are compared
-  AlignedPathErrors batch;   ///< of the newest pose of the solution with the data so far
-  AlignedPathErrors filter;  ///< at the same times
+/// The newest poses of least squares at every observation, each with the data until then, judged
+/// like the poses that the filter gave out.
+struct OnlineBound {
+  PathErrors errors;
+  AlignedPathErrors aligned;
+  int solutions = 0;
+  int refused = 0;  ///< of these: there was none, and the odometry went on
+  /// The filter's mean Cartesian error over this one: as given, and both aligned.
+  std::optional<double> ratio;
+  std::optional<double> aligned_ratio;
 };
 
 /// The least-squares solution of the same data, judged in the same way, beside the filter.
@@ -30,7 +35,7 @@ struct BatchComparison {
   /// given out, which knew the past only; RMS of the map.
   std::optional<double> path_ratio;
   std::optional<double> online_ratio;
-  std::optional<OnlineComparison> online;
+  std::optional<OnlineBound> online;
   std::optional<double> map_ratio;
   double distance_scale = 1.0;  ///< of the odometry, measured over true
   double yaw_scale = 1.0;

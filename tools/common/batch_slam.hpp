@@ -9,8 +9,8 @@
 
 namespace pf_resampling {
 
-/// Standard deviations that the batch solution weighs its data by where the data state none:
-/// a wheeled robot, and a camera that measures distances by the size of what it sees (MRCLAM).
+/// Standard deviations that least squares weighs its data by where the data state none: a wheeled
+/// robot, and a camera that measures distances by the size of what it sees (MRCLAM).
 struct BatchNoise {
   double range = 0.04;          ///< m, at no distance
   double range_share = 0.03;    ///< of the range, added
@@ -38,16 +38,27 @@ struct BatchSolution {
   double yaw_scale = 1.0;
   int observations = 0;  ///< that took part
   int outliers = 0;      ///< of these, farther off than 4 standard deviations
-  BatchNoise noise;      ///< as given or as fitted
 };
 
-/// Whether this build can solve (it was made with Ceres).
-bool has_batch_solver();
-
-/// The path, map and scales of the odometry that fit all data best at once: one non-linear least
-/// squares problem with a robust loss for misread ids (Ceres). No filter can do better on the same
-/// model, as it knows the past only. Throws Error if there is no solver, no landmark with an id, or
-/// a sensor frame that is nowhere on the robot.
+/// The path, map and scales of the odometry that fit all data best at once: one smoothing problem
+/// with a robust loss for misread ids. No filter can do better on the same model, as it knows the
+/// past only. Throws Error if there is no solution, no landmark with an id, or a sensor frame that
+/// is nowhere on the robot.
 BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise = {});
+
+struct OnlineSolution {
+  std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; the first is the origin
+  int solutions = 0;
+  int refused = 0;  ///< of these; the estimate stayed as the odometry had it
+};
+
+/// What can be known while the robot drives, on the same model: solved anew after every scan with
+/// landmarks, from the last solution on, with all data up to then. The path is that of the newest
+/// poses: of each solution the newest, and from there by odometry until the next. Once there are
+/// half as many poses more than `window`, the oldest are solved for no more, and what they say
+/// stays as a Gaussian: the default is more than half an hour at a pose every half second. Throws
+/// Error as solve_batch() does.
+OnlineSolution solve_online(const BatchProblem& problem, const BatchNoise& noise = {},
+                            int window = 4000);
 
 }  // namespace pf_resampling
