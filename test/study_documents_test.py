@@ -140,9 +140,9 @@ class StudyDocuments(unittest.TestCase):
         except SystemExit as missing:
             self.skipTest(str(missing))
         with tempfile.TemporaryDirectory() as folder:
-            pictures.draw_all(DATA['compensation'], pathlib.Path(folder))
-            for name in ('courses', 'tradeoff'):
-                self.assertEqual((pathlib.Path(folder) / f'compensation_{name}.png').read_bytes()[1:4], b'PNG')
+            pictures.draw_all(DATA, pathlib.Path(folder))
+            for name in ('compensation_courses', 'compensation_tradeoff', 'smoothing_scaling'):
+                self.assertEqual((pathlib.Path(folder) / f'{name}.png').read_bytes()[1:4], b'PNG')
 
 
 if __name__ == '__main__':
