@@ -15,6 +15,7 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   list.push_back(text_parameter("range_input/antenna", &options->antenna,
                                 "sensor_ranges: frame of the antenna on the robot, which these "
                                 "messages do not name; empty: frames/base."));
+  list.push_back(directory_parameter(options));
   add_output_parameters(options, &list);
   list.push_back(real_parameter("output/ring_lifetime", &options->ring_lifetime, 0.0, 1e6, "s",
                                 "How long a range ring is shown."));

@@ -16,10 +16,10 @@ int main(int argc, char** argv) {
       },
       [](FilterNode<FastSlamPipeline>* node) {
         node->serve<SaveMap>("save_map", [node](const SaveMap::Request& request) {
-          return node->pipeline().save_map(request.file);
+          return node->pipeline().save_map(node->path_of(request.file));
         });
         node->serve<LoadMap>("load_map", [node](const LoadMap::Request& request) {
-          std::string done = node->pipeline().load_map(request.file, request.frozen);
+          std::string done = node->pipeline().load_map(node->path_of(request.file), request.frozen);
           node->publish_parameters();  // map/frozen
           return done;
         });

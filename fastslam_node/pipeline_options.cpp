@@ -13,6 +13,7 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
       "the frame's name, such as tag_(\\d+); empty: no tags."));
   list.push_back(text_parameter("map_file/load", &options->map_file,
                                 "Map file to load at the start; empty: none."));
+  list.push_back(directory_parameter(options));
   list.push_back(integer_parameter("map_file/particles", &options->map_file_particles, 0, 1000000,
                                    "Number of particles at most whose own maps are saved with a "
                                    "map; with all of them, loading it continues exactly."));

@@ -43,6 +43,8 @@ void add_study_options(CommandLine* line, int seeds) {
   line->option<std::string>("json", "FILE",
                             "write all figures: of every run, and what the table sums up");
   line->option<std::string>("csv", "FILE", "write a row of figures for every run");
+  for (const char* name : {"bag", "world"}) line->reads(name);
+  for (const char* name : {"json", "csv"}) line->writes(name);
 }
 
 int jobs_of(const CommandLine& line) {
@@ -146,6 +148,7 @@ int study_compensation(const std::vector<std::string>& arguments) {
   line.repeatable_option(
       "config", "FILE",
       "YAML file of parameters that override theirs; may be repeated, later ones win");
+  line.reads("config");
   line.repeatable_option("set", "NAME=VALUE",
                          "one parameter, for instance sensor/range_sigma=0.2; may be repeated");
   line.example("study compensation --json study.json");

@@ -4,9 +4,9 @@
 
 #include <QAbstractItemView>
 #include <QComboBox>
-#include <QFileDialog>
 #include <QFormLayout>
 #include <QHBoxLayout>
+#include <QInputDialog>
 #include <QLabel>
 #include <QLineEdit>
 #include <QMessageBox>
@@ -346,11 +346,13 @@ void FilterPanel::ask_reset() {
 }
 
 void FilterPanel::ask_save_map() {
-  auto* dialog = new QFileDialog(this, "Save the map (on the node's machine)");
+  // A name, not a path: the node decides about the folder, and may be on another machine.
+  auto* dialog = new QInputDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setAcceptMode(QFileDialog::AcceptSave);
-  dialog->setFileMode(QFileDialog::AnyFile);
-  connect(dialog, &QFileDialog::fileSelected, this,
+  dialog->setWindowTitle("Save the map");
+  dialog->setLabelText("Name of the file, in the node's folder map_file/directory:");
+  dialog->setTextValue("my.map");
+  connect(dialog, &QInputDialog::textValueSelected, this,
           [this](const QString& file) { connection_->save_map(file.toStdString()); });
   dialog->open();
 }

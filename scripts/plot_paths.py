@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Draws what evaluate_bag found: paths, beacons and landmarks, and the errors over time with their 3-sigma bands.
 
-    plot_paths.py data.json picture.png
+    plot_paths.py data.json png > picture.png
 
 data.json is written by evaluate_bag (tools/common/plot_paths.cpp): metres, radians, seconds.
 """
@@ -263,21 +263,15 @@ def draw(data):
 
 def main():
     if len(sys.argv) != 3:
-        sys.exit("usage: plot_paths.py data.json picture.png")
+        sys.exit("usage: plot_paths.py data.json png|pdf|svg > picture")
     with open(sys.argv[1], encoding="utf-8") as file:
         data = json.load(file)
-    picture = sys.argv[2]
     figure = draw(data)
-    ending = os.path.splitext(picture)[1][1:]
-    part = f"{picture}.part{os.getpid()}"
     try:
-        figure.savefig(part, dpi=130, format=ending)
-        os.replace(part, picture)
+        figure.savefig(sys.stdout.buffer, dpi=130, format=sys.argv[2])
+        sys.stdout.flush()
     except OSError as error:
         sys.exit(f"cannot be written: {error.strerror}")
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #include "tools/common/bag_file_writer.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -72,15 +73,17 @@ TEST(BagFileWriter, ABagWithoutMessagesIsABag) {
 
 TEST(BagFileWriter, AFullDiskIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "/dev/full is not there";
+  const int full = open("/dev/full", O_WRONLY);
   EXPECT_THROW(
       {
-        BagFileWriter bag("/dev/full", "out.bag");
+        BagFileWriter bag(full, "out.bag");
         const auto connection = bag.add_connection(
             "/x", {{"type", "std_msgs/String"}, {"md5sum", "x"}, {"message_definition", "x"}});
         for (int i = 0; i < 100; ++i) bag.write(connection, ros::Time(1.0), 100000);
         bag.close();
       },
       Error);
+  close(full);
 }
 
 }  // namespace

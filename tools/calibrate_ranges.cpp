@@ -23,6 +23,8 @@ CommandLine command_line() {
   line.option<std::string>(
       "output", "FILE",
       "write the calibration as YAML, for run_bag --config; by default it is printed");
+  line.reads("bag");
+  line.writes("output");
   line.flag("shared", "write one calibration for all beacons instead of one for each");
   line.topic("truth", "/ground_truth", "ground truth of the robot's base");
   line.topic("ranges", "/ranges", "ranges");

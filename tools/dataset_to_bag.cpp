@@ -1,6 +1,8 @@
 // dataset_to_bag: public data sets and CSV files as bags. See tools/datasets for the formats.
+#include <filesystem>
 #include <iostream>
 
+#include "tools/common/bag.hpp"
 #include "tools/common/table.hpp"
 #include "tools/datasets/dataset_format.hpp"
 #include "tools/datasets/recording_to_bag.hpp"
@@ -45,15 +47,29 @@ std::string help(const std::vector<DatasetFormat>& formats) {
   return text;
 }
 
+/// The files of a directory that is read. Bags are not: they may be of an earlier run.
+std::vector<FileOfRun> files_in(const std::string& directory) {
+  std::vector<FileOfRun> files;
+  std::error_code unknown;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, unknown)) {
+    const std::string path = entry.path().string();
+    if (entry.is_regular_file(unknown) && !begins_like_a_bag(path)) files.push_back({path, path});
+  }
+  return files;
+}
+
 int convert(const DatasetFormat& format, const std::vector<std::string>& arguments) {
   CommandLine line("dataset_to_bag " + format.name, format.help);
   line.positional(format.input,
                   format.input == "DIRECTORY" ? "the directory to read" : "the file to read");
   line.positional("out.bag", "the bag to write");
+  line.reads(format.input);
+  line.writes("out.bag");
   if (format.add_options) format.add_options(&line);
   for (const std::string& example : format.examples) line.example(example);
   if (!line.parse(arguments)) return 0;
   const std::string in = line.text(format.input);
+  require_separate(line.written(), files_in(in));
   write_and_report(format.read(in, line), in, line.text("out.bag"));
   return 0;
 }

@@ -31,6 +31,9 @@ CommandLine command_line() {
   line.option<std::string>(
       "plot", "FILE",
       "draw paths and errors (.png, .pdf or .svg); without ground truth only the paths");
+  line.reads("bag");
+  line.writes("json");
+  line.writes("plot");
   line.topic("truth", "/ground_truth",
              "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped");
   line.option<std::string>(

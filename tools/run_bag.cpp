@@ -31,6 +31,8 @@ CommandLine command_line() {
       "resume", "FILE",
       "continue from a checkpoint, with the configuration of the run that wrote it");
   line.option<std::string>("save-checkpoint", "FILE", "write a checkpoint at the end");
+  for (const char* name : {"in.bag", "load-map", "resume"}) line.reads(name);
+  for (const char* name : {"out.bag", "save-map", "save-checkpoint"}) line.writes(name);
   line.option_with_implicit("parameters", "FORMAT", "yaml",
                             "print all parameters, with the values that the other options set, and "
                             "stop: as YAML, or as a table with =markdown");

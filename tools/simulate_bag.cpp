@@ -42,6 +42,8 @@ CommandLine command_line() {
           "with a sensor that reaches 30 m.");
   line.positional("WORLD", "name of a world, or path of a world's YAML file or of a map");
   line.positional("out.bag", "the bag to write");
+  line.reads("WORLD");
+  line.writes("out.bag");
   line.option<std::int64_t>("seed", "N", 1,
                             "seed of the noise; the path driven does not depend on it");
   line.option<double>("duration", "S",

@@ -15,13 +15,15 @@ constexpr std::size_t kLongestLine = 1000;
 LineReader::LineReader(const Kind& kind, const std::string& path) : kind_(kind), path_(path) {
   open(kind_.name, path, &stream_);
   take_line();
-  const std::string where = std::string(kind_.name) + " " + path + ", line 1: " + printable(line_);
+  const std::string where = std::string(kind_.name) + " " + path + ", line 1";
   if (line_.rfind(kind_.first_words, 0) != 0) {
+    // What is in it is nobody's business: a service answers with this.
     throw Error(where + " is not how a " + kind_.content + " begins; " + kind_.if_other);
   }
   if (line_ != kind_.first_line()) {
-    throw Error(where + " has a version that this program does not read; it reads \"" +
-                kind_.first_line() + "\"; " + kind_.if_version);
+    throw Error(where + ": " + printable(line_) +
+                " has a version that this program does not read; it reads \"" + kind_.first_line() +
+                "\"; " + kind_.if_version);
   }
 }
 

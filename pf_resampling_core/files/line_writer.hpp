@@ -1,33 +1,28 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
+#include "pf_resampling_core/files/new_file.hpp"
 #include "pf_resampling_core/files/text_file.hpp"
 #include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling::text_file {
 
-/// Writes a file line by line: beside its name, to be synchronized and renamed at the end. Without
-/// finish() there is no trace of it. Throws Error, naming the file, when it cannot be written.
+/// Writes a file line by line, as a NewFile that lasts: without finish() there is no trace of it.
+/// Throws Error, naming the file, when it cannot be written.
 class LineWriter {
  public:
   LineWriter(const Kind& kind, const std::string& path);
-  ~LineWriter();
-  LineWriter(const LineWriter&) = delete;
-  LineWriter& operator=(const LineWriter&) = delete;
 
   void line(const std::string& text);
   /// Writes the line with the checksum; then the file is there.
   void finish();
 
  private:
-  class NewFile;
-
   void flush();
 
-  std::unique_ptr<NewFile> file_;
+  NewFile file_;
   Checksum checksum_;
   std::string pending_;
   std::int64_t lines_ = 0;

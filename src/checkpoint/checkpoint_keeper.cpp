@@ -1,12 +1,10 @@
 #include "src/checkpoint/checkpoint_keeper.hpp"
 
-#include <cerrno>
-#include <csignal>
-#include <cstdlib>
 #include <filesystem>
-#include <vector>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/new_file.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
@@ -22,34 +20,12 @@ void add_parameters(CheckpointOptions* options, ParameterList* list) {
                                     "Live: continue from that file at the start, if it exists."));
 }
 
-namespace {
-
-// What a process that was killed while it wrote has left beside the file:
-// "<file>.part-<process>-1".
-void remove_unfinished(const std::string& file) {
-  const std::filesystem::path path(file);
-  const std::string beginning = path.filename().string() + ".part-";
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  std::error_code unknown;
-  std::vector<std::filesystem::path> unfinished;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, unknown)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind(beginning, 0) != 0) continue;
-    const int process = std::atoi(name.c_str() + beginning.size());
-    const bool is_alive = process > 0 && (kill(process, 0) == 0 || errno != ESRCH);
-    if (!is_alive) unfinished.push_back(entry.path());
-  }
-  for (const std::filesystem::path& left : unfinished) std::filesystem::remove(left, unknown);
-}
-
-}  // namespace
-
 CheckpointKeeper::~CheckpointKeeper() {
   take_result(true);
 }
 
 void CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
-  if (is_used()) remove_unfinished(options_.file);
+  if (is_used()) remove_left_of(options_.file, text_file::kCheckpoint.first_line());
   std::error_code unknown;
   if (!is_used() || !options_.resume || !std::filesystem::exists(options_.file, unknown)) return;
   try {

@@ -11,6 +11,7 @@
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
+#include "src/node/service_folder.hpp"
 #include "src/pipeline/inputs.hpp"
 
 namespace pf_resampling {
@@ -27,6 +28,7 @@ class FilterNode {
         publishers_(node),
         pipeline_(options, connected(sinks, options.name)),
         checkpoints_(options.checkpoint, publishers_.log()),
+        folder_(options.directory),
         parameters_(
             ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
             [this](const auto& values) { pipeline_.set_parameters(values); }),
@@ -39,7 +41,8 @@ class FilterNode {
       return pipeline_.set_particles(request.particles, request.weights);
     });
     serve<Checkpoint>("checkpoint", [this](const auto& request) {
-      return checkpoints_.save(request.file, &pipeline_);
+      // An empty name means checkpoint/file, which is the owner's choice.
+      return checkpoints_.save(request.file.empty() ? "" : path_of(request.file), &pipeline_);
     });
   }
 
@@ -64,6 +67,9 @@ class FilterNode {
           return true;
         }));
   }
+
+  /// The file that a caller of a service names; see ServiceFolder.
+  std::string path_of(const std::string& name) const { return folder_.path_of(name); }
 
   /// Says which parameters hold now, after the pipeline has changed some by itself.
   void publish_parameters() { parameters_.publish(); }
@@ -101,6 +107,7 @@ class FilterNode {
   FilterPublishers publishers_;
   Pipeline pipeline_;
   CheckpointKeeper checkpoints_;
+  ServiceFolder folder_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;

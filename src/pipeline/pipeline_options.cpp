@@ -19,6 +19,12 @@ void add_frame_parameters(FrameNames* frames, ParameterList* list) {
 
 }  // namespace
 
+Parameter directory_parameter(PipelineOptions* options) {
+  return name_parameter("map_file/directory", &options->directory,
+                        "Live: folder in which services write and read files, and no others; made "
+                        "if it is missing.");
+}
+
 void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
                           ParameterList* list) {
   for (Parameter& parameter : parameters_of(&options->odometry_input)) {

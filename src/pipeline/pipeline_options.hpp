@@ -33,8 +33,12 @@ struct PipelineOptions {
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
   CheckpointOptions checkpoint;
+  std::string directory = "~/.ros/pf_resampling";  ///< of the files of services
   OutputOptions output;
 };
+
+/// map_file/directory.
+Parameter directory_parameter(PipelineOptions* options);
 
 /// Adds them as parameters: what is about input, and what is about output. Between them a filter
 /// adds what it alone knows about its input.

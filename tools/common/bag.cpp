@@ -5,26 +5,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
-#include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
 
 namespace {
-
-bool begins_like_a_bag(const std::string& path) {
-  static const std::string kMagic = "#ROSBAG V";
-  std::array<char, 9> begin{};
-  std::ifstream stream(path, std::ios::binary);
-  stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
-}
 
 std::ptrdiff_t rank_of(const std::string& topic, const std::vector<std::string>& order) {
   return std::find(order.begin(), order.end(), topic) - order.begin();
@@ -53,13 +43,15 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
   flush();
 }
 
-/// `path`, if a bag can have that name.
-std::string checked_bag_path(const std::string& path) {
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
-  return path;
-}
-
 }  // namespace
+
+bool begins_like_a_bag(const std::string& path) {
+  static const std::string kMagic = "#ROSBAG V";
+  std::array<char, 9> begin{};
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
+}
 
 rosbag::Bag open_bag(const std::string& path) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
@@ -133,11 +125,7 @@ void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
 }
 
 BagWriter::BagWriter(const std::string& path)
-    : path_(checked_bag_path(path)), temporary_(temporary_name(path_)), file_(temporary_, path_) {}
-
-BagWriter::~BagWriter() {
-  if (!finished_) std::remove(temporary_.c_str());
-}
+    : new_file_(path, path + ":"), file_(new_file_.descriptor(), path) {}
 
 void BagWriter::copy(const rosbag::MessageInstance& message) {
   const boost::shared_ptr<ros::M_string> header = message.getConnectionHeader();
@@ -153,8 +141,7 @@ void BagWriter::copy(const rosbag::MessageInstance& message) {
 
 void BagWriter::finish() {
   file_.close();
-  rename_file(temporary_, path_);
-  finished_ = true;
+  new_file_.finish();
 }
 
 }  // namespace pf_resampling

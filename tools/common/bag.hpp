@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/files/new_file.hpp"
 #include "tools/common/bag_file_writer.hpp"
 
 namespace pf_resampling {
@@ -18,6 +19,9 @@ namespace pf_resampling {
 /// Opens a bag for reading. Throws Error with one line that names the file and what to do: missing,
 /// a directory, not a bag, truncated or not indexed (`rosbag reindex`).
 rosbag::Bag open_bag(const std::string& path);
+
+/// Whether a file begins as bags do.
+bool begins_like_a_bag(const std::string& path);
 
 /// What a bag says about one topic.
 struct BagTopic {
@@ -56,16 +60,12 @@ void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
                        const std::vector<std::string>& order,
                        const std::function<void(const rosbag::MessageInstance&)>& take);
 
-/// Writes a bag under a temporary name beside `path` and renames it at the end, so that `path` is
-/// never half a bag. Messages are to be written in order of time.
+/// Writes a bag as a NewFile, so that `path` is never half a bag. Messages are to be written in
+/// order of time.
 class BagWriter {
  public:
   /// Throws Error if the file cannot be written.
   explicit BagWriter(const std::string& path);
-  /// Removes the temporary file if finish() was not reached.
-  ~BagWriter();
-  BagWriter(const BagWriter&) = delete;
-  BagWriter& operator=(const BagWriter&) = delete;
 
   template <typename Message>
   void write(const std::string& topic, const ros::Time& time, const Message& message) {
@@ -111,13 +111,11 @@ class BagWriter {
     ros::serialization::serialize(stream, message);
   }
 
-  std::string path_;
-  std::string temporary_;
+  NewFile new_file_;
   BagFileWriter file_;
   std::map<std::string, std::uint32_t> plain_, latched_;  // connections by topic
   // Those copied, by the address of their header, which is kept.
   std::map<boost::shared_ptr<ros::M_string>, std::uint32_t> copied_;
-  bool finished_ = false;
 };
 
 }  // namespace pf_resampling

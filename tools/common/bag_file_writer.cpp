@@ -1,6 +1,9 @@
 #include "tools/common/bag_file_writer.hpp"
 
+#include <fcntl.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 
 #include "pf_resampling_core/error.hpp"
@@ -45,11 +48,9 @@ std::string with_size(const std::string& text) {
 
 }  // namespace
 
-BagFileWriter::BagFileWriter(const std::string& path, const std::string& name)
-    : name_(name), file_(std::fopen(path.c_str(), "wb")) {
-  if (file_ == nullptr) {
-    throw Error(name_ + ": cannot be written; is there such a directory, and may you write in it?");
-  }
+BagFileWriter::BagFileWriter(int descriptor, const std::string& name)
+    : name_(name), file_(fdopen(fcntl(descriptor, F_DUPFD_CLOEXEC, 0), "wb")) {
+  if (file_ == nullptr) throw Error(name_ + ": cannot be written: " + std::strerror(errno));
   chunk_.reserve(2 * kChunkSize);
   const std::string begin = "#ROSBAG V2.0\n" + file_header(0);
   put(begin.data(), begin.size());

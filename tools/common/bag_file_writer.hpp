@@ -17,9 +17,9 @@ namespace pf_resampling {
 /// which costs more than the message.
 class BagFileWriter {
  public:
-  /// Throws Error, here and below, if the file cannot be written; `name` is what the error calls
-  /// it.
-  BagFileWriter(const std::string& path, const std::string& name);
+  /// Of an open file, which stays open. Throws Error, here and below, if it cannot be written;
+  /// `name` is what the error calls it.
+  BagFileWriter(int descriptor, const std::string& name);
   ~BagFileWriter();
   BagFileWriter(const BagFileWriter&) = delete;
   BagFileWriter& operator=(const BagFileWriter&) = delete;

@@ -3,6 +3,10 @@
 
 #include "tools/common/command_line.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -29,6 +33,22 @@ bool is_for_ros(const std::string& argument) {
 bool looks_like_short_option(const std::string& argument) {
   return argument.size() > 1 && argument[0] == '-' &&
          std::isalpha(static_cast<unsigned char>(argument[1])) != 0;
+}
+
+/// If the caller has closed a standard stream, its number must not become that of a file that is
+/// opened later, in which everything printed would land. Writing there remains an error.
+void reserve_standard_streams() {
+  int descriptor = 0;
+  do {
+    descriptor = open("/dev/null", O_RDONLY);
+  } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
+  if (descriptor >= 0) close(descriptor);
+}
+
+void flush_standard_output() {
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return;
+  throw Error("standard output cannot be written; is the disk full?");
 }
 
 /// Errors are promised to be one line.
@@ -113,7 +133,24 @@ bool CommandLine::parse(const std::vector<std::string>& arguments) {
   for (const Positional& positional : positionals_) {
     if (positional.required && !has(positional.name)) misuse("missing " + positional.name);
   }
+  require_separate(files_of(written_), files_of(read_));
   return true;
+}
+
+/// The files that the options and positional arguments of these names stand for.
+std::vector<FileOfRun> CommandLine::files_of(const std::vector<std::string>& names) const {
+  std::vector<FileOfRun> files;
+  for (const std::string& name : names) {
+    if (!has(name)) continue;
+    const bool is_positional =
+        std::any_of(positionals_.begin(), positionals_.end(),
+                    [&](const Positional& positional) { return positional.name == name; });
+    const auto* several = boost::any_cast<std::vector<std::string>>(&values_[name].value());
+    for (const std::string& path : several != nullptr ? *several : std::vector{text(name)}) {
+      files.push_back({path, (is_positional ? "" : "--") + name + " " + path});
+    }
+  }
+  return files;
 }
 
 bool CommandLine::has(const std::string& name) const {
@@ -185,8 +222,12 @@ std::vector<double> parse_numbers(const std::string& name, const std::string& te
 
 int run_tool(const std::string& tool, int argc, char** argv,
              const std::function<int(const std::vector<std::string>&)>& body) {
+  reserve_standard_streams();
+  remove_unfinished_on_signals();
   try {
-    return body(std::vector<std::string>(argv + 1, argv + argc));
+    const int code = body(std::vector<std::string>(argv + 1, argv + argc));
+    flush_standard_output();
+    return code;
   } catch (const UsageError& error) {
     std::fprintf(stderr, "%s: %s\n", tool.c_str(), one_line(error.what()).c_str());
     return 2;

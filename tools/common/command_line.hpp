@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/new_file.hpp"
 
 namespace pf_resampling {
 
@@ -66,6 +67,12 @@ class CommandLine {
   void repeatable_option(const std::string& name, const std::string& value_name,
                          const std::string& help);
 
+  /// Says that the values of an option or positional argument name files that are read, or written:
+  /// parse() throws Error when one that is written is also read, is written twice, or is no regular
+  /// file (require_separate()).
+  void reads(const std::string& name) { read_.push_back(name); }
+  void writes(const std::string& name) { written_.push_back(name); }
+
   /// Adds a line to the examples of the help text.
   void example(const std::string& command);
 
@@ -97,6 +104,9 @@ class CommandLine {
   /// The topic that an option names, absolute as names in bags are: "odom" is "/odom".
   std::string topic(const std::string& name) const;
 
+  /// The files that are to be written.
+  std::vector<FileOfRun> written() const { return files_of(written_); }
+
   /// The help text: usage, summary, arguments, options, examples.
   std::string help() const;
 
@@ -110,12 +120,14 @@ class CommandLine {
   void add(const std::string& name, const boost::program_options::value_semantic* value,
            const std::string& help);
   std::string usage() const;
+  std::vector<FileOfRun> files_of(const std::vector<std::string>& names) const;
   [[noreturn]] void misuse(const std::string& what) const;
 
   std::string tool_;
   std::string summary_;
   std::vector<Positional> positionals_;
   std::vector<std::string> examples_;
+  std::vector<std::string> read_, written_;  // names of what names files
   boost::program_options::options_description options_;
   boost::program_options::variables_map values_;
 };
@@ -126,8 +138,9 @@ std::vector<double> parse_numbers(const std::string& name, const std::string& te
                                   std::size_t count);
 
 /// The body of every main: runs `body` on the arguments (without the program's name) and returns
-/// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error;
-/// the error is one line "<tool>: <message>" on stderr.
+/// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error,
+/// also when standard output could not be written; the error is one line "<tool>: <message>" on
+/// stderr. Signals that end the program leave no unfinished file behind.
 int run_tool(const std::string& tool, int argc, char** argv,
              const std::function<int(const std::vector<std::string>&)>& body);
 

@@ -1,15 +1,11 @@
 #include "tools/common/files.hpp"
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/new_file.hpp"
 
 namespace pf_resampling {
 
@@ -30,31 +26,10 @@ void require_directory(const std::string& path, const std::string& what) {
   }
 }
 
-std::string temporary_name(const std::string& path) {
-  return path + ".part" + std::to_string(getpid());
-}
-
-void rename_file(const std::string& temporary, const std::string& path) {
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
-    const std::string reason = std::strerror(errno);
-    std::remove(temporary.c_str());
-    throw Error(path + ": cannot be written: " + reason);
-  }
-}
-
 void write_file(const std::string& path, const std::string& contents) {
-  const std::string temporary = temporary_name(path);
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    if (!stream) throw Error(path + ": cannot be written: " + std::strerror(errno));
-    stream << contents;
-    stream.close();
-    if (!stream) {
-      std::remove(temporary.c_str());
-      throw Error(path + ": cannot be written; is the disk full?");
-    }
-  }
-  rename_file(temporary, path);
+  NewFile file(path, path + ":");
+  file.write(contents);
+  file.finish();
 }
 
 }  // namespace pf_resampling

@@ -11,14 +11,8 @@ std::string read_file(const std::string& path);
 /// directory has to hold.
 void require_directory(const std::string& path, const std::string& what);
 
-/// A name beside `path` for a file that is being written, different for each process.
-std::string temporary_name(const std::string& path);
-
-/// Puts the finished file `temporary` in the place of `path`. Throws Error.
-void rename_file(const std::string& temporary, const std::string& path);
-
-/// Writes `contents` to a temporary name and renames it to `path`, so that `path` is either the old
-/// file or the whole new one. Throws Error naming the file and the reason.
+/// Writes `contents` as a NewFile, so that `path` is either the old file or the whole new one.
+/// Throws Error naming the file and the reason.
 void write_file(const std::string& path, const std::string& contents);
 
 }  // namespace pf_resampling

@@ -10,6 +10,7 @@ inline void add_filter_options(CommandLine* line) {
   line->repeatable_option("config", "FILE",
                           "YAML file of parameters and lists (beacons, calibration, antennas, "
                           "sensors); may be repeated, later ones win");
+  line->reads("config");
   line->repeatable_option(
       "set", "NAME=VALUE",
       "one parameter, for instance population/resampling/scheme=stratified; may be repeated");

@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/new_file.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -32,6 +33,7 @@ class TemporaryFile {
     const int descriptor = mkstemp(path_.data());
     if (descriptor < 0) throw Error(path_ + ": cannot be written; is the disk full?");
     close(descriptor);
+    unfinished_.emplace(path_.c_str());
   }
   ~TemporaryFile() {
     std::error_code ignored;
@@ -44,6 +46,7 @@ class TemporaryFile {
 
  private:
   std::string path_;
+  std::optional<UnfinishedFile> unfinished_;
 };
 
 /// The script beside this program, as installed, or in the source tree the program was built from.
@@ -197,8 +200,9 @@ json plot_json(const PathPlot& plot) {
   return result;
 }
 
-/// Runs a program, its stderr to a file; returns its exit code, -1 if it was killed.
-int run(const std::vector<std::string>& command, const std::string& error_file) {
+/// Runs a program, its stdout to an open file and its stderr to another; returns its exit code, -1
+/// if it was killed.
+int run(const std::vector<std::string>& command, int out, const std::string& error_file) {
   std::vector<char*> arguments;
   std::vector<std::string> words = command;
   arguments.reserve(words.size() + 1);
@@ -206,6 +210,7 @@ int run(const std::vector<std::string>& command, const std::string& error_file) 
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(),
                                    O_WRONLY | O_CREAT | O_TRUNC, 0600);
   pid_t child = 0;
@@ -242,10 +247,13 @@ void plot_paths(const PathPlot& plot, const std::string& path) {
   const std::string script = script_path();
   const TemporaryFile data;
   const TemporaryFile errors;
+  NewFile picture(path, path + ":");
   write_file(data.path(), plot_json(plot).dump());
-  if (run({kPython, script, data.path(), path}, errors.path()) != 0) {
+  const std::string format = fs::path(path).extension().string().substr(1);
+  if (run({kPython, script, data.path(), format}, picture.descriptor(), errors.path()) != 0) {
     throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));
   }
+  picture.finish();
 }
 
 }  // namespace pf_resampling

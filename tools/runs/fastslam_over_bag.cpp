@@ -15,6 +15,7 @@ FastSlamPipelineOptions read_options(const CommandLine& line) {
   apply_filter_options(line, &options);
   apply_run_parameters(line, parameters_of(&options));
   if (line.has("load-map")) options.map_file = line.text("load-map");
+  require_separate(line.written(), {{options.map_file, "map_file/load " + options.map_file}});
   return options;
 }
 

@@ -5,7 +5,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <set>
 
@@ -37,21 +36,12 @@ std::string in_path_of(const CommandLine& line) {
   return line.text("in.bag");
 }
 
-std::string out_path_of(const CommandLine& line, const std::string& in) {
-  auto out = line.text("out.bag");
-  std::error_code unknown;
-  if (std::filesystem::equivalent(in, out, unknown)) {
-    throw Error(out + ": is the input as well; give the output another name");
-  }
-  return out;
-}
-
 }  // namespace
 
 FilterOverBag::FilterOverBag(const CommandLine& line)
     : in_path_(in_path_of(line)),
       in_(open_bag(in_path_)),
-      writer_(out_path_of(line, in_path_)),
+      writer_(line.text("out.bag")),
       wall_start_(wall_seconds()) {
   if (line.get<bool>("no-clouds")) outputs_ = Outputs::no_clouds;
   if (line.get<bool>("pose-only")) outputs_ = Outputs::pose_only;

@@ -519,13 +519,24 @@ TEST_F(MapFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
   EXPECT_THROW(write_map_file(folder_, other), Error);
 }
 
-TEST_F(MapFile, ALinkStaysALink) {
+TEST_F(MapFile, ALinkIsNotWrittenAndWhatItLeadsToStays) {
   const std::string target = folder_ + "/target.map";
   write(target, "old");
   std::filesystem::create_symlink(target, path_);
-  write_map_file(path_, small_map());
+  EXPECT_THROW(write_map_file(path_, small_map()), Error);
   EXPECT_TRUE(std::filesystem::is_symlink(path_));
-  expect_same(small_map(), read_map_file(target));
+  EXPECT_EQ(content_of(target), "old");
+}
+
+// A service answers with what this says, to anybody.
+TEST_F(MapFile, SaysNothingOfWhatIsInAFileThatIsNoMap) {
+  for (const char* content : {"root:x:0:0", "secret\n", "pf_resampling maps are secret\n"}) {
+    write(path_, content);
+    const std::string said = refusal(path_);
+    EXPECT_NE(said.find("map file " + path_ + ", line 1"), std::string::npos) << said;
+    EXPECT_EQ(said.find("root"), std::string::npos) << said;
+    EXPECT_EQ(said.find("secret"), std::string::npos) << said;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,261 @@
+#include "pf_resampling_core/files/new_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+namespace fs = std::filesystem;
+
+class NewFiles : public testing::Test {
+ protected:
+  NewFiles() {
+    std::string folder = testing::TempDir() + "new_file_XXXXXX";
+    folder_ = mkdtemp(folder.data());
+  }
+  ~NewFiles() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string with(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+  }
+  std::string content(const std::string& name) const {
+    std::ifstream stream(path(name), std::ios::binary);
+    std::ostringstream content;
+    content << stream.rdbuf();
+    return content.str();
+  }
+  mode_t mode(const std::string& name) const {
+    struct stat there {};
+    lstat(path(name).c_str(), &there);
+    return there.st_mode;
+  }
+  std::set<std::string> listing() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+  using Names = std::set<std::string>;
+
+  fs::path folder_;
+};
+
+void write_whole(const std::string& path) {
+  NewFile file(path, "the file");
+  file.write("new");
+  file.finish();
+}
+
+std::string refusal(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(NewFiles, AreThereWholeOrNotAtAll) {
+  with("a", "old");
+  {
+    NewFile file(path("a"), "the file");
+    file.write("new");
+    EXPECT_EQ(content("a"), "old");
+    EXPECT_EQ(listing().size(), 2u);
+  }
+  EXPECT_EQ(content("a"), "old");
+  EXPECT_EQ(listing(), Names{"a"});
+  write_whole(path("a"));
+  write_whole(path("b"));
+  EXPECT_EQ(content("a"), "new");
+  EXPECT_EQ(content("b"), "new");
+  EXPECT_EQ(listing(), (Names{"a", "b"}));
+}
+
+TEST_F(NewFiles, HaveTheModeOfTheOldOne) {
+  for (const mode_t mode_before : {0600U, 0664U, 0755U}) {
+    with("a", "old");
+    chmod(path("a").c_str(), mode_before);
+    write_whole(path("a"));
+    EXPECT_EQ(mode("a"), S_IFREG | mode_before);
+  }
+  const mode_t mask = umask(027);
+  write_whole(path("b"));
+  umask(mask);
+  EXPECT_EQ(mode("b"), S_IFREG | 0640U);
+}
+
+// What is there stays what it is: as root, too, for whom nothing is read-only.
+TEST_F(NewFiles, ReplaceRegularFilesOnly) {
+  with("target", "old");
+  fs::create_symlink(path("target"), path("link"));
+  fs::create_symlink(path("nowhere"), path("dangling"));
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  fs::create_directory(path("folder"));
+  with("read_only", "old");
+  chmod(path("read_only").c_str(), 0444);
+  const int socket_there = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(path("socket").size(), sizeof address.sun_path);
+  std::strcpy(address.sun_path, path("socket").c_str());
+  ASSERT_EQ(bind(socket_there, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  // A device like /dev/null; only root can make one.
+  const bool has_device = mknod(path("device").c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0;
+
+  const Names before = listing();
+  const struct {
+    const char* name;
+    const char* said;
+  } cases[] = {{"link", "it is a symbolic link"},     {"dangling", "it is a symbolic link"},
+               {"fifo", "it is not a regular file"},  {"socket", "it is not a regular file"},
+               {"folder", "it is a folder"},          {"read_only", "it is read-only"},
+               {"folder/", "it is a folder"},         {"none/a", "No such file or directory"},
+               {"target/a", "Not a directory"},       {"", "it is a folder"},
+               {"device", "it is not a regular file"}};
+  for (const auto& test : cases) {
+    if (std::string(test.name) == "device" && !has_device) continue;
+    const mode_t mode_before = mode(test.name);
+    const std::string said = refusal([&] { write_whole(path(test.name)); });
+    EXPECT_EQ(said.rfind(std::string("the file cannot be written: ") + test.said, 0), 0u)
+        << test.name << ": " << said;
+    EXPECT_EQ(mode(test.name), mode_before) << test.name;
+  }
+  EXPECT_EQ(listing(), before);
+  EXPECT_EQ(content("target"), "old");
+  EXPECT_EQ(content("read_only"), "old");
+  EXPECT_NE(refusal([] { write_whole(""); }), "");
+  close(socket_there);
+}
+
+// What was a file when writing began may be none at its end.
+TEST_F(NewFiles, LookAgainAtTheEnd) {
+  NewFile file(path("a"), "the file");
+  ASSERT_EQ(mkfifo(path("a").c_str(), 0600), 0);
+  EXPECT_THROW(file.finish(), Error);
+  EXPECT_EQ(mode("a"), S_IFIFO | 0600U);
+}
+
+// Somebody who knows which name comes next lays a link there.
+TEST_F(NewFiles, PassOverNamesThatAreTaken) {
+  with("victim", "old");
+  const std::string beginning = path("a") + ".part-" + std::to_string(getpid()) + "-";
+  for (int i = 1; i < 100; ++i) {
+    fs::create_symlink(path("victim"), beginning + std::to_string(i));
+  }
+  write_whole(path("a"));
+  EXPECT_EQ(content("a"), "new");
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(path("a"))));
+  EXPECT_EQ(content("victim"), "old");
+  EXPECT_EQ(listing().size(), 101u);
+}
+
+TEST_F(NewFiles, AreNeitherReadNorWrittenTwice) {
+  const FileOfRun in{with("in", "x"), "in.bag"};
+  fs::create_hard_link(in.path, path("other_name"));
+  fs::create_symlink(in.path, path("link"));
+  fs::create_directory_symlink(folder_, path("way"));
+  for (const char* name : {"in", "./in", "other_name", "way/in"}) {
+    EXPECT_EQ(refusal([&] {
+                require_separate({{path(name), "--out"}}, {in});
+              }),
+              "--out is the same file as in.bag, which is read; give another name")
+        << name;
+  }
+  EXPECT_NE(refusal([&] { require_separate({in}, {{path("link"), "--config"}}); }), "");
+  for (const char* name : {"new", "./new", "way/new"}) {
+    EXPECT_EQ(refusal([&] {
+                require_separate({{path("new"), "out.bag"}, {path(name), "--save-map"}}, {in});
+              }),
+              "--save-map is the same file as out.bag, which is written as well; give another name")
+        << name;
+  }
+  EXPECT_EQ(refusal([&] {
+              require_separate({{path("new"), "a"}, {path("old"), "b"}},
+                               {in, {"", "nothing"}, {path("none"), "c"}});
+            }),
+            "");
+  // The name of a world that is built in is that of no file.
+  EXPECT_EQ(refusal([&] { require_separate({{path("new"), "a"}}, {{path("new"), "b"}}); }), "");
+  EXPECT_NE(refusal([&] { require_separate({{path("link"), "a"}}, {}); }), "");
+}
+
+// Each kind of end that can be caught, in a process of its own; and one that the caller has asked
+// to ignore.
+TEST_F(NewFiles, LeaveNothingBehindWhenASignalComes) {
+  for (const int signal : {SIGHUP, SIGINT, SIGPIPE, SIGTERM, SIGXFSZ}) {
+    with("a", "old");
+    const pid_t child = fork();
+    if (child == 0) {
+      remove_unfinished_on_signals();
+      NewFile file(path("a"), "the file");
+      NewFile another(path("b"), "the file");
+      file.write("new");
+      raise(signal);
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status)) << strsignal(signal);
+    EXPECT_EQ(WTERMSIG(status), signal);
+    EXPECT_EQ(listing(), Names{"a"}) << strsignal(signal);
+    EXPECT_EQ(content("a"), "old");
+  }
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGINT, SIG_IGN);
+    remove_unfinished_on_signals();
+    NewFile file(path("a"), "the file");
+    raise(SIGINT);
+    file.write("new");
+    file.finish();
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(content("a"), "new");
+}
+
+TEST_F(NewFiles, WhatIsLeftIsRemovedAndNothingElse) {
+  const std::string own = std::to_string(getpid());
+  const std::string alive = std::to_string(getppid());
+  // No process has a number above 4194304.
+  const Names left = {"a.part-4194305-1", "a.part-" + own + "-3", "a.part-4194305-20"};
+  for (const std::string& name : left) with(name, "beginning and more");
+  with("a.part-4194305-2", "");
+  const Names others = {
+      "a.part-backup",          "a.part-",     "a.part-4194305",     "a.part-4194305-1x",
+      "a.part-4194305-x",       "a.part--1-1", "a.part-4194305-1-1", "b.part-4194305-1",
+      "a.part-" + alive + "-1", "a",           "xa.part-4194305-1",  "a.part4194305"};
+  for (const std::string& name : others) with(name, "beginning and more");
+  with("a.part-4194305-7", "notes of mine");
+  fs::create_directory(path("a.part-4194305-8"));
+  fs::create_symlink(path("a"), path("a.part-4194305-9"));
+  remove_left_of(path("a"), "beginning");
+  Names expected = others;
+  expected.insert({"a.part-4194305-7", "a.part-4194305-8", "a.part-4194305-9"});
+  EXPECT_EQ(listing(), expected);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,67 @@
+#include "src/node/service_folder.hpp"
+
+#include <pwd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
+
+namespace pf_resampling {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string home() {
+  const char* const given = std::getenv("HOME");
+  if (given != nullptr && *given != '\0') return given;
+  const passwd* const user = getpwuid(geteuid());
+  return user != nullptr ? user->pw_dir : "/";
+}
+
+std::string without_tilde(const std::string& folder) {
+  const bool has_tilde = folder == "~" || folder.rfind("~/", 0) == 0;
+  return has_tilde ? home() + folder.substr(1) : folder;
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  const auto [in_folder, in_path] =
+      std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return in_folder == folder.end() && in_path != path.end();
+}
+
+}  // namespace
+
+ServiceFolder::ServiceFolder(const std::string& folder)
+    : folder_(fs::absolute(without_tilde(folder)).string()) {}
+
+std::string ServiceFolder::path_of(const std::string& name) const {
+  if (name.empty()) throw Error("no file is given; give a name in " + folder_);
+  std::error_code failure;
+  fs::create_directories(folder_, failure);
+  const fs::path folder = fs::canonical(folder_, failure);
+  if (failure) {
+    throw Error("the folder " + folder_ + " cannot be made: " + failure.message() +
+                "; set map_file/directory to one that can");
+  }
+  const fs::path named = name;
+  const bool is_plain =
+      std::none_of(name.begin(), name.end(),
+                   [](char letter) { return static_cast<unsigned char>(letter) < ' '; }) &&
+      std::find(named.begin(), named.end(), "..") == named.end();
+  // With every link followed. What cannot be told counts as outside.
+  const fs::path path = fs::weakly_canonical(folder / named, failure);
+  if (!is_plain || failure || !is_below(path, folder)) {
+    throw Error("file " + text_file::printable(name) + " is not in " + folder.string() +
+                ", where services write and read; give a name in that folder, or set "
+                "map_file/directory to another");
+  }
+  // Not what a link stands for: links are not written.
+  return (fs::weakly_canonical((folder / named).parent_path(), failure) / named.filename())
+      .string();
+}
+
+}  // namespace pf_resampling

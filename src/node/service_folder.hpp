@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace pf_resampling {
+
+/// The folder in which services write and read files. Whoever can reach the graph can call them, so
+/// they get at nothing else.
+class ServiceFolder {
+ public:
+  /// `folder`: the parameter map_file/directory; "~" in front is the home of the user.
+  explicit ServiceFolder(const std::string& folder);
+
+  /// The absolute path of the file that a caller names, relative to the folder or absolute within.
+  /// Makes the folder if it is missing. Throws Error if that fails, and for names that lead out of
+  /// it, by "..", links or otherwise.
+  std::string path_of(const std::string& name) const;
+
+ private:
+  std::string folder_;
+};
+
+}  // namespace pf_resampling
