@@ -25,23 +25,24 @@ namespace {
 const std::string kPrograms = PF_RESAMPLING_PROGRAMS;
 
 /// The node as the launch file has it, on parameters of that name; with a map to start with.
-void start_node(const std::string& map, std::optional<NodeProcess>* node) {
-  std::vector<std::string> arguments = {"__name:=fastslam"};
+void start_node(const std::string& folder, const std::string& map,
+                std::optional<NodeProcess>* node) {
+  std::vector<std::string> arguments = {"__name:=fastslam", "_map_file/directory:=" + folder};
   if (!map.empty()) arguments.push_back("_map_file/load:=" + map);
   node->emplace(kPrograms + "/fastslam_node", arguments);
   ASSERT_TRUE(ros::service::waitForService("save_map", ros::Duration(20.0)));
 }
 
 /// Saves the map of a node, kills that and starts another with the map.
-void restart(const std::string& map, std::optional<NodeProcess>* node) {
+void restart(const std::string& folder, std::optional<NodeProcess>* node) {
   SaveMap call;
-  call.request.file = map;
+  call.request.file = "saved.map";
   ASSERT_TRUE(ros::service::call("save_map", call));
   ASSERT_TRUE(call.response.success) << call.response.message;
   ASSERT_TRUE((*node)->is_running());
   (*node)->kill_it();
   ASSERT_FALSE(ros::service::exists("save_map", false)) << "somebody else is there";
-  start_node(map, node);
+  start_node(folder, folder + "/saved.map", node);
 }
 
 std::vector<PointLandmark> to_landmarks(const LandmarkMap& map) {
@@ -173,7 +174,7 @@ TEST_F(FastSlamNode, FollowsAndMapsTheTruth) {
   if (restart_at > 0.0) {
     std::optional<NodeProcess> filter;
     const std::string map = directory_.file("saved.map");
-    ASSERT_NO_FATAL_FAILURE(start_node("", &filter));
+    ASSERT_NO_FATAL_FAILURE(start_node(directory_.path(), "", &filter));
     ASSERT_NO_FATAL_FAILURE(play(0.0, restart_at));
     const std::uint64_t updates = heard_.status.updates;
     EXPECT_GT(updates, 50u);

@@ -1,5 +1,5 @@
 // The panel's connection to a filter: beside a FastSLAM node in a namespace, and filters that are
-// missing, come back or do not answer.
+// missing, come back or do not answer. Private parameter: folder (in which the node saves maps).
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -12,7 +12,6 @@
 #include "rviz_panel/controls.hpp"
 #include "rviz_panel/filter_connection.hpp"
 #include "src/node/reconfigure_server.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -105,20 +104,21 @@ TEST(FilterConnection, KnowsWhatIsOffered) {
 }
 
 TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
-  const TemporaryDirectory directory;
+  const std::string folder = ros::NodeHandle("~").param<std::string>("folder", "");
   FilterConnection connection;
   connection.connect(named("/robot1/fastslam"));
   connection.reset();
   FilterNews news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_TRUE(news.results[0].success) << news.results[0].text;
-  const std::string file = directory.file("saved.map");
-  connection.save_map(file);
+  const std::string file = folder + "/saved.map";
+  connection.save_map("saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_EQ(news.results[0].success, std::filesystem::exists(file)) << news.results[0].text;
-  connection.save_map("/there/is/no/such/folder/saved.map");
+  connection.save_map("/not/in/the/folder/of/the/node/saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);
   EXPECT_NE(news.results[0].text, "");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {

@@ -1,10 +1,15 @@
 // Drives a robot in a circle for a node that this program starts, in real time. Private parameters:
-// filter (beacon_mcl or fastslam), check: `checkpoint` (the node is killed and started again) or
-// `overload` (it gets more than it can compute, for `seconds`, with `particles`).
+// filter (beacon_mcl or fastslam), check: `checkpoint` (the node is killed and started again),
+// `overload` (it gets more than it can compute, for `seconds`, with `particles`) or `services`
+// (that write and read files).
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
+#include <pf_resampling/Checkpoint.h>
 #include <pf_resampling/FilterStatus.h>
+#include <pf_resampling/LoadMap.h>
+#include <pf_resampling/SaveMap.h>
 #include <ros/ros.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <atomic>
@@ -254,6 +259,82 @@ TEST_F(LiveFilter, Checkpoint) {
   EXPECT_TRUE(process_->is_running());
 }
 
+/// What a service answers to the name of a file.
+template <typename Service>
+std::pair<bool, std::string> ask(const std::string& service, const std::string& file) {
+  Service call;
+  call.request.file = file;
+  if (!ros::service::call(service, call)) return {false, service + " did not answer"};
+  return {call.response.success, call.response.message};
+}
+
+// Anybody on the graph may name files: they get at those of one folder, and read of none that is no
+// map what is in it.
+TEST_F(LiveFilter, ServicesOfFiles) {
+  const TemporaryDirectory directory;
+  const std::string folder = directory.file("made/by/the/node");
+  ASSERT_NO_FATAL_FAILURE(start({"_map_file/directory:=" + folder}));
+  const Driving driving(&robot_);
+  for (int i = 0; i < 200 && heard_.poses().empty(); ++i) wait(0.1);
+
+  using Ask = std::pair<bool, std::string> (*)(const std::string&, const std::string&);
+  std::map<std::string, Ask> services = {{"checkpoint", ask<pf_resampling::Checkpoint>}};
+  if (filter_ == "fastslam") {
+    services["save_map"] = ask<SaveMap>;
+    services["load_map"] = ask<LoadMap>;
+  }
+  const auto content = [](const std::string& file) {
+    std::ostringstream all;
+    all << std::ifstream(file, std::ios::binary).rdbuf();
+    return all.str();
+  };
+  for (const auto& [service, answer_of] : services) {
+    if (service == "load_map") continue;
+    const std::string file = folder + "/" + service + ".saved";
+    for (const std::string& name : {service + ".saved", file}) {
+      const auto [success, message] = answer_of(service, name);
+      EXPECT_TRUE(success) << message;
+      EXPECT_NE(message.find(" " + file), std::string::npos) << message;
+      EXPECT_EQ(content(file).rfind("pf_resampling ", 0), 0u);
+    }
+  }
+
+  const std::string mine = directory.write("mine", "root:x:0:0\nmy secret\n");
+  std::filesystem::copy(mine, folder + "/notes");
+  std::filesystem::create_symlink(mine, folder + "/link");
+  std::filesystem::create_directory_symlink(directory.path(), folder + "/way");
+  ASSERT_EQ(mkfifo((folder + "/fifo").c_str(), 0600), 0);
+  const std::string before = directory.listing();
+  const std::string said = "is not in " + std::filesystem::canonical(folder).string();
+  for (const auto& [service, answer_of] : services) {
+    for (const std::string& name :
+         {mine, directory.file("none"), std::string("../mine"), std::string("../../../../mine"),
+          std::string("link"), std::string("way/mine"), std::string("way/new"), std::string("/"),
+          std::string("."), std::string("/dev/null"), std::string("/proc/self/environ"),
+          std::string("~/new"), std::string("a\nb"), std::string(100000, 'a')}) {
+      const auto [success, message] = answer_of(service, name);
+      EXPECT_FALSE(success) << service << " " << name;
+      EXPECT_LT(message.size(), 1000u);
+      EXPECT_EQ(message.find('\n'), std::string::npos);
+      if (name == "~/new") continue;  // a folder of that name, which is not there
+      EXPECT_NE(message.find(said), std::string::npos) << service << ": " << message;
+    }
+    EXPECT_FALSE(answer_of(service, "").first) << service;
+    EXPECT_FALSE(answer_of(service, "fifo").first) << service;
+  }
+  EXPECT_EQ(directory.listing(), before);
+  EXPECT_EQ(content(mine), "root:x:0:0\nmy secret\n");
+  if (services.count("load_map") > 0) {
+    const auto [success, message] = ask<LoadMap>("load_map", "notes");
+    EXPECT_FALSE(success);
+    EXPECT_EQ(message.find("root"), std::string::npos) << message;
+    const auto [loaded, what] = ask<LoadMap>("load_map", "save_map.saved");
+    EXPECT_TRUE(loaded) << what;
+    EXPECT_NE(what.find(" " + folder + "/save_map.saved"), std::string::npos) << what;
+  }
+  EXPECT_TRUE(process_->is_running());
+}
+
 // Twenty times as many observations as can be computed: what is published stays up to date, what is
 // dropped is counted and told of, memory does not grow.
 TEST_F(LiveFilter, Overload) {
@@ -338,6 +419,8 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "check_live_filter");
   const auto check = ros::NodeHandle("~").param<std::string>("check", "checkpoint");
-  testing::GTEST_FLAG(filter) = check == "overload" ? "*.Overload" : "*.Checkpoint";
+  testing::GTEST_FLAG(filter) = check == "overload"   ? "*.Overload"
+                                : check == "services" ? "*.ServicesOfFiles"
+                                                      : "*.Checkpoint";
   return RUN_ALL_TESTS();
 }
