@@ -36,22 +36,22 @@ std::string reason_of(int error) {
 /// Why no file of this name may be written; nothing if it may.
 std::string fault_of(const std::string& path) {
   struct stat there {};
-  if (lstat(path.c_str(), &there) != 0) {
-    if (errno != ENOENT) return reason_of(errno);
-    struct stat folder {};
-    if (stat(folder_of(path).c_str(), &folder) != 0) return reason_of(errno);
-    return S_ISDIR(folder.st_mode) ? "" : reason_of(ENOTDIR);
-  }
-  if (S_ISLNK(there.st_mode))
+  const bool is_there = lstat(path.c_str(), &there) == 0;
+  if (!is_there && errno != ENOENT) return reason_of(errno);
+  if (is_there && S_ISLNK(there.st_mode)) {
     return "it is a symbolic link; give the name of the file it stands for";
-  if (!S_ISREG(there.st_mode)) {
+  }
+  if (is_there && !S_ISREG(there.st_mode)) {
     return std::string("it is ") + (S_ISDIR(there.st_mode) ? "a folder" : "not a regular file") +
            "; give the name of a file";
   }
   // Root could write it all the same.
-  const bool is_read_only = (there.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 ||
-                            faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0;
-  return is_read_only ? "it is read-only; make it writable or give another name" : "";
+  const bool has_writer = (there.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) != 0;
+  if (is_there && !(has_writer && faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0)) {
+    return "it is read-only; make it writable or give another name";
+  }
+  const std::string folder = folder_of(path);
+  return faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) == 0 ? "" : reason_of(errno);
 }
 
 /// Whether both are one file, or would be: neither is there yet, and they have the same name in the

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/files/new_file.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
@@ -120,6 +121,7 @@ class FilterNode {
 template <typename Pipeline, typename Connect, typename Serve>
 int run_filter_node(int argc, char** argv, const char* name, const Connect& connect,
                     const Serve& serve) {
+  remove_unfinished_on_signals();  // roscpp takes SIGINT and SIGPIPE itself
   ros::init(argc, argv, name);
   ros::NodeHandle handle;
   try {
