@@ -24,7 +24,8 @@ namespace {
 
 const std::string kPrograms = PF_RESAMPLING_PROGRAMS;
 
-/// The node as the launch file has it, on parameters of that name; with a map to start with.
+/// The node as the launch file has it, on parameters of that name; with a folder for its maps, and
+/// a map to start with.
 void start_node(const std::string& folder, const std::string& map,
                 std::optional<NodeProcess>* node) {
   std::vector<std::string> arguments = {"__name:=fastslam", "_map_file/directory:=" + folder};
@@ -33,7 +34,7 @@ void start_node(const std::string& folder, const std::string& map,
   ASSERT_TRUE(ros::service::waitForService("save_map", ros::Duration(20.0)));
 }
 
-/// Saves the map of a node, kills that and starts another with the map.
+/// Saves the map of a node in that folder, kills the node and starts another with the map.
 void restart(const std::string& folder, std::optional<NodeProcess>* node) {
   SaveMap call;
   call.request.file = "saved.map";
@@ -173,13 +174,12 @@ TEST_F(FastSlamNode, FollowsAndMapsTheTruth) {
   constexpr double kToTheEnd = 1e4;
   if (restart_at > 0.0) {
     std::optional<NodeProcess> filter;
-    const std::string map = directory_.file("saved.map");
     ASSERT_NO_FATAL_FAILURE(start_node(directory_.path(), "", &filter));
     ASSERT_NO_FATAL_FAILURE(play(0.0, restart_at));
     const std::uint64_t updates = heard_.status.updates;
     EXPECT_GT(updates, 50u);
     EXPECT_GT(heard_.map.landmarks.size(), 5u);
-    ASSERT_NO_FATAL_FAILURE(restart(map, &filter));
+    ASSERT_NO_FATAL_FAILURE(restart(directory_.path(), &filter));
     ASSERT_NO_FATAL_FAILURE(play(restart_at, kToTheEnd));
     EXPECT_LT(heard_.status.updates, updates) << "this is no other node";
     EXPECT_TRUE(filter->is_running());

@@ -211,8 +211,8 @@ int run(const std::vector<std::string>& command, int out, const std::string& err
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(),
-                                   O_WRONLY | O_TRUNC, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(), O_WRONLY | O_TRUNC,
+                                   0);
   pid_t child = 0;
   const int failure =
       posix_spawn(&child, command[0].c_str(), &actions, nullptr, arguments.data(), environ);
