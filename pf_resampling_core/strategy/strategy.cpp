@@ -95,6 +95,7 @@ void Strategy::set_options(const StrategyOptions& options) {
   Strategy other(options);
   options_ = other.options_;
   resampler_ = std::move(other.resampler_);
+  if (options_.renewal != Renewal::redraw) redraw_is_due_ = false;
 }
 
 bool Strategy::is_due(double effective_sample_size, int size, int requested_size) {
@@ -120,7 +121,13 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
                                const RandomStreams& streams, const Population& population) {
   const int size = static_cast<int>(population.weight->size());
   if (population.redraw && is_redraw_due(population.closes_loop)) {
+    if (population.leaves_redraw) {
+      RenewalOutcome left;
+      left.redraw_is_left = true;
+      return left;
+    }
     observations_since_redraw_ = 0;
+    redraw_is_due_ = false;
     if (population.redraw(requested_size)) {
       count_renewal();
       return {true, true, requested_size};
@@ -165,9 +172,10 @@ bool Strategy::is_redraw_due(bool closes_loop) {
   if (options_.renewal != Renewal::redraw) return false;
   ++observations_since_redraw_;
   const RedrawOptions& redraw = options_.redraw;
-  return (closes_loop && redraw.closure_absence > 0 &&
-          observations_since_redraw_ >= redraw.closure_spacing) ||
-         (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
+  redraw_is_due_ |= (closes_loop && redraw.closure_absence > 0 &&
+                     observations_since_redraw_ >= redraw.closure_spacing) ||
+                    (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
+  return redraw_is_due_;
 }
 
 ResamplingResult Strategy::select(ConstArray weights, int requested_size,

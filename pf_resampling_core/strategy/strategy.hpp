@@ -83,6 +83,8 @@ struct Population {
   std::function<bool(int size)> redraw = nullptr;
   /// Whether the last observations saw a landmark that was long out of view.
   bool closes_loop = false;
+  /// A redraw that is due is left undone, and the renewal with it; see RenewalOutcome.
+  bool leaves_redraw = false;
 };
 
 /// That of particles which have these arrays by these names.
@@ -101,6 +103,10 @@ struct RenewalOutcome {
   bool renewed = false;
   bool redrawn = false;
   int distinct_ancestors = 0;  ///< particles before the renewal that have descendants; 0: none
+  /// The redraw that is due was left, and nothing else done. To be called again with the same
+  /// population: not leaving the redraw, which draws it; or without one, which renews by the
+  /// schedule and leaves the redraw due after the next update.
+  bool redraw_is_left = false;
 };
 
 /// Renews a population: one piece of code for all filters.
@@ -156,6 +162,7 @@ class Strategy {
   std::int64_t renewals_ = 0;
   std::int64_t observations_since_renewal_ = 0;
   std::int64_t observations_since_redraw_ = 0;
+  bool redraw_is_due_ = false;  // until it is tried
 };
 
 }  // namespace pf_resampling

@@ -71,7 +71,14 @@ FastSlam::FastSlam(const FastSlamOptions& options, std::uint64_t seed)
   reset();
 }
 
+// What the last update left undone goes with what it was of.
+void FastSlam::intervene() {
+  ++interventions_;
+  redraw_is_due_ = false;
+}
+
 void FastSlam::reset() {
+  intervene();
   step_ = 0;
   const Eigen::Index count = options_.particles;
   particles_.x.setZero(count);
@@ -110,6 +117,7 @@ void FastSlam::set_options(const FastSlamOptions& options) {
         "and their numbers are no ids; reset the filter or load a map with ids first");
   }
   strategy_.set_options(options.strategy);
+  intervene();
   // What the first observations decided stays.
   if (options.association.method != DataAssociation::automatic) {
     association_ = options.association.method;
@@ -140,6 +148,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   check(odometry, sensor);
   const DataAssociation method = method_for(measured);
   for (const RangeBearingObservation& observation : measured) check(observation, method);
+  put_off_redraw();
   association_ = method;
   ++step_;
   const bool is_kept = keeps_past() && (!past_.is_empty() || start_past());
@@ -199,8 +208,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   paths_.append(particles_.x, particles_.y, particles_.heading);
-  renew();
-  status_.particles = static_cast<int>(particles_.size());
+  renew(defers_redraws_ ? DueRedraw::leave : DueRedraw::draw);
 }
 
 kernels::PoseGaussians FastSlam::proposal() {
@@ -279,18 +287,27 @@ void FastSlam::temper(ConstArray before) {
   status_.log_likelihood += likelihood - sum;
 }
 
-void FastSlam::renew() {
+void FastSlam::renew_if_due(DueRedraw due) {
+  if (redraw_is_due_) renew(due);
+}
+
+void FastSlam::renew(DueRedraw due) {
   Population population = population_of(
       &particles_, [this](ConstIndices ancestors) { select(ancestors); },
       [this](const std::vector<BlendPair>& pairs) { blend(pairs); });
-  if (keeps_past()) {
-    population.redraw = [this](int size) { return redraw(size); };
+  if (keeps_past() && due != DueRedraw::put_off) {
+    population.redraw = [this, due](int size) {
+      return due == DueRedraw::refuse ? count_refusal() : redraw(size);
+    };
+    population.leaves_redraw = due == DueRedraw::leave;
     population.closes_loop = past_.closes_loop(options_.strategy.redraw.closure_absence);
   }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,
       [this](RandomPurpose purpose) { return stream(purpose); }, population);
+  redraw_is_due_ = outcome.redraw_is_left;
   status_.renewed = outcome.renewed;
+  status_.particles = static_cast<int>(particles_.size());
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();
   status_.distinct_ancestors_of_renewal = outcome.distinct_ancestors;

@@ -86,6 +86,19 @@ class FastSlam {
   void update(const OdometryIncrement& odometry,
               const std::vector<RangeBearingObservation>& measured, const Pose2& sensor = {});
 
+  /// For a caller that cannot wait for a redraw: with `deferred`, update() leaves one that is due
+  /// undone, and the renewal with it. redraw_is_due() says so until one of these is called, or the
+  /// next update() puts it off:
+  ///
+  ///     redraw_now()      what update() does without `deferred`, to the bit
+  ///     put_off_redraw()  renews by the schedule; the redraw is due again after the next update
+  ///     refuse_redraw()   likewise, but counts as a redraw that found no solution
+  void set_deferred_redraws(bool deferred) { defers_redraws_ = deferred; }
+  bool redraw_is_due() const { return redraw_is_due_; }
+  void redraw_now() { renew_if_due(DueRedraw::draw); }
+  void put_off_redraw() { renew_if_due(DueRedraw::put_off); }
+  void refuse_redraw() { renew_if_due(DueRedraw::refuse); }
+
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
 
@@ -140,6 +153,11 @@ class FastSlam {
   void set_options(const FastSlamOptions& options);
 
   const FastSlamOptions& options() const { return options_; }
+  /// Of the random streams: grows with every update(), set_poses() and set_particles().
+  std::uint32_t step() const { return step_; }
+  /// How often the filter was changed otherwise than by update(): reset(), load(), set_poses(),
+  /// set_particles(), set_options(), a recover() that found the robot.
+  std::uint64_t interventions() const { return interventions_; }
   const FastSlamParticles& particles() const { return particles_; }
   /// Systematic errors of the odometry, of every particle.
   const OdometryErrorEstimator& odometry_errors() const { return odometry_errors_; }
@@ -172,6 +190,7 @@ class FastSlam {
     Eigen::ArrayXd starts;     // 1 in the particles in which it is a new landmark
     int started_row = -1;
   };
+  enum class DueRedraw { draw, leave, put_off, refuse };
   struct CandidatePair {
     double log_likelihood;
     int observation;
@@ -200,7 +219,9 @@ class FastSlam {
   bool summarize(int row, LandmarkEstimate* landmark);
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
   void normalize_weights();
-  void renew();
+  void renew(DueRedraw due);
+  void renew_if_due(DueRedraw due);
+  void intervene();
   void temper(ConstArray before);
   bool keeps_past() const;
   SensorConstants prior_sigma() const;
@@ -211,7 +232,7 @@ class FastSlam {
   void note_past(const OdometryIncrement& odometry,
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool redraw(int size);
-  bool refuse_redraw();
+  bool count_refusal();
   void redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
@@ -233,6 +254,9 @@ class FastSlam {
   ParticlePaths paths_;
   SmoothedPast past_;
   int refused_in_a_row_ = 0;  // redraws
+  bool defers_redraws_ = false;
+  bool redraw_is_due_ = false;  // and the last update's renewal with it
+  std::uint64_t interventions_ = 0;
   bool has_landmarks_ = false;
   Strategy strategy_;
   int requested_size_ = 0;

@@ -92,6 +92,19 @@ AlignedDoubles aligned_doubles(std::size_t size) {
   return AlignedDoubles(memory);
 }
 
+RowMemory& RowMemory::operator=(const RowMemory& other) {
+  AlignedDoubles memory;
+  if (other.memory_) {
+    memory = aligned_doubles(other.doubles_);
+    std::copy(other.memory_.get(), other.memory_.get() + other.doubles_, memory.get());
+  }
+  memory_ = std::move(memory);
+  doubles_ = other.doubles_;
+  stride_ = other.stride_;
+  particles_ = other.particles_;
+  return *this;
+}
+
 void RowMemory::fit(int particles) {
   constexpr std::size_t kPage = 4096 / sizeof(double);
   std::size_t stride = (static_cast<std::size_t>(particles) + 7) / 8 * 8;

@@ -27,6 +27,12 @@ class RowMemory {
   enum Field : std::size_t { x, y, xx, xy, yy, log_odds };
   static constexpr std::size_t kFields = 6;
 
+  RowMemory() = default;
+  RowMemory(const RowMemory& other) { *this = other; }
+  RowMemory& operator=(const RowMemory& other);
+  RowMemory(RowMemory&&) noexcept = default;
+  RowMemory& operator=(RowMemory&&) noexcept = default;
+
   /// Room for so many particles; what is in there is zero, or left from before.
   void fit(int particles);
 

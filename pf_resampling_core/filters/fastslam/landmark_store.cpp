@@ -209,6 +209,23 @@ LandmarkStore::LandmarkStore(int particles) : implementation_(std::make_unique<I
   implementation_->particles = particles;
 }
 LandmarkStore::~LandmarkStore() = default;
+LandmarkStore::LandmarkStore(const LandmarkStore& other)
+    : implementation_(std::make_unique<Implementation>()) {
+  Implementation& from = *other.implementation_;
+  while (from.oldest != kNone && from.at(from.oldest).version < from.log.now()) {
+    from.catch_up(from.oldest);
+  }
+  implementation_->particles = from.particles;
+  implementation_->used = from.used;
+  implementation_->rows = from.rows;
+  for (Row& row : implementation_->rows) row.version = 0;  // its log has yet to begin
+  implementation_->free_rows = from.free_rows;
+  implementation_->oldest = from.oldest;
+  implementation_->newest = from.newest;
+}
+LandmarkStore& LandmarkStore::operator=(const LandmarkStore& other) {
+  return *this = LandmarkStore(other);
+}
 LandmarkStore::LandmarkStore(LandmarkStore&&) noexcept = default;
 LandmarkStore& LandmarkStore::operator=(LandmarkStore&&) noexcept = default;
 

@@ -43,6 +43,9 @@ class LandmarkStore {
   /// Throws Error for less than one particle.
   explicit LandmarkStore(int particles);
   ~LandmarkStore();
+  /// A copy has all rows up to date, and those of the other are brought up to date: O(M·N).
+  LandmarkStore(const LandmarkStore& other);
+  LandmarkStore& operator=(const LandmarkStore& other);
   LandmarkStore(LandmarkStore&&) noexcept;
   LandmarkStore& operator=(LandmarkStore&&) noexcept;
 

@@ -149,7 +149,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 }
 
 // What cannot be solved so often in a row will not be: the past begins anew with the population.
-bool FastSlam::refuse_redraw() {
+bool FastSlam::count_refusal() {
   ++status_.redraws_refused;
   if (++refused_in_a_row_ >= kMostRefusals) {
     past_.forget_drive();
@@ -176,10 +176,10 @@ bool FastSlam::redraw(int size) {
   const SmoothingResult solution = association_ == DataAssociation::known
                                        ? past_.solve(smoothing)
                                        : past_.solve(smoothing, reassociation, &next_id_);
-  if (solution.fault != SmoothingFault::none) return refuse_redraw();
+  if (solution.fault != SmoothingFault::none) return count_refusal();
   const Eigen::MatrixXd deviations =
       draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
-  if (deviations.rows() != size) return refuse_redraw();
+  if (deviations.rows() != size) return count_refusal();
   refused_in_a_row_ = 0;
   ++status_.redraws;
   if (options.learn_noise) {

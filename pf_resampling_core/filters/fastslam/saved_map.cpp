@@ -227,6 +227,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   std::string fault = map_checks::fault_of_pose(mean);
   if (fault.empty()) fault = map_checks::fault_of_pose_covariance(poses.covariance);
   if (!fault.empty()) throw Error("poses to set: " + fault + "; give a place and its covariance");
+  intervene();
   ++step_;  // for a draw of its own
   sightings_.clear();
   paths_.clear();
@@ -250,6 +251,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
 
 void FastSlam::set_particles(const GivenParticles& particles) {
   check_given_particles(particles);
+  intervene();
   ++step_;  // for a draw of its own
   const int count = static_cast<int>(particles.poses.size());
   draw_population(count);

@@ -61,6 +61,7 @@ class Twins {
           if (!eager_.rows().empty()) compare(any_row());
           break;
       }
+      if (i % 97 == 96) go_on_with_one_of_two(i % 2 == 0);
       const auto used = static_cast<std::int64_t>(eager_.rows().size());
       ASSERT_LE(lazy_.log_length(), std::max<std::int64_t>(4096, 4 * used));
     }
@@ -143,6 +144,13 @@ class Twins {
         below(3) == 0 ? CovarianceTreatment::moment_matched : CovarianceTreatment::keep;
     lazy_.blend(pairs, treatment);
     eager_.blend(pairs, treatment);
+  }
+
+  // A copy, or what it was made of, whatever becomes of the other.
+  void go_on_with_one_of_two(bool with_copy) {
+    LandmarkStore copy = lazy_;
+    if (with_copy) std::swap(copy, lazy_);
+    for (const auto& [number, row] : eager_.rows()) copy.row(number).x[0] += 1.0;
   }
 
   // To the bit.
