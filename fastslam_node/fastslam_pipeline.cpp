@@ -42,6 +42,8 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
   }
   if (!options_.map_file.empty()) start_map_ = read_map_file(options_.map_file);
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
+  filter_->set_deferred_redraws(options_.deferred);
+  if (options_.deferred) redraws_.emplace(sinks_.stopwatch);
   start_anew();
 }
 
@@ -129,7 +131,15 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
 // ---- the filter -------------------------------------------------------------------------------
 
 void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) {
-  filter_->update(odometry, used.observations, used.sensor);
+  if (redraws_) {
+    redraws_->update(filter_.get(), odometry, used.observations, used.sensor);
+  } else {
+    filter_->update(odometry, used.observations, used.sensor);
+  }
+}
+
+bool FastSlamPipeline::take_up_work() {
+  return redraws_ && redraws_->take_over(filter_.get());
 }
 
 void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& used,
@@ -178,9 +188,11 @@ void FastSlamPipeline::note_scene_of_map() {
 }
 
 void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
+  const auto time = static_cast<std::int64_t>(stamp.toNSec());
+  const double lost = lost_.probability();
   const std::optional<PoseEstimate> found =
-      filter_->recover(scan.observations, scan.sensor, static_cast<std::int64_t>(stamp.toNSec()),
-                       lost_.probability());
+      redraws_ ? redraws_->recover(filter_.get(), scan.observations, scan.sensor, time, lost)
+               : filter_->recover(scan.observations, scan.sensor, time, lost);
   if (!found) return;
   log(LogLevel::warning, "lost: the landmarks seen lately fit the map from (" +
                              std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +

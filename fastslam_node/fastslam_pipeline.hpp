@@ -16,6 +16,7 @@
 #include "fastslam_node/landmark_markers.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "fastslam_node/tag_scans.hpp"
+#include "pf_resampling_core/filters/fastslam/background_redraw.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "src/checkpoint/checkpoint.hpp"
@@ -87,6 +88,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::optional<LandmarkScan> to_observations(
       const std::vector<LandmarkObservationArray>& group) override;
   void update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) override;
+  bool take_up_work() override;
   void note_step(ros::Time stamp) override { path_stamps_.push_back(stamp); }
   void note_observations(ros::Time stamp, const LandmarkScan& used, double duration) override;
   void forget_observations() override;
@@ -118,6 +120,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::function<void(ros::Time, FastSlam*)> updated_;
   bool starts_frozen_;
   std::optional<SavedMap> start_map_;
+  std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path
   std::optional<std::pair<ros::Time, ScanPicture>> latest_;  // that was used, for the markers

@@ -25,8 +25,9 @@
 
 namespace pf_resampling {
 
-/// A filter from messages to messages: no node handle, no clock, no thread. What it gives out
-/// depends on the messages, the options and the seed alone.
+/// A filter from messages to messages: no node handle, no clock, and no thread unless it is
+/// deferred (FastSLAM's redraws). Without one, what it gives out depends on the messages, the
+/// options and the seed alone.
 ///
 /// Observations wait until odometry covers their stamps and are then used in order of time; the
 /// pose goes out with every odometry message. What cannot be used changes nothing; it is counted by
@@ -118,7 +119,10 @@ class FilterPipeline {
   /// What can be used of observations; rejects the rest. Nothing if that is all.
   virtual std::optional<Observations> to_observations(const std::vector<Message>& group) = 0;
 
+  /// `used`: nothing if there is odometry alone.
   virtual void update_filter(const OdometryIncrement& odometry, const Observations& used) = 0;
+  /// Takes up what has been computed beside the updates; returns whether the filter changed.
+  virtual bool take_up_work() { return false; }
   /// The filter was updated, with or without observations: it stands at `stamp`.
   virtual void note_step(ros::Time /*stamp*/) {}
   /// The filter has used them; `duration`: s since the last ones, 0 for the first.

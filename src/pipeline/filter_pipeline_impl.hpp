@@ -238,6 +238,7 @@ void FilterPipeline<Types>::drop_late() {
 
 template <typename Types>
 bool FilterPipeline<Types>::process_next() {
+  if (take_up_work()) take_belief();
   if (options_.deferred) drop_late();
   const std::optional<double> together = simultaneous();
   while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {
@@ -285,7 +286,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
 
 template <typename Types>
 void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time stamp) {
-  filter_->update(motion, {});
+  update_filter(motion, Observations{});
   note_step(stamp);
   take_belief();
 }
