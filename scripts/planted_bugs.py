@@ -15,6 +15,7 @@ LOST = ("core_lost_detector_test",)
 FASTSLAM = ("core_fastslam_test",)
 RANGES = ("core_kernels_test", "core_learning_test")
 STORE = ("core_landmark_store_test",)
+BACKGROUND = ("core_background_redraw_test",)
 ANCESTRY = ("core_ancestry_test", "core_resampling_test")
 MCL = ("core_beacon_mcl_test",)
 
@@ -283,6 +284,50 @@ BUGS = [
         "resizes && keeps_size(options_.resampling) ? resizer_ : resampler_;",
         "resizes && !keeps_size(options_.resampling) ? resizer_ : resampler_;",
         STRATEGY,
+    ),
+    # Redraws beside the filter.
+    (
+        "background redraw: a copy of a filter that was changed is taken",
+        "background_redraw.cpp",
+        "if (is_running() && job_->interventions != filter->interventions()) give_up();",
+        "",
+        BACKGROUND,
+    ),
+    (
+        "background redraw: a copy that has not seen all updates is taken",
+        "background_redraw.cpp",
+        "if (job->copy.step() != filter->step()) {",
+        "if (job->copy.step() > filter->step()) {",
+        BACKGROUND,
+    ),
+    (
+        "background redraw: what was seen meanwhile is not replayed",
+        "background_redraw.cpp",
+        "copy->recover(observations, sensor, stamp, 0.0);",
+        "",
+        BACKGROUND,
+    ),
+    (
+        "background redraw: the filter resamples before the copy is made",
+        "background_redraw.cpp",
+        "if (!job_ && refused_ != filter->interventions()) begin(*filter);",
+        "filter->put_off_redraw();"
+        "if (!job_ && refused_ != filter->interventions()) begin(*filter);",
+        BACKGROUND,
+    ),
+    (
+        "background redraw: a failure is not counted",
+        "background_redraw.cpp",
+        "refused_ = filter.interventions();",
+        "",
+        BACKGROUND,
+    ),
+    (
+        "landmark store: a copy without what is in the log",
+        "landmark_store.cpp",
+        "while (from.oldest != kNone && from.at(from.oldest).version < from.log.now()) {",
+        "while (false) {",
+        STORE,
     ),
     # Weights.
     (
