@@ -92,7 +92,7 @@ class FastSlam {
   ///
   ///     redraw_now()      what update() does without `deferred`, to the bit
   ///     put_off_redraw()  renews by the schedule; the redraw is due again after the next update
-  ///     refuse_redraw()   likewise, but counts as a redraw that found no solution
+  ///     refuse_redraw()   renews by the schedule; counts as a redraw that found no solution
   void set_deferred_redraws(bool deferred) { defers_redraws_ = deferred; }
   bool redraw_is_due() const { return redraw_is_due_; }
   void redraw_now() { renew_if_due(DueRedraw::draw); }

@@ -294,6 +294,28 @@ TEST(BackgroundRedraw, OneThatFallsBehindIsGivenUp) {
   EXPECT_FALSE(live.redraws.take_over(&live.filter));
 }
 
+// Both at once, as time has it (also for a thread sanitizer): whatever it was, all adds up.
+TEST(BackgroundRedraw, CountsAddUpWhateverTheTiming) {
+  FastSlamOptions options = redraw_options(DataAssociation::known);
+  options.strategy.redraw.every_n = 1;
+  const std::vector<Step> steps = drive(400, true, 3);
+  Live live(options, 7);
+  live.gate.open();
+  for (std::size_t t = 0; t < steps.size(); ++t) {
+    live.update(steps[t]);
+    live.redraws.recover(&live.filter, steps[t].observations, {},
+                         static_cast<std::int64_t>(t) * 500000000, 0.0);
+    EXPECT_EQ(live.filter.status().updates, static_cast<std::int64_t>(t) + 1);
+    EXPECT_EQ(live.filter.path().size(), t + 1);
+  }
+  live.redraws.wait();
+  live.redraws.take_over(&live.filter);
+  EXPECT_GE(live.filter.status().redraws, 1);
+  EXPECT_EQ(live.filter.status().redraws, live.redraws.status().taken_over);
+  EXPECT_EQ(live.redraws.status().given_up, 0);
+  EXPECT_LT(distance(live.filter.estimate().mean, steps.back().truth), 0.5);
+}
+
 // Updates that it was not told of are not lost, either.
 TEST(BackgroundRedraw, IsNotTakenWithoutAllUpdates) {
   const std::vector<Step> steps = drive(40, true, 3);
