@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <new>
 
 #include "pf_resampling_core/error.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
@@ -237,6 +238,32 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   kept.wait();
   EXPECT_EQ(kept.status().message, "fine");
   EXPECT_EQ(kept.value("started"), "from nothing");
+}
+
+// /proc/self/mem opens, and answers reading with EIO, for whoever runs this.
+TEST(CheckpointKeeper, AFileThatCannotBeReadIsToldOfAndTheNodeStarts) {
+  const TemporaryDirectory directory;
+  const std::string circle = directory.file("circle");
+  ASSERT_EQ(symlink(circle.c_str(), circle.c_str()), 0);
+  CheckpointOptions options;
+  for (const std::string& path : {std::string("/proc/self/mem"), directory.path(), circle}) {
+    SCOPED_TRACE(path);
+    options.file = path;
+    Kept kept(options);
+    EXPECT_NO_THROW(
+        kept.keeper.start([](const std::string& file) { read_fastslam_checkpoint(file); }));
+    EXPECT_EQ(kept.status().message.rfind("started from nothing: checkpoint " + path, 0), 0u)
+        << kept.status().message;
+    EXPECT_EQ(kept.log, std::vector<std::string>{kept.status().message});
+  }
+  options.file = directory.file("a");
+  write_text(options.file);
+  Kept kept(options);
+  EXPECT_NO_THROW(kept.keeper.start([](const std::string&) { throw std::bad_alloc(); }));
+  EXPECT_EQ(kept.status().message, "started from nothing: std::bad_alloc");
+  kept.keeper.write([](const std::string&) { throw std::bad_alloc(); });
+  kept.wait();
+  EXPECT_EQ(kept.value("failed"), "1");
 }
 
 // And nothing of the user's, even if it has a name that looks much the same.

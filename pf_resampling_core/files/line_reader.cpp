@@ -103,12 +103,21 @@ void LineReader::take_end() {
   if (stream_.peek() != std::char_traits<char>::eof()) refuse("there are more lines after the end");
 }
 
+// What the disk does not give, the standard library answers with an exception of its own.
+int LineReader::next_letter() {
+  try {
+    return stream_.rdbuf()->sbumpc();
+  } catch (const std::ios_base::failure& failure) {
+    throw Error(std::string(kind_.name) + " " + path_ + " cannot be read (" + failure.what() +
+                "); give one that can be read");
+  }
+}
+
 void LineReader::take_line() {
   ++lines_;
   line_.clear();
-  std::streambuf* const buffer = stream_.rdbuf();
   while (true) {
-    const int letter = buffer->sbumpc();
+    const int letter = next_letter();
     if (letter == std::char_traits<char>::eof()) {
       refuse(line_.empty() && lines_ > 1
                  ? "the file ends before the " + std::string(kind_.content) + " does"

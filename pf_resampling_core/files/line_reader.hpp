@@ -42,6 +42,7 @@ class LineReader {
 
  private:
   void take_line();
+  int next_letter();
 
   Kind kind_;
   std::string path_;

@@ -26,15 +26,16 @@ CheckpointKeeper::~CheckpointKeeper() {
 
 void CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
   if (is_used()) remove_left_of(options_.file, text_file::kCheckpoint.first_line());
-  std::error_code unknown;
-  if (!is_used() || !options_.resume || !std::filesystem::exists(options_.file, unknown)) return;
+  if (!is_used() || !options_.resume) return;
+  std::error_code trouble;  // such as no permission to look: then reading says what it is
+  if (!std::filesystem::exists(options_.file, trouble) && !trouble) return;
   try {
     resume(options_.file);
     start_ = "from " + options_.file;
     log_(LogLevel::info, "continuing from the checkpoint " + options_.file);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     problem_ = std::string("started from nothing: ") + error.what();
-    log_(LogLevel::warning, problem_);
+    log_(LogLevel::error, problem_);
   }
 }
 
@@ -52,7 +53,7 @@ void CheckpointKeeper::write(Write write) {
     try {
       write(path);
       return std::string();
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       return std::string(error.what());
     }
   });

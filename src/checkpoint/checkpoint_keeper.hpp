@@ -39,8 +39,8 @@ class CheckpointKeeper {
   CheckpointKeeper(const CheckpointKeeper&) = delete;
   CheckpointKeeper& operator=(const CheckpointKeeper&) = delete;
 
-  /// If there is a file and it is wanted: `resume` goes on from it, or throws Error with nothing
-  /// changed; then the node starts anew. What a killed process has left unfinished is removed.
+  /// If there is a file and it is wanted: `resume` goes on from it, or throws with nothing changed;
+  /// then the node starts anew. What a killed process has left unfinished is removed.
   void start(const std::function<void(const std::string& path)>& resume);
 
   /// Whether another checkpoint should be written: the period has gone by, and the last is done.

@@ -56,7 +56,9 @@ void FilterPublishers::connect(PipelineSinks* sinks) {
 
 std::function<void(LogLevel, const std::string&)> FilterPublishers::log() {
   return [](LogLevel level, const std::string& text) {
-    if (level == LogLevel::warning) {
+    if (level == LogLevel::error) {
+      ROS_ERROR("%s", text.c_str());
+    } else if (level == LogLevel::warning) {
       ROS_WARN("%s", text.c_str());
     } else {
       ROS_INFO("%s", text.c_str());

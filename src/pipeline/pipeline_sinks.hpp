@@ -16,7 +16,7 @@
 
 namespace pf_resampling {
 
-enum class LogLevel { info, warning };
+enum class LogLevel { info, warning, error };
 
 /// Where the messages of a pipeline go. What is empty is not made at all.
 struct PipelineSinks {
