@@ -118,7 +118,7 @@ std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRa
   const auto antenna = frames_.origin(options_.frames.base, without_slash(range.header.frame_id));
   if (!antenna) {
     reject({RejectReason::unknown_frame,
-            "where '" + range.header.frame_id + "' is on '" + options_.frames.base +
+            "where '" + shown_name(range.header.frame_id) + "' is on '" + options_.frames.base +
                 "' is not known: give it on /tf_static, or in the list `antennas` of the "
                 "configuration"});
     return std::nullopt;

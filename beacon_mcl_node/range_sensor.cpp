@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/input_checks.hpp"
 
@@ -24,7 +25,7 @@ RangeReading read_range(const sensor_msgs::Range& message, const BeaconNames& na
   const std::string& frame = message.header.frame_id;
   const std::optional<int> beacon = names.id_of(frame);
   if (!beacon) {
-    return rejected(rejection(RejectReason::unknown_beacon, "frame '", frame,
+    return rejected(rejection(RejectReason::unknown_beacon, "frame '", shown_name(frame),
                               "' does not name a beacon: change range_input/frame_pattern to fit "
                               "it, or give it as `frame` in the list `beacons`"));
   }

@@ -97,14 +97,16 @@ std::optional<Pose2> FastSlamPipeline::sensor_of(const std::string& frame) {
   const std::string name = without_slash(frame);
   const auto pose = frames_.pose(options_.frames.base, name);
   if (!pose) {
-    reject({RejectReason::unknown_frame, "where '" + frame + "' is on '" + options_.frames.base +
+    reject({RejectReason::unknown_frame, "where '" + shown_name(frame) + "' is on '" +
+                                             options_.frames.base +
                                              "' is not known: give it on /tf_static, or in the "
                                              "list `sensors` of the configuration"});
     return std::nullopt;
   }
   const Eigen::Matrix3d turn = pose->linear();
   if (turn(2, 2) < kUpright) {
-    reject({RejectReason::wrong_frame, "the z axis of '" + frame + "' does not point up"});
+    reject(
+        {RejectReason::wrong_frame, "the z axis of '" + shown_name(frame) + "' does not point up"});
     return std::nullopt;
   }
   return Pose2{pose->translation().x(), pose->translation().y(),

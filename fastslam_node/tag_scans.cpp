@@ -46,8 +46,8 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   }
   const auto camera_pose = on_robot->pose(frames_.base, camera);
   if (!camera_pose) {
-    return rejection(RejectReason::unknown_frame, "where '", camera, "', which sees '", tag,
-                     "', is on '", frames_.base,
+    return rejection(RejectReason::unknown_frame, "where '", shown_name(camera), "', which sees '",
+                     tag, "', is on '", frames_.base,
                      "' is not known: give it on /tf_static, or in the list `sensors` of the "
                      "configuration");
   }

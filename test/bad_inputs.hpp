@@ -100,7 +100,7 @@ inline std::vector<BadInput> all(ros::Time now, const nav_msgs::Odometry& odomet
                              [](auto* m) { m->header.stamp += ros::Duration(60.0); }));
   bad.push_back(bad_odometry(odometry, "jumping", R::pose_jump,
                              [](auto* m) { m->pose.pose.position.x += 100.0; }));
-  bad.push_back(bad_odometry(odometry, "at the end of the world", R::pose_jump,
+  bad.push_back(bad_odometry(odometry, "at the end of the world", R::impossible_position,
                              [](auto* m) { m->pose.pose.position.x = 1e300; }));
   bad.push_back(bad_odometry(odometry, "after 2038", R::impossible_stamp,
                              [](auto* m) { m->header.stamp = ros::TIME_MAX; }));
@@ -120,7 +120,7 @@ inline std::vector<BadInput> all(ros::Time now, const nav_msgs::Odometry& odomet
 
   bad.push_back(bad_transform("NaN", kNan, 1.0));
   bad.push_back(bad_transform("no rotation", 0.0, 0.0));
-  bad.push_back(bad_initial_pose(now, "at the end of the world", R::filter_error,
+  bad.push_back(bad_initial_pose(now, "at the end of the world", R::impossible_position,
                                  [](auto* m) { m->pose.pose.position.x = 1e200; }));
   bad.push_back(bad_transform("at the end of the world", 1e200, 1.0));
   return bad;

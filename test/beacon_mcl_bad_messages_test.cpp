@@ -127,7 +127,7 @@ TEST(BeaconMclPipeline, WhatTheFilterRefusesIsRejectedAndTheOldBeaconsStay) {
   run.pipeline.handle(start);
   EXPECT_TRUE((run.pipeline.filter()->particles().x == particles.x).all());
   EXPECT_EQ(run.pipeline.rejects().count("beacons", RejectReason::filter_error), 1u);
-  EXPECT_EQ(run.pipeline.rejects().count("initialpose", RejectReason::filter_error), 1u);
+  EXPECT_EQ(run.pipeline.rejects().count("initialpose", RejectReason::impossible_position), 1u);
 }
 
 }  // namespace

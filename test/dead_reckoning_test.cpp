@@ -76,13 +76,47 @@ TEST(DeadReckoning, StartsOverWhenTimeJumpsBack) {
               RejectReason::time_jump);
   }
   const DeadReckoning::Taken taken = drive.odometry.take(message_at(1.4), drive.noise);
-  EXPECT_TRUE(taken.time_jumped_back);
+  EXPECT_TRUE(taken.time_jumped);
   EXPECT_NE(taken.warning.find("time jumped back by 4.000 s"), std::string::npos) << taken.warning;
   EXPECT_EQ(drive.odometry.time_jumps(), 1u);
   EXPECT_EQ(drive.odometry.used(), ros::Time(101.0));
   EXPECT_NEAR(drive.odometry.since().mean.x, 0.4, 1e-9);
   EXPECT_EQ(drive.odometry.check_stamp(ros::Time(100.5), 0.0)->reason,
             RejectReason::before_odometry);
+}
+
+// A clock that is told the time: the robot is where it was, whatever the clock says.
+TEST(DeadReckoning, StartsOverWhenTimeJumpsForward) {
+  Drive drive;
+  drive.until(5.0);
+  drive.odometry.use_until(ros::Time(104.0), drive.noise);
+  for (const double time : {1e9, 1e9 + 0.1, 1e9 + 0.2, 1e9 + 0.3}) {
+    EXPECT_EQ(drive.odometry.take(message_at(time), drive.noise).rejection->reason,
+              RejectReason::time_jump);
+  }
+  const DeadReckoning::Taken taken = drive.odometry.take(message_at(1e9 + 0.4), drive.noise);
+  EXPECT_TRUE(taken.time_jumped);
+  EXPECT_FALSE(taken.began_again);
+  EXPECT_EQ(taken.warning.rfind("time jumped forward by 999999995.", 0), 0u) << taken.warning;
+  EXPECT_NEAR(taken.until_jump.mean.x, 1.0, 1e-9);
+  EXPECT_NEAR(drive.odometry.since().mean.x, 0.4, 1e-6);
+  EXPECT_LT(drive.odometry.since().duration, 1.0);
+}
+
+// Until somebody has used it, odometry is kept; but not for ever.
+TEST(DeadReckoning, KeepsWhatTheFilterHasYetToUse) {
+  Drive drive;
+  drive.until(60.0);
+  drive.odometry.use_until(ros::Time(160.0), drive.noise);
+  drive.until(60.5);
+  drive.odometry.restart_at_oldest(drive.noise);
+  const ros::Time oldest = drive.odometry.used();
+  EXPECT_NEAR(oldest.toSec(), 130.0, 0.6);
+  drive.until(70.0);
+  EXPECT_TRUE(drive.odometry.covers(oldest));
+  drive.odometry.use_until(ros::Time(170.0), drive.noise);
+  drive.until(70.5);
+  EXPECT_FALSE(drive.odometry.covers(oldest));
 }
 
 TEST(MovedBy, MovesRigidlyAndGrowsTheCovariance) {

@@ -18,6 +18,9 @@ TEST(FramePattern, FindsTheIdInTheWholeName) {
   }
   EXPECT_EQ(tags.id_of("tag_2147483648"), std::nullopt) << "more than an id can be";
   EXPECT_EQ(tags.id_of("tag_99999999999999999999"), std::nullopt);
+  EXPECT_EQ(tags.id_of("tag_" + std::string(251, '0')), 0);
+  EXPECT_EQ(tags.id_of("tag_" + std::string(252, '0')), std::nullopt) << "longer than a name";
+  EXPECT_EQ(tags.id_of("tag_" + std::string(1000000, '0')), std::nullopt);
 }
 
 TEST(FramePattern, TheGroupMayStandAnywhere) {

@@ -9,7 +9,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kFarthest = 1e9;     // m
 constexpr double kLargestTurn = 1e4;  // rad
 
 template <typename... Parts>
@@ -29,7 +28,8 @@ void check_given_particles(const GivenParticles& particles) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[i];
-    const bool is_usable = std::abs(pose.x) <= kFarthest && std::abs(pose.y) <= kFarthest &&
+    const bool is_usable = std::abs(pose.x) <= kFarthestPosition &&
+                           std::abs(pose.y) <= kFarthestPosition &&
                            std::abs(pose.heading) <= kLargestTurn;
     if (!is_usable) {
       refuse("particle ", i, " is at (", pose.x, " m, ", pose.y, " m, ", pose.heading,

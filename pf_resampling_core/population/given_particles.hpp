@@ -14,6 +14,9 @@ struct GivenParticles {
   std::vector<double> weights;  ///< as many, none negative, of any scale; empty: all alike
 };
 
+/// m: no position is beyond, in x or y.
+constexpr double kFarthestPosition = 1e9;
+
 /// So many can be given at most.
 constexpr std::size_t kMostGivenParticles = 1000000;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace pf_resampling {
@@ -11,5 +12,15 @@ struct FrameNames {
   std::string base = "base_link";
   double transform_tolerance = 0.2;  ///< s by which map -> odom is dated into the future
 };
+
+/// No name of a frame is longer; what is longer names nothing.
+constexpr std::size_t kLongestFrameName = 255;
+
+/// A name as it is told of: the beginning and the length of one that is too long.
+inline std::string shown_name(const std::string& name) {
+  if (name.size() <= kLongestFrameName) return name;
+  return name.substr(0, 40) + "... (" + std::to_string(name.size()) + " characters, at most " +
+         std::to_string(kLongestFrameName) + " make a name)";
+}
 
 }  // namespace pf_resampling

@@ -1,6 +1,7 @@
 #include "src/frames/frame_pattern.hpp"
 
 #include "pf_resampling_core/error.hpp"
+#include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -21,7 +22,8 @@ FramePattern::FramePattern(const std::string& pattern) {
 }
 
 std::optional<int> FramePattern::id_of(const std::string& frame) const {
-  if (!expression_) return std::nullopt;
+  // std::regex_match recurses as deep as the name is long.
+  if (!expression_ || frame.size() > kLongestFrameName) return std::nullopt;
   const std::string name = without_slash(frame);
   std::smatch match;
   if (!std::regex_match(name, match, *expression_)) return std::nullopt;

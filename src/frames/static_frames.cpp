@@ -1,7 +1,9 @@
 #include "src/frames/static_frames.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -17,6 +19,7 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   const auto& t = transform.transform.translation;
   const auto& q = transform.transform.rotation;
   if (parent == child || parent.empty() || child.empty()) return false;
+  if (std::max(parent.size(), child.size()) > kLongestFrameName) return false;
   const double distance = std::hypot(t.x, t.y, t.z);
   if (!(distance <= kFarthest) || !is_unit(q)) return false;
   Parent& entry = parents_[child];

@@ -15,7 +15,7 @@ namespace pf_resampling {
 class StaticFrames {
  public:
   /// Takes note of a transform. Returns false, and ignores it, if it is not a rigid motion of
-  /// at most 1e6 m between two different frames.
+  /// at most 1e6 m between two different frames, with names of at most kLongestFrameName.
   bool add(const geometry_msgs::TransformStamped& transform);
 
   /// A frame at `place` (m) in the frame `parent`, turned by `yaw` (rad) about its z axis.

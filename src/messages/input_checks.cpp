@@ -1,7 +1,9 @@
 #include "src/messages/input_checks.hpp"
 
+#include <cmath>
 #include <cstdio>
 
+#include "pf_resampling_core/population/given_particles.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -18,6 +20,11 @@ std::optional<Rejection> check_pose(const geometry_msgs::Pose& pose) {
     const auto& q = pose.orientation;
     return rejection(RejectReason::not_unit_quaternion, "orientation (", q.x, ", ", q.y, ", ", q.z,
                      ", ", q.w, ") is not of length 1");
+  }
+  const auto& p = pose.position;
+  if (std::abs(p.x) > kFarthestPosition || std::abs(p.y) > kFarthestPosition) {
+    return rejection(RejectReason::impossible_position, "the position (", p.x, " m, ", p.y,
+                     " m) is farther than ", kFarthestPosition, " m from the origin");
   }
   return std::nullopt;
 }
@@ -43,8 +50,8 @@ std::optional<Rejection> check_covariance(const boost::array<double, 36>& covari
 std::optional<Rejection> check_frame(const std::string& what, const std::string& given,
                                      const std::string& expected, const std::string& parameter) {
   if (without_slash(given) == without_slash(expected)) return std::nullopt;
-  return rejection(RejectReason::wrong_frame, what, " is '", given, "', expected '", expected,
-                   "' (parameter ", parameter, ")");
+  return rejection(RejectReason::wrong_frame, what, " is '", shown_name(given), "', expected '",
+                   expected, "' (parameter ", parameter, ")");
 }
 
 std::optional<Rejection> check(const ros::Time& stamp) {

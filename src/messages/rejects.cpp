@@ -11,12 +11,14 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                              {{Reason::not_finite, "not_finite"},
                                               {Reason::not_positive, "not_positive"},
                                               {Reason::impossible_range, "impossible_range"},
+                                              {Reason::impossible_position, "impossible_position"},
                                               {Reason::impossible_variance, "impossible_variance"},
                                               {Reason::not_unit_quaternion, "not_unit_quaternion"},
                                               {Reason::unknown_beacon, "unknown_beacon"},
                                               {Reason::unknown_id, "unknown_id"},
                                               {Reason::duplicate_beacon, "duplicate_beacon"},
                                               {Reason::empty, "empty"},
+                                              {Reason::too_many, "too_many"},
                                               {Reason::wrong_frame, "wrong_frame"},
                                               {Reason::unknown_frame, "unknown_frame"},
                                               {Reason::no_stamp, "no_stamp"},
@@ -32,7 +34,8 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                               {Reason::pose_jump, "pose_jump"},
                                               {Reason::ignored, "ignored"},
                                               {Reason::gated, "gated"},
-                                              {Reason::filter_error, "filter_error"}});
+                                              {Reason::filter_error, "filter_error"},
+                                              {Reason::exception, "exception"}});
   return names;
 }
 

@@ -13,12 +13,14 @@ enum class RejectReason {
   not_finite,           ///< NaN or infinite number
   not_positive,         ///< a range of zero or less
   impossible_range,     ///< beyond a thousand kilometres
+  impossible_position,  ///< beyond a million kilometres
   impossible_variance,  ///< negative, or so large or small, or a covariance, that none can have
   not_unit_quaternion,
   unknown_beacon,     ///< id that is not among the beacons
   unknown_id,         ///< a landmark without id where the others have one
   duplicate_beacon,   ///< an id twice in one array
   empty,              ///< an array without elements
+  too_many,           ///< more of something than a parameter allows
   wrong_frame,        ///< frame other than the configured one
   unknown_frame,      ///< no transform from the base frame
   no_stamp,           ///< stamp zero
@@ -29,12 +31,13 @@ enum class RejectReason {
   ahead_of_odometry,  ///< observation too far ahead of the newest odometry
   queue_full,         ///< dropped because too many observations wait
   overload,           ///< dropped because computation does not keep up
-  time_jump,          ///< odometry whose time jumped back, not confirmed yet
+  time_jump,          ///< odometry whose time jumped, not confirmed yet
   time_gap,           ///< odometry after a long silence, not confirmed yet
   pose_jump,          ///< odometry that moved faster than the robot can
   ignored,            ///< beacons that differ from the configured ones
   gated,              ///< an observation that the filter did not believe
   filter_error,       ///< the filter refused it
+  exception,          ///< something failed that should not: memory, or a fault of the program
 };
 const EnumNames<RejectReason>& names_of(RejectReason);
 

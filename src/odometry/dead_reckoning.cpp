@@ -17,7 +17,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
   const StampedOdometry odometry = to_stamped_odometry(message);
   const bool first = buffer_.empty();
   const ros::Time before = first ? ros::Time() : buffer_.newest();
-  const OdometryBuffer::Addition addition = buffer_.add(odometry);
+  const OdometryBuffer::Addition addition = buffer_.add(odometry, used_);
   const std::string step = first ? "" : seconds_text((odometry.stamp - before).toSec());
   const auto rejected = [](RejectReason reason, const std::string& detail) {
     Taken taken;
@@ -38,16 +38,18 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       return rejected(RejectReason::pose_jump,
                       "it moves faster than odometry_input/max_speed or turns faster than "
                       "odometry_input/max_turn_rate");
-    case OdometryBuffer::Addition::time_jumped_back:
+    case OdometryBuffer::Addition::time_jumped: {
+      const double forward = (buffer_.oldest() - before).toSec();
       ++time_jumps_;
-      taken.time_jumped_back = true;
-      taken.warning = "time jumped back by " + seconds_text((before - buffer_.oldest()).toSec()) +
-                      ": buffers are reset";
+      taken.time_jumped = true;
+      taken.warning = std::string("time jumped ") + (forward < 0.0 ? "back" : "forward") + " by " +
+                      seconds_text(std::abs(forward)) + ": buffers are reset";
       taken.began_again = (buffer_.oldest() - began_).toSec() <= kBegin * (before - began_).toSec();
       taken.until_jump = since_;
       first_ = ros::Time();
-      if (taken.began_again) began_ = ros::Time();
+      if (taken.began_again || forward > 0.0) began_ = ros::Time();
       break;
+    }
     case OdometryBuffer::Addition::gap_closed:
       taken.warning = "no odometry for " + step;
       break;

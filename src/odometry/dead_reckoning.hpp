@@ -21,7 +21,7 @@ class DeadReckoning {
   /// What became of a message.
   struct Taken {
     std::optional<Rejection> rejection;
-    bool time_jumped_back = false;  ///< all that was known of earlier odometry is forgotten
+    bool time_jumped = false;  ///< all that was known of earlier odometry is forgotten
     /// It jumped to about where it began, as when a bag is played again. Else a clock was set.
     bool began_again = false;
     OdometryIncrement until_jump;  ///< motion before it that the filter has not used

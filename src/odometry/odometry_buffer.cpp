@@ -12,6 +12,8 @@ namespace {
 /// What a message may be off by whatever the time since the last: rounding, late stamps.
 constexpr double kPositionSlack = 0.5;  // m
 constexpr double kHeadingSlack = 0.5;   // rad
+/// After so long, it is the clock that was set, not the odometry that was silent.
+constexpr double kLongestGap = 3600.0;  // s
 
 /// The motion that takes `share` of the time of `motion`, at constant speed and turn rate: a piece
 /// of the same arc.
@@ -111,13 +113,13 @@ void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
   samples_.push_back(sample);
 }
 
-OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry) {
+OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry, ros::Time used) {
   if (samples_.empty()) {
     push(odometry, false);
     return Addition::added;
   }
   if (newest().toSec() > options_.length) {
-    forget_before(newest() - ros::Duration(options_.length));
+    forget_before(std::min(used, newest() - ros::Duration(options_.length)));
   }
   const Sample& last = samples_.back();
   if (continues(last.stamp, last.received, odometry)) {
@@ -146,9 +148,9 @@ OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry
         std::hypot(odometry.pose.x - last.received.x, odometry.pose.y - last.received.y);
     const bool is_gap =
         duration > options_.max_gap && distance <= options_.max_speed * duration + kPositionSlack;
-    suspicion_ = duration < 0.0 ? Addition::time_jump
-                 : is_gap       ? Addition::time_gap
-                                : Addition::pose_jump;
+    suspicion_ = duration < 0.0 || duration > kLongestGap ? Addition::time_jump
+                 : is_gap                                 ? Addition::time_gap
+                                                          : Addition::pose_jump;
   }
   suspects_.push_back(odometry);
   const bool is_confirmed = static_cast<int>(suspects_.size()) >= options_.confirmations;
@@ -164,7 +166,7 @@ OdometryBuffer::Addition OdometryBuffer::believe_suspects() {
     push(odometry, moved);
     moved = true;
   }
-  return suspicion_ == Addition::time_jump  ? Addition::time_jumped_back
+  return suspicion_ == Addition::time_jump  ? Addition::time_jumped
          : suspicion_ == Addition::time_gap ? Addition::gap_closed
                                             : Addition::pose_jumped;
 }

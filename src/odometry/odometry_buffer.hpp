@@ -44,22 +44,23 @@ class OdometryBuffer {
  public:
   enum class Addition {
     added,
-    out_of_order,      ///< not newer than the last; dropped
-    time_jump,         ///< older by more than jump_back: held back until others confirm it
-    time_gap,          ///< newer by more than max_gap: likewise
-    pose_jump,         ///< faster than max_speed or max_turn_rate: likewise
-    time_jumped_back,  ///< the message that confirms a jump back: the buffer starts over with
-                       ///< those held back
-    gap_closed,        ///< the message that confirms a gap: those held back were added
-    pose_jumped,       ///< the message that confirms a jump of the pose: those held back were
-                       ///< added, the jump counts as no motion
+    out_of_order,  ///< not newer than the last; dropped
+    time_jump,     ///< older by more than jump_back, or newer by more than an hour: held back
+                   ///< until others confirm it
+    time_gap,      ///< newer by more than max_gap: likewise
+    pose_jump,     ///< faster than max_speed or max_turn_rate: likewise
+    time_jumped,   ///< the message that confirms a jump of time: the buffer starts over with
+                   ///< those held back
+    gap_closed,    ///< the message that confirms a gap: those held back were added
+    pose_jumped,   ///< the message that confirms a jump of the pose: those held back were
+                   ///< added, the jump counts as no motion
   };
 
   explicit OdometryBuffer(const OdometryBufferOptions& options = {}) : options_(options) {}
 
   /// Adds a pose; numbers have to be finite. What was more than options.length older than the
-  /// newest pose before this call is forgotten.
-  Addition add(const StampedOdometry& odometry);
+  /// newest pose before this call is forgotten, save what is needed from `used` on.
+  Addition add(const StampedOdometry& odometry, ros::Time used = ros::TIME_MAX);
 
   void clear();
 

@@ -8,6 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/messages/conversions.hpp"
+#include "src/frames/frame_names.hpp"
 #include "src/messages/given_particles_message.hpp"
 #include "src/messages/input_checks.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
@@ -35,7 +36,7 @@ void FilterPipeline<Types>::handle(const nav_msgs::Odometry& message) {
     const bool anew = taken.began_again && options_.restart_after_jump_back;
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts from nothing" : ""));
   }
-  if (taken.time_jumped_back) forget_time(taken);
+  if (taken.time_jumped) forget_time(taken);
   hand_over_observations();
   process_ready();
   carry_belief_forward();
@@ -90,7 +91,10 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     // Where the robot is comes from odometry and from this filter, not from tf.
     const std::string child = without_slash(transform.child_frame_id);
     if (child == options_.frames.base || child == options_.frames.odom) continue;
-    if (!frames_.add(transform)) {
+    if (child.size() > kLongestFrameName) {
+      reject("tf", {RejectReason::unknown_frame,
+                    "the name of frame '" + shown_name(child) + "' is too long"});
+    } else if (!frames_.add(transform)) {
       reject("tf",
              {RejectReason::not_finite, "the transform of frame '" + child +
                                             "' is not a rigid motion relative to another frame"});
@@ -170,6 +174,7 @@ void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
 
 // ---- the flow ---------------------------------------------------------------------------------
 
+  carry_belief_forward();
 template <typename Types>
 void FilterPipeline<Types>::start(std::unique_ptr<Filter> filter) {
   filter_ = std::move(filter);
@@ -242,6 +247,7 @@ bool FilterPipeline<Types>::process_next() {
   if (options_.deferred) drop_late();
   const std::optional<double> together = simultaneous();
   while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {
+  carry_belief_forward();
     const ros::Time first = waiting_.front().header.stamp;
     std::vector<Message> group = {waiting_.front()};
     waiting_.pop_front();
@@ -291,12 +297,13 @@ void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time s
   take_belief();
 }
 
-// The odometry kept is bounded: without observations the particles move on by odometry alone.
+// The odometry kept is bounded: without observations the particles move on by odometry alone, and
+// while there are none it is given up.
 template <typename Types>
 void FilterPipeline<Types>::carry_belief_forward() {
   const std::optional<ros::Time> stamp = odometry_.overdue();
-  if (!stamp || !filter_) return;
-  move_on(odometry_.until(*stamp, noise()), *stamp);
+  if (!stamp) return;
+  if (filter_) move_on(odometry_.until(*stamp, noise()), *stamp);
   odometry_.use_until(*stamp, noise());
 }
 
@@ -312,7 +319,7 @@ void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
   publisher_.clear_path();
   if (jump.began_again && options_.restart_after_jump_back) {
     start_anew();
-  } else if (filter_ && jump.time_jumped_back) {
+  } else if (filter_ && jump.time_jumped) {
     move_on(jump.until_jump, odometry_.newest());
   }
 }
@@ -434,6 +441,7 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     reported_weight_resets_ = status.weight_resets;
     add_value("particles", std::to_string(status.particles), &entry);
     add_value("effective sample size", number_text(status.effective_sample_size), &entry);
+  if (const auto rejection = check(now)) return reject("clock", *rejection);
     add_value("distinct ancestors, of the last renewal",
               std::to_string(status.distinct_ancestors_of_renewal), &entry);
     add_value("distinct ancestors, since the start",

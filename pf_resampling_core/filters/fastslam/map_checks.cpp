@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
 
 namespace pf_resampling {
 namespace map_checks {
@@ -15,13 +16,13 @@ constexpr double kRounding = 1e-9;
 constexpr double kWidestView = 1e6;  // m, as for sensor/maximum_range
 
 bool is_place(const Eigen::Vector2d& place) {
-  return std::abs(place.x()) <= kFarthest && std::abs(place.y()) <= kFarthest;
+  return std::abs(place.x()) <= kFarthestPosition && std::abs(place.y()) <= kFarthestPosition;
 }
 
 // Positive definite, but for rounding: a long thin ellipse may be degenerate in doubles.
 bool is_covariance(const Eigen::Matrix2d& c) {
-  return c(0, 0) > 0.0 && c(1, 1) > 0.0 && c(0, 0) <= kFarthest * kFarthest &&
-         c(1, 1) <= kFarthest * kFarthest && c(0, 1) == c(1, 0) &&
+  return c(0, 0) > 0.0 && c(1, 1) > 0.0 && c(0, 0) <= kFarthestPosition * kFarthestPosition &&
+         c(1, 1) <= kFarthestPosition * kFarthestPosition && c(0, 1) == c(1, 0) &&
          std::abs(c(0, 1)) <= (1.0 + kRounding) * std::sqrt(c(0, 0)) * std::sqrt(c(1, 1));
 }
 
@@ -74,7 +75,7 @@ std::string fault_of_pose(const Pose2& pose) {
 std::string fault_of_pose_covariance(const Eigen::Matrix3d& covariance) {
   const char* const fault = "the covariance of the pose is not positive semidefinite";
   if (!covariance.allFinite() || covariance != covariance.transpose()) return fault;
-  if (!(covariance.diagonal().maxCoeff() <= kFarthest * kFarthest)) return fault;
+  if (!(covariance.diagonal().maxCoeff() <= kFarthestPosition * kFarthestPosition)) return fault;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
   return solver.eigenvalues().minCoeff() >= -kRounding * largest ? "" : fault;

@@ -9,7 +9,6 @@
 /// of files, which knows the line, and by check_saved_map().
 namespace pf_resampling::map_checks {
 
-constexpr double kFarthest = 1e9;  // m: nothing is beyond
 constexpr std::int64_t kLargestId = std::int64_t{1} << 62;
 constexpr std::int64_t kMostParticles = 1000000;
 
