@@ -149,7 +149,7 @@ TEST(Checkpoint, OneFromTheFutureIsGivenUpWhenTimeJumpsBack) {
   second.pipeline.resume(*first.pipeline.checkpoint());
   second.feed(BeaconMclDrive::messages(20.0));
   EXPECT_LT(second.error(), 0.5);
-  EXPECT_EQ(value_of(second.out.diagnostics.back(), "jumps in time"), "1");
+  EXPECT_EQ(value_of(second.out.diagnostics.back(), "jumps back in time"), "1");
 }
 
 // ---- the keeper ---------------------------------------------------------------------------------

@@ -97,6 +97,7 @@ TEST(DeadReckoning, StartsOverWhenTimeJumpsForward) {
   const DeadReckoning::Taken taken = drive.odometry.take(message_at(1e9 + 0.4), drive.noise);
   EXPECT_TRUE(taken.time_jumped);
   EXPECT_FALSE(taken.began_again);
+  EXPECT_EQ(drive.odometry.time_jumps(), 0u) << "these are told of as jumps back";
   EXPECT_EQ(taken.warning.rfind("time jumped forward by 999999995.", 0), 0u) << taken.warning;
   EXPECT_NEAR(taken.until_jump.mean.x, 1.0, 1e-9);
   EXPECT_NEAR(drive.odometry.since().mean.x, 0.4, 1e-6);

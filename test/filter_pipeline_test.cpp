@@ -163,7 +163,7 @@ TYPED_TEST(FilterPipelineOf, TimeThatJumpsBackStartsAnewAndIsReported) {
   const std::size_t updates = run.out.statuses.size();
   run.feed(drive);  // a bag that loops
   EXPECT_EQ(run.rejected("odom", RejectReason::time_jump), 4u);
-  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps in time"), "1");
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps back in time"), "1");
   EXPECT_TRUE(run.has_said("time jumped back by 20.0"));
   EXPECT_TRUE(run.has_said("the filter starts from nothing"));
   EXPECT_EQ(run.out.poses.back().header.stamp, Drive::at(20.0));

@@ -151,7 +151,7 @@ TEST(OdometryBuffer, MessagesThatDoNotContinueOneAnotherAreNotBelieved) {
   OdometryBuffer buffer;
   add_in_a_row(2, 100.0, 0.0, &buffer);
   for (int i = 0; i < 100; ++i) {  // each from a time of its own
-    EXPECT_EQ(buffer.add(at(1000.0 + 100.0 * i, 0.0)), Addition::time_gap);
+    EXPECT_EQ(buffer.add(at(1000.0 + 10.0 * i, 0.0)), Addition::time_gap);
   }
   EXPECT_EQ(buffer.newest(), ros::Time(100.1));
 }

@@ -69,7 +69,7 @@ DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
   *reported_rejects = rejects.total();
   if (inputs.message.empty()) inputs.message = "fine";
   add_value(observations + " waiting", std::to_string(waiting), &inputs);
-  add_value("jumps in time", std::to_string(odometry.time_jumps()), &inputs);
+  add_value("jumps back in time", std::to_string(odometry.time_jumps()), &inputs);
   add_value("jumps of the pose", std::to_string(odometry.pose_jumps()), &inputs);
   for (const RejectCounter::Count& count : rejects.counts()) {
     add_value("rejected " + count.input + " " + to_string(count.reason),

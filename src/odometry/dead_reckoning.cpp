@@ -40,7 +40,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
                       "odometry_input/max_turn_rate");
     case OdometryBuffer::Addition::time_jumped: {
       const double forward = (buffer_.oldest() - before).toSec();
-      ++time_jumps_;
+      if (forward < 0.0) ++time_jumps_;
       taken.time_jumped = true;
       taken.warning = std::string("time jumped ") + (forward < 0.0 ? "back" : "forward") + " by " +
                       seconds_text(std::abs(forward)) + ": buffers are reset";

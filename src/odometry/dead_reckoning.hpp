@@ -68,6 +68,7 @@ class DeadReckoning {
   /// until which it has to go on without observations.
   std::optional<ros::Time> overdue() const;
 
+  /// Of time back, and of the pose.
   std::uint64_t time_jumps() const { return time_jumps_; }
   std::uint64_t pose_jumps() const { return pose_jumps_; }
 
