@@ -28,12 +28,16 @@ std::optional<Rejection> check(const BeaconRange& range) {
   return std::nullopt;
 }
 
-std::optional<Rejection> check(const BeaconArray& array, const FrameNames& frames) {
+std::optional<Rejection> check(const BeaconArray& array, const FrameNames& frames, int most) {
   if (auto wrong =
           check_frame("header.frame_id", array.header.frame_id, frames.map, "frames/map")) {
     return wrong;
   }
   if (array.beacons.empty()) return rejection(RejectReason::empty, "it contains no beacon");
+  if (array.beacons.size() > static_cast<std::size_t>(most)) {
+    return rejection(RejectReason::too_many, "it contains ", array.beacons.size(),
+                     " beacons, more than range_input/max_beacons, which is ", most);
+  }
   std::set<int> ids;
   for (const auto& beacon : array.beacons) {
     if (!std::isfinite(beacon.position.x) || !std::isfinite(beacon.position.y) ||

@@ -12,9 +12,10 @@
 
 namespace pf_resampling {
 
-/// What can be told of a message by itself. Nothing: it can be used.
+/// What can be told of a message by itself, `most`: the beacons that it may have. Nothing: it can
+/// be used.
 std::optional<Rejection> check(const BeaconRange& range);
-std::optional<Rejection> check(const BeaconArray& beacons, const FrameNames& frames);
+std::optional<Rejection> check(const BeaconArray& beacons, const FrameNames& frames, int most);
 
 /// A checked array. A height of NaN means that the beacon is as high as the antenna.
 std::vector<Beacon> to_beacons(const BeaconArray& beacons);

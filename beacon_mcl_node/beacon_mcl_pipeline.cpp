@@ -40,6 +40,11 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
   for (const auto& [frame, place] : options_.antennas) {
     frames_.add(options_.frames.base, frame, place);
   }
+  if (options_.beacons.size() > static_cast<std::size_t>(options_.max_beacons)) {
+    throw Error("there are " + std::to_string(options_.beacons.size()) +
+                " beacons in the configuration, more than range_input/max_beacons, which is " +
+                std::to_string(options_.max_beacons) + "; raise it or give fewer");
+  }
   if (!options_.beacons.empty()) start(make_filter(options_.beacons));
 }
 
@@ -60,7 +65,9 @@ void BeaconMclPipeline::handle(const sensor_msgs::Range& message) {
 }
 
 void BeaconMclPipeline::handle(const BeaconArray& message) {
-  if (const auto rejection = check(message, options_.frames)) return reject("beacons", *rejection);
+  if (const auto rejection = check(message, options_.frames, options_.max_beacons)) {
+    return reject("beacons", *rejection);
+  }
   const std::vector<Beacon> beacons = to_beacons(message);
   if (filter_ && same_beacons(beacons, filter_->beacons())) return;
   if (!options_.beacons.empty()) {

@@ -9,6 +9,8 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   add_input_parameters(kRangeNames, options, &list);
   list.push_back(real_parameter("range_input/simultaneous", &options->simultaneous, 0.0, 1.0, "s",
                                 "Ranges that are closer in time than this make one update."));
+  list.push_back(integer_parameter("range_input/max_beacons", &options->max_beacons, 1, 1000000,
+                                   "Number of beacons at most; a list with more is rejected."));
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,
       "sensor_ranges: regular expression that finds the id of the beacon in frame_id."));

@@ -18,7 +18,8 @@ inline constexpr ObservationNames kRangeNames = {"ranges", "ranges", "range_inpu
 /// Everything that can be configured about range-beacon localization under ROS.
 struct BeaconMclPipelineOptions : PipelineOptions {
   BeaconMclOptions filter;
-  double simultaneous = 0.001;                  ///< s; ranges closer than this are one update
+  int max_beacons = 1000;       ///< that a BeaconArray or the configuration may have
+  double simultaneous = 0.001;  ///< s; ranges closer than this are one update
   std::string frame_pattern = "beacon_(\\d+)";  ///< of sensor_msgs/Range: id in the frame's name
   std::string antenna;         ///< frame they are measured from; empty: frames.base
   double ring_lifetime = 1.5;  ///< s a range ring is shown

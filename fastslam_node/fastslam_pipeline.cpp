@@ -40,11 +40,19 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
   for (const auto& [frame, place] : options_.sensors) {
     frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
   }
-  if (!options_.map_file.empty()) start_map_ = read_map_file(options_.map_file);
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
   filter_->set_deferred_redraws(options_.deferred);
   if (options_.deferred) redraws_.emplace(sinks_.stopwatch);
-  start_anew();
+  try {
+    if (!options_.map_file.empty()) start_map_ = read_map_file(options_.map_file);
+    start_anew();
+  } catch (const std::exception& error) {
+    if (!options_.starts_without_map) throw;
+    start_problem_ = std::string("started without the map: ") + error.what();
+    log(LogLevel::error, start_problem_);
+    start_map_.reset();
+    start_anew();
+  }
 }
 
 // With the map it was started with, and its landmarks as movable as the parameters say, whatever
@@ -68,7 +76,7 @@ void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& 
 // ---- messages in ------------------------------------------------------------------------------
 
 std::optional<Rejection> FastSlamPipeline::fault_in(const LandmarkObservationArray& scan) const {
-  return check(scan);
+  return check(scan, options_.max_observations);
 }
 
 bool FastSlamPipeline::take_transform(const geometry_msgs::TransformStamped& transform) {
@@ -133,10 +141,19 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
 // ---- the filter -------------------------------------------------------------------------------
 
 void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) {
+  const std::int64_t refused_before = filter_->status().landmarks_refused;
   if (redraws_) {
     redraws_->update(filter_.get(), odometry, used.observations, used.sensor);
   } else {
     filter_->update(odometry, used.observations, used.sensor);
+  }
+  const FastSlamStatus& status = filter_->status();
+  for (std::int64_t i = refused_before; i < status.landmarks_refused; ++i) {
+    reject(rejection(RejectReason::too_many, "a new landmark is not taken: there are ",
+                     status.landmarks, " in ", status.particles,
+                     " particles, as many as map/max_landmarks (",
+                     options_.filter.map.max_landmarks, ") and map/max_estimates (",
+                     options_.filter.map.max_estimates, ") allow"));
   }
 }
 

@@ -57,7 +57,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
  public:
   using Sinks = FastSlamSinks;
 
-  /// Throws Error on options that make no sense, or a map file that cannot be used.
+  /// Throws Error on options that make no sense, or a map file that cannot be used. A node starts
+  /// without that map instead (options.starts_without_map) and says so.
   FastSlamPipeline(const FastSlamPipelineOptions& options, const FastSlamSinks& sinks);
 
   /// What it takes, and on which topics. Transforms may also be of tags that were seen: they become
@@ -121,6 +122,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   bool starts_frozen_;
   std::optional<SavedMap> start_map_;
   std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
+  std::string start_problem_;  // why there is none although one was given; until one is loaded
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path
   std::optional<std::pair<ros::Time, ScanPicture>> latest_;  // that was used, for the markers

@@ -49,11 +49,12 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   filter_->set_options(options);
   try {
     filter_->load(map);
-  } catch (const Error&) {
+  } catch (...) {
     filter_->set_options(options_.filter);
     throw;
   }
   options_.filter = options;
+  start_problem_.clear();
   take_new_belief();
   note_scene_of_map();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),

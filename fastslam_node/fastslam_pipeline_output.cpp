@@ -94,6 +94,7 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
 void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   using diagnostic_msgs::DiagnosticStatus;
   const FastSlamStatus& status = filter_->status();
+  if (!start_problem_.empty()) worsen(DiagnosticStatus::ERROR, start_problem_, entry);
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", entry);
   }

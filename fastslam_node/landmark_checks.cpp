@@ -19,7 +19,11 @@ bool is_possible(double variance, double largest) {
 
 }  // namespace
 
-std::optional<Rejection> check(const LandmarkObservationArray& scan) {
+std::optional<Rejection> check(const LandmarkObservationArray& scan, int most) {
+  if (scan.observations.size() > static_cast<std::size_t>(most)) {
+    return rejection(RejectReason::too_many, "the scan has ", scan.observations.size(),
+                     " observations, more than landmark_input/max_observations, which is ", most);
+  }
   return check(scan.header.stamp);
 }
 

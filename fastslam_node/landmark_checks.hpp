@@ -9,8 +9,9 @@
 
 namespace pf_resampling {
 
-/// What can be told of a scan by itself. Nothing: it can be used.
-std::optional<Rejection> check(const LandmarkObservationArray& scan);
+/// What can be told of a scan by itself, `most`: the observations that it may have. Nothing: it can
+/// be used.
+std::optional<Rejection> check(const LandmarkObservationArray& scan, int most);
 
 /// The same of one of its observations.
 std::optional<Rejection> check(const LandmarkObservation& observation);

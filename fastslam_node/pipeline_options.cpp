@@ -7,6 +7,8 @@ namespace pf_resampling {
 ParameterList parameters_of(FastSlamPipelineOptions* options) {
   ParameterList list = parameters_of(&options->filter);
   add_input_parameters(kScanNames, options, &list);
+  list.push_back(integer_parameter("landmark_input/max_observations", &options->max_observations, 1,
+                                   1000000, "A scan with more observations is rejected."));
   list.push_back(pattern_parameter(
       "landmark_input/tag_pattern", &options->tag_pattern,
       "Takes detected tags, as tf frames, for landmarks: regular expression that finds the id in "

@@ -16,12 +16,14 @@ inline constexpr ObservationNames kScanNames = {"landmarks", "scans", "landmark_
 /// Everything that can be configured about FastSLAM under ROS.
 struct FastSlamPipelineOptions : PipelineOptions {
   FastSlamOptions filter;
-  std::string tag_pattern;        ///< id in the names of tf frames of tags; empty: none
-  std::string map_file;           ///< read at the start; empty: none
-  int map_file_particles = 1000;  ///< that a saved map holds at most
-  double map_period = 1.0;        ///< s between landmark maps
-  double map_min_held = 0.5;      ///< share of the weight that has to hold a landmark given out
-  double label_height = 0.0;      ///< m, of the landmarks' ids; 0: chosen from the size of the map
+  int max_observations = 1000;      ///< of a scan that is used
+  std::string tag_pattern;          ///< id in the names of tf frames of tags; empty: none
+  std::string map_file;             ///< read at the start; empty: none
+  bool starts_without_map = false;  ///< when that cannot be used: for nodes, which are not to end
+  int map_file_particles = 1000;    ///< that a saved map holds at most
+  double map_period = 1.0;          ///< s between landmark maps
+  double map_min_held = 0.5;        ///< share of the weight that has to hold a landmark given out
+  double label_height = 0.0;  ///< m, of the landmarks' ids; 0: chosen from the size of the map
 
   /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.
   std::map<std::string, Pose2> sensors;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/kernels.hpp"
 #include "pf_resampling_core/population/pose_statistics.hpp"
@@ -80,6 +82,7 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
 
   std::vector<Eigen::ArrayXXd> distances(observations.size());
   std::vector<Eigen::ArrayXXd> likelihoods(observations.size());
+  std::int64_t pairs = 0;
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
@@ -90,6 +93,15 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
     Association& association = associations_[k];
     index_.near(place, kSearchMargin + kSearchSigmas * sigma, &association.rows);
     const Eigen::Index candidates = static_cast<Eigen::Index>(association.rows.size());
+    pairs += candidates * count;
+    if (pairs > options_.association.max_pairs) {
+      throw Error(
+          std::to_string(observations.size()) + " observations without id have more than " +
+          std::to_string(options_.association.max_pairs) +
+          " pairs with the landmarks near them in " + std::to_string(count) +
+          " particles, which is association/max_pairs; filter the observations, or raise it "
+          "if there is memory for them");
+    }
     association.takes.setZero(count, candidates);
     distances[k].resize(count, candidates);
     likelihoods[k].resize(count, candidates);
@@ -172,9 +184,9 @@ void FastSlam::note_outcomes(const std::vector<RangeBearingObservation>& observa
       if (accepted[heaviest] > 0.0) outcome.landmark = store_.birth(association.rows[c]);
     }
     outcome.accepted += (particles_.weight * association.starts).sum();
-    if (association.starts[heaviest] > 0.0 && association.started_row >= 0) {
+    outcome.is_new = association.starts[heaviest] > 0.0;
+    if (outcome.is_new && association.started_row >= 0) {
       outcome.landmark = store_.birth(association.started_row);
-      outcome.is_new = true;
     }
     if (!association.rows.empty() && !outcome.is_believed()) ++status_.gated;
   }

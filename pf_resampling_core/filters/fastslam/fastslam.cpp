@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/kernels.hpp"
@@ -116,6 +117,7 @@ void FastSlam::set_options(const FastSlamOptions& options) {
         "association/method cannot become known: the landmarks of the map were found without ids, "
         "and their numbers are no ids; reset the filter or load a map with ids first");
   }
+  check_map_size(static_cast<std::size_t>(status_.landmarks), options.particles, options.map);
   strategy_.set_options(options.strategy);
   intervene();
   // What the first observations decided stays.
@@ -149,6 +151,15 @@ void FastSlam::update(const OdometryIncrement& odometry,
   const DataAssociation method = method_for(measured);
   for (const RangeBearingObservation& observation : measured) check(observation, method);
   put_off_redraw();
+  // Without ids it shows late whether there is memory for a scan.
+  const bool may_be_refused = method != DataAssociation::known;
+  FastSlamParticles before;
+  OdometryErrorEstimator errors_before;
+  if (may_be_refused) {
+    before = particles_;
+    errors_before = odometry_errors_;
+  }
+  const auto association_before = std::make_tuple(association_, view_range_, view_bearing_);
   association_ = method;
   ++step_;
   const bool is_kept = keeps_past() && (!past_.is_empty() || start_past());
@@ -167,7 +178,17 @@ void FastSlam::update(const OdometryIncrement& odometry,
   // FastSLAM 1.0 is 2.0 with a proposal that the observations find already drawn.
   if (options_.version == FastSlamVersion::fastslam_1) draw();
 
-  associate(observations, sensor);
+  try {
+    associate(observations, sensor);
+  } catch (...) {
+    if (may_be_refused) {
+      particles_ = before;
+      odometry_errors_ = errors_before;
+      --step_;
+    }
+    std::tie(association_, view_range_, view_bearing_) = association_before;
+    throw;
+  }
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
@@ -244,6 +265,10 @@ void FastSlam::start_landmark(std::size_t observation, const RangeBearingObserva
   const std::int64_t id = known ? z.id : next_id_++;
   const auto found = known ? row_of_id_.find(id) : row_of_id_.end();
   const bool is_there = found != row_of_id_.end();  // some particles gave it up
+  if (!is_there && !has_room_for_landmark()) {
+    ++status_.landmarks_refused;
+    return;
+  }
   const int row = is_there ? found->second : store_.add(id);
   const LandmarkRow landmark = store_.row(row);
   kernels::start(kernels::make_observation(options_.sensor, z, sensor), particles_.size(),
@@ -258,6 +283,13 @@ void FastSlam::start_landmark(std::size_t observation, const RangeBearingObserva
   ++status_.landmarks;
   if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));
   has_landmarks_ = true;
+}
+
+bool FastSlam::has_room_for_landmark() const {
+  const std::int64_t landmarks = status_.landmarks + 1;
+  const std::int64_t particles = std::max<std::int64_t>(particles_.size(), requested_size_);
+  return landmarks <= options_.map.max_landmarks &&
+         landmarks * particles <= options_.map.max_estimates;
 }
 
 void FastSlam::normalize_weights() {

@@ -42,7 +42,7 @@ struct LandmarkEstimate {
 struct ObservationOutcome {
   /// Id of the landmark it was taken as in the heaviest particle; -1: of none.
   std::int64_t landmark = -1;
-  bool is_new = false;    ///< whether it started that landmark
+  bool is_new = false;    ///< whether it started that landmark, or would have, had there been room
   double accepted = 0.0;  ///< share of the weight that believed it
 
   bool is_believed() const { return accepted >= 0.5; }
@@ -68,6 +68,8 @@ struct FastSlamStatus {
   std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.
   std::int64_t gated = 0;
+  /// Landmarks that were not taken into the map: MapOptions::max_landmarks or max_estimates.
+  std::int64_t landmarks_refused = 0;
   double log_likelihood = 0.0;  ///< of the last update's observations
 };
 
@@ -82,7 +84,8 @@ class FastSlam {
   /// One step of the filter: draws the poses from odometry and observations, updates the landmarks,
   /// weighs, renews. All observations are of one scan, taken at the end of the odometry by a sensor
   /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
-  /// changing nothing, on odometry or observations that cannot be used.
+  /// changing nothing, on odometry or observations that cannot be used, or more of them than
+  /// association/max_pairs.
   void update(const OdometryIncrement& odometry,
               const std::vector<RangeBearingObservation>& measured, const Pose2& sensor = {});
 
@@ -123,8 +126,8 @@ class FastSlam {
   /// map/frozen, every particle gets the weighted-mean map instead, of the landmarks that most of
   /// the weight holds, with the covariances of the mixture. Without particles in `map`, every
   /// particle gets that map and a pose drawn from its pose estimate. Counts of the status start
-  /// anew. Throws Error, changing nothing, for a map that makes no sense or whose landmarks have no
-  /// ids where association/method is known.
+  /// anew. Throws, changing nothing: Error for a map that makes no sense, is larger than the limits
+  /// in MapOptions, or whose landmarks have no ids where association/method is known.
   void load(const SavedMap& map);
 
   /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
@@ -143,13 +146,13 @@ class FastSlam {
   /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
   /// their weights: what is known of the map stays, what tied it to the present poses is given up.
   /// Another number of them than the filter is to have is redrawn at the next update. Throws Error,
-  /// changing nothing, for what is no population.
+  /// changing nothing, for what is no population or more than map/max_estimates allows.
   void set_particles(const GivenParticles& particles);
 
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
   /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
-  /// Error, changing nothing, on options that make no sense, and on data association by ids while
-  /// there are landmarks that were found without.
+  /// Error, changing nothing, on options that make no sense, on data association by ids while there
+  /// are landmarks that were found without, and on limits that the map goes beyond.
   void set_options(const FastSlamOptions& options);
 
   const FastSlamOptions& options() const { return options_; }
@@ -198,6 +201,8 @@ class FastSlam {
   };
 
   bool all_have_ids() const;
+  bool has_room_for_landmark() const;
+  void take_map(const SavedMap& map);
   DataAssociation method_for(const std::vector<RangeBearingObservation>& observations) const;
   kernels::PoseGaussians proposal();
   void draw();

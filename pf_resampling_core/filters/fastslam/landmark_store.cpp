@@ -244,8 +244,8 @@ bool LandmarkStore::is_used(int row) const {
 int LandmarkStore::add(std::int64_t birth) {
   Implementation& store = *implementation_;
   if (store.free_rows.empty()) {
-    store.free_rows.push_back(rows());
     store.rows.emplace_back();
+    store.free_rows.push_back(rows() - 1);
   }
   const int row = store.free_rows.back();
   store.free_rows.pop_back();

@@ -117,9 +117,19 @@ ParameterList parameters_of(FastSlamOptions* options) {
                                 "A landmark is removed when its log-odds fall below this."));
   list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,
                                 1000.0, "", "Upper limit of the log-odds."));
+  list.push_back(integer_parameter(
+      "association/max_pairs", &association.max_pairs, 1, 2147483647,
+      "Observations without id times landmarks near each times particles at most; a scan with more "
+      "is rejected. Each takes 32 bytes."));
   list.push_back(
       boolean_parameter("map/frozen", &options->map.frozen,
                         "Do not move, add or remove landmarks: localize in the map as it is."));
+  list.push_back(integer_parameter("map/max_landmarks", &options->map.max_landmarks, 1, 2147483647,
+                                   "Number of landmarks at most; further ones are not taken."));
+  list.push_back(integer_parameter(
+      "map/max_estimates", &options->map.max_estimates, 1, 2147483647,
+      "Landmarks times particles at most: maps and numbers of particles that need more are "
+      "refused, further landmarks not taken. Each takes 49 bytes."));
   list.push_back(boolean_parameter("recovery/enabled", &options->recovery.enabled,
                                    "When the robot is lost, put it where most of the landmarks "
                                    "with ids that it sees fit the map."));
@@ -133,6 +143,21 @@ double range_variance(const LandmarkSensorOptions& model, const RangeBearingObse
 
 double bearing_variance(const LandmarkSensorOptions& model, const RangeBearingObservation& z) {
   return z.bearing_variance > 0.0 ? z.bearing_variance : model.bearing_sigma * model.bearing_sigma;
+}
+
+void check_map_size(std::size_t landmarks, Eigen::Index particles, const MapOptions& limits) {
+  const std::string what = std::to_string(landmarks) + " landmarks";
+  if (landmarks > static_cast<std::size_t>(limits.max_landmarks)) {
+    throw Error("a map of " + what + " is larger than map/max_landmarks, which is " +
+                std::to_string(limits.max_landmarks) + "; raise it if there is memory for them");
+  }
+  const std::size_t estimates = landmarks * static_cast<std::size_t>(particles);
+  if (estimates > static_cast<std::size_t>(limits.max_estimates)) {
+    throw Error(what + " in " + std::to_string(particles) + " particles are " +
+                std::to_string(estimates) + " estimates, more than map/max_estimates, which is " +
+                std::to_string(limits.max_estimates) +
+                "; take fewer particles, or raise it if there is memory for them");
+  }
 }
 
 void validate(const FastSlamOptions& options) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -60,12 +62,19 @@ struct DataAssociationOptions {
   double missed_log_odds = 0.4;      ///< taken off when it should have been seen
   double removal_log_odds = -1.5;    ///< a landmark below this is removed
   double largest_log_odds = 6.0;     ///< what a landmark that was often seen is trusted with
+  /// Without ids: observations times landmarks near each, times particles, that a scan may have;
+  /// each takes 32 bytes while the scan is used.
+  int max_pairs = 20000000;
 };
 
 struct MapOptions {
   /// Landmarks are neither moved nor added nor removed: localization in the map as it is. Can be
   /// switched at any time.
   bool frozen = false;
+  /// What is beyond is not taken into the map; a map or a number of particles that goes beyond is
+  /// refused. Landmarks times particles: each takes 49 bytes.
+  int max_landmarks = 20000;
+  int max_estimates = 50000000;
 };
 
 /// Recovery of a robot that was carried away, by the landmarks with ids that it sees.
@@ -93,5 +102,8 @@ ParameterList parameters_of(FastSlamOptions* options);
 
 /// Throws Error naming the first parameter, or combination, that makes no sense.
 void validate(const FastSlamOptions& options);
+
+/// Throws Error that names value and limit for a map that is larger than the limits allow.
+void check_map_size(std::size_t landmarks, Eigen::Index particles, const MapOptions& limits);
 
 }  // namespace pf_resampling

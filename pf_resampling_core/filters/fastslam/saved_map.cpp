@@ -183,11 +183,22 @@ void FastSlam::load(const SavedMap& map) {
         "), so they have no ids that association/method known could use; set it to automatic");
   }
   const bool has_particles = map.particles.size() > 0;
+  const int count = has_particles ? static_cast<int>(map.particles.size()) : options_.particles;
+  check_map_size(map.landmarks.size(), std::max(count, options_.particles), options_.map);
+  FastSlam loaded(options_, seed_);
+  loaded.take_map(map);
+  loaded.defers_redraws_ = defers_redraws_;
+  loaded.interventions_ = interventions_ + 1;
+  *this = std::move(loaded);
+}
+
+// As after construction.
+void FastSlam::take_map(const SavedMap& map) {
+  const bool ids_are_known = map.association == DataAssociation::known;
+  const bool has_particles = map.particles.size() > 0;
   const bool is_shared = options_.map.frozen || !has_particles;
   const int count = has_particles ? static_cast<int>(map.particles.size()) : options_.particles;
   LoadedMaps maps = is_shared ? shared_maps(map, count) : own_maps(map);
-
-  reset();
   status_.landmarks = static_cast<int>(maps.row_of_id.size());
   has_landmarks_ = status_.landmarks > 0;
   store_ = std::move(maps.store);
@@ -251,6 +262,8 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
 
 void FastSlam::set_particles(const GivenParticles& particles) {
   check_given_particles(particles);
+  check_map_size(static_cast<std::size_t>(status_.landmarks),
+                 static_cast<Eigen::Index>(particles.poses.size()), options_.map);
   intervene();
   ++step_;  // for a draw of its own
   const int count = static_cast<int>(particles.poses.size());
