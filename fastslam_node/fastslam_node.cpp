@@ -10,7 +10,8 @@ using namespace pf_resampling;
 int main(int argc, char** argv) {
   return run_filter_node<FastSlamPipeline>(
       argc, argv, "fastslam",
-      [](ros::NodeHandle* handle, FastSlamSinks* sinks) {
+      [](ros::NodeHandle* handle, FastSlamPipelineOptions* options, FastSlamSinks* sinks) {
+        options->starts_without_map = true;
         const ros::Publisher map = handle->advertise<LandmarkMap>("landmark_map", 1, true);
         sinks->landmark_map = [map](const LandmarkMap& message) { map.publish(message); };
       },

@@ -1,7 +1,10 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/view.h>
+#include <sys/resource.h>
 
+#include <csignal>
+#include <filesystem>
 #include <map>
 
 #include "test/beacon_mcl_drive.hpp"
@@ -220,6 +223,20 @@ TEST_F(RunBag, EachMistakeGetsOneLine) {
   EXPECT_EQ(directory_.listing(), "broken.yaml in.bag poor.bag text.bag truncated.bag wrong.yaml");
   EXPECT_EQ(run("beacon_mcl " + in_).exit_code, 2);
   EXPECT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --sed 1").exit_code, 2);
+}
+
+// A pipeline lets no exception out: that of a disk that is full is told of all the same.
+TEST_F(RunBag, ADiskThatGetsFullIsAnErrorAndLeavesNothing) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  rlimit limit = before;
+  limit.rlim_cur = 20000;
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &limit);
+  expect_error("beacon_mcl " + in_ + " " + out_, {"out.bag", "disk full"});
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
 TEST_F(RunBag, BeaconsMayComeFromAFile) {

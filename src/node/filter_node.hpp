@@ -5,6 +5,7 @@
 #include <std_srvs/Empty.h>
 
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,15 @@ class FilterNode {
         folder_(options.directory),
         parameters_(
             ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
-            [this](const auto& values) { pipeline_.set_parameters(values); }),
-        silence_(node, [this](ros::Time now) { pipeline_.report_silence(now); }) {
+            [this](const auto& values) {
+              pipeline_.ask("set_parameters", [&] {
+                pipeline_.set_parameters(values);
+                return std::string();
+              });
+            }),
+        silence_(node, [this](ros::Time now) {
+          pipeline_.guard("clock", [&] { pipeline_.report_silence(now); });
+        }) {
     checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
     for_each_input<Pipeline>(
         [this](const auto& input, const char* topic) { subscribe(input, topic); });
@@ -53,8 +61,9 @@ class FilterNode {
     using Request = typename Service::Request;
     using Response = typename Service::Response;
     services_.push_back(node_->advertiseService<Request, Response>(
-        name, [work](Request& request, Response& response) {
-          answer([&] { return work(request); }, &response);
+        name, [this, name, work](Request& request, Response& response) {
+          answer([&] { return pipeline_.ask(name.c_str(), [&] { return work(request); }); },
+                 &response);
           return true;
         }));
   }
@@ -63,9 +72,8 @@ class FilterNode {
   void serve(const std::string& name, const Work& work) {
     using std_srvs::Empty;
     services_.push_back(node_->advertiseService<Empty::Request, Empty::Response>(
-        name, [work](Empty::Request&, Empty::Response&) {
-          work();
-          return true;
+        name, [this, name, work](Empty::Request&, Empty::Response&) {
+          return pipeline_.guard(name.c_str(), work);
         }));
   }
 
@@ -78,8 +86,10 @@ class FilterNode {
   /// Uses the next observation; returns whether there was one. Also has a checkpoint written when
   /// one is due.
   bool process_next() {
-    checkpoints_.write_when_due(&pipeline_);
-    return pipeline_.process_next();
+    bool was_one = false;
+    pipeline_.guard("checkpoint", [&] { checkpoints_.write_when_due(&pipeline_); });
+    pipeline_.guard(Pipeline::kObservations, [&] { was_one = pipeline_.process_next(); });
+    return was_one;
   }
 
   Pipeline& pipeline() { return pipeline_; }
@@ -98,7 +108,7 @@ class FilterNode {
     const boost::function<void(const typename Message::ConstPtr&)> take =
         [this](const typename Message::ConstPtr& message) {
           silence_.message_came();
-          pipeline_.handle(*message);
+          hand_over(*message, &pipeline_);
         };
     subscribers_.push_back(node_->subscribe<Message>(
         topic, kNodeInputQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
@@ -116,8 +126,8 @@ class FilterNode {
 };
 
 /// The main function of a filter's node, called `name` unless it is remapped. `connect` gets the
-/// node handle and the sinks, for what the filter alone gives out; `serve` the FilterNode, for
-/// services that it alone has.
+/// node handle, the options and the sinks, for what the filter alone has and gives out; `serve` the
+/// FilterNode, for services that it alone has.
 template <typename Pipeline, typename Connect, typename Serve>
 int run_filter_node(int argc, char** argv, const char* name, const Connect& connect,
                     const Serve& serve) {
@@ -131,11 +141,11 @@ int run_filter_node(int argc, char** argv, const char* name, const Connect& conn
     for_each_configuration(ros::NodeHandle("~"),
                            [&](const Configuration& part) { apply(part, &options); });
     typename Pipeline::Sinks sinks;
-    connect(&handle, &sinks);
+    connect(&handle, &options, &sinks);
     FilterNode<Pipeline> node(&handle, options, sinks);
     serve(&node);
     spin([&] { return node.process_next(); });
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     std::fprintf(stderr, "%s_node: %s\n", name, error.what());
     return 1;
   }

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +34,9 @@ namespace pf_resampling {
 /// pose goes out with every odometry message. What cannot be used changes nothing; it is counted by
 /// input and reason, in `status` and in the diagnostics.
 ///
+/// Whoever calls from outside, with a message, for a service or by a timer, does so through guard()
+/// or ask(): no exception gets out of these, whatever its type.
+///
 /// This is what all filters have in common; a filter's own pipeline derives from it and fills in
 /// the virtual functions below. `Types` names
 ///
@@ -50,10 +54,19 @@ class FilterPipeline {
   using Observations = typename Types::Observations;
   using Options = typename Types::Options;
   using Checkpoint = typename Types::Checkpoint;
+  static constexpr const char* kObservations = Types::kNames.topic;
 
   virtual ~FilterPipeline() = default;
   FilterPipeline(const FilterPipeline&) = delete;
   FilterPipeline& operator=(const FilterPipeline&) = delete;
+
+  /// Runs `work`, which calls this pipeline. What it throws ends here: it is counted under `input`
+  /// and said, and the filter goes on with its last belief and what odometry comes from now on.
+  /// Returns whether nothing was thrown.
+  bool guard(const char* input, const std::function<void()>& work);
+  /// Likewise for a request, whose answer it returns. Error, which says why nothing was changed,
+  /// is for the caller; whatever else is thrown becomes one.
+  std::string ask(const char* request, const std::function<std::string()>& work);
 
   void handle(const nav_msgs::Odometry& odometry);
   void handle(const Message& message);
@@ -180,6 +193,7 @@ class FilterPipeline {
   ros::Time last_observation_;  // that was used
 
  private:
+  void note_exception(const char* input, const char* what) noexcept;
   void start_about(const PoseEstimate& there, ros::Time stamp);
   void take_belief();
   void drop_oldest();

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
-#include "src/messages/conversions.hpp"
 #include "src/frames/frame_names.hpp"
+#include "src/messages/conversions.hpp"
 #include "src/messages/given_particles_message.hpp"
 #include "src/messages/input_checks.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
@@ -23,6 +24,55 @@ FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSink
       publisher_(options.frames, options.output, &sinks_),
       strategy_(strategy_of(options.filter.strategy)) {
   validate(options_.filter);
+}
+
+// ---- the way in --------------------------------------------------------------------------------
+
+template <typename Types>
+bool FilterPipeline<Types>::guard(const char* input, const std::function<void()>& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::exception& exception) {
+    note_exception(input, exception.what());
+  } catch (...) {
+    note_exception(input, "an exception of unknown type");
+  }
+  return false;
+}
+
+template <typename Types>
+std::string FilterPipeline<Types>::ask(const char* request,
+                                       const std::function<std::string()>& work) {
+  std::string answer;
+  std::exception_ptr refusal;
+  const bool is_done = guard(request, [&] {
+    try {
+      answer = work();
+    } catch (const Error&) {
+      refusal = std::current_exception();
+    }
+  });
+  if (refusal) std::rethrow_exception(refusal);
+  if (!is_done) throw Error(std::string(request) + " failed; the log and /diagnostics say why");
+  return answer;
+}
+
+// Where it happened is unknown: the motion may not have been used. What the filter holds is the
+// last belief, brought to the newest odometry if that can be done.
+template <typename Types>
+void FilterPipeline<Types>::note_exception(const char* input, const char* what) noexcept {
+  try {
+    reject(input, {RejectReason::exception, what});
+  } catch (...) {  // no memory for the words: the pose matters more
+  }
+  try {
+    if (odometry_.empty()) return;
+    if (filter_ && belief_) move_on(odometry_.since(), odometry_.newest());
+    odometry_.restart_at(odometry_.newest(), noise());
+  } catch (...) {
+    odometry_.clear();
+  }
 }
 
 // ---- messages in ------------------------------------------------------------------------------
@@ -124,6 +174,7 @@ std::string FilterPipeline<Types>::set_particles(const geometry_msgs::PoseArray&
   filter_->set_particles(particles);
   odometry_.restart_at(stamp, noise());
   take_new_belief();
+  carry_belief_forward();
   return std::to_string(particles.poses.size()) + " particles set";
 }
 
@@ -174,7 +225,6 @@ void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
 
 // ---- the flow ---------------------------------------------------------------------------------
 
-  carry_belief_forward();
 template <typename Types>
 void FilterPipeline<Types>::start(std::unique_ptr<Filter> filter) {
   filter_ = std::move(filter);
@@ -196,6 +246,7 @@ void FilterPipeline<Types>::start_about(const PoseEstimate& there, ros::Time sta
   }
   odometry_.restart_at(stamp, noise());
   take_new_belief();
+  carry_belief_forward();
 }
 
 template <typename Types>
@@ -247,7 +298,6 @@ bool FilterPipeline<Types>::process_next() {
   if (options_.deferred) drop_late();
   const std::optional<double> together = simultaneous();
   while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {
-  carry_belief_forward();
     const ros::Time first = waiting_.front().header.stamp;
     std::vector<Message> group = {waiting_.front()};
     waiting_.pop_front();
@@ -391,6 +441,7 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp, double update_time) 
 
 template <typename Types>
 void FilterPipeline<Types>::report_silence(ros::Time now) {
+  if (const auto rejection = check(now)) return reject("clock", *rejection);
   if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, now, &last_diagnostics_)) {
     publish_diagnostics(now);
   }
@@ -441,7 +492,6 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     reported_weight_resets_ = status.weight_resets;
     add_value("particles", std::to_string(status.particles), &entry);
     add_value("effective sample size", number_text(status.effective_sample_size), &entry);
-  if (const auto rejection = check(now)) return reject("clock", *rejection);
     add_value("distinct ancestors, of the last renewal",
               std::to_string(status.distinct_ancestors_of_renewal), &entry);
     add_value("distinct ancestors, since the start",

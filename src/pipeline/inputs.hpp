@@ -2,6 +2,7 @@
 
 #include <array>
 #include <tuple>
+#include <type_traits>
 #include <variant>
 
 namespace pf_resampling {
@@ -31,10 +32,28 @@ std::variant<typename Messages::ConstPtr...> variant_of(
 template <typename Pipeline>
 using AnyMessage = decltype(variant_of(Pipeline::inputs()));
 
-/// Hands one to the pipeline.
+/// The first topic that a message comes on, without its slash.
+template <typename Message, typename Pipeline>
+const char* name_of_input() {
+  const char* name = "";
+  for_each_input<Pipeline>([&](const auto& input, const char* topic) {
+    using Taken = typename std::decay_t<decltype(input)>::Message;
+    if (std::is_same_v<Taken, Message> && *name == '\0') name = topic + (*topic == '/' ? 1 : 0);
+  });
+  return name;
+}
+
+/// Hands a message to the pipeline. No exception gets out; see FilterPipeline::guard().
+template <typename Message, typename Pipeline>
+void hand_over(const Message& message, Pipeline* pipeline) {
+  static const char* const input = name_of_input<Message, Pipeline>();
+  pipeline->guard(input, [&] { pipeline->handle(message); });
+}
+
+/// Likewise one in memory.
 template <typename Pipeline, typename... Pointers>
 void handle(const std::variant<Pointers...>& message, Pipeline* pipeline) {
-  std::visit([pipeline](const auto& pointer) { pipeline->handle(*pointer); }, message);
+  std::visit([pipeline](const auto& pointer) { hand_over(*pointer, pipeline); }, message);
 }
 
 }  // namespace pf_resampling

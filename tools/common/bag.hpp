@@ -93,6 +93,9 @@ class BagWriter {
   /// Copies a message of another bag, with its connection header (type, latching).
   void copy(const rosbag::MessageInstance& message);
 
+  /// Throws Error if something before could not be written.
+  void check() const { file_.check(); }
+
   /// Closes the bag and gives it its name. Throws Error.
   void finish();
 

@@ -168,10 +168,13 @@ void BagFileWriter::close() {
   if (!good || !closed) throw Error(name_ + ": cannot be written; is the disk full?");
 }
 
+void BagFileWriter::check() const {
+  if (failed_) throw Error(name_ + ": cannot be written; is the disk full?");
+}
+
 void BagFileWriter::put(const void* data, std::size_t size) {
-  if (std::fwrite(data, 1, size, file_) != size) {
-    throw Error(name_ + ": cannot be written; is the disk full?");
-  }
+  failed_ = failed_ || std::fwrite(data, 1, size, file_) != size;
+  check();
   position_ += size;
 }
 

@@ -31,6 +31,9 @@ class BagFileWriter {
   /// Room for a message of `size` bytes, to be filled before the next call.
   std::uint8_t* write(std::uint32_t connection, const ros::Time& time, std::uint32_t size);
 
+  /// Throws the Error once more that a write threw before.
+  void check() const;
+
   /// Writes what is left, and the index.
   void close();
 
@@ -56,6 +59,7 @@ class BagFileWriter {
 
   std::string name_;
   std::FILE* file_ = nullptr;
+  bool failed_ = false;
   std::uint64_t position_ = 0;
   std::vector<Connection> connections_;
   std::vector<Chunk> chunks_;

@@ -76,7 +76,7 @@ int fastslam_over_bag(const CommandLine& line) {
   resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
   run.for_each_message(topics.inputs(), options.frames,
                        [&](const auto& message) { handle(message, &pipeline); });
-  pipeline.publish_results();
+  pipeline.guard("results", [&] { pipeline.publish_results(); });
   run.finish([&] {
     const std::string reasons = text_of(pipeline.rejects());
     return reasons.empty() ? "there is no odometry" : reasons;

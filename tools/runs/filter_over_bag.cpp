@@ -85,6 +85,7 @@ void FilterOverBag::for_each_in_bag(
     now_ = message.getTime();
     copy_input(message, frames);
     take(message);
+    writer_.check();  // a pipeline lets no exception out
     bar.update(++done);
   });
 }
