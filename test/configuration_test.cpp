@@ -27,6 +27,35 @@ void expect_words(const std::string& text, const std::vector<std::string>& words
   }
 }
 
+// None of these may end or hold up who reads it.
+TEST(Configuration, YamlThatGoesInCirclesOrSaysThingsTwiceIsRefused) {
+  expect_words(error_of("a: &a {b: *a}"), {"file.yaml:1:", "alias"});
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 30; ++i) {
+    const std::string name = "a" + std::to_string(i);
+    const std::string before = "*a" + std::to_string(i - 1);
+    bomb += name + ": &" + name + " [" + before + ", " + before + ", " + before + "]\n";
+  }
+  expect_words(error_of(bomb), {"file.yaml:2:", "alias"});
+  expect_words(error_of("seed: 1\nparticles: 5\nseed: 2\n"), {"file.yaml:3:1", "'seed'", "twice"});
+  expect_words(error_of("population: {threshold: 0.1, threshold: 0.2}"), {"'threshold'", "twice"});
+  expect_words(error_of("seed: 1\n---\nseed: 2\n"), {"file.yaml:2", "second document"});
+  expect_words(error_of("a: " + std::string(100000, '[')), {"nested deeper than 50"});
+  expect_words(error_of("a: " + std::string(100000, '{')), {"nested deeper than 50"});
+  // The same key in maps of their own.
+  EXPECT_EQ(error_of("beacons: [{id: 1, x: 0, y: 0}, {id: 2, x: 1, y: 0}]\nseed: 1\n"), "");
+  EXPECT_EQ(error_of("---\nseed: 1\n...\n"), "");
+}
+
+TEST(Configuration, AFileWithoutEndIsRefused) {
+  try {
+    read_configuration("/dev/zero");
+    FAIL() << "it was read";
+  } catch (const Error& error) {
+    expect_words(error.what(), {"/dev/zero", "10000000 bytes"});
+  }
+}
+
 TEST(Configuration, ReadsGroupsAndLists) {
   const Configuration configuration = parse_configuration(R"(
 particles: 300

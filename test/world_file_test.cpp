@@ -130,6 +130,10 @@ TEST(ParseWorld, RefusesWhatItDoesNotUnderstandInOneLine) {
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1, x: 2}\n", "line 5: beacons/y is missing");
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1.5, x: 2, y: 3}\n", "beacons/id is \"1.5\"");
   expect_refused(kSmallWorld + "closure_B: 2\n", "closure_B is 2");
+  expect_refused(kSmallWorld + "robot: {speed: 1, speed: 2}\n", "'speed' is there twice");
+  expect_refused(kSmallWorld + "filter: &a {b: *a}\n", "alias");
+  expect_refused(kSmallWorld + "---\na: 1\n", "second document");
+  expect_refused(kSmallWorld + "odometry: {period: 1e300}\n", "odometry/period");
 }
 
 TEST(LoadWorld, UnknownNameListsThoseKnown) {

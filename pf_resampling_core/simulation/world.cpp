@@ -105,6 +105,23 @@ void check_landmark_sensor(const SimulatedLandmarkSensor& sensor) {
   check_not_negative("robot/sensor/bearing_noise", sensor.bearing_sigma);
 }
 
+// So that a drive ends, and fits into memory.
+void check_amounts(const World& world) {
+  const auto check_amount = [](const std::string& name, double amount) {
+    if (!(amount <= 1e7))
+      fail(name, amount, "1e7 at most; without duration a drive may take a day");
+  };
+  const double duration = world.duration > 0.0 ? world.duration : kLongestDrive;
+  const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
+  check_amount("duration / robot/control_period", duration / world.drive.control_period);
+  check_amount("odometry/period / robot/control_period",
+               world.odometry.period / world.drive.control_period);
+  check_amount("duration * ranges/rate", duration * world.ranges.rate);
+  if (sensor.period > 0.0) {
+    check_amount("duration / robot/observation_period", duration / sensor.period);
+  }
+}
+
 }  // namespace
 
 void check_world(const World& world) {
@@ -112,6 +129,7 @@ void check_world(const World& world) {
   check_odometry(world.odometry, world.drive.control_period);
   check_ranges(world);
   check_landmark_sensor(world.landmark_sensor);
+  check_amounts(world);
 }
 
 }  // namespace pf_resampling

@@ -84,7 +84,11 @@ struct World {
   SimulatedLandmarkSensor landmark_sensor;
 };
 
-/// Throws Error naming the first value that makes no sense, with its allowed range.
+/// s: a drive without a duration of its own ends here at the latest.
+constexpr double kLongestDrive = 86400.0;
+
+/// Throws Error naming the first value that makes no sense, with its allowed range. A drive has
+/// 1e7 control periods, ranges and scans at most.
 void check_world(const World& world);
 
 }  // namespace pf_resampling

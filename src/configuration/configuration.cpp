@@ -8,10 +8,13 @@
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
+#include "src/configuration/yaml_document.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {
+
+constexpr std::size_t kLargestFile = 10000000;  // bytes; ours have ten thousand
 
 /// An element of one of the lists: key -> value as text, and where it stands.
 struct Entry {
@@ -213,7 +216,7 @@ void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Configuration
 Configuration parse_configuration(const std::string& text, const std::string& name) {
   Configuration configuration;
   try {
-    const YAML::Node root = YAML::Load(text);
+    const YAML::Node root = parse_yaml(text);
     if (root.IsNull()) return configuration;
     if (!root.IsMap()) throw Error(name + ": has to be a YAML map of parameters");
     flatten(name, "", root, &configuration);
@@ -230,10 +233,16 @@ Configuration read_configuration(const std::string& path) {
   std::string text;
   char block[4096];
   std::size_t count = 0;
-  while ((count = std::fread(block, 1, sizeof(block), file)) > 0) text.append(block, count);
+  while (text.size() <= kLargestFile && (count = std::fread(block, 1, sizeof(block), file)) > 0) {
+    text.append(block, count);
+  }
   const bool failed = std::ferror(file) != 0;
   std::fclose(file);
   if (failed) throw Error(path + ": cannot be read; is it a regular file?");
+  if (text.size() > kLargestFile) {
+    throw Error(path + ": has more than " + std::to_string(kLargestFile) +
+                " bytes; is it a configuration?");
+  }
   return parse_configuration(text, path);
 }
 

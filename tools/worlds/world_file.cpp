@@ -5,6 +5,7 @@
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
+#include "src/configuration/yaml_document.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
@@ -225,7 +226,7 @@ std::vector<std::string> builtin_worlds() {
 World parse_world(const std::string& text, const std::string& source) {
   YAML::Node root;
   try {
-    root = YAML::Load(text);
+    root = parse_yaml(text);
   } catch (const YAML::Exception& error) {
     throw Error(source + ", line " + std::to_string(error.mark.line + 1) +
                 ": not YAML: " + error.msg);

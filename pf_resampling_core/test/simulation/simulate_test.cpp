@@ -148,6 +148,27 @@ void expect_refused(const World& world, const std::string& name) {
   }
 }
 
+// Each of these would run for years, fill the memory, or divide by zero.
+TEST(CheckWorld, RefusesMoreThanCanBeSimulated) {
+  World world = square_world();
+  world.duration = 1e300;
+  expect_refused(world, "duration");
+  world.duration = 0.0;
+  world.repeat = false;
+  world.drive.control_period = world.odometry.period = 1e-6;
+  expect_refused(world, "robot/control_period");
+  world = square_world();
+  world.drive.control_period = 1e-3;
+  world.odometry.period = 1e9;
+  expect_refused(world, "odometry/period");
+  world = square_world();
+  world.ranges.rate = 1e9;
+  expect_refused(world, "ranges/rate");
+  world = square_world();
+  world.landmark_sensor.period = 1e-9;
+  expect_refused(world, "robot/observation_period");
+}
+
 TEST(CheckWorld, NamesWhatMakesNoSense) {
   EXPECT_NO_THROW(check_world(square_world()));
   World world = square_world();

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <yaml-cpp/node/node.h>
+
+#include <string>
+
+namespace pf_resampling {
+
+/// A YAML text as values that can be gone through without an end to fear: one document, every key
+/// once in its map, no aliases (which may contain themselves), no deeper than anybody would write.
+/// Throws YAML::Exception, with the place, for all else.
+YAML::Node parse_yaml(const std::string& text);
+
+}  // namespace pf_resampling
