@@ -1,5 +1,7 @@
 #include "src/checkpoint/saved_progress.hpp"
 
+#include <array>
+
 namespace pf_resampling {
 namespace {
 
@@ -35,9 +37,11 @@ void write_covariance(const std::string& keyword, const std::optional<Eigen::Mat
 
 Eigen::Matrix3d take_covariance(const std::string& keyword, LineReader* reader) {
   reader->take(keyword, 6);
-  const auto c = [&](std::size_t i) { return reader->finite(i); };
+  // Eigen does not stand an exception while a matrix is filled in.
+  std::array<double, 7> c{};
+  for (std::size_t i = 1; i < c.size(); ++i) c[i] = reader->finite(i);
   Eigen::Matrix3d covariance;
-  covariance << c(1), c(2), c(3), c(2), c(4), c(5), c(3), c(5), c(6);
+  covariance << c[1], c[2], c[3], c[2], c[4], c[5], c[3], c[5], c[6];
   return covariance;
 }
 

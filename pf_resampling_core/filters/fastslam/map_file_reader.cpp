@@ -1,3 +1,4 @@
+#include <array>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -23,10 +24,13 @@ DataAssociation association_of(const LineReader& reader) {
   reader.refuse(printable(reader.word(1)) + " is not a method of data association");
 }
 
+// Numbers are read before they are put together: Eigen does not stand an exception between them.
 Eigen::Matrix2d covariance_of(const LineReader& reader, std::size_t first) {
+  const double xx = reader.real(first);
+  const double xy = reader.real(first + 1);
+  const double yy = reader.real(first + 2);
   Eigen::Matrix2d covariance;
-  covariance << reader.real(first), reader.real(first + 1), reader.real(first + 1),
-      reader.real(first + 2);
+  covariance << xx, xy, xy, yy;
   return covariance;
 }
 
@@ -51,8 +55,9 @@ void read_head(LineReader* reader, SavedMap* map) {
   map->pose.mean = {reader->real(1), reader->real(2), reader->real(3)};
   reader->refuse_if(map_checks::fault_of_pose(map->pose.mean));
   reader->take("pose_covariance", 6);
-  map->pose.covariance << reader->real(1), reader->real(2), reader->real(3), reader->real(2),
-      reader->real(4), reader->real(5), reader->real(3), reader->real(5), reader->real(6);
+  std::array<double, 7> c{};
+  for (std::size_t i = 1; i < c.size(); ++i) c[i] = reader->real(i);
+  map->pose.covariance << c[1], c[2], c[3], c[2], c[4], c[5], c[3], c[5], c[6];
   reader->refuse_if(map_checks::fault_of_pose_covariance(map->pose.covariance));
 }
 
@@ -126,7 +131,7 @@ void read_particles(LineReader* reader, SavedMap* map) {
 void read_odometry_errors(LineReader* reader, SavedMap* map) {
   OdometryErrorState& errors = map->odometry_errors;
   reader->take("odometry_velocity", 3);
-  errors.velocity << reader->real(1), reader->real(2), reader->real(3);
+  errors.velocity = {reader->real(1), reader->real(2), reader->real(3)};
   for (int row = 0; row < OdometryErrorEstimator::kCount; ++row) {
     reader->take("odometry_errors_covariance", static_cast<std::size_t>(row) + 1);
     for (int column = 0; column <= row; ++column) {
