@@ -77,7 +77,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
 
   void set_parameters(const std::map<std::string, std::string>& values);
 
-  /// Gives out map and path as they are at the newest odometry. For the end of a bag.
+  /// Gives out map and path as they are at the newest odometry; where the renewal is redraw, of a
+  /// copy that is redrawn once more: the filter stays as it is. For the end of a bag.
   void publish_results();
 
   const FastSlam& filter() const { return *filter_; }
@@ -116,6 +117,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_scene_of_map();
   void recover(ros::Time stamp, const LandmarkScan& scan);
   void publish_map(ros::Time stamp);
+  void publish_map_and_path();
 
   std::function<void(const LandmarkMap&)> landmark_map_;
   std::function<void(ros::Time, FastSlam*)> updated_;

@@ -59,7 +59,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   note_scene_of_map();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
                        options_.filter.odometry);
-  publish_results();
+  publish_map_and_path();
   return std::to_string(map.landmarks.size()) + " landmarks loaded from " + path +
          (frozen ? ", frozen" : "");
 }

@@ -16,6 +16,14 @@ constexpr double kScanShown = 1.0;
 }  // namespace
 
 void FastSlamPipeline::publish_results() {
+  std::unique_ptr<FastSlam> running = std::make_unique<FastSlam>(*filter_);
+  running.swap(filter_);
+  filter_->smooth();
+  publish_map_and_path();
+  running.swap(filter_);
+}
+
+void FastSlamPipeline::publish_map_and_path() {
   if (odometry_.empty()) return;
   publish_map(odometry_.newest());
   publisher_.hurry_path();

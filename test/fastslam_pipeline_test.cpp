@@ -148,6 +148,28 @@ TEST(FastSlamPipeline, SameMessagesAndSeedGiveTheSameBytes) {
   EXPECT_FALSE(same_bytes(one.out.poses, other.out.poses));
 }
 
+// ---- the end ----------------------------------------------------------------------------------
+
+// The last map is smoothed, and the filter does not notice.
+TEST(FastSlamPipeline, ResultsAreSmoothedOnACopy) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  FastSlamRig run(options), other(options);
+  for (FastSlamRig* rig : {&run, &other}) rig->feed(Drive::messages(20.0));
+  const FastSlamParticles particles = run.particles();
+  run.pipeline.publish_results();
+  EXPECT_TRUE(same_particles(run.particles(), particles));
+  FastSlam smoothed = run.pipeline.filter();
+  ASSERT_TRUE(smoothed.smooth());
+  const std::vector<LandmarkEstimate> map = smoothed.map();
+  ASSERT_EQ(run.out.maps.back().landmarks.size(), map.size());
+  for (std::size_t l = 0; l < map.size(); ++l) {
+    EXPECT_EQ(run.out.maps.back().landmarks[l].position.x, map[l].mean.x());
+  }
+  for (FastSlamRig* rig : {&run, &other}) rig->feed(Drive::messages(20.1, 40.0));
+  EXPECT_TRUE(same_particles(run.particles(), other.particles()));
+}
+
 // ---- starting elsewhere -----------------------------------------------------------------------
 
 TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {

@@ -102,6 +102,10 @@ class FastSlam {
   void put_off_redraw() { renew_if_due(DueRedraw::put_off); }
   void refuse_redraw() { renew_if_due(DueRedraw::refuse); }
 
+  /// Redraws whether it is due or not, so that path and map are what all data so far say. False,
+  /// with the population as it was, unless the renewal is redraw and there is a solution.
+  bool smooth();
+
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
 

@@ -158,6 +158,12 @@ bool FastSlam::count_refusal() {
   return false;
 }
 
+bool FastSlam::smooth() {
+  if (!keeps_past()) return false;
+  intervene();
+  return redraw(requested_size_);
+}
+
 bool FastSlam::redraw(int size) {
   if (past_.is_empty()) return false;
   const RedrawOptions& options = options_.strategy.redraw;

@@ -288,6 +288,29 @@ TEST(Redraw, FindsLandmarksAgainWithoutIds) {
   EXPECT_LT(squared_error / found, 1.3 * known.squared_error / known.landmarks);
 }
 
+// A hundred updates since the last redraw: the map at the end is that of resampling unless it is
+// smoothed once more. 20 drives; an honest map's mean error falls.
+TEST(Redraw, SmoothsAtTheEnd) {
+  FastSlamOptions options = redraw_options();
+  options.strategy.redraw.every_n = 0;
+  options.strategy.redraw.closure_absence = 0;
+  MapFigures before, after;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    FastSlam filter(options, seed);
+    const std::vector<Step> steps = drive(100, true, seed);
+    run(&filter, steps, 0, steps.size());
+    EXPECT_EQ(filter.status().redraws, 0);
+    add_map(&filter, &before);
+    EXPECT_TRUE(filter.smooth());
+    EXPECT_EQ(filter.status().redraws, 1);
+    add_map(&filter, &after);
+  }
+  EXPECT_LT(after.squared_error, 0.7 * before.squared_error);
+  EXPECT_GT(after.inside, 0.75 * after.landmarks);
+  FastSlam resampling(some_options(DataAssociation::known), 1);
+  EXPECT_FALSE(resampling.smooth());
+}
+
 // A map saved on the way, with sightings of nothing, is all that is needed.
 TEST(Redraw, GoesOnFromASavedMapWithoutIds) {
   FastSlamOptions options = redraw_options();
