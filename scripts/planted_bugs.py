@@ -16,6 +16,8 @@ FASTSLAM = ("core_fastslam_test",)
 RANGES = ("core_kernels_test", "core_learning_test")
 STORE = ("core_landmark_store_test",)
 BACKGROUND = ("core_background_redraw_test",)
+REASSOCIATION = ("core_reassociation_test",)
+CROSS_VALIDATION = ("core_cross_validation_test",)
 ANCESTRY = ("core_ancestry_test", "core_resampling_test")
 MCL = ("core_beacon_mcl_test",)
 
@@ -523,6 +525,49 @@ BUGS = [
         "std::atan2(total(first[4]), total(first[3]))};",
         "total(first[4])};",
         ("core_pose_statistics_test",),
+    ),
+    # Smoothing: what decides which landmark was seen, and how noisy the data are.
+    (
+        "reassociation: a scan sees a landmark twice",
+        "reassociation.cpp",
+        "if (scan[match.sighting].landmark >= 0 || taken.count(match.landmark) > 0) continue;",
+        "if (scan[match.sighting].landmark >= 0) continue;",
+        REASSOCIATION,
+    ),
+    (
+        "reassociation: landmarks that were seen side by side become one",
+        "reassociation.cpp",
+        "if (together[static_cast<std::size_t>(older)].count(newer) > 0) continue;",
+        "",
+        REASSOCIATION,
+    ),
+    (
+        "reassociation: a prior about two landmarks that become one forgets that they were apart",
+        "reassociation.cpp",
+        "(prior->landmarks[first] - prior->landmarks[second]);",
+        "(0.0 * (prior->landmarks[first] - prior->landmarks[second]));",
+        REASSOCIATION,
+    ),
+    (
+        "reassociation: a landmark that is taken out takes with it what it said of the others",
+        "smoothing_graph.cpp",
+        "left.information = part(kept, kept) - across.transpose() * root.solve(across);",
+        "left.information = part(kept, kept);",
+        REASSOCIATION,
+    ),
+    (
+        "cross-validation: what is to be predicted is not left out",
+        "cross_validation.cpp",
+        "equations.linearize(graph, robust_width, block.sightings);",
+        "equations.linearize(graph, robust_width);",
+        CROSS_VALIDATION,
+    ),
+    (
+        "cross-validation: chance passes for noise",
+        "cross_validation.cpp",
+        "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
+        "return squares.both / kMeanSquareOfTwo + 0.0 * standard_error(blocks);",
+        CROSS_VALIDATION,
     ),
 ]
 
