@@ -42,15 +42,23 @@ std::vector<SightingFactor> all_sightings(const SmoothingGraph& graph) {
   return all;
 }
 
-// Where a sighting puts its landmark, and how far off that can be.
-bool is_near(const SightingFactor& sighting, const SmoothingGraph& graph,
-             const Eigen::Vector2d& landmark) {
+// Where a sighting puts its landmark, and how far off that can be, m.
+struct Vicinity {
+  Eigen::Vector2d centre;
+  double radius;
+};
+
+Vicinity vicinity_of(const SightingFactor& sighting, const SmoothingGraph& graph) {
   constexpr double kSigmas = 10.0;
   const Pose2 eye = compose(graph.poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
-  const double range = std::hypot(landmark.x() - eye.x, landmark.y() - eye.y);
-  const double slack = kSigmas * graph.noise.range * std::sqrt(sighting.range_variance) +
-                       std::abs(graph.constants[SensorConstant::range_scale]) * range;
-  return std::abs(range - sighting.range) < slack;
+  const double direction = eye.heading + sighting.bearing;
+  const double along = kSigmas * graph.noise.range * std::sqrt(sighting.range_variance) +
+                       std::abs(graph.constants[SensorConstant::range_scale]) * sighting.range;
+  const double across = kSigmas * graph.noise.bearing * std::sqrt(sighting.bearing_variance) +
+                        std::abs(graph.constants[SensorConstant::bearing_bias]);
+  return {
+      {eye.x + sighting.range * std::cos(direction), eye.y + sighting.range * std::sin(direction)},
+      2.0 * along + sighting.range * across};
 }
 
 // The likeliest pairs of a scan first.
@@ -58,8 +66,10 @@ void associate_scan(const ReassociationOptions& options, const SmoothingGraph& g
                     SightingFactor* scan, int count) {
   std::vector<Match> matches;
   for (int k = 0; k < count; ++k) {
+    const Vicinity vicinity = vicinity_of(scan[k], graph);
     for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
-      if (!is_near(scan[k], graph, graph.landmarks[l])) continue;
+      const double squared = (graph.landmarks[l] - vicinity.centre).squaredNorm();
+      if (squared > vicinity.radius * vicinity.radius) continue;
       const double cost = sighting_cost(options, graph, scan[k], static_cast<int>(l));
       if (cost < -options.log_density_of_new) matches.push_back({cost, k, static_cast<int>(l)});
     }
