@@ -16,11 +16,17 @@ constexpr double kScanShown = 1.0;
 }  // namespace
 
 void FastSlamPipeline::publish_results() {
-  std::unique_ptr<FastSlam> running = std::make_unique<FastSlam>(*filter_);
-  running.swap(filter_);
-  filter_->smooth();
-  publish_map_and_path();
-  running.swap(filter_);
+  if (options_.filter.strategy.renewal != Renewal::redraw) return publish_map_and_path();
+  auto smoothed = std::make_unique<FastSlam>(*filter_);
+  smoothed->smooth();
+  smoothed.swap(filter_);
+  try {
+    publish_map_and_path();
+  } catch (...) {
+    smoothed.swap(filter_);
+    throw;
+  }
+  smoothed.swap(filter_);
 }
 
 void FastSlamPipeline::publish_map_and_path() {
@@ -111,6 +117,13 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
            entry);
   }
   reported_injected_ = status.injected;
+  if (options_.filter.strategy.renewal == Renewal::redraw &&
+      status.landmarks > kMostRedrawnLandmarks) {
+    worsen(DiagnosticStatus::WARN,
+           "no redraw: the map has more than " + std::to_string(kMostRedrawnLandmarks) +
+               " landmarks; resampling goes on",
+           entry);
+  }
   const NoiseScales& noise = filter_->past().graph().noise;
   add_value("landmarks", std::to_string(status.landmarks), entry);
   add_value("redraws", std::to_string(status.redraws), entry);

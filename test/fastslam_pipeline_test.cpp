@@ -170,6 +170,24 @@ TEST(FastSlamPipeline, ResultsAreSmoothedOnACopy) {
   EXPECT_TRUE(same_particles(run.particles(), other.particles()));
 }
 
+// What takes the results may fail, as on a full disk: the filter is still the one that ran.
+TEST(FastSlamPipeline, ResultsThatCannotBeGivenOutLeaveTheFilterAsItIs) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  FastSlamOutputs out;
+  bool is_full = false;
+  FastSlamSinks sinks = sinks_into(&out);
+  sinks.landmark_map = [&](const LandmarkMap&) {
+    if (is_full) throw Error("the disk is full");
+  };
+  FastSlamPipeline pipeline(options, sinks);
+  for (const auto& message : Drive::messages(20.0)) handle(message, &pipeline);
+  const FastSlamParticles particles = pipeline.filter().particles();
+  is_full = true;
+  EXPECT_THROW(pipeline.publish_results(), Error);
+  EXPECT_TRUE(same_particles(pipeline.filter().particles(), particles));
+}
+
 // ---- starting elsewhere -----------------------------------------------------------------------
 
 TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {

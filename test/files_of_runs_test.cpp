@@ -169,7 +169,7 @@ TEST_F(FilesOfRuns, AnOutputOfAnEarlierRunAmongTheInputsIsReplaced) {
 }
 
 TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "/dev/full is not there";
+  ASSERT_TRUE(fs::exists("/dev/full"));  // as on every Linux
   for (const char* command :
        {"run_bag --help", "simulate_bag --help", "dataset_to_bag --help",
         "dataset_to_bag csv --help", "evaluate_bag --help", "check_bag --help",

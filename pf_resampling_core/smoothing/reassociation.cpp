@@ -196,12 +196,11 @@ Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates,
 
 // Whether they put the robot at different places: what the one joins is far apart once the other is
 // right. Neighbours taken for each other do not.
-bool contradict(const Choice& best, const Choice& other, double sighting_variance) {
+bool contradict(const Places& best, const Duplicates& other, double sighting_variance) {
   const Eigen::Matrix2d neighbourhood = sighting_variance * Eigen::Matrix2d::Identity();
-  return std::any_of(other.found.pairs.begin(), other.found.pairs.end(), [&](const auto& pair) {
-    const Eigen::Matrix2d uncertainty =
-        best.places.uncertainty(pair.first, pair.second) + neighbourhood;
-    const Eigen::Vector2d difference = best.places.difference(pair.first, pair.second);
+  return std::any_of(other.pairs.begin(), other.pairs.end(), [&](const auto& pair) {
+    const Eigen::Matrix2d uncertainty = best.uncertainty(pair.first, pair.second) + neighbourhood;
+    const Eigen::Vector2d difference = best.difference(pair.first, pair.second);
     return difference.dot(uncertainty.inverse() * difference) > kFarthest;
   });
 }
@@ -300,22 +299,22 @@ Duplicates find_duplicates(const ReassociationOptions& options, const SmoothingG
     if (a.log_odds != b.log_odds) return a.log_odds > b.log_odds;
     return a.newer != b.newer ? a.newer < b.newer : a.older < b.older;
   });
-  std::vector<Choice> choices;
+  // The belief is kept for the best of them alone: it is large.
+  Choice best;
+  std::vector<Duplicates> others;
   for (std::size_t seed = 0; seed < std::min(kMostSeeds, candidates.size()); ++seed) {
-    choices.push_back(joined_from(candidates[seed], candidates, together, places, log_density));
+    Choice choice = joined_from(candidates[seed], candidates, together, places, log_density);
+    others.push_back(choice.found);
+    if (seed == 0 || choice.found.log_odds > best.found.log_odds) best = std::move(choice);
   }
-  if (choices.empty()) return {};
-  const auto best = std::max_element(
-      choices.begin(), choices.end(),
-      [](const Choice& a, const Choice& b) { return a.found.log_odds < b.found.log_odds; });
-  if (best->found.log_odds < kSureLogOdds) return {};
-  for (const Choice& other : choices) {
-    if (other.found.log_odds > best->found.log_odds - kSureLogOdds &&
-        contradict(*best, other, variance)) {
+  if (others.empty() || best.found.log_odds < kSureLogOdds) return {};
+  for (const Duplicates& other : others) {
+    if (other.log_odds > best.found.log_odds - kSureLogOdds &&
+        contradict(best.places, other, variance)) {
       return {};
     }
   }
-  return best->found;
+  return best.found;
 }
 
 void merge_landmarks(const std::vector<std::pair<int, int>>& pairs, SmoothingGraph* graph) {

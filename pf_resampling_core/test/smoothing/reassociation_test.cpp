@@ -211,10 +211,19 @@ TEST(Reassociation, WaitsWhileThereIsAnotherChoice) {
   EXPECT_EQ(pairs, (std::set<std::pair<int, int>>{{2, 4}, {3, 5}, {6, 7}}));
 }
 
+// An information matrix and a gradient of this size.
+void fill_in(std::uint64_t seed, GaussianPrior* prior) {
+  const RandomStream random(seed, RandomPurpose::test, 0);
+  const Eigen::Index size = prior->size();
+  Eigen::MatrixXd root(size, size);
+  random.fill_normal(0, root.size(), root.data());
+  prior->information = root * root.transpose() + Eigen::MatrixXd::Identity(size, size);
+  prior->gradient = root.col(0);
+}
+
 // A prior over landmarks that turn out to be one: the same as a Gaussian given that their
 // difference is 0, by the textbook's formula for the moments.
 TEST(Reassociation, MergesAsAGaussianIsConditioned) {
-  const RandomStream random(5, RandomPurpose::test, 0);
   SmoothingGraph graph;
   graph.poses = {Pose2{1.0, 2.0, 0.3}};
   graph.landmarks = {{1.0, 2.0}, {3.0, 4.0}, {1.2, 1.9}};
@@ -223,12 +232,7 @@ TEST(Reassociation, MergesAsAGaussianIsConditioned) {
   prior.landmarks = graph.landmarks;
   prior.landmarks_given_path.assign(3, Eigen::Matrix2d::Identity());
   const Eigen::Index size = prior.size();
-  Eigen::MatrixXd root(size, size);
-  for (Eigen::Index i = 0; i < root.size(); ++i) {
-    root.data()[i] = random.normal(static_cast<std::uint64_t>(i));
-  }
-  prior.information = root * root.transpose() + Eigen::MatrixXd::Identity(size, size);
-  prior.gradient = root.col(0);
+  fill_in(5, &prior);
   // Moments of the differences to where the prior was linearised, and those given 0 = H·d + h.
   const Eigen::MatrixXd covariance = prior.information.inverse();
   const Eigen::VectorXd mean = -covariance * prior.gradient;
@@ -260,7 +264,6 @@ TEST(Reassociation, MergesAsAGaussianIsConditioned) {
 
 // What is left of a Gaussian are the moments of the rest.
 TEST(Reassociation, RemovedLandmarksLeaveTheBeliefAboutTheOthers) {
-  const RandomStream random(6, RandomPurpose::test, 0);
   SmoothingGraph graph;
   graph.poses = {Pose2{}};
   graph.landmarks = {{1.0, 2.0}, {3.0, 4.0}, {5.0, 6.0}};
@@ -268,12 +271,7 @@ TEST(Reassociation, RemovedLandmarksLeaveTheBeliefAboutTheOthers) {
   prior.landmarks = {graph.landmarks[0], graph.landmarks[1]};
   prior.landmarks_given_path.assign(2, Eigen::Matrix2d::Identity());
   const Eigen::Index size = prior.size();
-  Eigen::MatrixXd root(size, size);
-  for (Eigen::Index i = 0; i < root.size(); ++i) {
-    root.data()[i] = random.normal(static_cast<std::uint64_t>(i));
-  }
-  prior.information = root * root.transpose() + Eigen::MatrixXd::Identity(size, size);
-  prior.gradient = root.col(1);
+  fill_in(6, &prior);
   const Eigen::MatrixXd covariance = prior.information.inverse();
   const Eigen::VectorXd mean = -covariance * prior.gradient;
   graph.sightings = {{0, 0, 1.0, 0.0, 1.0, 1.0, {}}, {0, 2, 2.0, 0.0, 1.0, 1.0, {}}};
