@@ -180,15 +180,17 @@ bool Strategy::is_redraw_due(bool closes_loop) {
 
 ResamplingResult Strategy::select(ConstArray weights, int requested_size,
                                   const RandomStream& stream) {
-  count_renewal();
   const bool resizes = weights.size() != requested_size;
   Resampler& resampler = resizes && keeps_size(options_.resampling) ? resizer_ : resampler_;
-  return resampler.resample(weights, requested_size, stream);
+  ResamplingResult result = resampler.resample(weights, requested_size, stream);
+  count_renewal();
+  return result;
 }
 
 CompensationResult Strategy::compensate(ConstArray weights, const RandomStream& stream) {
+  CompensationResult result = pf_resampling::compensate(options_.compensation, weights, stream);
   count_renewal();
-  return pf_resampling::compensate(options_.compensation, weights, stream);
+  return result;
 }
 
 void Strategy::count_renewal() {

@@ -118,6 +118,20 @@ TEST(Strategy, CompensationIsARenewalLikeTheOther) {
   EXPECT_EQ(strategy.renewals(), 3);
 }
 
+// What throws has renewed nothing.
+TEST(Strategy, RenewalsThatFailDoNotCount) {
+  StrategyOptions options = with(Schedule::every_n, 0.5, 2);
+  options.renewal = Renewal::compensation;
+  Strategy strategy(options);
+  EXPECT_FALSE(strategy.is_due(1.0, kSize, kSize));
+  const Eigen::ArrayXd nothing = Eigen::ArrayXd::Zero(kSize);
+  EXPECT_THROW(strategy.select(nothing, kSize, stream(0)), Error);
+  EXPECT_THROW(strategy.compensate(nothing, stream(0)), Error);
+  EXPECT_EQ(strategy.renewals(), 0);
+  EXPECT_EQ(strategy.observations_since_renewal(), 1);
+  EXPECT_TRUE(strategy.is_due(1.0, kSize, kSize));
+}
+
 TEST(Strategy, CountsGoOnUnderOtherOptions) {
   Strategy strategy(with(Schedule::always));
   for (int i = 0; i < 5; ++i) strategy.select(rising_weights(kSize), kSize, stream(0));
