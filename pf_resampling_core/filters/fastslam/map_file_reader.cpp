@@ -164,6 +164,8 @@ SavedMap read_map_lines(LineReader* reader) {
   read_odometry_errors(reader, &map);
   map.observations_since_redraw =
       reader->take_count("scans_since_redraw", std::numeric_limits<std::int64_t>::max());
+  map.redraws_refused_in_a_row = static_cast<int>(
+      reader->take_count("redraws_refused_in_a_row", std::numeric_limits<int>::max() - 1));
   map.past = read_past_lines(reader);
   reader->refuse_if(map_checks::fault_of_whole(map));
   return map;

@@ -82,6 +82,7 @@ void write_map_lines(const SavedMap& map, LineWriter* writer) {
   }
   write_odometry_errors(map, writer);
   writer->line("scans_since_redraw " + std::to_string(map.observations_since_redraw));
+  writer->line("redraws_refused_in_a_row " + std::to_string(map.redraws_refused_in_a_row));
   write_past_lines(map.past, writer);
 }
 

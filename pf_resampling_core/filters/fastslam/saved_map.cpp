@@ -144,6 +144,7 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   map.particle_maps.resize(static_cast<std::size_t>(chosen.size()));
   if (chosen.size() > 0) map.past = filter->past_.state();
   map.observations_since_redraw = filter->strategy_.observations_since_redraw();
+  map.redraws_refused_in_a_row = filter->refused_in_a_row_;
 
   const OdometryErrorState& errors = filter->odometry_errors_.state();
   map.odometry_errors = errors;
@@ -228,6 +229,7 @@ void FastSlam::take_particles(const SavedMap& map) {
   odometry_errors_.start(options_.odometry_errors, saved);
   odometry_errors_.resume(map.odometry_errors);
   past_.resume(map.past);
+  refused_in_a_row_ = map.redraws_refused_in_a_row;
   if (saved == options_.particles) return;
   draw_population(options_.particles);
   ancestry_.start(options_.particles);

@@ -47,6 +47,7 @@ struct SavedMap {
   OdometryErrorState odometry_errors;                        ///< a row of means per particle
   SmoothedPastState past;  ///< what a redraw draws from; nothing without particles
   std::int64_t observations_since_redraw = 0;
+  int redraws_refused_in_a_row = 0;  ///< after so many, the past begins anew
 };
 
 /// The filter as it is now; it is not changed. All particles if there are no more than `particles`,

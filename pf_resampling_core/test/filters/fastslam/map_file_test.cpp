@@ -220,6 +220,7 @@ odometry_errors_covariance 0 0 0 0 1
 odometry_errors 0.5 0 -0.5 0.25 0.125
 odometry_errors 0.25 0 1 -0.25 0.75
 scans_since_redraw 5
+redraws_refused_in_a_row 3
 # what a redraw draws from: numbers of poses, landmarks, sightings; longest absence of a
 # landmark of the last update; poses that are decided; the prior; then a line for each
 past 2 1 2 0 1
@@ -249,7 +250,7 @@ past_error 0.5 -0.25 1.5 0 0 0.125 0.25 0 0 1.5 0.5 0 0 0.5 0 0 0 0
 past_window 2
 past_error 1.5 0 1 0 0 0 0 0 0 1 2 0 0 2 0 0 0 0
 past_error -0.5 1 1 0 0 0 0 0 0 1 3 0 0 3 0.25 0 0 0.25
-end 66 912d22c5439b55c3
+end 67 5056f90dff799616
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -288,6 +289,7 @@ end 66 912d22c5439b55c3
   EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
   EXPECT_EQ(map.odometry_errors.means(0, 4), 0.125);
   EXPECT_EQ(map.observations_since_redraw, 5);
+  EXPECT_EQ(map.redraws_refused_in_a_row, 3);
   const SmoothingGraph& graph = map.past.graph;
   ASSERT_EQ(graph.poses.size(), 2u);
   EXPECT_EQ(graph.poses[1].x, 1.5);

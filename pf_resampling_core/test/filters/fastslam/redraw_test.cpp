@@ -335,6 +335,33 @@ TEST(Redraw, LeavesAMapThatIsTooLargeToResampling) {
   EXPECT_TRUE(filter.past().is_empty());
 }
 
+// The count is saved, so that the past of a filter that goes on from there begins anew when that of
+// the other would have.
+TEST(Redraw, RefusalsInARowAreSaved) {
+  FastSlamOptions options = redraw_options();
+  options.strategy.redraw.every_n = 1;
+  const std::vector<Step> steps = drive(40, true, 5);
+  FastSlam whole(options, 2);
+  whole.set_deferred_redraws(true);
+  const auto refuse = [&](FastSlam* filter, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      filter->update(steps[t].odometry, steps[t].observations);
+      ASSERT_TRUE(filter->redraw_is_due());
+      filter->refuse_redraw();
+    }
+  };
+  refuse(&whole, 0, 6);
+  const SavedMap map = saved_map(&whole, options.particles);
+  EXPECT_EQ(map.redraws_refused_in_a_row, 6);
+  FastSlam other(options, 2);
+  other.set_deferred_redraws(true);
+  other.load(through_a_file(map));
+  refuse(&other, 6, 9);
+  EXPECT_FALSE(other.past().is_empty());
+  refuse(&other, 9, 10);  // the tenth
+  EXPECT_TRUE(other.past().is_empty());
+}
+
 // A map saved on the way, with sightings of nothing, is all that is needed.
 TEST(Redraw, GoesOnFromASavedMapWithoutIds) {
   FastSlamOptions options = redraw_options();
