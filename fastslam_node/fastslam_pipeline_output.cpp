@@ -118,10 +118,11 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   }
   reported_injected_ = status.injected;
   if (options_.filter.strategy.renewal == Renewal::redraw &&
-      status.landmarks > kMostRedrawnLandmarks) {
+      status.landmarks > options_.filter.strategy.redraw.max_landmarks) {
     worsen(DiagnosticStatus::WARN,
-           "no redraw: the map has more than " + std::to_string(kMostRedrawnLandmarks) +
-               " landmarks; resampling goes on",
+           "no redraw: the map has more than " +
+               std::to_string(options_.filter.strategy.redraw.max_landmarks) +
+               " landmarks (population/redraw/max_landmarks); resampling goes on",
            entry);
   }
   const NoiseScales& noise = filter_->past().graph().noise;

@@ -29,6 +29,10 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
   parameters->push_back(boolean_parameter(group + "learn_noise", &options->learn_noise,
                                           "redraw: find out by how much the noise of observations "
                                           "and odometry is larger than stated."));
+  parameters->push_back(integer_parameter(
+      group + "max_landmarks", &options->max_landmarks, 1, 10000,
+      "redraw: a map with more landmarks is not redrawn, and resampling goes on alone. Each pair "
+      "of landmarks takes a few times 32 bytes."));
 }
 
 }  // namespace pf_resampling

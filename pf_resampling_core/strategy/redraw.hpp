@@ -24,6 +24,9 @@ struct RedrawOptions {
   /// Whether the noise is taken to be as large as blocks of the data that are left out, and
   /// predicted from the rest, say: errors that last make it larger than residuals show.
   bool learn_noise = true;
+  /// A map with more landmarks is not redrawn. The joint belief about them is dense: 32 bytes for
+  /// each pair, and a solution holds a few of these matrices.
+  int max_landmarks = 1000;
 };
 
 /// The parameters population/redraw/..., bound to `options`, which must outlive the list.

@@ -21,8 +21,8 @@ constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is k
 
 bool FastSlam::keeps_past() const {
   return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen &&
-         status_.landmarks <= kMostRedrawnLandmarks &&
-         past_.graph().landmarks.size() <= static_cast<std::size_t>(kMostRedrawnLandmarks);
+         status_.landmarks <= most &&
+         past_.graph().landmarks.size() <= static_cast<std::size_t>(most);
 }
 
 SensorConstants FastSlam::prior_sigma() const {

@@ -11,10 +11,6 @@
 
 namespace pf_resampling {
 
-/// Landmarks that a past may have: the joint belief about them is dense, 32 bytes for each pair,
-/// and a solution holds a few of these matrices.
-inline constexpr int kMostRedrawnLandmarks = 1000;
-
 /// What a population is redrawn from, as it is saved: nothing if there is no pose.
 struct SmoothedPastState {
   SmoothingGraph graph;

@@ -311,28 +311,32 @@ TEST(Redraw, SmoothsAtTheEnd) {
   EXPECT_FALSE(resampling.smooth());
 }
 
-// A scan of a thousand ids, and one more: a joint belief of so many is no longer made.
+// A scan of as many ids as there may be, and one more: a joint belief of so many is not made.
 TEST(Redraw, LeavesAMapThatIsTooLargeToResampling) {
-  FastSlamOptions options = redraw_options();
-  options.particles = 4;
-  FastSlam filter(options, 1);
-  std::vector<RangeBearingObservation> scan;
-  for (int id = 0; id < kMostRedrawnLandmarks; ++id) {
-    RangeBearingObservation z;
-    z.id = id;
-    z.range = 5.0;
-    z.bearing = 0.001 * id;
-    scan.push_back(z);
+  EXPECT_EQ(FastSlamOptions().strategy.redraw.max_landmarks, 1000);
+  for (const int most : {20, 40}) {
+    FastSlamOptions options = redraw_options();
+    options.particles = 4;
+    options.strategy.redraw.max_landmarks = most;
+    FastSlam filter(options, 1);
+    std::vector<RangeBearingObservation> scan;
+    for (int id = 0; id < most; ++id) {
+      RangeBearingObservation z;
+      z.id = id;
+      z.range = 5.0;
+      z.bearing = 0.05 * id;
+      scan.push_back(z);
+    }
+    OdometryIncrement still;
+    filter.update(still, scan);
+    EXPECT_EQ(filter.past().graph().landmarks.size(), scan.size());
+    scan.front().id = most;
+    filter.update(still, {scan.front()});
+    for (int update = 0; update < 60; ++update) filter.update(still, {scan.front()});
+    EXPECT_EQ(filter.status().landmarks, most + 1);
+    EXPECT_EQ(filter.status().redraws, 0);
+    EXPECT_TRUE(filter.past().is_empty());
   }
-  OdometryIncrement still;
-  filter.update(still, scan);
-  EXPECT_EQ(filter.past().graph().landmarks.size(), scan.size());
-  scan.front().id = kMostRedrawnLandmarks;
-  filter.update(still, {scan.front()});
-  for (int update = 0; update < 60; ++update) filter.update(still, {scan.front()});
-  EXPECT_EQ(filter.status().landmarks, kMostRedrawnLandmarks + 1);
-  EXPECT_EQ(filter.status().redraws, 0);
-  EXPECT_TRUE(filter.past().is_empty());
 }
 
 // The count is saved, so that the past of a filter that goes on from there begins anew when that of
