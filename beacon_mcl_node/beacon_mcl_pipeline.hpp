@@ -27,6 +27,7 @@ struct BeaconMclTypes {
   using Options = BeaconMclPipelineOptions;
   using Checkpoint = BeaconMclCheckpoint;
   static constexpr ObservationNames kNames = kRangeNames;
+  static const PresetList& presets() { return beacon_mcl_presets(); }
   static Checkpoint read_checkpoint(const std::string& path) {
     return read_beacon_mcl_checkpoint(path);
   }

@@ -5,7 +5,8 @@
 namespace pf_resampling {
 
 ParameterList parameters_of(BeaconMclPipelineOptions* options) {
-  ParameterList list = parameters_of(&options->filter);
+  ParameterList list = {preset_parameter(beacon_mcl_presets(), &options->preset)};
+  for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
   add_input_parameters(kRangeNames, options, &list);
   list.push_back(real_parameter("range_input/simultaneous", &options->simultaneous, 0.0, 1.0, "s",
                                 "Ranges that are closer in time than this make one update."));
@@ -25,7 +26,9 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
 }
 
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options) {
-  apply_values(configuration, parameters_of(options));
+  BeaconMclOptions defaults;
+  apply_values(configuration, beacon_mcl_presets(), parameters_of(&defaults),
+               parameters_of(options), options);
   if (!configuration.beacons.empty()) {
     options->beacons = configuration.beacons;
     options->beacon_frames = configuration.beacon_frames;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/filters/beacon_mcl/options.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/presets.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "src/configuration/configuration.hpp"
 #include "src/pipeline/pipeline_options.hpp"
@@ -29,7 +29,10 @@ struct BeaconMclPipelineOptions : PipelineOptions {
   std::map<int, RangeCalibration> calibration;      ///< known, by id of beacon; -1: all others
   std::map<std::string, Eigen::Vector3d> antennas;  ///< frame -> place on the robot, m
 
-  BeaconMclPipelineOptions() { name = "beacon_mcl"; }
+  BeaconMclPipelineOptions() {
+    name = "beacon_mcl";
+    preset = beacon_mcl_presets().front().name;
+  }
 };
 
 /// The parameters of the filter, then those of the ROS side, bound to `options`.

@@ -38,6 +38,7 @@ struct FastSlamTypes {
   using Options = FastSlamPipelineOptions;
   using Checkpoint = FastSlamCheckpoint;
   static constexpr ObservationNames kNames = kScanNames;
+  static const PresetList& presets() { return fastslam_presets(); }
   static Checkpoint read_checkpoint(const std::string& path) {
     return read_fastslam_checkpoint(path);
   }

@@ -4,8 +4,15 @@
 
 namespace pf_resampling {
 
+FastSlamPipelineOptions::FastSlamPipelineOptions(const std::string& preset_name)
+    : filter(fastslam_options_of(preset_name)) {
+  name = "fastslam";
+  preset = preset_name;
+}
+
 ParameterList parameters_of(FastSlamPipelineOptions* options) {
-  ParameterList list = parameters_of(&options->filter);
+  ParameterList list = {preset_parameter(fastslam_presets(), &options->preset)};
+  for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
   add_input_parameters(kScanNames, options, &list);
   list.push_back(integer_parameter("landmark_input/max_observations", &options->max_observations, 1,
                                    1000000, "A scan with more observations is rejected."));
@@ -32,7 +39,9 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
 }
 
 void apply(const Configuration& configuration, FastSlamPipelineOptions* options) {
-  apply_values(configuration, parameters_of(options));
+  FastSlamOptions defaults;
+  apply_values(configuration, fastslam_presets(), parameters_of(&defaults), parameters_of(options),
+               options);
   for (const auto& [frame, place] : configuration.sensors) options->sensors[frame] = place;
 }
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "pf_resampling_core/filters/fastslam/options.hpp"
+#include "pf_resampling_core/filters/fastslam/presets.hpp"
 #include "pf_resampling_core/geometry.hpp"
 #include "src/configuration/configuration.hpp"
 #include "src/pipeline/pipeline_options.hpp"
@@ -12,6 +12,8 @@ namespace pf_resampling {
 
 inline constexpr ObservationNames kScanNames = {"landmarks", "scans", "landmark_input", "",
                                                 "mapping"};
+
+inline constexpr const char* kDefaultFastSlamPreset = "fast";
 
 /// Everything that can be configured about FastSLAM under ROS.
 struct FastSlamPipelineOptions : PipelineOptions {
@@ -28,7 +30,9 @@ struct FastSlamPipelineOptions : PipelineOptions {
   /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.
   std::map<std::string, Pose2> sensors;
 
-  FastSlamPipelineOptions() { name = "fastslam"; }
+  FastSlamPipelineOptions() : FastSlamPipelineOptions(kDefaultFastSlamPreset) {}
+  /// With the values of one of the fastslam_presets().
+  explicit FastSlamPipelineOptions(const std::string& preset_name);
 };
 
 /// The parameters of the filter, then those of the ROS side, bound to `options`.

@@ -17,9 +17,18 @@
 
 namespace pf_resampling {
 
-/// Of a filter without a pipeline: a configuration's values alone.
+/// Of a filter without a pipeline, which is that of Kwak (2008) with some values changed.
 static void apply(const Configuration& configuration, FastSlamOptions* options) {
-  apply_values(configuration, parameters_of(options));
+  Configuration values = configuration;
+  const auto preset = values.values.find("preset");
+  if (preset != values.values.end()) {
+    if (preset->second != "kwak2008") {
+      throw Error("parameter preset is '" + preset->second +
+                  "', has to be kwak2008, which this study is about; set single values instead");
+    }
+    values.values.erase(preset);
+  }
+  apply_values(values, parameters_of(options));
 }
 
 namespace {
@@ -139,7 +148,7 @@ int study_compensation(const std::vector<std::string>& arguments) {
       "study compensation",
       "Compares compensation with resampling in FastSLAM, as Kwak, Kim and Lee (2008) do, on\n"
       "simulated drives through one world, each filter on the same drives. The filter is theirs\n"
-      "(config/kwak2008.yaml, built in). It expects the noise of the world indoor_two_loops;\n"
+      "(the preset kwak2008). It expects the noise of the world indoor_two_loops;\n"
       "for another world set its noise with --set.");
   line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
   line.option<std::string>("variants", "A,B",

@@ -56,11 +56,11 @@ TEST(Kwak2008, HasTheNumbersOfItsSection4) {
   EXPECT_EQ(options.strategy.excitation.method, Excitation::none);
 }
 
-// What the file leaves out would follow the defaults, which may change. A parameter that is new
+// What the preset leaves out would follow the defaults, which may change. A parameter that is new
 // has to be written there, with what makes it do nothing, unless known ids leave it without a use.
 TEST(Kwak2008, SaysWhatEveryParameterIsThatConcernsIt) {
-  const std::map<std::string, std::string> values =
-      parse_configuration(kwak2008_text(), "kwak2008.yaml").values;
+  const std::map<std::string, std::string>& values =
+      preset_named(fastslam_presets(), "kwak2008").values;
   FastSlamOptions options;
   for (const Parameter& parameter : parameters_of(&options)) {
     const std::string& name = parameter.name;
@@ -74,7 +74,7 @@ TEST(Kwak2008, SaysWhatEveryParameterIsThatConcernsIt) {
                                 name.find("log_odds") != std::string::npos;
     if (!concerns_it || is_without_use) continue;
     EXPECT_EQ(values.count(name), 1u)
-        << "config/kwak2008.yaml does not say what " << name << " is in the filter of the paper";
+        << "the preset kwak2008 does not say what " << name << " is in the filter of the paper";
   }
 }
 

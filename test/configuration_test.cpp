@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <sstream>
+
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "pf_resampling_core/error.hpp"
@@ -142,17 +145,34 @@ std::string defaults_as(std::string (*text)(const ParameterList&)) {
 }
 
 template <typename Options>
+std::string text_of_all(Options* options) {
+  return to_yaml(parameters_of(options));
+}
+
+template <typename Options>
 void expect_shipped(const std::string& name) {
   const std::string path = std::string(PF_RESAMPLING_SOURCE) + "/config/" + name;
   const std::string shipped = read_file(path);
-  const std::string expected = defaults_as<Options>(to_yaml);
+  const std::string expected = defaults_as<Options>(to_template);
   const std::size_t begin = shipped.find(expected.substr(0, expected.find('\n')));
   ASSERT_NE(begin, std::string::npos);
   EXPECT_TRUE(shipped.substr(begin) == expected)
       << "the parameters changed: scripts/write_config writes " << name << " anew";
-  // And it can be read.
+  // And it can be read, and sets nothing.
   Options options;
   apply(read_configuration(path), &options);
+  EXPECT_EQ(text_of_all(&options), text_of_all(std::make_unique<Options>().get()));
+  EXPECT_TRUE(options.given.empty());
+  // What is taken in of it can be, each line by itself: the default.
+  std::istringstream lines(expected);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("# ", 0) == 0) continue;
+    ASSERT_EQ(line[0], '#');
+    Options same;
+    apply(parse_configuration(line.substr(1), name), &same);
+    EXPECT_EQ(same.given.size(), 1u) << line;
+    EXPECT_EQ(text_of_all(&same), text_of_all(&options)) << line;
+  }
 }
 
 TEST(Configuration, TheShippedFilesAreWhatTheParametersSay) {
@@ -167,6 +187,64 @@ TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
     EXPECT_NE(document.find(expected), std::string::npos)
         << "the parameters changed: scripts/write_config writes the table anew";
   }
+}
+
+TEST(Configuration, TheDocumentedPresetsAreThoseThereAre) {
+  const std::string document = read_file(std::string(PF_RESAMPLING_SOURCE) + "/doc/strategies.md");
+  for (const Preset& preset : fastslam_presets()) {
+    EXPECT_NE(document.find("| `fastslam` | `" + preset.name + "` |"), std::string::npos);
+  }
+  for (const Preset& preset : beacon_mcl_presets()) {
+    EXPECT_NE(document.find("| `beacon_mcl` | `" + preset.name + "` |"), std::string::npos);
+  }
+}
+
+// Each preset by the file of its paper, and by the parameter; in whatever order the user sets
+// something himself, that wins.
+TEST(Configuration, APresetIsBehindWhatIsSetBesideIt) {
+  FastSlamPipelineOptions by_file;
+  apply(read_configuration(std::string(PF_RESAMPLING_SOURCE) + "/config/kwak2008.yaml"), &by_file);
+  FastSlamPipelineOptions by_name("kwak2008");
+  EXPECT_EQ(text_of_all(&by_file), text_of_all(&by_name));
+  EXPECT_EQ(by_file.filter.strategy.resampling.scheme, ResamplingScheme::residual_systematic);
+  BeaconMclPipelineOptions mahmoud;
+  apply(read_configuration(std::string(PF_RESAMPLING_SOURCE) + "/config/mahmoud2012.yaml"),
+        &mahmoud);
+  EXPECT_FALSE(mahmoud.filter.recovery.enabled);
+  EXPECT_EQ(mahmoud.preset, "mahmoud2012");
+
+  const std::vector<std::string> assignments = {"preset=kwak2008", "particles=300",
+                                                "sensor/range_sigma=0.25"};
+  for (const std::vector<int>& order : {std::vector<int>{0, 1, 2}, {1, 2, 0}, {2, 0, 1}}) {
+    FastSlamPipelineOptions options;
+    for (const int i : order) {
+      apply(parse_assignment(assignments[static_cast<std::size_t>(i)]), &options);
+    }
+    EXPECT_EQ(options.filter.particles, 300);
+    EXPECT_EQ(options.filter.sensor.range_sigma, 0.25);
+    EXPECT_EQ(options.filter.sensor.bearing_sigma, by_name.filter.sensor.bearing_sigma);
+    EXPECT_EQ(options.filter.strategy.resampling.scheme, ResamplingScheme::residual_systematic);
+  }
+  // In one file, too; and the last preset that is named is the one.
+  FastSlamPipelineOptions options;
+  apply(parse_configuration("particles: 7\npreset: kwak2008", "file"), &options);
+  apply(parse_assignment("preset=balanced"), &options);
+  EXPECT_EQ(options.filter.particles, 7);
+  EXPECT_EQ(options.filter.strategy.renewal, Renewal::redraw);
+  EXPECT_EQ(options.filter.sensor.bearing_sigma, FastSlamOptions().sensor.bearing_sigma);
+}
+
+TEST(Configuration, AnUnknownPresetIsRefusedWithTheChoices) {
+  FastSlamPipelineOptions options;
+  try {
+    apply(parse_assignment("preset=best"), &options);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(),
+                 "parameter preset is 'best', has to be one of fast, balanced, kwak2008");
+  }
+  BeaconMclPipelineOptions beacons;
+  EXPECT_THROW(apply(parse_assignment("preset=kwak2008"), &beacons), Error);
 }
 
 // Names of files are text that YAML has its own ideas about.

@@ -7,23 +7,15 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import rosunit
-import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md')),
              *sorted(set(ROOT.glob('*/README.md')) - {ROOT / 'doc' / 'README.md'})]
 
 
-def flattened(values, prefix=''):
-    """{'map': {'frozen': ...}} -> {'map/frozen'}"""
-    names = set()
-    for key, value in values.items():
-        names |= flattened(value, prefix + key + '/') if isinstance(value, dict) else {prefix + key}
-    return names
-
-
-PARAMETERS = set.union(*(flattened(yaml.safe_load((ROOT / 'config' / name).read_text()))
-                         for name in ('beacon_mcl.yaml', 'fastslam.yaml')))
+# "#map/frozen: false", behind its comment
+PARAMETERS = {name for file in ('beacon_mcl.yaml', 'fastslam.yaml')
+              for name in re.findall(r'^#([a-z][a-z_/0-9]*): ', (ROOT / 'config' / file).read_text(), re.MULTILINE)}
 GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
 PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
                             for source in sorted((ROOT / room).rglob('*.?pp')))

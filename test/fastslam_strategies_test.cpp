@@ -164,5 +164,62 @@ TEST(FastSlamPipeline, IdsAreNotTakenForAMapThatWasMadeWithoutThem) {
   EXPECT_EQ(run.out.statuses.back().strategy, good.out.statuses.back().strategy);
 }
 
+// A preset that is chosen live sets what no configuration gave; other values beside it win.
+TEST(FastSlamPipeline, PresetsSwitchWhileItRuns) {
+  FastSlamPipelineOptions options = Drive::options();
+  apply(parse_assignment("sensor/range_sigma=0.125"), &options);
+  FastSlamRig run(options);
+  run.feed(Drive::messages(5.0));
+  const auto value = [&](const std::string& name) {
+    for (const Parameter& parameter : run.pipeline.live_parameters()) {
+      if (parameter.name == name) return parameter.get();
+    }
+    return "there is no " + name;
+  };
+  EXPECT_EQ(run.pipeline.live_parameters().front().name, "preset");
+  run.pipeline.set_parameters({{"preset", "balanced"}});
+  EXPECT_EQ(value("preset"), "balanced");
+  EXPECT_EQ(value("population/renewal"), "redraw");
+  EXPECT_EQ(value("particles"), "100");
+  run.feed(Drive::messages(5.1, 10.0));
+  EXPECT_EQ(run.out.statuses.back().particles, 100u);
+  EXPECT_GT(run.out.statuses.back().redraws, 0u);
+
+  run.pipeline.set_parameters({{"preset", "kwak2008"}, {"population/renewal", "compensation"}});
+  EXPECT_EQ(value("population/renewal"), "compensation");
+  EXPECT_EQ(value("population/resampling/scheme"), "residual_systematic");
+  EXPECT_EQ(value("sensor/range_sigma"), "0.125");
+  const std::string& note = run.out.log[run.out.log.size() - 2];
+  EXPECT_NE(note.find("population/renewal is compensation (resampling in kwak2008)"),
+            std::string::npos)
+      << note;
+  EXPECT_NE(note.find("sensor/range_sigma is 0.125 (0.1 in kwak2008)"), std::string::npos) << note;
+
+  // A client that sends everything, of which the preset alone is new.
+  Values all;
+  for (const Parameter& parameter : run.pipeline.live_parameters()) {
+    all[parameter.name] = parameter.get();
+  }
+  all["preset"] = "fast";
+  run.pipeline.set_parameters(all);
+  EXPECT_EQ(value("population/renewal"), "resampling");
+  EXPECT_EQ(value("particles"), "1000");
+  EXPECT_EQ(value("population/resampling/scheme"), "systematic");
+  // The same again, with something else that is new: the preset does not undo it.
+  all["population/renewal"] = "compensation";
+  all["particles"] = "60";
+  run.pipeline.set_parameters(all);
+  EXPECT_EQ(value("population/renewal"), "compensation");
+  // Alone it is chosen anew.
+  run.pipeline.set_parameters({{"preset", "fast"}});
+  EXPECT_EQ(value("population/renewal"), "resampling");
+
+  EXPECT_THROW(run.pipeline.set_parameters({{"preset", "best"}, {"particles", "5"}}), Error);
+  EXPECT_EQ(value("preset"), "fast");
+  EXPECT_EQ(value("particles"), "1000");
+  run.feed(Drive::messages(10.1, 12.0));
+  EXPECT_NE(run.out.statuses.back().refused.find("fast, balanced, kwak2008"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -33,14 +33,17 @@ CommandLine command_line() {
   line.option<std::string>("save-checkpoint", "FILE", "write a checkpoint at the end");
   for (const char* name : {"in.bag", "load-map", "resume"}) line.reads(name);
   for (const char* name : {"out.bag", "save-map", "save-checkpoint"}) line.writes(name);
-  line.option_with_implicit("parameters", "FORMAT", "yaml",
-                            "print all parameters, with the values that the other options set, and "
-                            "stop: as YAML, or as a table with =markdown");
+  line.option_with_implicit(
+      "parameters", "FORMAT", "yaml",
+      "print all parameters, with the values that the other options set, and "
+      "stop: as YAML, with =template as YAML in comments, with =markdown as a "
+      "table");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --seed 1 --threads 2");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml --pose-only");
   line.example("run_bag fastslam mrclam.bag out.bag --save-map lab.map");
   line.example("run_bag beacon_mcl monday.bag m.bag --save-checkpoint monday.checkpoint");
-  line.example("run_bag fastslam --parameters > my.yaml");
+  line.example("run_bag fastslam mrclam.bag out.bag --set preset=fast");
+  line.example("run_bag fastslam --parameters=template > my.yaml");
   return line;
 }
 

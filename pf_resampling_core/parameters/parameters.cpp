@@ -128,6 +128,16 @@ Parameter bind_real(Parameter parameter, double* field) {
   return parameter;
 }
 
+std::string comment_on(const Parameter& parameter) {
+  const std::string range = with_unit(range_text(parameter), parameter.unit);
+  return "# " + parameter.help + (range.empty() ? "" : " " + range);
+}
+
+std::string value_for_yaml(const Parameter& parameter) {
+  const bool is_word = parameter.type == Parameter::Type::choice;
+  return is_word ? quoted_for_yaml(parameter.get()) : parameter.get();
+}
+
 std::vector<std::string> groups_of(const std::string& name) {
   std::vector<std::string> parts;
   std::istringstream stream(name);
@@ -266,13 +276,19 @@ std::string to_yaml(const ParameterList& parameters) {
     }
     open_groups = groups;
     const std::string indent(2 * groups.size(), ' ');
-    const std::string range = with_unit(range_text(parameter), parameter.unit);
-    yaml << indent << "# " << parameter.help << (range.empty() ? "" : " ") << range << "\n";
-    const bool is_word = parameter.type == Parameter::Type::choice;
-    yaml << indent << leaf << ": " << (is_word ? quoted_for_yaml(parameter.get()) : parameter.get())
-         << "\n";
+    yaml << indent << comment_on(parameter) << "\n";
+    yaml << indent << leaf << ": " << value_for_yaml(parameter) << "\n";
   }
   return yaml.str();
+}
+
+std::string to_template(const ParameterList& parameters) {
+  std::string text;
+  for (const Parameter& parameter : parameters) {
+    text +=
+        comment_on(parameter) + "\n#" + parameter.name + ": " + value_for_yaml(parameter) + "\n";
+  }
+  return text;
 }
 
 std::string to_markdown(const ParameterList& parameters) {

@@ -65,9 +65,12 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
 void set_parameters(const ParameterList& parameters,
                     const std::map<std::string, std::string>& values);
 
-/// All of them as YAML with unit, range and help as comments: the content of the shipped
-/// configuration files.
+/// All of them as YAML with unit, range and help as comments: all that there is to set, as it is.
 std::string to_yaml(const ParameterList& parameters);
+
+/// The same with every value behind a #, and with its full name on one line: a file that sets
+/// nothing until lines of it are taken in.
+std::string to_template(const ParameterList& parameters);
 
 /// All of them as a Markdown table: name, type, default, unit, range, meaning.
 std::string to_markdown(const ParameterList& parameters);

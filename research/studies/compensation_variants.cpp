@@ -169,10 +169,7 @@ FastSlamOptions options_of(const CompensationVariant& variant, const FastSlamOpt
 }
 
 FastSlamOptions kwak2008_options() {
-  FastSlamOptions options;
-  set_parameters(parameters_of(&options),
-                 parse_configuration(kwak2008_text(), "kwak2008.yaml").values);
-  return options;
+  return fastslam_options_of("kwak2008");
 }
 
 }  // namespace pf_resampling

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/filters/fastslam/options.hpp"
+#include "pf_resampling_core/filters/fastslam/presets.hpp"
 
 namespace pf_resampling {
 
@@ -25,10 +25,7 @@ std::vector<CompensationVariant> compensation_variants(const std::vector<std::st
 /// The study's settings with those of the variant. Throws Error.
 FastSlamOptions options_of(const CompensationVariant& variant, const FastSlamOptions& base);
 
-/// config/kwak2008.yaml, compiled in.
-const std::string& kwak2008_text();
-
-/// The filter it describes.
+/// The preset of that name.
 FastSlamOptions kwak2008_options();
 
 }  // namespace pf_resampling

@@ -154,7 +154,7 @@ json about(const ResamplingStudy& study) {
           {"lost_error", study.dead_reckoning.lost_error},
           {"reference_scheme", to_string(reference_scheme(study.options))},
           {"settings", changed_parameters(parameters_of(&given), parameters_of(&shipped),
-                                          {"seed", "threads", "excitation/method",
+                                          {"preset", "seed", "threads", "excitation/method",
                                            "population/resampling/scheme"})},
           {"calibration", calibration}};
 }

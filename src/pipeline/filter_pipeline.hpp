@@ -46,6 +46,7 @@ namespace pf_resampling {
 ///     Options       PipelineOptions, with the filter's own in `filter`
 ///     Checkpoint    with `progress`; read_checkpoint(path) reads one
 ///     kNames        ObservationNames
+///     presets()     of the filter
 template <typename Types>
 class FilterPipeline {
  public:
@@ -100,11 +101,12 @@ class FilterPipeline {
   double lost_probability() const;
 
   /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
-  /// the bit; another particle count takes effect at the next update. Throws Error that says why
-  /// none.
+  /// the bit; another particle count takes effect at the next update, how the filter starts at the
+  /// next start. A preset sets what was not given at the start; other values beside it win. Throws
+  /// Error that says why none.
   void set_parameters(const std::map<std::string, std::string>& values);
-  /// Those parameters, with present values: all of the filter.
-  ParameterList live_parameters() { return parameters_of(&options_.filter); }
+  /// Those parameters, with present values: the preset, and all of the filter.
+  ParameterList live_parameters() { return live_parameters(&options_); }
 
   /// Gives out diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
@@ -193,6 +195,8 @@ class FilterPipeline {
   ros::Time last_observation_;  // that was used
 
  private:
+  static ParameterList live_parameters(Options* options);
+  void note_preset() const;
   void note_exception(const char* input, const char* what) noexcept;
   void start_about(const PoseEstimate& there, ros::Time stamp);
   void take_belief();

@@ -24,6 +24,7 @@ FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSink
       publisher_(options.frames, options.output, &sinks_),
       strategy_(strategy_of(options.filter.strategy)) {
   validate(options_.filter);
+  note_preset();
 }
 
 // ---- the way in --------------------------------------------------------------------------------
@@ -180,19 +181,61 @@ std::string FilterPipeline<Types>::set_particles(const geometry_msgs::PoseArray&
 
 template <typename Types>
 void FilterPipeline<Types>::set_parameters(const std::map<std::string, std::string>& values) {
-  auto options = options_.filter;
+  Options options = options_;
   try {
-    pf_resampling::set_parameters(parameters_of(&options), values);
-    validate(options);
-    if (filter_) filter_->set_options(options);
+    const ParameterList parameters = live_parameters(&options);
+    const auto preset = values.find("preset");
+    // Clients may send all parameters with one changed; alone, a preset is chosen anew.
+    const bool is_chosen =
+        preset != values.end() && (preset->second != options_.preset || values.size() == 1);
+    std::map<std::string, std::string> others = values;
+    if (is_chosen) {
+      const bool sends_all = values.size() == parameters.size();
+      for (const Parameter& parameter : parameters) {
+        const auto value = others.find(parameter.name);
+        if (sends_all && value != others.end() && value->second == parameter.get()) {
+          others.erase(value);
+        }
+      }
+      set_parameter(parameters, "preset", preset->second);
+      decltype(options.filter) defaults;
+      apply_preset(preset_named(Types::presets(), options.preset), Types::presets(),
+                   parameters_of(&defaults), options.given, parameters);
+    }
+    pf_resampling::set_parameters(parameters, others);
+    validate(options.filter);
+    if (filter_) filter_->set_options(options.filter);
+    refused_.clear();
+    options_ = options;
+    if (is_chosen) {
+      log(LogLevel::info, "preset: " + options_.preset);
+      note_preset();
+    }
   } catch (const Error& error) {
     refused_ = error.what();
     throw;
   }
-  refused_.clear();
-  options_.filter = options;
-  strategy_ = strategy_of(options.strategy);
+  strategy_ = strategy_of(options_.filter.strategy);
   log(LogLevel::info, "strategy: " + strategy_);
+}
+
+template <typename Types>
+ParameterList FilterPipeline<Types>::live_parameters(Options* options) {
+  ParameterList parameters = {preset_parameter(Types::presets(), &options->preset)};
+  for (Parameter& parameter : parameters_of(&options->filter)) {
+    parameters.push_back(std::move(parameter));
+  }
+  return parameters;
+}
+
+// Values on the parameter server stay there when a node ends, and are given to the next one.
+template <typename Types>
+void FilterPipeline<Types>::note_preset() const {
+  auto filter = options_.filter;
+  const std::string departures =
+      departures_from(preset_named(Types::presets(), options_.preset), parameters_of(&filter));
+  if (departures.empty()) return;
+  log(LogLevel::info, "not as in the preset, since it was set otherwise: " + departures);
 }
 
 template <typename Types>

@@ -19,6 +19,16 @@ void add_frame_parameters(FrameNames* frames, ParameterList* list) {
 
 }  // namespace
 
+void apply_values(const Configuration& configuration, const PresetList& presets,
+                  const ParameterList& defaults, const ParameterList& parameters,
+                  PipelineOptions* options) {
+  apply_values(configuration, parameters);
+  for (const auto& [name, value] : configuration.values) options->given.insert(name);
+  if (configuration.values.count("preset") == 0) return;
+  apply_preset(preset_named(presets, options->preset), presets, defaults, options->given,
+               parameters);
+}
+
 Parameter directory_parameter(PipelineOptions* options) {
   return name_parameter("map_file/directory", &options->directory,
                         "Live: folder in which services write and read files, and no others; made "

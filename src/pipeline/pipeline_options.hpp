@@ -1,9 +1,11 @@
 #pragma once
 
+#include <set>
 #include <string>
 
-#include "pf_resampling_core/parameters/parameters.hpp"
+#include "pf_resampling_core/parameters/presets.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
+#include "src/configuration/configuration.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/odometry/odometry_buffer.hpp"
 #include "src/pipeline/belief_publisher.hpp"
@@ -21,6 +23,9 @@ struct ObservationNames {
 
 /// What can be configured about every filter under ROS, apart from the filter itself.
 struct PipelineOptions {
+  std::string preset;           ///< whose values stand in place of the filter's defaults
+  std::set<std::string> given;  ///< parameters that a configuration has set: no preset does
+
   OdometryBufferOptions odometry_input;
   int seed = 1;      ///< of all random numbers
   std::string name;  ///< in the diagnostics
@@ -36,6 +41,13 @@ struct PipelineOptions {
   std::string directory = "~/.ros/pf_resampling";  ///< of the files of services
   OutputOptions output;
 };
+
+/// Applies the values of a configuration to `parameters`, which are of `options`. What it gives, it
+/// gives for good: a preset that this or another configuration names sets what none of them gives.
+/// `presets`, `defaults`: of the filter. Throws Error naming parameter, value and range.
+void apply_values(const Configuration& configuration, const PresetList& presets,
+                  const ParameterList& defaults, const ParameterList& parameters,
+                  PipelineOptions* options);
 
 /// map_file/directory.
 Parameter directory_parameter(PipelineOptions* options);

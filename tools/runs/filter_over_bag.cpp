@@ -148,10 +148,13 @@ void apply_run_parameters(const CommandLine& line, const ParameterList& paramete
 
 void print_parameters(const CommandLine& line, const ParameterList& parameters) {
   const auto format = line.text("parameters");
-  if (format != "yaml" && format != "markdown") {
-    throw UsageError("--parameters is '" + format + "', has to be yaml or markdown");
+  const std::map<std::string, std::string (*)(const ParameterList&)> formats = {
+      {"yaml", to_yaml}, {"template", to_template}, {"markdown", to_markdown}};
+  const auto chosen = formats.find(format);
+  if (chosen == formats.end()) {
+    throw UsageError("--parameters is '" + format + "', has to be yaml, template or markdown");
   }
-  std::cout << (format == "yaml" ? to_yaml(parameters) : to_markdown(parameters));
+  std::cout << chosen->second(parameters);
 }
 
 }  // namespace pf_resampling
