@@ -109,6 +109,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
   std::string waits_for() const override { return "odometry"; }
+  void add_health(HealthInputs* inputs) const override;
   void diagnose(diagnostic_msgs::DiagnosticStatus* status) override;
 
   std::optional<Pose2> sensor_of(const std::string& frame);
@@ -116,6 +117,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_outcomes(const ScanPicture& scan, double duration);
   void note_scene(const ScanPicture& scan);
   void note_scene_of_map();
+  bool can_redraw() const;
   void recover(ros::Time stamp, const LandmarkScan& scan);
   void publish_map(ros::Time stamp);
   void publish_map_and_path();

@@ -105,6 +105,17 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->observation = -1;
 }
 
+void FastSlamPipeline::add_health(HealthInputs* inputs) const {
+  inputs->needs_past = !options_.filter.map.frozen;
+  inputs->renews_past = can_redraw();
+}
+
+bool FastSlamPipeline::can_redraw() const {
+  const StrategyOptions& strategy = options_.filter.strategy;
+  return strategy.renewal == Renewal::redraw &&
+         filter_->status().landmarks <= strategy.redraw.max_landmarks;
+}
+
 void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   using diagnostic_msgs::DiagnosticStatus;
   const FastSlamStatus& status = filter_->status();
@@ -117,8 +128,7 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
            entry);
   }
   reported_injected_ = status.injected;
-  if (options_.filter.strategy.renewal == Renewal::redraw &&
-      status.landmarks > options_.filter.strategy.redraw.max_landmarks) {
+  if (options_.filter.strategy.renewal == Renewal::redraw && !can_redraw()) {
     worsen(DiagnosticStatus::WARN,
            "no redraw: the map has more than " +
                std::to_string(options_.filter.strategy.redraw.max_landmarks) +

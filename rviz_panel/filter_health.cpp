@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/health/health.hpp"
 
 namespace pf_resampling {
 namespace {
 
 constexpr double kMinute = 60.0;        // s
 constexpr double kRejectSpacing = 5.0;  // s between remembered counts of rejects
-// Time that a verdict looks back: one bad update says nothing.
-constexpr double kJudgement = 3.0;  // s
-// Below this share of the particles few of them carry the belief (N_eff), or came from few
-// (ancestors): it is a picture of these few, not of the distribution.
-constexpr double kFew = 0.1;
 
 double share(double part, double whole) {
   return whole > 0.0 ? part / whole : 0.0;
@@ -78,19 +73,11 @@ void FilterHealth::clear() {
 
 FilterHealth::Verdict FilterHealth::verdict() const {
   if (!latest_) return {Level::unknown, "No status yet"};
-  if (latest_->lost > kLikelyLost)
-    return {Level::bad, "Lost: probability " + number(latest_->lost, 2)};
-  const double ancestors = ancestors_.mean_of_last(kJudgement).value_or(1.0);
-  if (ancestors < kFew) {
-    return {Level::warning, "Depleted: " + percent_text(ancestors) + " have descendants"};
-  }
-  const double sample_size = sample_size_.mean_of_last(kJudgement).value_or(1.0);
-  if (sample_size < kFew) {
-    return {Level::warning, "Degenerate: " + percent_text(sample_size) + " carry the weight"};
-  }
-  if (!timing_.keeps_up())
-    return {Level::warning, "Too slow: updates take longer than the time between observations"};
-  return {Level::good, "Healthy"};
+  const std::string& text = latest_->health_text;
+  if (latest_->health == to_string(Health::healthy)) return {Level::good, text};
+  if (latest_->health == to_string(Health::lost)) return {Level::bad, text};
+  if (latest_->health == to_string(Health::starting)) return {Level::unknown, text};
+  return {Level::warning, text};
 }
 
 std::string FilterHealth::sample_size_text() const {

@@ -38,7 +38,7 @@ class FilterHealth {
   const StripBuffer& lost() const { return lost_; }            ///< probability
   const StripBuffer& renewals() const { return renewals_; }    ///< 1 where renewed, else 0
 
-  /// Whether the filter can be believed, and if not, why not.
+  /// Whether the filter can be believed, and if not, why not: as the node judges it.
   Verdict verdict() const;
   std::string sample_size_text() const;
   std::string ancestors_text() const;

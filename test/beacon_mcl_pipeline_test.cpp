@@ -44,6 +44,35 @@ TEST(BeaconMclPipeline, RangesOfOneStampAreOneUpdate) {
   EXPECT_LT(run.error(), 0.5);
 }
 
+// Ranges say where a robot is that stands, and nothing of where it looks: until it drives, it is
+// not to be believed.
+TEST(BeaconMclPipeline, AHeadingThatIsNotKnownIsSaid) {
+  Rig run;
+  run.pipeline.handle(BeaconMclDrive::beacon_array());
+  for (int step = 0; step <= 200; ++step) {
+    const ros::Time stamp(kStart - 20.0 + 0.1 * step);
+    nav_msgs::Odometry odometry = BeaconMclDrive::odometry(ros::Time(kStart));
+    odometry.header.stamp = stamp;
+    run.pipeline.handle(odometry);
+    BeaconRange range = BeaconMclDrive::range(ros::Time(kStart), step % 4);
+    range.header.stamp = stamp - ros::Duration(0.05);
+    run.pipeline.handle(range);
+  }
+  const FilterStatus standing = run.out.statuses.back();
+  EXPECT_LT(std::hypot(run.pipeline.estimate()->covariance(0, 0),
+                       run.pipeline.estimate()->covariance(1, 1)),
+            0.25);
+  EXPECT_EQ(standing.health, "converging");
+  EXPECT_NE(standing.health_text.find("the heading is uncertain"), std::string::npos)
+      << standing.health_text;
+  EXPECT_LT(standing.lost, 0.5);  // the position is known
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message,
+            "the heading is uncertain by a good part of a turn");
+  run.feed(BeaconMclDrive::messages(0.1, 40.0));
+  EXPECT_EQ(run.out.statuses.back().health, "healthy");
+  EXPECT_LT(run.out.statuses.back().lost, 0.1);
+}
+
 // ---- what comes out ---------------------------------------------------------------------------
 
 TEST(BeaconMclPipeline, PicturesComeAtTheirPeriods) {

@@ -12,6 +12,7 @@
 #include "pf_resampling_core/geometry.hpp"
 #include "test/evaluated_bag.hpp"
 #include "tools/common/bag.hpp"
+#include "tools/common/evaluation_report.hpp"
 
 // evaluate_bag on what a filter says that makes a map.
 namespace pf_resampling {
@@ -92,6 +93,7 @@ class EvaluateSlamBag : public EvaluatedBag {
       status.updates = static_cast<std::uint64_t>(i) + 1;
       status.renewals = static_cast<std::uint64_t>(i / 2);
       status.renewed = i % 2 == 1;
+      status.health = i < 100 ? "converging" : i < 300 ? "healthy" : "depleted";
       bag.write("/status", time, status);
       if (i % 100 != 0 || !with_particle_errors) continue;
       // At 0, 10, 20, 30 and 40 s; at the first no particle has a landmark yet.
@@ -108,6 +110,38 @@ class EvaluateSlamBag : public EvaluatedBag {
     return path;
   }
 };
+
+// 401 true poses; what was said at the stamp of each.
+TEST_F(EvaluateSlamBag, SumsUpWhatTheFilterSaidOfItsHealth) {
+  const json health = evaluate(slam_bag({0.0, 0.0, 0.0}, false, 0))["health"];
+  EXPECT_NEAR(health["shares"]["converging"], 100.0 / 401.0, 1e-9);
+  EXPECT_NEAR(health["shares"]["healthy"], 200.0 / 401.0, 1e-9);
+  EXPECT_NEAR(health["shares"]["depleted"], 101.0 / 401.0, 1e-9);
+  EXPECT_EQ(health["shares"].size(), 3u);
+  EXPECT_EQ(health["wrong_when_healthy"], 0.0);
+}
+
+TEST(HealthShares, CountHowOftenHealthyWasWrong) {
+  PathErrors errors;
+  errors.coverage_3sigma = 0.5;
+  for (int i = 0; i < 10; ++i) {
+    PathErrorSample sample;
+    sample.time = i;
+    sample.is_clipped = i == 0;
+    sample.normalized_squared = i % 2 == 0 ? 1.0 : 9.5;
+    errors.samples.push_back(sample);
+  }
+  EXPECT_FALSE(health_shares({}, errors));
+  // Nothing said at 1; healthy at 2, 3 and 4; lost from 5 on.
+  const auto found = health_shares({{1.5, "healthy"}, {5.0, "lost"}}, errors);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->shares.at("starting"), 1.0 / 9.0, 1e-12);
+  EXPECT_NEAR(found->shares.at("healthy"), 3.0 / 9.0, 1e-12);
+  EXPECT_NEAR(found->shares.at("lost"), 5.0 / 9.0, 1e-12);
+  EXPECT_NEAR(*found->wrong_when_healthy, 1.0 / 3.0, 1e-12);
+  errors.coverage_3sigma.reset();
+  EXPECT_FALSE(health_shares({{1.5, "healthy"}}, errors)->wrong_when_healthy);
+}
 
 TEST_F(EvaluateSlamBag, JudgesMapAndShapeWhateverTheFrame) {
   const json result = evaluate(slam_bag({3.0, -2.0, 0.7}, false, 10));

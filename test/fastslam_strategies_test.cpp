@@ -221,5 +221,28 @@ TEST(FastSlamPipeline, PresetsSwitchWhileItRuns) {
   EXPECT_NE(run.out.statuses.back().refused.find("fast, balanced, kwak2008"), std::string::npos);
 }
 
+// Resampling leaves few histories of the start, and the map's past hangs on these. Redraws bring
+// them back, and a map that is done needs none.
+TEST(FastSlamPipeline, SaysThatTheMapsPastIsDepleted) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.strategy.threshold = 1.0;  // renews with every scan
+  FastSlamRig run(options);
+  run.feed(Drive::messages(60.0));
+  const FilterStatus& depleted = run.out.statuses.back();
+  EXPECT_LT(depleted.distinct_ancestors_since_start, 0.1 * depleted.particles);
+  EXPECT_EQ(depleted.health, "depleted");
+  EXPECT_NE(depleted.health_text.find("redraw"), std::string::npos) << depleted.health_text;
+  const auto& entry = run.out.diagnostics.back().status[0];
+  EXPECT_EQ(entry.level, diagnostic_msgs::DiagnosticStatus::WARN);
+  EXPECT_NE(entry.message.find("few histories are left"), std::string::npos) << entry.message;
+
+  run.pipeline.set_parameters({{"map/frozen", "true"}});
+  run.feed(Drive::messages(60.1, 62.0));
+  EXPECT_EQ(run.out.statuses.back().health, "healthy");
+  run.pipeline.set_parameters({{"map/frozen", "false"}, {"population/renewal", "redraw"}});
+  run.feed(Drive::messages(62.1, 64.0));
+  EXPECT_EQ(run.out.statuses.back().health, "healthy");
+}
+
 }  // namespace
 }  // namespace pf_resampling

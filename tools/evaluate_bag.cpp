@@ -454,6 +454,7 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
                                    end_of_clipped(evaluation.estimate));
   evaluation.filter = read_filter_summary(bag, request.status);
+  evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
   if (request.with_batch) {
     evaluation.batch = compare_with_batch(batch_problem_of(bag, request), run, request, evaluation);
   }

@@ -101,12 +101,12 @@ void summarize(PathErrors* errors) {
   errors->normalized_error = mean_if_any(normalized);
 }
 
-/// `cartesian`: the error at each true pose, infinite where there is no estimate.
+/// Whether position and heading are known at each true pose.
 std::optional<double> converged_after(const std::vector<TruePose>& truth,
-                                      const std::vector<double>& cartesian, double bound) {
+                                      const std::vector<bool>& is_known) {
   std::size_t start = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (!(cartesian[i] <= bound)) {
+    if (!is_known[i]) {
       start = i + 1;
       continue;
     }
@@ -188,6 +188,7 @@ PathErrors evaluate_path(const std::vector<TruePose>& truth,
 
   const std::vector<std::optional<double>> directions = track_directions(truth);
   std::vector<double> cartesian(truth.size(), std::numeric_limits<double>::infinity());
+  std::vector<bool> is_known(truth.size(), false);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const bool is_clipped = truth[i].time < clipped_until;
     const std::optional<EstimatedPose> pose = interpolate(estimate, truth[i].time, max_gap);
@@ -197,6 +198,8 @@ PathErrors evaluate_path(const std::vector<TruePose>& truth,
     PathErrorSample sample = compare(truth[i], directions[i], *pose);
     sample.is_clipped = is_clipped;
     cartesian[i] = sample.cartesian;
+    is_known[i] = sample.cartesian <= errors.lost_error &&
+                  std::abs(sample.heading.value_or(0.0)) <= kLostHeading;
     errors.samples.push_back(sample);
   }
   if (errors.uncovered == errors.truth_poses) {
@@ -207,7 +210,7 @@ PathErrors evaluate_path(const std::vector<TruePose>& truth,
                 " s): their clocks have to agree");
   }
   summarize(&errors);
-  errors.converged_after = converged_after(truth, cartesian, errors.lost_error);
+  errors.converged_after = converged_after(truth, is_known);
   errors.lost_share = lost_share(truth, cartesian, errors.lost_error, clipped_until);
   const double judged_from =
       truth.front().time + std::max(options.clip, kTimeToConverge) * errors.duration;

@@ -27,6 +27,10 @@ void check_options(const PathErrorOptions& options);
 /// depends on the figure.
 double usual_lost_error(const std::vector<TruePose>& truth);
 
+/// And when its heading is further off than this, rad: 30 degrees, as unknown_heading_probability()
+/// has it.
+inline constexpr double kLostHeading = kPi / 6.0;
+
 /// Of the absolute values of an error, as in the Tables 1 to 3 of Mahmoud: all truth poses count
 /// the same.
 struct AbsoluteErrors {
@@ -72,8 +76,9 @@ struct PathErrors {
   std::optional<double> normalized_error;  ///< mean of normalized_squared: 2 if consistent
 
   /// Time from the first true pose, s, to the first moment from which the Cartesian error stays
-  /// below lost_error for at least 10 s or, later than 10 s before the end, to the end. Nothing if
-  /// that never happens. The clipped part counts here.
+  /// below lost_error, and that of the heading below kLostHeading where the truth has one, for at
+  /// least 10 s or, later than 10 s before the end, to the end. Nothing if that never happens. The
+  /// clipped part counts here.
   std::optional<double> converged_after;
   /// Share of the (unclipped) true poses at which the robot did not know where it was: Cartesian
   /// error above lost_error, or no estimate.

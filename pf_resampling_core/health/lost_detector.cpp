@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -64,6 +65,10 @@ double unknown_probability(double position_sigma, double extent) {
   if (position_sigma == 0.0) return 0.0;
   const double ratio = position_sigma / (kUnknownShare * extent);
   return 1.0 - std::exp(-ratio * ratio);
+}
+
+double unknown_heading_probability(double heading_sigma) {
+  return unknown_probability(heading_sigma, 2.0 * kPi);
 }
 
 double either_probability(double first, double second) {

@@ -52,6 +52,10 @@ double position_sigma(const PoseEstimate& estimate) {
   return std::sqrt(std::max(0.0, estimate.covariance(0, 0) + estimate.covariance(1, 1)));
 }
 
+double heading_sigma(const PoseEstimate& estimate) {
+  return std::sqrt(std::max(0.0, estimate.covariance(2, 2)));
+}
+
 void BeliefPublisher::publish_pose(ros::Time stamp, const PoseEstimate& belief, const Pose2& base) {
   if (!is_finite(belief.mean) || !belief.covariance.allFinite()) return hold_back();
   if (sinks_->estimate) sinks_->estimate(stamp, belief);

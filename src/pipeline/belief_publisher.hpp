@@ -32,6 +32,9 @@ bool is_due(double period, ros::Time stamp, ros::Time* last);
 /// Standard deviation of the position, m.
 double position_sigma(const PoseEstimate& estimate);
 
+/// And of the heading, rad.
+double heading_sigma(const PoseEstimate& estimate);
+
 /// Gives out a filter's belief: pose, map -> odom, path, particle clouds, markers and status. What
 /// is not finite (of the markers: each that is not) is held back and counted.
 class BeliefPublisher {

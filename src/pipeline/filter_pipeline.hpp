@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "pf_resampling_core/health/health.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/frames/static_frames.hpp"
@@ -97,8 +98,10 @@ class FilterPipeline {
   /// dropped first. Returns whether there was one.
   bool process_next();
 
-  /// Probability that the belief is wrong; 1 while there is none.
+  /// Probability that the belief is wrong, as far as the position goes; 1 while there is none.
   double lost_probability() const;
+  /// Whether the filter can be believed: what status, diagnostics and the panel say.
+  HealthJudgement health() const;
 
   /// Takes over live parameters, all of them or none: particles and weights stay as they are, to
   /// the bit; another particle count takes effect at the next update, how the filter starts at the
@@ -165,6 +168,8 @@ class FilterPipeline {
   virtual void fill_in(FilterStatus* status) const = 0;
   /// What stands in the way of a belief.
   virtual std::string waits_for() const = 0;
+  /// What of a judgement of health is its own.
+  virtual void add_health(HealthInputs* /*inputs*/) const {}
   virtual void diagnose(diagnostic_msgs::DiagnosticStatus* status) = 0;
   /// Adds entries of its own.
   virtual void add_diagnostics(ros::Time /*stamp*/, diagnostic_msgs::DiagnosticArray* /*array*/) {}
@@ -208,6 +213,7 @@ class FilterPipeline {
   void carry_belief_forward();
   void forget_time(const DeadReckoning::Taken& jump);
 
+  void note_health(double duration);
   void publish_pictures(ros::Time stamp);
   void publish_status(ros::Time stamp, double update_time);
   void publish_diagnostics(ros::Time stamp);
@@ -218,6 +224,7 @@ class FilterPipeline {
   std::deque<Message> waiting_;  // in order of time
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
   UpdateTiming timing_;
+  RecentMean sample_size_, descendants_;  // shares of the particles
   double latency_ = 0.0;
   std::uint64_t reported_drops_ = 0;
   std::uint64_t reported_rejects_ = 0;

@@ -301,6 +301,8 @@ void FilterPipeline<Types>::start_anew() {
 template <typename Types>
 void FilterPipeline<Types>::take_new_belief() {
   lost_.reset();
+  sample_size_.reset();
+  descendants_.reset();
   publisher_.clear_path();
   forget_past();
   take_belief();
@@ -380,6 +382,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   const double duration = last_observation_.isZero() ? 0.0 : (stamp - last_observation_).toSec();
   last_observation_ = stamp;
   note_observations(stamp, *observations, std::max(0.0, duration));
+  note_health(duration);
   publish_status(stamp, update_time);
 }
 
@@ -432,6 +435,36 @@ double FilterPipeline<Types>::lost_probability() const {
 }
 
 template <typename Types>
+void FilterPipeline<Types>::note_health(double duration) {
+  const auto& status = filter_->status();
+  const double particles = std::max(1, status.particles);
+  sample_size_.add(status.effective_sample_size / particles, duration);
+  descendants_.add(status.distinct_ancestors_of_renewal / particles, duration);
+}
+
+template <typename Types>
+HealthJudgement FilterPipeline<Types>::health() const {
+  HealthInputs inputs;
+  inputs.observations = Types::kNames.plural;
+  if (const std::optional<PoseEstimate> belief = estimate()) {
+    inputs.lost = lost_.probability();
+    inputs.position_unknown = unknown_probability(position_sigma(*belief), extent(*belief));
+    inputs.heading_unknown = unknown_heading_probability(heading_sigma(*belief));
+    inputs.sample_size = sample_size_.value();
+    inputs.descendants = descendants_.value();
+    const auto& status = filter_->status();
+    inputs.histories =
+        static_cast<double>(status.distinct_ancestors_since_start) / std::max(1, status.particles);
+    inputs.keeps_up = timing_.keeps_up();
+    add_health(&inputs);
+  } else {
+    inputs.has_belief = false;
+    inputs.waits_for = waits_for();
+  }
+  return judge_health(inputs);
+}
+
+template <typename Types>
 void FilterPipeline<Types>::reject(const std::string& input, const Rejection& rejection) {
   if (rejects_.count(input, rejection.reason) == 0) {
     log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
@@ -474,6 +507,9 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp, double update_time) 
   message.refused = refused_;
   message.update_time = update_time;
   message.latency = latency_;
+  const HealthJudgement judgement = health();
+  message.health = to_string(judgement.health);
+  message.health_text = sentence_of(judgement);
   message.lost = lost_probability();
   message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(waiting_.size());
@@ -509,23 +545,22 @@ template <typename Types>
 diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
   using diagnostic_msgs::DiagnosticStatus;
   DiagnosticStatus entry = make_diagnostic(options_.name + ": " + Types::kNames.task);
+  const HealthJudgement judgement = health();
+  // The entry on timing says what is too slow.
+  if (judgement.health != Health::healthy && judgement.health != Health::too_slow) {
+    worsen(DiagnosticStatus::WARN, judgement.reason, &entry);
+  }
+  add_value("health", to_string(judgement.health), &entry);
+  add_value("what to do about it", judgement.remedy, &entry);
   if (const auto belief = estimate()) {
     const double sigma = position_sigma(*belief);
     if (!std::isfinite(sigma))
       worsen(DiagnosticStatus::ERROR, "the estimate is not finite", &entry);
-    if (lost_.probability() > kLikelyLost) {
-      worsen(DiagnosticStatus::WARN,
-             std::string("the ") + Types::kNames.plural + " do not fit the belief: lost?", &entry);
-    } else if (lost_probability() > kLikelyLost) {
-      worsen(DiagnosticStatus::WARN, "the position is uncertain by a good part of the scene",
-             &entry);
-    }
     add_value("position sigma [m]", number_text(sigma), &entry);
+    add_value("heading sigma [rad]", number_text(heading_sigma(*belief)), &entry);
     add_value("lost (probability)", number_text(lost_probability()), &entry);
     add_value("normalized innovation (1 expected)", number_text(lost_.normalized_innovation()),
               &entry);
-  } else {
-    worsen(DiagnosticStatus::WARN, "waiting for " + waits_for(), &entry);
   }
   if (filter_) {
     const auto& status = filter_->status();

@@ -278,6 +278,12 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   return summary;
 }
 
+std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic) {
+  return read_list<FilterStatus>(bag, topic, [](double time, const FilterStatus& status) {
+    return StampedHealth{time, status.health};
+  });
+}
+
 std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
                                                         const std::string& topic) {
   return read_list<ParticleErrors>(bag, topic, [](double time, const ParticleErrors& errors) {

@@ -94,6 +94,13 @@ struct FilterSummary {
   int ancestors_since_start = 0;            ///< distinct ones, at the end
 };
 /// Nothing if the bag has no such message.
+/// What it said of its health, in order of time.
+struct StampedHealth {
+  double time = 0.0;  ///< s
+  std::string health;
+};
+std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic);
+
 std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);
 
 /// Errors of the particles at one update (ParticleErrors): Kwak, Kim, Lee, eqs. 5 and 6.

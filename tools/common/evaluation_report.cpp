@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "pf_resampling_core/health/health.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -53,6 +54,10 @@ json to_json(const FilterSummary& summary) {
           {"mean_effective_sample_size", summary.mean_effective_sample_size},
           {"mean_distinct_ancestors_of_renewal", summary.mean_ancestors_of_renewal},
           {"distinct_ancestors_since_start", summary.ancestors_since_start}};
+}
+
+json to_json(const HealthShares& health) {
+  return {{"shares", health.shares}, {"wrong_when_healthy", to_json(health.wrong_when_healthy)}};
 }
 
 json to_json(const ParticleErrorSummary::Series& series) {
@@ -119,6 +124,22 @@ void print(const FilterSummary& filter) {
   std::printf("  updates / renewals of the population:      %llu / %llu\n",
               static_cast<unsigned long long>(filter.updates),
               static_cast<unsigned long long>(filter.renewals));
+}
+
+/// The largest share first.
+void print(const HealthShares& health) {
+  std::vector<std::pair<double, std::string>> said;
+  for (const auto& [name, share] : health.shares) said.emplace_back(share, name);
+  std::sort(said.rbegin(), said.rend());
+  std::string text;
+  for (const auto& [share, name] : said) {
+    text += (text.empty() ? "" : ", ") + name + " " + percent(share);
+  }
+  std::printf("  what the filter said of its health:        %s\n", text.c_str());
+  if (health.wrong_when_healthy) {
+    std::printf("  healthy, but truth outside 3-sigma region: %s of the time it said so\n",
+                percent(health.wrong_when_healthy).c_str());
+  }
 }
 
 void print(const ParticleErrorSummary& particles) {
@@ -205,8 +226,10 @@ void print_belief(const Evaluation& evaluation) {
   if (evaluation.frame == "given") {
     const std::string after =
         estimate.converged_after ? fixed(*estimate.converged_after, 1) + " s" : "never";
-    std::printf("  time to converge:                          %s (error stays below %.2f m)\n",
-                after.c_str(), estimate.lost_error);
+    std::printf(
+        "  time to converge:                          %s (errors stay below %.2f m and %.0f "
+        "degrees)\n",
+        after.c_str(), estimate.lost_error, kLostHeading * 180.0 / kPi);
     std::printf(
         "  lost:                                      %s (error above that %s of the time)\n",
         estimate.lost ? "yes" : "no", percent(estimate.lost_share).c_str());
@@ -258,6 +281,31 @@ std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleE
   return summary;
 }
 
+std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said,
+                                          const PathErrors& errors) {
+  if (said.empty()) return std::nullopt;
+  HealthShares health;
+  int poses = 0;
+  int healthy = 0;
+  int wrong = 0;
+  std::size_t next = 0;
+  for (const PathErrorSample& sample : errors.samples) {
+    while (next < said.size() && said[next].time <= sample.time) ++next;
+    if (sample.is_clipped) continue;
+    const std::string name = next == 0 ? to_string(Health::starting) : said[next - 1].health;
+    ++poses;
+    health.shares[name] += 1.0;
+    if (name != to_string(Health::healthy)) continue;
+    ++healthy;
+    if (!(sample.normalized_squared <= 9.0)) ++wrong;
+  }
+  for (auto& entry : health.shares) entry.second /= poses;
+  if (healthy > 0 && errors.coverage_3sigma) {
+    health.wrong_when_healthy = static_cast<double>(wrong) / healthy;
+  }
+  return health;
+}
+
 nlohmann::json to_json(const Evaluation& evaluation) {
   const PathErrors& estimate = evaluation.estimate;
   json result = {{"clip", evaluation.clip},
@@ -288,6 +336,7 @@ nlohmann::json to_json(const Evaluation& evaluation) {
   }
   if (evaluation.map) result["map"] = to_json(*evaluation.map);
   if (evaluation.filter) result["filter"] = to_json(*evaluation.filter);
+  if (evaluation.health) result["health"] = to_json(*evaluation.health);
   if (evaluation.particles) result["particles"] = to_json(*evaluation.particles);
   if (evaluation.batch) {
     result["batch"] = to_json(*evaluation.batch);
@@ -311,6 +360,7 @@ void print(const std::string& bag, const Evaluation& evaluation) {
   print_belief(evaluation);
   if (evaluation.map) print(*evaluation.map);
   if (evaluation.filter) print(*evaluation.filter);
+  if (evaluation.health) print(*evaluation.health);
   if (evaluation.particles) print(*evaluation.particles);
   if (evaluation.batch) print(*evaluation.batch);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -58,6 +59,18 @@ struct ParticleErrorSummary {
 std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
                                               double clipped_until);
 
+/// What a filter said of its health, beside the truth: of the (unclipped) true poses that have an
+/// estimate, each with what was said last before.
+struct HealthShares {
+  std::map<std::string, double> shares;  ///< of the poses, by the names of Health; they sum to 1
+  /// Of the poses at which it said healthy: with the truth outside its 3-sigma ellipse of (x, y).
+  /// Nothing if there are none, or the estimate states no covariance.
+  std::optional<double> wrong_when_healthy;
+};
+/// Nothing if nothing was said.
+std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said,
+                                          const PathErrors& errors);
+
 /// What evaluate_bag found.
 struct Evaluation {
   double clip = 0.0;
@@ -71,6 +84,7 @@ struct Evaluation {
   std::optional<AlignedPathErrors> dead_reckoning_aligned;
   std::optional<MapErrors> map;
   std::optional<FilterSummary> filter;
+  std::optional<HealthShares> health;
   std::optional<ParticleErrorSummary> particles;
   std::optional<BatchComparison> batch;
 };

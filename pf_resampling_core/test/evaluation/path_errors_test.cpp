@@ -239,6 +239,20 @@ TEST(PathErrors, ConvergenceNearTheEndHasToLastToTheEnd) {
   EXPECT_FALSE(evaluate_path(truth, estimate).converged_after);
 }
 
+// A filter that knows where it is, but not where it looks, has not converged.
+TEST(PathErrors, ConvergesWhenTheHeadingIsKnownToo) {
+  auto truth = straight_truth();
+  auto estimate = displaced(truth, 0.0, 0.0);
+  for (std::size_t i = 0; i < 220; ++i) estimate[i].pose.heading += 2.0;
+  for (std::size_t i = 220; i < 300; ++i) estimate[i].pose.heading -= 0.5;
+  const PathErrors errors = evaluate_path(truth, estimate);
+  ASSERT_TRUE(errors.converged_after);
+  EXPECT_NEAR(*errors.converged_after, 22.0, 1e-9);
+  EXPECT_EQ(errors.lost_share, 0.0);
+  for (TruePose& pose : truth) pose.heading.reset();
+  EXPECT_EQ(*evaluate_path(truth, estimate).converged_after, 0.0);
+}
+
 TEST(PathErrors, TimeWithoutAnEstimateIsNotConverged) {
   const auto truth = straight_truth();
   auto estimate = displaced(truth, 0.0, 0.0);
