@@ -94,6 +94,9 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->landmarks = static_cast<std::uint32_t>(filter_->status().landmarks);
   status->redraws = static_cast<std::uint64_t>(filter_->status().redraws);
   status->redraws_refused = static_cast<std::uint64_t>(filter_->status().redraws_refused);
+  status->redraw_innovation = filter_->status().redraw_innovation;
+  status->redraw_innovation_observations =
+      static_cast<std::uint32_t>(filter_->status().redraw_innovation_observations);
   const NoiseScales& noise = filter_->past().graph().noise;
   status->range_noise_scale = noise.range;
   status->bearing_noise_scale = noise.bearing;
@@ -139,6 +142,8 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   add_value("landmarks", std::to_string(status.landmarks), entry);
   add_value("redraws", std::to_string(status.redraws), entry);
   add_value("redraws refused", std::to_string(status.redraws_refused), entry);
+  add_value("innovation after the last redraw (1 expected)", number_text(status.redraw_innovation),
+            entry);
   if (redraws_) {
     const BackgroundRedrawStatus& redraws = redraws_->status();
     add_value("redraws given up", std::to_string(redraws.given_up), entry);

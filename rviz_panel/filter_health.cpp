@@ -110,9 +110,31 @@ std::string FilterHealth::counts_text() const {
   if (latest_->landmarks > 0) counts += ", " + std::to_string(latest_->landmarks) + " landmarks";
   counts += ", " + std::to_string(latest_->updates) + " updates, " +
             std::to_string(latest_->renewals) + " renewals";
-  if (latest_->redraws > 0) counts += ", " + std::to_string(latest_->redraws) + " redraws";
   if (latest_->queued > 0) counts += ", " + std::to_string(latest_->queued) + " waiting";
   return counts;
+}
+
+std::string FilterHealth::redraw_text() const {
+  if (!latest_ || latest_->range_noise_scale == 0.0) return "";
+  std::string text = std::to_string(latest_->redraws) + " redraws";
+  if (latest_->redraws_refused > 0) {
+    text += ", " + std::to_string(latest_->redraws_refused) + " refused";
+  }
+  if (latest_->redraw_time > 0.0) {
+    text += "; the last took " + duration_text(latest_->redraw_time);
+    if (latest_->redraw_replayed > 0) {
+      text += " and " + std::to_string(latest_->redraw_replayed) + " updates to catch up";
+    }
+  }
+  if (latest_->redraw_innovation_observations > 0) {
+    text += "\nSeen first after it: innovation " + number(latest_->redraw_innovation, 1) +
+            " (1 expected), of " + std::to_string(latest_->redraw_innovation_observations) +
+            (latest_->redraw_innovation_observations == 1 ? " observation" : " observations");
+  }
+  text += "\nNoise found: ranges × " + number(latest_->range_noise_scale, 1) + ", bearings × " +
+          number(latest_->bearing_noise_scale, 1) + ", odometry × " +
+          number(latest_->odometry_noise_scale, 1);
+  return text;
 }
 
 std::vector<FilterHealth::Reject> FilterHealth::rejects() const {

@@ -46,6 +46,8 @@ class FilterHealth {
   std::string lost_text() const;
   /// Particles, landmarks, updates.
   std::string counts_text() const;
+  /// Redraws, how the last one went, and the noise found; empty for a filter that cannot redraw.
+  std::string redraw_text() const;
   /// Those of the last minute first, then by their number.
   std::vector<Reject> rejects() const;
 

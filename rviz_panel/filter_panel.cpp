@@ -111,6 +111,10 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
   verdict_ = add_label(layout);
   strategy_ = add_label(layout);
   counts_ = add_label(layout);
+  redraws_ = add_label(layout);
+  redraws_->setToolTip(
+      "Redraws draw all particles anew from all data.\nAn innovation far above 1 says that the "
+      "particles were surer than they may be.\nThe noise is as many times as large as stated.");
   const auto add = [&](const StripWidget::Appearance& appearance) {
     auto* strip = new StripWidget(appearance, this);
     layout->addWidget(strip);
@@ -281,6 +285,9 @@ void FilterPanel::show_health() {
   show_threshold();
   show_rejects();
   counts_->setText(to_qt(health_.counts_text()));
+  const auto renewal = values_.find("population/renewal");
+  redraws_->setText(to_qt(health_.redraw_text()));
+  redraws_->setVisible(renewal != values_.end() && renewal->second == "redraw");
   const auto& status = health_.latest();
   strategy_->setText(status ? to_qt(status->strategy) : "");
   refused_->setText(status && !status->refused.empty() ? "Refused: " + to_qt(status->refused) : "");

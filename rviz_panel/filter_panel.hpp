@@ -59,8 +59,8 @@ class FilterPanel : public rviz::Panel {
   QComboBox* node_ = nullptr;
   QWidget* more_names_ = nullptr;
   std::vector<QLineEdit*> name_edits_;  // as in kFilterNames
-  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *refused_ = nullptr,
-         *rejects_ = nullptr, *result_ = nullptr;
+  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *redraws_ = nullptr,
+         *refused_ = nullptr, *rejects_ = nullptr, *result_ = nullptr;
   StripWidget *sample_size_strip_ = nullptr, *ancestors_strip_ = nullptr, *lost_strip_ = nullptr,
               *load_strip_ = nullptr;
   QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,

@@ -57,6 +57,30 @@ TEST(FilterHealth, SaysWhatTheNodeSays) {
   }
 }
 
+TEST(FilterHealth, SaysHowRedrawsWent) {
+  FilterHealth health;
+  FilterStatus status = status_at(1.0);
+  health.add(status);
+  EXPECT_EQ(health.redraw_text(), "");  // of a filter that cannot
+  status.range_noise_scale = 2.5;
+  status.bearing_noise_scale = 1.0;
+  status.odometry_noise_scale = 1.3;
+  health.add(status);
+  EXPECT_EQ(health.redraw_text(),
+            "0 redraws\nNoise found: ranges × 2.5, bearings × 1.0, odometry × 1.3");
+  status.redraws = 12;
+  status.redraws_refused = 1;
+  status.redraw_time = 0.0123;
+  status.redraw_replayed = 3;
+  status.redraw_innovation = 1.25;
+  status.redraw_innovation_observations = 4;
+  health.add(status);
+  EXPECT_EQ(health.redraw_text(),
+            "12 redraws, 1 refused; the last took 12 ms and 3 updates to catch up\n"
+            "Seen first after it: innovation 1.2 (1 expected), of 4 observations\n"
+            "Noise found: ranges × 2.5, bearings × 1.0, odometry × 1.3");
+}
+
 TEST(FilterHealth, UpdateTimeBesideTheTimeBetweenObservations) {
   FilterHealth health;
   for (int i = 0; i < 400; ++i) health.add(status_at(0.25 * i));

@@ -107,6 +107,7 @@ void FastSlam::reset() {
   paths_.clear();
   past_.clear();
   refused_in_a_row_ = 0;
+  redraw_is_untested_ = false;
   view_range_ = view_bearing_ = 0.0;
 }
 
@@ -189,6 +190,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
     std::tie(association_, view_range_, view_bearing_) = association_before;
     throw;
   }
+  if (redraw_is_untested_) test_redraw(observations, sensor);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);

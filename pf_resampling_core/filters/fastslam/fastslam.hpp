@@ -64,6 +64,11 @@ struct FastSlamStatus {
   std::int64_t renewals = 0;
   std::int64_t redraws = 0;          ///< of the renewals
   std::int64_t redraws_refused = 0;  ///< for want of a solution
+  /// How well what was seen first after the last redraw fits it: the squared innovations of these
+  /// observations in the whole population, over their degrees of freedom. 1 is expected; 0: nothing
+  /// was seen yet. One of more than 13.8, such as a misread id, counts as 13.8.
+  double redraw_innovation = 0.0;
+  int redraw_innovation_observations = 0;  ///< how many these were
   std::int64_t weight_resets = 0;
   std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.
@@ -242,6 +247,7 @@ class FastSlam {
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool redraw(int size);
   bool count_refusal();
+  void test_redraw(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   void redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
@@ -263,6 +269,7 @@ class FastSlam {
   ParticlePaths paths_;
   SmoothedPast past_;
   int refused_in_a_row_ = 0;  // redraws
+  bool redraw_is_untested_ = false;
   bool defers_redraws_ = false;
   bool redraw_is_due_ = false;  // and the last update's renewal with it
   std::uint64_t interventions_ = 0;

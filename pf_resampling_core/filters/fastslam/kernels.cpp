@@ -280,6 +280,42 @@ void match(const Observation& observation, std::int64_t count, const PoseGaussia
                distance, log_likelihood);
 }
 
+double squared_innovation(const Observation& observation, ConstArray weights,
+                          const PoseGaussians& pose, const LandmarkRow& landmark) {
+  double whole = 0.0;
+  double range_error = 0.0;
+  double bearing_error = 0.0;
+  Symmetric2 within = {0.0, 0.0, 0.0};   // mean of the covariances
+  Symmetric2 squares = {0.0, 0.0, 0.0};  // of the errors
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    if (landmark.held[i] == 0) continue;
+    const Geometry g =
+        geometry(observation, pose.x[i], pose.y[i], pose.heading[i], landmark.x[i], landmark.y[i]);
+    const PoseGain p =
+        pose_gain(g, pose.xx[i], pose.xy[i], pose.xh[i], pose.yy[i], pose.yh[i], pose.hh[i]);
+    const Symmetric2 s =
+        landmark_part(observation, g, landmark.xx[i], landmark.xy[i], landmark.yy[i]);
+    const double w = weights[i];
+    whole += w;
+    within.a += w * (s.a + g.rx * p.rx + g.ry * p.ry + g.rh * p.rh);
+    within.b += w * (s.b + g.rx * p.bx + g.ry * p.by + g.rh * p.bh);
+    within.c += w * (s.c + g.bx * p.bx + g.by * p.by + g.bh * p.bh);
+    range_error += w * g.range_error;
+    bearing_error += w * g.bearing_error;
+    squares.a += w * g.range_error * g.range_error;
+    squares.b += w * g.range_error * g.bearing_error;
+    squares.c += w * g.bearing_error * g.bearing_error;
+  }
+  Geometry mean{};
+  mean.range_error = range_error / whole;
+  mean.bearing_error = bearing_error / whole;
+  const Symmetric2 covariance = {
+      (within.a + squares.a) / whole - mean.range_error * mean.range_error,
+      (within.b + squares.b) / whole - mean.range_error * mean.bearing_error,
+      (within.c + squares.c) / whole - mean.bearing_error * mean.bearing_error};
+  return innovation(mean, covariance).distance;
+}
+
 void propose(const Observation& observation, double gate, std::int64_t count,
              const PoseGaussians& pose, const LandmarkRow& landmark, const double* takes,
              double* log_weight, double* accepted) {

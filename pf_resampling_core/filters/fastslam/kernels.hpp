@@ -6,6 +6,7 @@
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/population/weights.hpp"
 
 /// The loops over particles of fastslam.cpp: the extended Kalman filters of pose and landmarks, in
 /// Kalman gain form (the pose covariance has rank 2 after one control step, so it is never
@@ -41,6 +42,13 @@ void predict(const Eigen::ArrayXXd& motion, const Eigen::Matrix3d& covariance, s
 /// Squared Mahalanobis distance and log likelihood of the observation in each particle.
 void match(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
            const LandmarkRow& landmark, double* distance, double* log_likelihood);
+
+/// Squared Mahalanobis distance of the observation in what the whole population predicts: the mean
+/// and the covariance of the mixture of its Gaussians, of the particles that hold the landmark.
+/// Two is expected of a population that is as sure as it may be. `weights`: of the particles; not
+/// all of those that hold the landmark may be zero.
+double squared_innovation(const Observation& observation, ConstArray weights,
+                          const PoseGaussians& pose, const LandmarkRow& landmark);
 
 /// Takes the observation of a landmark into the proposal, where `takes` is 1 and the observation is
 /// within the gate; weighs the particle (beyond the gate as if at it); accepted: 1 where it was

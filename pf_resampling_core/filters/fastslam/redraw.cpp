@@ -16,10 +16,12 @@ constexpr int kMostRefusals = 10;
 constexpr int kIterations = 8;               // from the last solution on, three are the rule
 constexpr double kSmallestSigma = 1e-6;      // m, rad: of what all particles agree on
 constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is known
+constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are within it
 
 }  // namespace
 
 bool FastSlam::keeps_past() const {
+  const int most = options_.strategy.redraw.max_landmarks;
   return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen &&
          status_.landmarks <= most &&
          past_.graph().landmarks.size() <= static_cast<std::size_t>(most);
@@ -160,6 +162,30 @@ bool FastSlam::count_refusal() {
   return false;
 }
 
+// Before the observations are used: each as of the landmark that most of the weight takes it for.
+void FastSlam::test_redraw(const std::vector<RangeBearingObservation>& observations,
+                           const Pose2& sensor) {
+  double squares = 0.0;
+  int tested = 0;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const Association& association = associations_[k];
+    for (std::size_t c = 0; c < association.rows.size(); ++c) {
+      const auto takes = association.takes.col(static_cast<Eigen::Index>(c));
+      if ((takes * particles_.weight).sum() < kBelieved) continue;
+      const double square = kernels::squared_innovation(
+          kernels::make_observation(options_.sensor, observations[k], sensor), particles_.weight,
+          proposal(), store_.row(association.rows[c]));
+      if (!std::isfinite(square)) continue;
+      squares += std::min(square, kLargestSquare);
+      ++tested;
+    }
+  }
+  if (tested == 0) return;
+  redraw_is_untested_ = false;
+  status_.redraw_innovation = squares / (2.0 * tested);
+  status_.redraw_innovation_observations = tested;
+}
+
 bool FastSlam::smooth() {
   if (!keeps_past()) return false;
   intervene();
@@ -190,6 +216,9 @@ bool FastSlam::redraw(int size) {
   if (deviations.rows() != size) return count_refusal();
   refused_in_a_row_ = 0;
   ++status_.redraws;
+  redraw_is_untested_ = true;
+  status_.redraw_innovation = 0.0;
+  status_.redraw_innovation_observations = 0;
   if (options.learn_noise) {
     past_.validate(options.robust_width);
   } else {
