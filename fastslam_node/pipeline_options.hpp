@@ -13,7 +13,7 @@ namespace pf_resampling {
 inline constexpr ObservationNames kScanNames = {"landmarks", "scans", "landmark_input", "",
                                                 "mapping"};
 
-inline constexpr const char* kDefaultFastSlamPreset = "fast";
+inline constexpr const char* kDefaultFastSlamPreset = "balanced";
 
 /// Everything that can be configured about FastSLAM under ROS.
 struct FastSlamPipelineOptions : PipelineOptions {

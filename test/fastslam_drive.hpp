@@ -93,7 +93,7 @@ struct FastSlamDrive {
 
   /// Noise of its own, so that nothing here depends on the defaults.
   static FastSlamPipelineOptions options() {
-    FastSlamPipelineOptions options;
+    FastSlamPipelineOptions options("fast");
     options.filter.particles = 60;
     options.filter.odometry = OdometryNoise{0.03, 0.03, 0.01, 0.03, 0.002, 0.0, 0.004};
     options.filter.sensor.range_sigma = 0.1;

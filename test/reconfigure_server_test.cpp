@@ -44,7 +44,7 @@ TEST(ReconfigureServer, DescribesEveryParameterOnce) {
 }
 
 TEST(ReconfigureServer, RangesAndDefaultsAreThoseOfTheDescription) {
-  FastSlamPipelineOptions options;
+  FastSlamPipelineOptions options("fast");
   const auto description = to_description(parameters_of(&options.filter));
   const auto value = [](const dynamic_reconfigure::Config& config, const std::string& name) {
     return values_of(config).at(name);

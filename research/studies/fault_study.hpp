@@ -15,11 +15,11 @@ namespace pf_resampling {
 /// What faults do to a filter, and what it says of them.
 struct FaultStudyOptions {
   BeaconMclPipelineOptions beacon_mcl;  ///< used on drives with beacons
-  FastSlamPipelineOptions fastslam;     ///< on the others
-  double share = 0.4;                   ///< of the drive, before the fault
-  int seeds = 20;                       ///< 1 to this
-  int jobs = 1;                         ///< runs at a time; the result does not depend on it
-  std::string only;                     ///< part of the names of the faults wanted; empty: all
+  FastSlamPipelineOptions fastslam = FastSlamPipelineOptions("fast");  ///< on the others
+  double share = 0.4;  ///< of the drive, before the fault
+  int seeds = 20;      ///< 1 to this
+  int jobs = 1;        ///< runs at a time; the result does not depend on it
+  std::string only;    ///< part of the names of the faults wanted; empty: all
 };
 
 /// A run, second by second.
