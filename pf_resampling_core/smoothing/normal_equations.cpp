@@ -87,6 +87,15 @@ NormalEquations::NormalEquations(const SmoothingGraph& graph) {
     for (const int row : rows[static_cast<std::size_t>(column)]) hessian_.insert(row, column) = 0.0;
   }
   hessian_.makeCompressed();
+  for (Eigen::Index j = 0; j < prior.size(); ++j) {
+    for (Eigen::Index i = 0; i < prior.size(); ++i) {
+      const int row = prior_places_[static_cast<std::size_t>(i)];
+      const int column = prior_places_[static_cast<std::size_t>(j)];
+      if (prior.information(i, j) != 0.0 && row <= column) {
+        prior_slots_.push_back(slot_of(row, column));
+      }
+    }
+  }
   gradient_.setZero(size);
   factor_.analyzePattern(hessian_);
 }
@@ -134,6 +143,13 @@ Eigen::VectorXd NormalEquations::prior_difference(const SmoothingGraph& graph) c
   return difference;
 }
 
+int NormalEquations::slot_of(int row, int column) const {
+  const int* inner = hessian_.innerIndexPtr();
+  const int* begin = inner + hessian_.outerIndexPtr()[column];
+  const int* end = inner + hessian_.outerIndexPtr()[column + 1];
+  return static_cast<int>(std::lower_bound(begin, end, row) - inner);
+}
+
 // Rows of a block follow each other in every column.
 template <typename Block>
 void NormalEquations::add(int row, int column, const Block& block) {
@@ -141,11 +157,8 @@ void NormalEquations::add(int row, int column, const Block& block) {
     add(column, row, block.transpose().eval());
     return;
   }
-  const int* inner = hessian_.innerIndexPtr();
   for (int j = 0; j < block.cols(); ++j) {
-    const int* begin = inner + hessian_.outerIndexPtr()[column + j];
-    const int* end = inner + hessian_.outerIndexPtr()[column + j + 1];
-    double* value = hessian_.valuePtr() + (std::lower_bound(begin, end, row) - inner);
+    double* value = hessian_.valuePtr() + slot_of(row, column + j);
     const int rows = row == column ? j + 1 : static_cast<int>(block.rows());
     for (int i = 0; i < rows; ++i) value[i] += block(i, j);
   }
@@ -158,19 +171,26 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
   landmarks_given_path_.assign(graph.landmarks.size(),
                                kLandmarkInformation * Eigen::Matrix2d::Identity());
   odometry_given_path_.setZero();
+  // Finding a block's place takes longer than computing it, so blocks are summed up before.
+  using ByConstants = Eigen::Matrix<double, 3, kSensorConstants>;
+  std::vector<Eigen::Matrix3d> of_poses(graph.poses.size(), Eigen::Matrix3d::Zero());
+  std::vector<ByConstants> of_poses_and_constants(graph.poses.size(), ByConstants::Zero());
+  std::vector<Eigen::Matrix2d> of_landmarks_and_sensor(graph.landmarks.size(),
+                                                       Eigen::Matrix2d::Zero());
+  Eigen::Matrix2d of_sensor = Eigen::Matrix2d::Zero();
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionResidual r = motion_residual(graph.motions[i], motion_roots_[i], graph.poses[i],
                                              graph.poses[i + 1], graph.constants);
-    const int from = pose_at_[i];
-    const int to = pose_at_[i + 1];
-    add(from, from, (r.by_from.transpose() * r.by_from).eval());
-    add(from, to, (r.by_from.transpose() * r.by_to).eval());
-    add(to, to, (r.by_to.transpose() * r.by_to).eval());
-    add(from, constants_, (r.by_from.transpose() * r.by_constants).eval());
-    add(to, constants_, (r.by_to.transpose() * r.by_constants).eval());
+    of_poses[i] += r.by_from.transpose() * r.by_from;
+    of_poses[i + 1] += r.by_to.transpose() * r.by_to;
+    add(pose_at_[i], pose_at_[i + 1], (r.by_from.transpose() * r.by_to).eval());
+    of_poses_and_constants[i].leftCols<kOdometryConstants>() +=
+        r.by_from.transpose() * r.by_constants;
+    of_poses_and_constants[i + 1].leftCols<kOdometryConstants>() +=
+        r.by_to.transpose() * r.by_constants;
     odometry_given_path_ += r.by_constants.transpose() * r.by_constants;
-    gradient_.segment<3>(from) += r.by_from.transpose() * r.value;
-    gradient_.segment<3>(to) += r.by_to.transpose() * r.value;
+    gradient_.segment<3>(pose_at_[i]) += r.by_from.transpose() * r.value;
+    gradient_.segment<3>(pose_at_[i + 1]) += r.by_to.transpose() * r.value;
     gradient_.segment<kOdometryConstants>(constants_) += r.by_constants.transpose() * r.value;
   }
   const int sensor = constants_ + SensorConstant::range_scale;
@@ -178,45 +198,50 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     if (std::binary_search(left_out.begin(), left_out.end(), static_cast<int>(s))) continue;
     const SightingFactor& sighting = graph.sightings[s];
     const std::size_t pose = static_cast<std::size_t>(sighting.pose);
-    SightingResidual r = sighting_residual(
-        sighting, graph.noise, graph.poses[pose],
-        graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
+    const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+    SightingResidual r = sighting_residual(sighting, graph.noise, graph.poses[pose],
+                                           graph.landmarks[landmark], graph.constants);
     const double root = std::sqrt(robust_weight(r.value.squaredNorm(), robust_width));
     r.value *= root;
     r.by_pose *= root;
     r.by_landmark *= root;
     r.by_constants *= root;
-    const int from = pose_at_[pose];
-    const int to = landmark_at(sighting.landmark);
-    add(from, from, (r.by_pose.transpose() * r.by_pose).eval());
-    add(from, to, (r.by_pose.transpose() * r.by_landmark).eval());
-    landmarks_given_path_[static_cast<std::size_t>(sighting.landmark)] +=
-        r.by_landmark.transpose() * r.by_landmark;
-    add(from, sensor, (r.by_pose.transpose() * r.by_constants).eval());
-    add(to, sensor, (r.by_landmark.transpose() * r.by_constants).eval());
-    add(sensor, sensor, (r.by_constants.transpose() * r.by_constants).eval());
-    gradient_.segment<3>(from) += r.by_pose.transpose() * r.value;
-    gradient_.segment<2>(to) += r.by_landmark.transpose() * r.value;
+    of_poses[pose] += r.by_pose.transpose() * r.by_pose;
+    of_poses_and_constants[pose].rightCols<2>() += r.by_pose.transpose() * r.by_constants;
+    add(pose_at_[pose], landmark_at(sighting.landmark),
+        (r.by_pose.transpose() * r.by_landmark).eval());
+    landmarks_given_path_[landmark] += r.by_landmark.transpose() * r.by_landmark;
+    of_landmarks_and_sensor[landmark] += r.by_landmark.transpose() * r.by_constants;
+    of_sensor += r.by_constants.transpose() * r.by_constants;
+    gradient_.segment<3>(pose_at_[pose]) += r.by_pose.transpose() * r.value;
+    gradient_.segment<2>(landmark_at(sighting.landmark)) += r.by_landmark.transpose() * r.value;
     gradient_.segment<2>(sensor) += r.by_constants.transpose() * r.value;
   }
-  add(constants_, constants_, odometry_given_path_);
+  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
+    add(pose_at_[i], pose_at_[i], of_poses[i]);
+    add(pose_at_[i], constants_, of_poses_and_constants[i]);
+  }
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
     const int at = landmark_at(static_cast<int>(l));
     add(at, at, landmarks_given_path_[l]);
+    add(at, sensor, of_landmarks_and_sensor[l]);
   }
+  add(constants_, constants_, odometry_given_path_);
+  add(sensor, sensor, of_sensor);
   add_prior(graph);
 }
 
 void NormalEquations::add_prior(const SmoothingGraph& graph) {
   const GaussianPrior& prior = graph.prior;
   const Eigen::VectorXd slope = prior.gradient + prior.information * prior_difference(graph);
+  std::size_t next = 0;
   for (Eigen::Index j = 0; j < prior.size(); ++j) {
     const int column = prior_places_[static_cast<std::size_t>(j)];
     gradient_[column] += slope[j];
     for (Eigen::Index i = 0; i < prior.size(); ++i) {
       const int row = prior_places_[static_cast<std::size_t>(i)];
       if (prior.information(i, j) != 0.0 && row <= column) {
-        hessian_.coeffRef(row, column) += prior.information(i, j);
+        hessian_.valuePtr()[prior_slots_[next++]] += prior.information(i, j);
       }
     }
   }
@@ -238,6 +263,11 @@ bool NormalEquations::factorize(double damping) {
     factor_.factorize(damped);
   }
   return factor_.info() == Eigen::Success;
+}
+
+double NormalEquations::log_determinant() const {
+  const Sparse& lower = factor_.matrixL().nestedExpression();
+  return 2.0 * lower.diagonal().array().log().sum();
 }
 
 Eigen::VectorXd NormalEquations::step() const {

@@ -37,6 +37,9 @@ class NormalEquations {
   /// Factorises H + damping·diag(H). False if that is not positive definite.
   bool factorize(double damping);
 
+  /// Natural logarithm of the determinant of what was factorised.
+  double log_determinant() const;
+
   /// -(what was factorised)⁻¹·gradient.
   Eigen::VectorXd step() const;
   /// (what was factorised)⁻¹·right.
@@ -75,6 +78,7 @@ class NormalEquations {
   using Factor = Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>;
 
   void order_poses(int first, int last);
+  int slot_of(int row, int column) const;
   template <typename Block>
   void add(int row, int column, const Block& block);
   void add_prior(const SmoothingGraph& graph);
@@ -87,7 +91,8 @@ class NormalEquations {
   int constants_ = 0;
   std::vector<Eigen::Matrix3d> motion_roots_;
   std::vector<int> prior_places_;
-  Sparse hessian_;  // upper triangle
+  std::vector<int> prior_slots_;  // of the prior's information among the Hessian's values
+  Sparse hessian_;                // upper triangle
   Eigen::VectorXd gradient_;
   std::vector<Eigen::Matrix2d> landmarks_given_path_;
   OdometryInformation odometry_given_path_;

@@ -20,10 +20,8 @@ const EnumNames<SmoothingFault> kFaults{
      {SmoothingFault::not_positive_definite, "not positive definite"},
      {SmoothingFault::not_converged, "not converged"}}};
 
-// Of the cost, half a sum of squares: a step that promises less than the first changes nothing that
-// could be noticed; one that still promises more than the second when the iterations are used up
-// ends far from the solution.
-constexpr double kConverged = 1e-4;
+// Of the cost: a step that still promises more when the iterations are used up ends far from the
+// solution.
 constexpr double kFar = 0.5;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
@@ -77,9 +75,11 @@ bool search_line(const SmoothingOptions& options, const NormalEquations& equatio
   return false;
 }
 
-// Steps from the graph's estimate to the least cost.
+// Steps from the graph's estimate to the least cost. `is_factorized`: whether the equations are
+// left factorised, without damping, so near to the solution that this makes no difference.
 SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations, Candidate* best,
-                       int* iterations) {
+                       int* iterations, bool* is_factorized) {
+  *is_factorized = false;
   double damping = 0.0;  // none as long as the steps are good
   double promise = 0.0;  // by how much the last step was to lower the cost
   best->cost = equations->cost(best->graph, options.robust_width);
@@ -94,7 +94,10 @@ SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equatio
         const Eigen::VectorXd step = equations->step();
         promise = -0.5 * step.dot(equations->gradient());
         is_better = search_line(options, *equations, step, best);
-        if (promise < kConverged) return SmoothingFault::none;
+        if (promise < options.tolerance) {
+          *is_factorized = damping == 0.0;
+          return SmoothingFault::none;
+        }
       }
       damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
       if (damping < kLeastDamping) damping = 0.0;
@@ -115,16 +118,21 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
   NormalEquations equations(*graph);
   Candidate best;
   best.graph = *graph;
-  result.fault = descend(options, &equations, &best, &result.iterations);
+  bool is_factorized = false;
+  result.fault = descend(options, &equations, &best, &result.iterations, &is_factorized);
   result.cost = best.cost;
   if (result.fault != SmoothingFault::none) return result;
-  equations.linearize(best.graph, options.robust_width);
-  if (!equations.factorize(0.0)) {
-    result.fault = SmoothingFault::not_positive_definite;
-    return result;
+  if (!is_factorized) {
+    equations.linearize(best.graph, options.robust_width);
+    if (!equations.factorize(0.0)) {
+      result.fault = SmoothingFault::not_positive_definite;
+      return result;
+    }
   }
-  result.belief = belief_of(equations);
-  if (!is_finite(result.belief) || !are_plausible(best.graph.constants)) {
+  result.log_determinant = equations.log_determinant();
+  if (options.with_belief) result.belief = belief_of(equations);
+  if (!std::isfinite(result.log_determinant) || !is_finite(result.belief) ||
+      !are_plausible(best.graph.constants)) {
     result.fault = SmoothingFault::not_finite;
     return result;
   }

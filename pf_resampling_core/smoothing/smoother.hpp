@@ -12,6 +12,10 @@ namespace pf_resampling {
 struct SmoothingOptions {
   int iterations = 8;         ///< at most
   double robust_width = 0.0;  ///< of the sightings' Cauchy loss, in sigmas; 0: least squares
+  /// The least by which a step is to lower the cost, half a sum of squares: the solution is where
+  /// none does. Small against 1, which is what chance makes of the cost.
+  double tolerance = 1e-4;
+  bool with_belief = true;  ///< or the estimate and its cost alone
 };
 
 /// Why there is no solution.
@@ -36,8 +40,9 @@ struct JointBelief {
 struct SmoothingResult {
   SmoothingFault fault = SmoothingFault::none;
   int iterations = 0;
-  double cost = 0.0;  ///< half the sum of squares at the solution
-  JointBelief belief;
+  double cost = 0.0;             ///< half the sum of squares at the solution
+  double log_determinant = 0.0;  ///< of the information on all unknowns there
+  JointBelief belief;            ///< empty if it was not asked for
 };
 
 /// The most probable poses, landmarks and constants given all data of the graph (Dellaert, Kaess
