@@ -380,7 +380,10 @@ Evaluation evaluate(const Recorded& run, const std::string& frame, const Request
   }
   if (run.map && run.true_map) {
     MapErrorOptions map_options = request.map_options;
-    map_options.first_alignment = evaluation.estimate_aligned.alignment;
+    // The map goes with the path as it was believed at the end, not with what was said on the way.
+    const AlignedPathErrors& shape =
+        evaluation.path_aligned ? *evaluation.path_aligned : evaluation.estimate_aligned;
+    map_options.first_alignment = shape.alignment;
     evaluation.map = evaluate_map(*run.map, *run.true_map, map_options);
   }
   return evaluation;
@@ -433,6 +436,7 @@ std::string lay_on_truth(const Request& request, Recorded* run) {
       choose_frame(request.frame, frame_is_own, run->truth, run->estimate, request.path_options);
   run->estimate = moved(run->estimate, frame.alignment);
   if (run->map) run->map = moved(*run->map, frame.alignment);
+  if (run->believed) run->believed = moved(*run->believed, frame.alignment);
   if (request.with_odometry) run->dead_reckoning = align_at_start(run->dead_reckoning, run->truth);
   return frame.frame;
 }
