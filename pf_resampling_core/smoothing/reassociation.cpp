@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -15,11 +16,21 @@ constexpr double kLogTwoPi = 1.8378770664093453;
 constexpr double kFarthest = 13.8;
 // First pairs that are tried.
 constexpr std::size_t kMostSeeds = 20;
+// Sightings whose mean is where a landmark is while it is tracked.
+constexpr int kMostAveraged = 5;
 
 // A sighting's own part of the cost, were it of a landmark with this residual.
 double log_normalizer(const SightingFactor& sighting, const NoiseScales& noise) {
   return kLogTwoPi + 0.5 * std::log(sighting.range_variance * sighting.bearing_variance) +
          std::log(noise.range * noise.bearing);
+}
+
+// Of landmarks, per m^2. One per m and rad, seen from a distance, is that over the distance.
+double log_density_of_places(const ReassociationOptions& options, const SmoothingGraph& graph) {
+  double distance = 0.0;
+  for (const SightingFactor& sighting : graph.sightings) distance += sighting.range;
+  distance /= static_cast<double>(graph.sightings.size());
+  return options.log_density_of_landmarks - std::log(distance);
 }
 
 // A sighting that may be of a landmark.
@@ -61,13 +72,14 @@ Vicinity vicinity_of(const SightingFactor& sighting, const SmoothingGraph& graph
       2.0 * along + sighting.range * across};
 }
 
-// The likeliest pairs of a scan first.
+// The likeliest pairs of a scan first. `is_candidate`: of landmarks; empty: all are.
 void associate_scan(const ReassociationOptions& options, const SmoothingGraph& graph,
-                    SightingFactor* scan, int count) {
+                    const std::vector<bool>& is_candidate, SightingFactor* scan, int count) {
   std::vector<Match> matches;
   for (int k = 0; k < count; ++k) {
     const Vicinity vicinity = vicinity_of(scan[k], graph);
     for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+      if (!is_candidate.empty() && !is_candidate[l]) continue;
       const double squared = (graph.landmarks[l] - vicinity.centre).squaredNorm();
       if (squared > vicinity.radius * vicinity.radius) continue;
       const double cost = sighting_cost(options, graph, scan[k], static_cast<int>(l));
@@ -233,6 +245,16 @@ double association_cost(const ReassociationOptions& options, double cost,
   return cost - options.log_density_of_new * static_cast<double>(graph.unassigned.size());
 }
 
+double association_evidence(const ReassociationOptions& options, const SmoothingResult& solution,
+                            const SmoothingGraph& graph) {
+  const double cost =
+      association_cost(options, solution.cost, graph) + 0.5 * solution.log_determinant;
+  if (graph.sightings.empty()) return cost;
+  // A landmark may be anywhere: two unknowns, with the density of landmarks for a prior.
+  return cost - static_cast<double>(graph.landmarks.size()) *
+                    (kLogTwoPi + log_density_of_places(options, graph));
+}
+
 double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& graph,
                      const SightingFactor& sighting, int landmark) {
   const SightingResidual r =
@@ -252,7 +274,7 @@ int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {
     while (last < all.size() && all[last].pose == all[first].pose) {
       before.push_back(all[last++].landmark);
     }
-    associate_scan(options, *graph, &all[first], static_cast<int>(last - first));
+    associate_scan(options, *graph, {}, &all[first], static_cast<int>(last - first));
     for (std::size_t k = first; k < last; ++k) changed += all[k].landmark != before[k - first];
     first = last;
   }
@@ -264,21 +286,58 @@ int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {
   return changed;
 }
 
+void track_anew(const ReassociationOptions& options, int from, double gap,
+                const std::vector<double>& times, SmoothingGraph* graph) {
+  for (std::size_t i = static_cast<std::size_t>(from); i + 1 < graph->poses.size(); ++i) {
+    graph->poses[i + 1] =
+        compose(graph->poses[i], corrected_motion(graph->motions[i], graph->constants));
+  }
+  std::vector<SightingFactor> all = all_sightings(*graph);
+  graph->sightings.clear();
+  graph->unassigned.clear();
+  std::size_t first = 0;
+  for (; first < all.size() && all[first].pose < from; ++first) {
+    (all[first].landmark >= 0 ? graph->sightings : graph->unassigned).push_back(all[first]);
+  }
+  std::vector<double> last_seen(graph->landmarks.size(), -std::numeric_limits<double>::infinity());
+  std::vector<int> sightings(graph->landmarks.size(), 0);
+  while (first < all.size()) {
+    std::size_t last = first;
+    while (last < all.size() && all[last].pose == all[first].pose) ++last;
+    const double now = times[static_cast<std::size_t>(all[first].pose)];
+    std::vector<bool> is_candidate;
+    for (const double seen : last_seen) is_candidate.push_back(now - seen <= gap);
+    associate_scan(options, *graph, is_candidate, &all[first], static_cast<int>(last - first));
+    for (; first < last; ++first) {
+      SightingFactor& sighting = all[first];
+      const Eigen::Vector2d place = vicinity_of(sighting, *graph).centre;
+      if (sighting.landmark < 0) {
+        sighting.landmark = static_cast<int>(graph->landmarks.size());
+        graph->landmarks.push_back(place);
+        last_seen.push_back(now);
+        sightings.push_back(0);
+      }
+      const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+      // The mean of some: what drifts with the odometry is followed.
+      sightings[landmark] = std::min(sightings[landmark] + 1, kMostAveraged);
+      graph->landmarks[landmark] += (place - graph->landmarks[landmark]) / sightings[landmark];
+      last_seen[landmark] = now;
+      graph->sightings.push_back(sighting);
+    }
+  }
+}
+
 Duplicates find_duplicates(const ReassociationOptions& options, const SmoothingGraph& graph,
                            const JointBelief& belief) {
   const int count = static_cast<int>(graph.landmarks.size());
   if (count < 2 || graph.sightings.empty()) return {};
-  // A landmark per m and rad, seen from a distance, is that over the distance per m^2.
-  double distance = 0.0, variance = 0.0;
+  double variance = 0.0;
   for (const SightingFactor& sighting : graph.sightings) {
-    distance += sighting.range;
     variance +=
         sighting.range_variance + sighting.range * sighting.range * sighting.bearing_variance;
   }
-  const double sightings = static_cast<double>(graph.sightings.size());
-  distance /= sightings;
-  variance /= 2.0 * sightings;
-  const double log_density = options.log_density_of_landmarks - std::log(distance);
+  variance /= 2.0 * static_cast<double>(graph.sightings.size());
+  const double log_density = log_density_of_places(options, graph);
 
   Places places;
   places.covariance = belief.covariance.topLeftCorner(2 * count, 2 * count);

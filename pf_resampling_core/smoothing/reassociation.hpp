@@ -23,6 +23,12 @@ struct ReassociationOptions {
 double association_cost(const ReassociationOptions& options, double cost,
                         const SmoothingGraph& graph);
 
+/// Minus the logarithm of the evidence for the associations, but for a constant: of how probable
+/// they make the data, whatever the estimate (Laplace's approximation). Graphs of the same poses
+/// can be compared by it, however many landmarks each takes there to be.
+double association_evidence(const ReassociationOptions& options, const SmoothingResult& solution,
+                            const SmoothingGraph& graph);
+
 /// What a sighting adds to that if it is of this landmark.
 double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& graph,
                      const SightingFactor& sighting, int landmark);
@@ -31,6 +37,12 @@ double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& 
 /// none: in every scan the likeliest pairs first, no landmark twice (as Data association by mutual
 /// exclusion, Montemerlo 2003, but with all that is known by now). Returns how many changed.
 int reassociate(const ReassociationOptions& options, SmoothingGraph* graph);
+
+/// Takes what was seen from pose `from` on for sightings of landmarks that were never seen before:
+/// the poses by odometry, each scan's sightings of those seen within `gap` (s) that fit best, or of
+/// another. `times`: of the poses, s.
+void track_anew(const ReassociationOptions& options, int from, double gap,
+                const std::vector<double>& times, SmoothingGraph* graph);
 
 /// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.
 inline constexpr double kSureLogOdds = 3.0;

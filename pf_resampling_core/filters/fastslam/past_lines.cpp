@@ -240,6 +240,7 @@ SmoothedPastState read_past_lines(LineReader* reader) {
     reader->take("past_landmark", 4);
     past.landmark_ids.push_back(reader->integer(1, -1, std::int64_t{1} << 62));
     past.last_seen.push_back(static_cast<int>(reader->integer(2, -kMost, kMost)));
+    past.is_dormant.push_back(false);
     graph.landmarks.emplace_back();
     for_each_entry(graph.landmarks.back(), Words(reader, 3));
   }

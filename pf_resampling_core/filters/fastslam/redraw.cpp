@@ -199,7 +199,12 @@ bool FastSlam::redraw(int size) {
   for (const int row : rows()) {
     LandmarkEstimate landmark;
     const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
-    if (!is_held) past_.forget_landmark(store_.birth(row));
+    if (is_held) continue;
+    if (association_ == DataAssociation::known) {
+      past_.forget_landmark(store_.birth(row));
+    } else {
+      past_.give_up_landmark(store_.birth(row));
+    }
   }
   const SmoothingOptions smoothing = {kIterations, options.robust_width};
   // As many landmarks as there are to be seen: of these, new_landmark_share are new.
@@ -256,7 +261,7 @@ void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const Jo
   std::vector<double> log_odds(graph.landmarks.size(), options_.association.seen_log_odds);
   for (const int row : rows()) {
     const int number = past_.number_of(store_.birth(row));
-    if (number < 0) {
+    if (number < 0 || past_.state().is_dormant[static_cast<std::size_t>(number)]) {
       index_.remove(row);
       row_of_id_.erase(store_.birth(row));
       store_.remove(row);
@@ -270,6 +275,7 @@ void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const Jo
   }
   if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    if (past_.state().is_dormant[l]) continue;
     if (row_of[l] < 0) {
       row_of[l] = store_.add(past_.state().landmark_ids[l]);
       ++status_.landmarks;

@@ -13,6 +13,17 @@ constexpr std::size_t kMostKept = 300;
 // Attempts to find better associations for one solution.
 constexpr int kMostReassociations = 3;
 constexpr int kMostMergers = 3;
+// Of the solutions that associations are judged by: small against the cost of a sighting. The
+// better has to be better by more.
+constexpr double kTrialTolerance = 0.01;
+constexpr double kWorthwhile = 0.1;
+// s: without a sighting for so long, where the robot arrives is in doubt; and how long after that
+// it is decided anew. How many arrivals are.
+constexpr double kBlindness = 5.0;
+constexpr double kLatestDecisions = 60.0;
+constexpr int kMostArrivals = 2;
+// Sightings of a landmark that is real, though it was not seen where it should be.
+constexpr int kOftenSeen = 5;
 // s: out of view for so long, a landmark may be mistaken for another when it comes back.
 constexpr double kPassageGap = 10.0;
 
@@ -65,6 +76,7 @@ void SmoothedPast::start(const GaussianPrior& prior,
   state.graph.constants = prior.constants;
   state.landmark_ids = landmark_ids;
   state.last_seen.assign(landmark_ids.size(), 0);
+  state.is_dormant.assign(landmark_ids.size(), false);
   resume(state);
 }
 
@@ -90,14 +102,11 @@ void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new, Sighti
   if (is_new) forget_landmark(landmark_id);
   int number = number_of(landmark_id);
   if (number < 0) {
-    number = static_cast<int>(graph.landmarks.size());
-    numbers_[landmark_id] = number;
     const Pose2 eye = compose(graph.poses.back(), sighting.sensor);
     const double direction = eye.heading + sighting.bearing;
     graph.landmarks.emplace_back(eye.x + sighting.range * std::cos(direction),
                                  eye.y + sighting.range * std::sin(direction));
-    state_.landmark_ids.push_back(landmark_id);
-    state_.last_seen.push_back(pose);
+    number = add_landmark(landmark_id, pose);
   }
   sighting.pose = pose;
   sighting.landmark = number;
@@ -105,6 +114,16 @@ void SmoothedPast::append_sighting(std::int64_t landmark_id, bool is_new, Sighti
   int& last = state_.last_seen[static_cast<std::size_t>(number)];
   state_.longest_absence = std::max(state_.longest_absence, pose - last - 1);
   last = pose;
+}
+
+// One that the graph has already.
+int SmoothedPast::add_landmark(std::int64_t id, int pose) {
+  const int number = static_cast<int>(state_.landmark_ids.size());
+  numbers_[id] = number;
+  state_.landmark_ids.push_back(id);
+  state_.last_seen.push_back(pose);
+  state_.is_dormant.push_back(false);
+  return number;
 }
 
 void SmoothedPast::append_unassigned(SightingFactor sighting) {
@@ -134,6 +153,27 @@ void SmoothedPast::forget_landmark(std::int64_t id) {
       [](const SightingFactor& a, const SightingFactor& b) { return a.pose < b.pose; });
 }
 
+void SmoothedPast::give_up_landmark(std::int64_t id) {
+  const int number = number_of(id);
+  if (number < 0) return;
+  const std::vector<SightingFactor>& sightings = graph().sightings;
+  const auto seen =
+      std::count_if(sightings.begin(), sightings.end(),
+                    [&](const SightingFactor& sighting) { return sighting.landmark == number; });
+  if (seen < kOftenSeen) return forget_landmark(id);
+  state_.is_dormant[static_cast<std::size_t>(number)] = true;
+}
+
+// By a later sighting than the last.
+void SmoothedPast::wake_seen() {
+  for (const SightingFactor& sighting : graph().sightings) {
+    const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+    if (sighting.pose <= state_.last_seen[landmark]) continue;
+    state_.last_seen[landmark] = sighting.pose;
+    state_.is_dormant[landmark] = false;
+  }
+}
+
 void SmoothedPast::remove_forgotten() {
   std::vector<bool> is_forgotten;
   for (const std::int64_t id : state_.landmark_ids) is_forgotten.push_back(id < 0);
@@ -149,6 +189,7 @@ void SmoothedPast::remove_forgotten() {
   };
   keep(&left.landmark_ids);
   keep(&left.last_seen);
+  keep(&left.is_dormant);
   resume(left);
 }
 
@@ -169,6 +210,9 @@ void SmoothedPast::merge(const std::vector<std::pair<int, int>>& pairs) {
   for (const auto& [older, newer] : pairs) {
     int& last = state_.last_seen[static_cast<std::size_t>(older)];
     last = std::max(last, state_.last_seen[static_cast<std::size_t>(newer)]);
+    if (!state_.is_dormant[static_cast<std::size_t>(newer)]) {
+      state_.is_dormant[static_cast<std::size_t>(older)] = false;
+    }
     forget_landmark(state_.landmark_ids[static_cast<std::size_t>(newer)]);
   }
 }
@@ -206,41 +250,56 @@ bool SmoothedPast::part_arrivals(const ReassociationOptions& options, std::int64
         graph.landmarks.push_back(graph.landmarks[static_cast<std::size_t>(sighting.landmark)]);
         last.push_back(0.0);
         taken.push_back(-1);
-        state_.landmark_ids.push_back((*next_id)++);
-        state_.last_seen.push_back(sighting.pose);
-        numbers_[state_.landmark_ids.back()] = static_cast<int>(landmark);
+        add_landmark((*next_id)++, sighting.pose);
       }
       sighting.landmark = static_cast<int>(landmark);
       is_changed = true;
     }
     last[landmark] = times[pose];
     taken[landmark] = sighting.pose;
-    state_.last_seen[landmark] = sighting.pose;
   }
   return is_changed;
+}
+
+// With the landmarks that the sightings have, then better ones.
+SmoothingResult SmoothedPast::settle(const SmoothingOptions& options,
+                                     const ReassociationOptions& reassociation) {
+  SmoothingOptions trial = options;
+  trial.tolerance = std::max(options.tolerance, kTrialTolerance);
+  SmoothingResult solution = solve(trial);
+  if (solution.fault != SmoothingFault::none) return solution;
+  for (int i = 0; i < kMostMergers; ++i) {
+    if (!merge_duplicates(trial, reassociation, &solution)) break;
+  }
+  trial.with_belief = false;
+  for (int i = 0; i < kMostReassociations; ++i) {
+    if (!improve_associations(trial, reassociation, &solution)) break;
+  }
+  return solution;
 }
 
 SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
                                     const ReassociationOptions& reassociation,
                                     std::int64_t* next_id) {
-  SmoothedPast parted = *this;
+  const SmoothedPast undecided = *this;
   SmoothingResult solution;
-  const bool is_parted = parted.part_arrivals(reassociation, next_id);
-  if (is_parted) solution = parted.solve(options);
-  if (is_parted && solution.fault == SmoothingFault::none) {
-    *this = std::move(parted);
-  } else {
-    solution = solve(options);
+  bool is_solved = false;
+  if (part_arrivals(reassociation, next_id)) {
+    solution = settle(options, reassociation);
+    is_solved = solution.fault == SmoothingFault::none;
+    if (!is_solved) *this = undecided;
   }
-  if (solution.fault != SmoothingFault::none) return solution;
+  if (!is_solved) solution = settle(options, reassociation);
+  if (solution.fault != SmoothingFault::none) {
+    *this = undecided;
+    return solution;
+  }
+  for (const int from : undecided.doubtful_since()) {
+    if (undecided.decide_anew(options, reassociation, from, next_id, this, &solution)) break;
+  }
   state_.decided = static_cast<int>(graph().poses.size());
-  for (int i = 0; i < kMostMergers; ++i) {
-    if (!merge_duplicates(options, reassociation, &solution)) break;
-  }
-  for (int i = 0; i < kMostReassociations; ++i) {
-    if (!improve_associations(options, reassociation, &solution)) break;
-  }
-  return solution;
+  wake_seen();
+  return solve(options);
 }
 
 bool SmoothedPast::merge_duplicates(const SmoothingOptions& options,
@@ -259,6 +318,55 @@ bool SmoothedPast::merge_duplicates(const SmoothingOptions& options,
   return true;
 }
 
+// First poses that what was seen may have been taken for the wrong landmarks from: what is new, and
+// what was seen since arrivals. After a while without a sighting only odometry says where the robot
+// arrives.
+std::vector<int> SmoothedPast::doubtful_since() const {
+  const std::vector<double> times = times_of(state_);
+  std::vector<bool> sees(times.size(), false);
+  for (const SightingFactor& sighting : graph().sightings) {
+    sees[static_cast<std::size_t>(sighting.pose)] = true;
+  }
+  const int poses = static_cast<int>(times.size());
+  std::vector<int> found;
+  if (state_.decided > 0 && state_.decided < poses) found.push_back(state_.decided);
+  int arrivals = 0;
+  int next = poses;
+  for (int i = poses - 1; i >= 0 && arrivals < kMostArrivals; --i) {
+    const std::size_t pose = static_cast<std::size_t>(i);
+    if (times.back() - times[pose] > kLatestDecisions) break;
+    if (!sees[pose]) continue;
+    if (next < poses && times[static_cast<std::size_t>(next)] - times[pose] > kBlindness) {
+      found.push_back(next);
+      ++arrivals;
+    }
+    next = i;
+  }
+  return found;
+}
+
+// What was seen from a pose on decided by all of it together, where it was decided bit by bit.
+// True, in place of `best`, if that is clearly more probable.
+bool SmoothedPast::decide_anew(const SmoothingOptions& options,
+                               const ReassociationOptions& reassociation, int from,
+                               std::int64_t* next_id, SmoothedPast* best,
+                               SmoothingResult* solution) const {
+  SmoothedPast other = *this;
+  track_anew(reassociation, from, kPassageGap, times_of(state_), &other.state_.graph);
+  while (other.state_.landmark_ids.size() < other.graph().landmarks.size()) {
+    other.add_landmark((*next_id)++, from);
+  }
+  other.forget_unseen();
+  const SmoothingResult anew = other.settle(options, reassociation);
+  if (anew.fault != SmoothingFault::none) return false;
+  const double before = association_evidence(reassociation, *solution, best->graph());
+  const double after = association_evidence(reassociation, anew, other.graph());
+  if (!(after < before - kSureLogOdds)) return false;
+  *best = std::move(other);
+  *solution = anew;
+  return true;
+}
+
 bool SmoothedPast::improve_associations(const SmoothingOptions& options,
                                         const ReassociationOptions& reassociation,
                                         SmoothingResult* solution) {
@@ -268,7 +376,7 @@ bool SmoothedPast::improve_associations(const SmoothingOptions& options,
   const SmoothingResult better = other.solve(options);
   const double before = association_cost(reassociation, solution->cost, graph());
   const double after = association_cost(reassociation, better.cost, other.graph());
-  if (better.fault != SmoothingFault::none || !(after < before)) return false;
+  if (better.fault != SmoothingFault::none || !(after < before - kWorthwhile)) return false;
   *this = std::move(other);
   *solution = better;
   return true;
@@ -292,7 +400,10 @@ void SmoothedPast::bound(int window, double robust_width) {
   const int surplus = static_cast<int>(state_.graph.poses.size()) - window;
   if (2 * surplus <= window) return;
   if (!forget_oldest(surplus, robust_width, &state_.graph)) return;
-  for (int& last : state_.last_seen) last -= surplus;
+  for (std::size_t l = 0; l < state_.last_seen.size(); ++l) {
+    state_.last_seen[l] -= surplus;
+    if (state_.is_dormant[l] && state_.last_seen[l] < 0) forget_landmark(state_.landmark_ids[l]);
+  }
   state_.decided -= surplus;
 }
 

@@ -16,10 +16,13 @@ struct SmoothedPastState {
   SmoothingGraph graph;
   std::vector<std::int64_t> landmark_ids;  ///< of each landmark of the graph; -1: forgotten
   std::vector<int> last_seen;              ///< pose from which each of them was seen last
-  int longest_absence = 0;                 ///< updates without the landmarks of the last one
-  int decided = 0;         ///< poses whose sightings have had their landmarks decided
-  double time = 0.0;       ///< s, of the newest pose since the start
-  double validated = 0.0;  ///< s, up to where blocks were left out and predicted
+  /// Of landmarks that the particles have given up, but that may be others seen elsewhere, of which
+  /// the odometry is too uncertain to tell.
+  std::vector<bool> is_dormant;
+  int longest_absence = 0;  ///< updates without the landmarks of the last one
+  int decided = 0;          ///< poses whose sightings have had their landmarks decided
+  double time = 0.0;        ///< s, of the newest pose since the start
+  double validated = 0.0;   ///< s, up to where blocks were left out and predicted
   /// Of the passages and windows up to there, the newest last.
   std::vector<PredictedBlock> passages;
   std::vector<PredictedBlock> windows;
@@ -47,6 +50,9 @@ class SmoothedPast {
   void append_unassigned(SightingFactor sighting);
   /// Its sightings are of no landmark from now on.
   void forget_landmark(std::int64_t id);
+  /// The particles have given it up: no landmark any more, if it was not seen often; else it is
+  /// dormant until it is seen again, or until a solution finds that it is another.
+  void give_up_landmark(std::int64_t id);
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
@@ -79,11 +85,19 @@ class SmoothedPast {
  private:
   void remove_forgotten();
   void forget_unseen();
+  void wake_seen();
   bool part_arrivals(const ReassociationOptions& options, std::int64_t* next_id);
   bool merge_duplicates(const SmoothingOptions& options, const ReassociationOptions& reassociation,
                         SmoothingResult* solution);
   bool improve_associations(const SmoothingOptions& options,
                             const ReassociationOptions& reassociation, SmoothingResult* solution);
+  SmoothingResult settle(const SmoothingOptions& options,
+                         const ReassociationOptions& reassociation);
+  std::vector<int> doubtful_since() const;
+  bool decide_anew(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                   int from, std::int64_t* next_id, SmoothedPast* best,
+                   SmoothingResult* solution) const;
+  int add_landmark(std::int64_t id, int pose);
   void merge(const std::vector<std::pair<int, int>>& pairs);
 
   SmoothedPastState state_;
