@@ -441,27 +441,35 @@ std::string lay_on_truth(const Request& request, Recorded* run) {
   return frame.frame;
 }
 
+/// Judges what the bag says against its truth; changes the run to the truth's frame.
+Evaluation judged(const rosbag::Bag& bag, const Request& request, Recorded* run) {
+  run->truth = truth_while_recording(read_truth(bag, request.truth), run->dead_reckoning);
+  const std::string frame = lay_on_truth(request, run);
+  Evaluation evaluation = evaluate(*run, frame, request);
+  evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
+                                   end_of_clipped(evaluation.estimate));
+  evaluation.filter = read_filter_summary(bag, request.status);
+  evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
+  if (request.with_batch) {
+    evaluation.batch =
+        compare_with_batch(batch_problem_of(bag, request), *run, request, evaluation);
+  }
+  return evaluation;
+}
+
 int evaluate_bag(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
   const Request request = request_from(line);
   const rosbag::Bag bag = open_bag(request.bag);
   require_topics(bag, request);
-  Recorded run = read_run(bag, request);
+  Recorded run = naming(request.bag, [&] { return read_run(bag, request); });
   if (is_for_paths_alone(bag, request)) {
     draw_paths_alone(run, request);
     return 0;
   }
-  run.truth = truth_while_recording(read_truth(bag, request.truth), run.dead_reckoning);
-  const std::string frame = lay_on_truth(request, &run);
-  Evaluation evaluation = evaluate(run, frame, request);
-  evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
-                                   end_of_clipped(evaluation.estimate));
-  evaluation.filter = read_filter_summary(bag, request.status);
-  evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
-  if (request.with_batch) {
-    evaluation.batch = compare_with_batch(batch_problem_of(bag, request), run, request, evaluation);
-  }
+  const Evaluation evaluation =
+      naming(request.bag, [&] { return judged(bag, request, &run); });
   if (!request.is_quiet) print(request.bag, evaluation);
   if (request.json) write_file(*request.json, to_json(evaluation).dump(2) + "\n");
   if (request.plot) plot_paths(picture_of(run, evaluation, request), *request.plot);

@@ -17,6 +17,7 @@
 #include "beacon_mcl_node/range_sensor.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
+#include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/progress_bar.hpp"
 
@@ -105,7 +106,7 @@ class Surveyor {
   }
 
   void read_odometry(const rosbag::MessageInstance& instance) {
-    const auto odometry = instance.instantiate<nav_msgs::Odometry>();
+    const auto odometry = message_in<nav_msgs::Odometry>(instance);
     if (odometry == nullptr) return;
     note_header(instance, odometry->header, &survey_.odom);
     survey_.base_frames.insert(without_slash(odometry->child_frame_id));
@@ -117,7 +118,7 @@ class Surveyor {
   }
 
   void read_range(const rosbag::MessageInstance& instance) {
-    const auto range = instance.instantiate<BeaconRange>();
+    const auto range = message_in<BeaconRange>(instance);
     if (range == nullptr) return;
     note_header(instance, range->header, &survey_.ranges, range->beacon);
     if (!std::isfinite(range->range) || !std::isfinite(range->variance)) {
@@ -130,7 +131,7 @@ class Surveyor {
   }
 
   void read_sensor_range(const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<sensor_msgs::Range>();
+    const auto message = message_in<sensor_msgs::Range>(instance);
     if (message == nullptr) return;
     const std::optional<int> beacon = beacon_names_.id_of(message->header.frame_id);
     survey_.ranges.stamps.add(message->header.stamp, instance.getTime(), beacon.value_or(-1));
@@ -148,7 +149,7 @@ class Surveyor {
   }
 
   void read_beacons(const rosbag::MessageInstance& instance) {
-    const auto beacons = instance.instantiate<BeaconArray>();
+    const auto beacons = message_in<BeaconArray>(instance);
     if (beacons == nullptr) return;
     survey_.beacon_frame = without_slash(beacons->header.frame_id);
     survey_.beacons.clear();
@@ -161,7 +162,7 @@ class Surveyor {
   }
 
   void read_landmarks(const rosbag::MessageInstance& instance) {
-    const auto scan = instance.instantiate<LandmarkObservationArray>();
+    const auto scan = message_in<LandmarkObservationArray>(instance);
     if (scan == nullptr) return;
     note_header(instance, scan->header, &survey_.landmarks);
     ++survey_.seen.scans;
@@ -191,21 +192,21 @@ class Surveyor {
       note_header(instance, header, &survey_.truth);
       if (!is_finite(pose)) ++survey_.truth.not_finite;
     };
-    if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+    if (const auto pose = message_in<geometry_msgs::PoseStamped>(instance)) {
       note_pose(pose->header, pose->pose);
-    } else if (const auto point = instance.instantiate<geometry_msgs::PointStamped>()) {
+    } else if (const auto point = message_in<geometry_msgs::PointStamped>(instance)) {
       note_header(instance, point->header, &survey_.truth);
       if (!is_finite(point->point)) ++survey_.truth.not_finite;
-    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+    } else if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
       note_pose(odometry->header, odometry->pose.pose);
     } else if (const auto with_covariance =
-                   instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+                   message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
       note_pose(with_covariance->header, with_covariance->pose.pose);
     }
   }
 
   void read_transforms(const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+    const auto message = message_in<tf2_msgs::TFMessage>(instance);
     if (message == nullptr) return;
     for (const auto& transform : message->transforms) {
       survey_.transforms.emplace(without_slash(transform.header.frame_id),

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/bag_structure.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -57,11 +58,13 @@ rosbag::Bag open_bag(const std::string& path) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
   if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
   if (!begins_like_a_bag(path)) throw Error(path + ": is not a bag (it does not begin like one)");
+  check_bag_structure(path);
   rosbag::Bag bag;
   try {
     bag.open(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagException&) {
-    throw Error(path + ": is truncated or has no index; try: rosbag reindex " + path);
+  } catch (const std::exception& error) {
+    throw Error(path + ": is truncated or damaged (" + error.what() +
+                "); try: rosbag reindex " + path);
   }
   return bag;
 }

@@ -2,10 +2,12 @@
 
 #include <ros/message_traits.h>
 #include <rosbag/bag.h>
+#include <rosbag/exceptions.h>
 #include <rosbag/message_instance.h>
 
 #include <boost/shared_ptr.hpp>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <map>
 #include <string>
@@ -19,6 +21,20 @@ namespace pf_resampling {
 /// Opens a bag for reading. Throws Error with one line that names the file and what to do: missing,
 /// a directory, not a bag, truncated or not indexed (`rosbag reindex`).
 rosbag::Bag open_bag(const std::string& path);
+
+/// What a record of a bag holds; null if that is of another type. Throws rosbag::BagException, which
+/// those who go through a bag turn into an Error with the file's name, if it is damaged.
+template <typename Message>
+boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
+  try {
+    return record.instantiate<Message>();
+  } catch (const rosbag::BagException&) {
+    throw;
+  } catch (const std::exception& error) {  // what is read beyond its end, memory for what has none
+    throw rosbag::BagFormatException("a message on " + record.getTopic() + " is damaged: " +
+                                     error.what());
+  }
+}
 
 /// Whether a file begins as bags do.
 bool begins_like_a_bag(const std::string& path);

@@ -78,7 +78,7 @@ template <typename Message, typename Convert>
 auto read_list(const rosbag::Bag& bag, const std::string& topic, const Convert& convert) {
   std::vector<decltype(convert(0.0, Message()))> list;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<Message>();
+    const auto message = message_in<Message>(instance);
     if (message) list.push_back(convert(stamp_of(instance, *message), *message));
   });
   sort_by_time(&list);
@@ -90,7 +90,7 @@ template <typename Message>
 typename Message::ConstPtr last_message(const rosbag::Bag& bag, const std::string& topic) {
   typename Message::ConstPtr last;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    if (const auto message = instance.instantiate<Message>()) last = message;
+    if (const auto message = message_in<Message>(instance)) last = message;
   });
   return last;
 }
@@ -120,14 +120,14 @@ std::vector<std::string> pose_types() {
 std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topic) {
   std::vector<TruePose> truth;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+    if (const auto pose = message_in<geometry_msgs::PoseStamped>(instance)) {
       truth.push_back(true_pose(stamp_of(instance, *pose), pose->pose));
-    } else if (const auto point = instance.instantiate<geometry_msgs::PointStamped>()) {
+    } else if (const auto point = message_in<geometry_msgs::PointStamped>(instance)) {
       truth.push_back({stamp_of(instance, *point), point->point.x, point->point.y, {}});
-    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+    } else if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
       truth.push_back(true_pose(stamp_of(instance, *odometry), odometry->pose.pose));
     } else if (const auto with_covariance =
-                   instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+                   message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
       truth.push_back(true_pose(stamp_of(instance, *with_covariance), with_covariance->pose.pose));
     }
   });
@@ -140,11 +140,11 @@ std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string&
   std::vector<EstimatedPose> poses;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
     if (const auto with_covariance =
-            instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+            message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
       poses.push_back(estimated_pose(stamp_of(instance, *with_covariance), with_covariance->pose));
-    } else if (const auto odometry = instance.instantiate<nav_msgs::Odometry>()) {
+    } else if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
       poses.push_back(estimated_pose(stamp_of(instance, *odometry), odometry->pose));
-    } else if (const auto pose = instance.instantiate<geometry_msgs::PoseStamped>()) {
+    } else if (const auto pose = message_in<geometry_msgs::PoseStamped>(instance)) {
       poses.push_back(estimated_pose(stamp_of(instance, *pose), pose->pose));
     }
   });
@@ -235,7 +235,7 @@ std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
   double duration = 0.0;
   std::optional<double> last;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto odometry = instance.instantiate<nav_msgs::Odometry>();
+    const auto odometry = message_in<nav_msgs::Odometry>(instance);
     if (!odometry) return;
     const double time = stamp_of(instance, *odometry);
     const double step = time - last.value_or(time);
@@ -258,7 +258,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   int renewals = 0;
   double ancestors = 0.0;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = instance.instantiate<FilterStatus>();
+    const auto status = message_in<FilterStatus>(instance);
     if (!status) return;
     ++messages;
     summary.mean_effective_sample_size += status->effective_sample_size;
@@ -299,7 +299,7 @@ std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag&
   };
   std::vector<Edge> edges;
   for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+    const auto message = message_in<tf2_msgs::TFMessage>(instance);
     if (!message) return;
     for (const auto& transform : message->transforms) {
       edges.push_back({without_slash(transform.header.frame_id),

@@ -4,6 +4,7 @@
 #include "tools/common/command_line.hpp"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <iostream>
 #include <sstream>
 #include <utility>
@@ -43,6 +45,23 @@ void reserve_standard_streams() {
     descriptor = open("/dev/null", O_RDONLY);
   } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
   if (descriptor >= 0) close(descriptor);
+}
+
+/// No more than there is: a damaged length must end in an error, not in the kernel ending programs
+/// to find memory. Sanitizers reserve far more than they use.
+void limit_memory() {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  std::ifstream stream("/proc/meminfo");
+  for (std::string line; std::getline(stream, line);) {
+    unsigned long long available = 0;  // KiB
+    if (std::sscanf(line.c_str(), "MemAvailable: %llu", &available) != 1) continue;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
+    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, 1024 * available);
+    setrlimit(RLIMIT_DATA, &limit);
+    return;
+  }
+#endif
 }
 
 void flush_standard_output() {
@@ -223,6 +242,7 @@ std::vector<double> parse_numbers(const std::string& name, const std::string& te
 int run_tool(const std::string& tool, int argc, char** argv,
              const std::function<int(const std::vector<std::string>&)>& body) {
   reserve_standard_streams();
+  limit_memory();
   remove_unfinished_on_signals();
   try {
     const int code = body(std::vector<std::string>(argv + 1, argv + argc));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/program_options.hpp>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <string>
@@ -131,6 +132,20 @@ class CommandLine {
   boost::program_options::options_description options_;
   boost::program_options::variables_map values_;
 };
+
+/// What `work` makes of a file. An error that does not name the file gets its name in front, whatever
+/// its type; but not a UsageError.
+template <typename Work>
+auto naming(const std::string& path, const Work& work) {
+  try {
+    return work();
+  } catch (const UsageError&) {
+    throw;
+  } catch (const std::exception& error) {
+    if (std::string(error.what()).find(path) != std::string::npos) throw;
+    throw Error(path + ": " + error.what());
+  }
+}
 
 /// Comma-separated numbers, for instance "0.1,-0.2,0.5" for an option `name`. Throws UsageError
 /// unless there are `count` finite ones.

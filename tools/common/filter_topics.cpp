@@ -8,7 +8,7 @@ namespace {
 /// Reads messages of one type; nothing comes of those of another.
 template <typename Message, typename Type>
 std::optional<Message> read_as(const rosbag::MessageInstance& message) {
-  const auto pointer = message.instantiate<Type>();
+  const auto pointer = message_in<Type>(message);
   if (!pointer) return std::nullopt;
   return Message(typename Type::ConstPtr(pointer));
 }

@@ -94,7 +94,7 @@ void FilterOverBag::for_each_in_bag(
 void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const FrameNames& frames) {
   if (kOutputTopics.count(message.getTopic()) > 0) return;
   if (message.getTopic() == "/tf") {
-    const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+    const auto transforms = message_in<tf2_msgs::TFMessage>(message);
     if (transforms) {
       tf2_msgs::TFMessage kept;
       for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {

@@ -1,0 +1,24 @@
+// What scripts/damage_files does with thousands of files, with few of each kind.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "test/temporary_directory.hpp"
+#include "tools/common/files.hpp"
+
+namespace pf_resampling {
+namespace {
+
+TEST(DamagedFiles, EndNoToolBadly) {
+  const TemporaryDirectory directory;
+  const std::string command = std::string(PF_RESAMPLING_SOURCE) +
+                              "/scripts/damage_files --bags 40 --others 20 --seed 11 --programs " +
+                              PF_RESAMPLING_PROGRAMS + " > " + directory.file("said") + " 2>&1";
+  const int status = std::system(command.c_str());
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << read_file(directory.file("said"));
+}
+
+}  // namespace
+}  // namespace pf_resampling

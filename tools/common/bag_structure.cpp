@@ -1,0 +1,297 @@
+#include "tools/common/bag_structure.hpp"
+
+#include <rosbag/chunked_file.h>
+#include <rosbag/stream.h>
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+const std::string kMagic = "#ROSBAG V2.0\n";
+constexpr std::uint64_t kLargestHeader = std::uint64_t{1} << 24;
+constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
+
+// What is wrong, without the file's name.
+struct Damage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw Damage(what);
+}
+
+// Bytes of known length, read from the front.
+class Span {
+ public:
+  Span(const char* bytes, std::uint64_t size) : bytes_(bytes), left_(size) {}
+
+  bool empty() const { return left_ == 0; }
+  Span take(std::uint64_t size, const std::string& what) {
+    require(size <= left_, what + " goes beyond its end");
+    const Span taken(bytes_, size);
+    bytes_ += size;
+    left_ -= size;
+    return taken;
+  }
+  template <typename Number>
+  Number number(const std::string& what) {
+    const Span taken = take(sizeof(Number), what);
+    Number value;
+    std::memcpy(&value, taken.bytes_, sizeof value);
+    return value;
+  }
+  std::string text() const { return {bytes_, static_cast<std::size_t>(left_)}; }
+
+ private:
+  const char* bytes_;
+  std::uint64_t left_;
+};
+
+enum class Kind : std::uint8_t {
+  message = 2,
+  bag = 3,
+  index = 4,
+  chunk = 5,
+  chunk_info = 6,
+  connection = 7,
+};
+
+std::string name_of(Kind kind) {
+  switch (kind) {
+    case Kind::message:
+      return "a message";
+    case Kind::bag:
+      return "its first record";
+    case Kind::index:
+      return "the index of a chunk";
+    case Kind::chunk:
+      return "a chunk";
+    case Kind::chunk_info:
+      return "what it says of a chunk";
+    case Kind::connection:
+      return "a connection";
+  }
+  return "a record";
+}
+
+// Fields of a header: "name=value" with a length before each.
+class Fields {
+ public:
+  explicit Fields(Span bytes) {
+    while (!bytes.empty()) {
+      const auto size = bytes.number<std::uint32_t>("a header");
+      const std::string field = bytes.take(size, "a header").text();
+      const std::size_t equals = field.find('=');
+      require(equals != std::string::npos && equals > 0, "a header is damaged");
+      fields_[field.substr(0, equals)] = field.substr(equals + 1);
+    }
+  }
+
+  bool has(const std::string& name) const { return fields_.count(name) > 0; }
+  const std::string& text(const std::string& name) const {
+    const auto found = fields_.find(name);
+    require(found != fields_.end(), "a header has no " + name);
+    return found->second;
+  }
+  template <typename Number>
+  Number number(const std::string& name) const {
+    const std::string& value = text(name);
+    require(value.size() == sizeof(Number), "the field " + name + " of a header is damaged");
+    Number result;
+    std::memcpy(&result, value.data(), sizeof result);
+    return result;
+  }
+  bool is(Kind kind) const { return number<std::uint8_t>("op") == static_cast<std::uint8_t>(kind); }
+  void require_kind(Kind kind) const { require(is(kind), name_of(kind) + " is not where it should be"); }
+
+ private:
+  std::map<std::string, std::string> fields_;
+};
+
+// A record of the file: its header, and where its data are.
+struct Record {
+  Fields fields;
+  std::uint64_t data;
+  std::uint32_t size;
+  std::uint64_t end() const { return data + size; }
+};
+
+class File {
+ public:
+  explicit File(const std::string& path)
+      : stream_(path, std::ios::binary), size_(std::filesystem::file_size(path)) {
+    require(stream_.is_open(), "cannot be read");
+  }
+
+  std::vector<char> bytes(std::uint64_t place, std::uint64_t size) {
+    require(place <= size_ && size <= size_ - place, "is truncated");
+    std::vector<char> bytes(static_cast<std::size_t>(size));
+    stream_.seekg(static_cast<std::streamoff>(place));
+    stream_.read(bytes.data(), static_cast<std::streamsize>(size));
+    require(stream_.good(), "cannot be read");
+    return bytes;
+  }
+
+  Record record(std::uint64_t place, Kind kind) {
+    const std::uint32_t header_size = number(place);
+    require(header_size <= kLargestHeader, name_of(kind) + " has a header without end");
+    const std::vector<char> header = bytes(place + 4, header_size);
+    Record record{Fields(Span(header.data(), header.size())), place + 8 + header_size,
+                  number(place + 4 + header_size)};
+    record.fields.require_kind(kind);
+    require(record.end() <= size_, "is truncated");
+    return record;
+  }
+
+ private:
+  std::uint32_t number(std::uint64_t place) {
+    const std::vector<char> four = bytes(place, 4);
+    return Span(four.data(), 4).number<std::uint32_t>("a length");
+  }
+
+  std::ifstream stream_;
+  std::uint64_t size_;
+};
+
+using Connections = std::set<std::uint32_t>;
+
+// The contents of a chunk, as long as its header says.
+std::vector<char> contents_of(File* file, const Record& chunk) {
+  const auto size = chunk.fields.number<std::uint32_t>("size");
+  require(size <= kLargestChunk, "a chunk claims to hold more than a GiB");
+  std::vector<char> packed = file->bytes(chunk.data, chunk.size);
+  const std::string& compression = chunk.fields.text("compression");
+  if (compression == "none") {
+    require(chunk.size == size, "a chunk has another length than it says");
+    return packed;
+  }
+  require(compression == "bz2" || compression == "lz4",
+          "a chunk is compressed in a way that is not known");
+  rosbag::ChunkedFile nowhere;
+  rosbag::StreamFactory streams(&nowhere);
+  const auto stream = streams.getStream(compression == "bz2" ? rosbag::compression::BZ2
+                                                             : rosbag::compression::LZ4);
+  const auto unpack = [&](char fill) {
+    std::vector<char> contents(size, fill);
+    stream->decompress(reinterpret_cast<std::uint8_t*>(contents.data()), size,
+                       reinterpret_cast<std::uint8_t*>(packed.data()), chunk.size);
+    return contents;
+  };
+  std::vector<char> contents = unpack('\x55');
+  // Unpacked to less than that, the end is as it was before.
+  require(size == 0 || contents.back() != '\x55' || unpack('\x2a').back() == '\x55',
+          "a chunk is shorter than it says");
+  return contents;
+}
+
+// Time zero is none to ROS, and it cannot reckon with those of 2038 and later.
+bool is_time(std::uint32_t seconds, std::uint32_t nanoseconds) {
+  return seconds <= std::numeric_limits<std::int32_t>::max() && nanoseconds < 1000000000 &&
+         (seconds > 0 || nanoseconds > 0);
+}
+
+// The message at a place of a chunk, or behind the connections there, as rosbag looks for it.
+void check_message(const std::vector<char>& contents, std::uint32_t place,
+                   const Connections& connections) {
+  require(place < contents.size(), "an index points beyond its chunk");
+  Span bytes(contents.data() + place, contents.size() - place);
+  while (true) {
+    const auto header_size = bytes.number<std::uint32_t>(name_of(Kind::message));
+    const Fields fields(bytes.take(header_size, name_of(Kind::message)));
+    const auto size = bytes.number<std::uint32_t>(name_of(Kind::message));
+    bytes.take(size, name_of(Kind::message));
+    if (fields.is(Kind::connection)) continue;
+    fields.require_kind(Kind::message);
+    require(connections.count(fields.number<std::uint32_t>("conn")) > 0,
+            "a message is of no connection");
+    fields.number<std::uint64_t>("time");
+    return;
+  }
+}
+
+void check_chunk(File* file, const Record& info, const Connections& connections) {
+  require(info.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
+  const Record chunk =
+      file->record(info.fields.number<std::uint64_t>("chunk_pos"), Kind::chunk);
+  const std::vector<char> contents = contents_of(file, chunk);
+  const auto indices = info.fields.number<std::uint32_t>("count");
+  require(info.size == 8 * std::uint64_t{indices}, name_of(Kind::chunk_info) + " is damaged");
+  std::uint64_t place = chunk.end();
+  for (std::uint32_t i = 0; i < indices; ++i) {
+    const Record index = file->record(place, Kind::index);
+    require(index.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
+    require(connections.count(index.fields.number<std::uint32_t>("conn")) > 0,
+            "an index is of no connection");
+    const auto messages = index.fields.number<std::uint32_t>("count");
+    require(index.size == 12 * std::uint64_t{messages}, name_of(Kind::index) + " is damaged");
+    const std::vector<char> entries = file->bytes(index.data, index.size);
+    Span rest(entries.data(), entries.size());
+    for (std::uint32_t k = 0; k < messages; ++k) {
+      const auto seconds = rest.number<std::uint32_t>("an index");
+      const auto nanoseconds = rest.number<std::uint32_t>("an index");
+      require(is_time(seconds, nanoseconds), "an index has a time of 2038 or later, or none");
+      check_message(contents, rest.number<std::uint32_t>("an index"), connections);
+    }
+    place = index.end();
+  }
+}
+
+std::uint32_t check_connection(File* file, const Record& record) {
+  const std::vector<char> data = file->bytes(record.data, record.size);
+  const Fields fields{Span(data.data(), data.size())};
+  for (const char* name : {"type", "md5sum", "message_definition"}) fields.text(name);
+  record.fields.text("topic");
+  return record.fields.number<std::uint32_t>("conn");
+}
+
+void check(File* file) {
+  const std::vector<char> magic = file->bytes(0, kMagic.size());
+  require(std::string(magic.begin(), magic.end()) == kMagic,
+          "is a bag of another format than 2.0; try: rosbag fix");
+  const Record first = file->record(kMagic.size(), Kind::bag);
+  require(!first.fields.has("encryptor") || first.fields.text("encryptor").empty(), "is encrypted");
+  std::uint64_t place = first.fields.number<std::uint64_t>("index_pos");
+  require(place > 0, "has no index: what recorded it did not end it");
+  const auto connection_count = first.fields.number<std::uint32_t>("conn_count");
+  const auto chunk_count = first.fields.number<std::uint32_t>("chunk_count");
+  Connections connections;
+  for (std::uint32_t i = 0; i < connection_count; ++i) {
+    const Record record = file->record(place, Kind::connection);
+    connections.insert(check_connection(file, record));
+    place = record.end();
+  }
+  for (std::uint32_t i = 0; i < chunk_count; ++i) {
+    const Record info = file->record(place, Kind::chunk_info);
+    check_chunk(file, info, connections);
+    place = info.end();
+  }
+}
+
+}  // namespace
+
+void check_bag_structure(const std::string& path) {
+  const std::string remedy = "; try: rosbag reindex " + path;
+  try {
+    File file(path);
+    check(&file);
+  } catch (const Damage& damage) {
+    throw Error(path + ": is truncated or damaged (" + damage.what() + ")" + remedy);
+  } catch (const rosbag::BagException& error) {
+    throw Error(path + ": a chunk cannot be unpacked (" + error.what() + ")" + remedy);
+  } catch (const std::filesystem::filesystem_error&) {
+    throw Error(path + ": cannot be read");
+  }
+}
+
+}  // namespace pf_resampling
