@@ -150,6 +150,45 @@ std::string error_of(const std::string& directory) {
   return "";
 }
 
+TEST(ReadCsv, PutsRowsInOrderOfTimeAndSaysSo) {
+  const TemporaryDirectory directory;
+  directory.write("odometry.csv", "t,v,omega\n2,1,0\n1,2,0\n4,0,0\n");
+  directory.write("ranges.csv", "t,beacon,range\n3,1,9\n2,1,8\n3,2,7\n2,2,6\n");
+  const Recording recording = read_csv(directory.path(), 1.0);
+  ASSERT_EQ(recording.odometry.size(), 3U);
+  EXPECT_EQ(recording.odometry[1].time, 2.0);
+  EXPECT_EQ(recording.odometry[1].pose.x, 2.0);  // 2 m/s for 1 s
+  EXPECT_EQ(recording.odometry[2].pose.x, 4.0);  // then 1 m/s for 2 s
+  std::vector<double> ranges;
+  for (const auto& range : recording.ranges) ranges.push_back(range.range);
+  EXPECT_EQ(ranges, (std::vector<double>{8, 6, 9, 7}));  // of equal times as they were
+  EXPECT_EQ(recording.notes, (std::vector<std::string>{"odometry.csv: rows put in order of time",
+                                                       "ranges.csv: rows put in order of time"}));
+}
+
+TEST(ReadCsv, SaysWhenAnglesLookLikeDegrees) {
+  const auto notes_of = [](const std::string& file, const std::string& contents) -> std::string {
+    const TemporaryDirectory directory;
+    directory.write(file, contents);
+    const auto notes = read_csv(directory.path(), 1.0).notes;
+    return notes.empty() ? "" : notes.front();
+  };
+  const std::string end = "); angles have to be in radians";
+  EXPECT_EQ(notes_of("odometry.csv", "t,x,y,heading\n1,0,0,90\n2,0,1,91\n"),
+            "odometry.csv: column 'heading' looks like degrees (it goes to 91.0" + end);
+  EXPECT_EQ(notes_of("odometry.csv", "t,x,y,heading\n1,0,0,-1\n2,0,1,359\n"),
+            "odometry.csv: column 'heading' looks like degrees (it goes to 359.0" + end);
+  EXPECT_EQ(notes_of("ground_truth.csv", "t,x,y,heading\n1,0,0,0\n2,0,1,90\n"),
+            "ground_truth.csv: column 'heading' looks like degrees (it goes to 90.0" + end);
+  EXPECT_EQ(notes_of("odometry.csv", "t,v,omega\n1,1,-20\n2,1,0\n"),
+            "odometry.csv: column 'omega' looks like degrees (it goes to 20.0" + end);
+  EXPECT_EQ(notes_of("odometry.csv", "t,distance,dheading\n1,1,10\n2,1,0\n"),
+            "odometry.csv: column 'dheading' looks like degrees (it goes to 10.0" + end);
+  // A heading that counts turns on, in radians.
+  EXPECT_EQ(notes_of("odometry.csv", "t,x,y,heading\n1,0,0,3\n2,0,1,6\n3,1,0,9\n4,1,1,12\n"),
+            "");
+}
+
 TEST(ReadCsv, SaysWhichDirectoryIsOfNoUse) {
   const TemporaryDirectory directory;
   EXPECT_EQ(error_of(directory.file("none")), directory.file("none") + ": no such directory");
@@ -207,8 +246,10 @@ INSTANTIATE_TEST_SUITE_P(
                 ":2: column beacon: '3000000000' is not a whole number"},
         BadFile{"ranges.csv", "t,beacon,range\n1,-2,3\n",
                 ":2: column beacon: '-2' is less than -1"},
-        BadFile{"ranges.csv", "t,beacon,range\n2,2,3\n1.5,2,3\n",
-                ":3: column t: '1.5' is before the 2 of the row above; sort the file by time"},
+        BadFile{"ranges.csv", "t,beacon,range\n-1e308,2,3\n1.5,2,3\n",
+                ":2: column t: '-1e308' is beyond what ROS can hold; times are in seconds"},
+        BadFile{"ranges.csv", "t,beacon,range\n1.5,2,3\n1.6e18,2,3\n",
+                ":3: column t: '1.6e18' is beyond what ROS can hold; times are in seconds"},
         BadFile{"beacons.csv", "beacon,x,y\n1,2,3\n1,4,5\n",
                 ":3: column beacon: '1' is there twice"},
         BadFile{"beacons.csv", "beacon,x,y\n-1,2,3\n", ":2: column beacon: '-1' is less than 0"},
@@ -223,8 +264,14 @@ INSTANTIATE_TEST_SUITE_P(
                 ":1: column t is missing; the columns are t,x,y,heading"},
         BadFile{"odometry.csv", "t,v,omega\n1,0,0\n2,0,x\n",
                 ":3: column omega: 'x' is not a number"},
-        BadFile{"odometry.csv", "t,distance,dheading\n1,0,0\n0,0,0\n",
-                ":3: column t: '0' is before the 1 of the row above; sort the file by time"},
+        BadFile{"odometry.csv", "t,v,omega\n1,1e308,0\n101,0,0\n",
+                ":2: column v: '1e308' takes the robot beyond 1e9 m"},
+        BadFile{"odometry.csv", "t,v,omega\n1,1,1e308\n101,0,0\n",
+                ":2: column v: '1' takes the robot beyond 1e9 m"},
+        BadFile{"odometry.csv", "t,distance,dheading\n1,1,0\n2,-2e9,0\n",
+                ":3: column distance: '-2e9' takes the robot beyond 1e9 m"},
+        BadFile{"odometry.csv", "t,x,y,heading\n1,1,0,0\n2,-2e9,0,0\n",
+                ":3: column x: '-2e9' takes the robot beyond 1e9 m"},
         BadFile{"ground_truth.csv", "t,x,y\n1,2,nan\n", ":2: column y: 'nan' is not finite"},
         BadFile{"frames.csv", "frame,x,y\nwheel,0,0\n",
                 ":2: column frame: 'wheel' is not known; frames are antenna and sensor"},

@@ -1,22 +1,32 @@
 #include "tools/common/files.hpp"
 
+#include <array>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/new_file.hpp"
 
 namespace pf_resampling {
+namespace {
+
+constexpr std::size_t kLongestFile = std::size_t{1} << 30;
+
+}  // namespace
 
 std::string read_file(const std::string& path) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
   if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
   std::ifstream stream(path, std::ios::binary);
-  std::ostringstream contents;
-  if (stream.peek() != std::ifstream::traits_type::eof()) contents << stream.rdbuf();
+  std::string contents;
+  std::array<char, 65536> block{};
+  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
+    contents.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    // /dev/zero has no end, and others may have none.
+    if (contents.size() > kLongestFile) throw Error(path + ": is longer than 1 GiB");
+  }
   if (!stream.is_open() || stream.bad()) throw Error(path + ": cannot be read");
-  return contents.str();
+  return contents;
 }
 
 void require_directory(const std::string& path, const std::string& what) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 #include "tools/datasets/csv_table.hpp"
@@ -15,13 +16,59 @@ namespace pf_resampling {
 
 namespace {
 
-/// A bearing beyond a full turn is one in degrees.
-constexpr double kLargestBearing = 2.0 * kPi;
+/// An angle beyond a full turn is one in degrees.
+constexpr double kFullTurn = 2.0 * kPi;
 
 void note_ignored(const CsvTable& table, const std::string& file, Recording* recording) {
   for (const std::string& column : table.ignored()) {
     recording->notes.push_back(file + ": column '" + column + "' is not used");
   }
+}
+
+/// A table with times, in order of them.
+CsvTable timed_table(const std::string& path, const std::vector<CsvColumn>& columns,
+                     const std::string& file, Recording* recording) {
+  CsvTable table(path, columns);
+  if (table.sort_by_time()) recording->notes.push_back(file + ": rows put in order of time");
+  return table;
+}
+
+/// Radians that go far from zero come in small steps; degrees begin anywhere, or jump by a turn.
+void note_degrees(const CsvTable& table, const std::string& column, const std::string& file,
+                  Recording* recording) {
+  double largest = 0.0;
+  double largest_step = 0.0;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const double angle = table.number(row, column);
+    largest = std::max(largest, std::abs(angle));
+    const double step = row == 0 ? angle : angle - table.number(row - 1, column);
+    largest_step = std::max(largest_step, std::abs(step));
+  }
+  if (largest <= kFullTurn || largest_step <= kFullTurn) return;
+  recording->notes.push_back(file + ": column '" + column + "' looks like degrees (it goes to " +
+                             fixed(largest, 1) + "); angles have to be in radians");
+}
+
+/// Likewise turns, each for itself.
+void note_turns_in_degrees(const CsvTable& table, const std::string& column,
+                           const std::string& file, Recording* recording) {
+  double largest = 0.0;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    largest = std::max(largest, std::abs(table.number(row, column)));
+  }
+  if (largest <= kFullTurn) return;
+  recording->notes.push_back(file + ": column '" + column + "' looks like degrees (it goes to " +
+                             fixed(largest, 1) + "); angles have to be in radians");
+}
+
+/// The pose that the odometry comes to in a row.
+void require_possible(const CsvTable& table, std::size_t row, const std::string& column,
+                      const Pose2& pose) {
+  if (std::abs(pose.x) <= kFarthestPosition && std::abs(pose.y) <= kFarthestPosition &&
+      std::isfinite(pose.heading)) {
+    return;
+  }
+  table.fail(row, column, "takes the robot beyond 1e9 m");
 }
 
 /// Appends a pose of the odometry; one at the same time replaces the last.
@@ -36,6 +83,7 @@ void read_odometry_poses(const CsvTable& table, Recording* recording) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const Pose2 pose{table.number(row, "x"), table.number(row, "y"), table.number(row, "heading")};
     if (row == 0) first = pose;
+    require_possible(table, row, "x", pose);
     append_odometry(table.time(row), relative(first, pose), &recording->odometry);
   }
 }
@@ -50,6 +98,7 @@ void read_odometry_steps(const CsvTable& table, Recording* recording) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     pose = compose(pose,
                    midpoint_motion(table.number(row, "distance"), table.number(row, "dheading")));
+    require_possible(table, row, "distance", pose);
     append_odometry(times[row], pose, &recording->odometry);
   }
 }
@@ -65,6 +114,7 @@ void read_odometry_velocities(const CsvTable& table, Recording* recording) {
       const double duration = time - table.time(row - 1);
       pose = compose(pose, midpoint_motion(table.number(row - 1, "v") * duration,
                                            table.number(row - 1, "omega") * duration));
+      require_possible(table, row - 1, "v", pose);
     }
     append_odometry(time, pose, &recording->odometry);
   }
@@ -79,18 +129,24 @@ void read_odometry(const std::string& path, Recording* recording) {
   };
   std::size_t rows = 0;
   if (names_all({"x", "y", "heading"})) {
-    const CsvTable table(path, {{"t"}, {"x"}, {"y"}, {"heading"}});
+    const CsvTable table =
+        timed_table(path, {{"t"}, {"x"}, {"y"}, {"heading"}}, "odometry.csv", recording);
     read_odometry_poses(table, recording);
+    note_degrees(table, "heading", "odometry.csv", recording);
     note_ignored(table, "odometry.csv", recording);
     rows = table.rows();
   } else if (names_all({"distance", "dheading"})) {
-    const CsvTable table(path, {{"t"}, {"distance"}, {"dheading"}});
+    const CsvTable table =
+        timed_table(path, {{"t"}, {"distance"}, {"dheading"}}, "odometry.csv", recording);
     read_odometry_steps(table, recording);
+    note_turns_in_degrees(table, "dheading", "odometry.csv", recording);
     note_ignored(table, "odometry.csv", recording);
     rows = table.rows() + (table.rows() > 0 ? 1 : 0);
   } else if (names_all({"v", "omega"})) {
-    const CsvTable table(path, {{"t"}, {"v"}, {"omega"}});
+    const CsvTable table =
+        timed_table(path, {{"t"}, {"v"}, {"omega"}}, "odometry.csv", recording);
     read_odometry_velocities(table, recording);
+    note_turns_in_degrees(table, "omega", "odometry.csv", recording);
     note_ignored(table, "odometry.csv", recording);
     rows = table.rows();
   } else {
@@ -105,7 +161,8 @@ void read_odometry(const std::string& path, Recording* recording) {
 }
 
 void read_ranges(const std::string& path, double metres_per_unit, Recording* recording) {
-  const CsvTable table(path, {{"t"}, {"beacon"}, {"range"}, {"variance", false}});
+  const CsvTable table = timed_table(
+      path, {{"t"}, {"beacon"}, {"range"}, {"variance", false}}, "ranges.csv", recording);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Recording::Range range;
     range.time = table.time(row);
@@ -136,19 +193,21 @@ void read_beacons(const std::string& path, Recording* recording) {
 
 void read_landmark_observations(const std::string& path, double metres_per_unit,
                                 Recording* recording) {
-  const CsvTable table(path, {{"t"},
-                              {"id"},
-                              {"range"},
-                              {"bearing"},
-                              {"range_variance", false},
-                              {"bearing_variance", false}});
+  const CsvTable table = timed_table(path,
+                                     {{"t"},
+                                      {"id"},
+                                      {"range"},
+                                      {"bearing"},
+                                      {"range_variance", false},
+                                      {"bearing_variance", false}},
+                                     "landmark_observations.csv", recording);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Recording::LandmarkObservation observation;
     observation.time = table.time(row);
     observation.id = table.id(row, "id", -1);
     observation.range = metres_per_unit * table.non_negative(row, "range");
     observation.bearing = table.number(row, "bearing");
-    if (std::abs(observation.bearing) > kLargestBearing) {
+    if (std::abs(observation.bearing) > kFullTurn) {
       table.fail(row, "bearing", "is more than a full turn; bearings are in radians");
     }
     if (table.has("range_variance")) {
@@ -175,8 +234,10 @@ void read_landmarks(const std::string& path, Recording* recording) {
 }
 
 void read_truth(const std::string& path, Recording* recording) {
-  const CsvTable table(path, {{"t"}, {"x"}, {"y"}, {"heading", false}});
+  const CsvTable table = timed_table(path, {{"t"}, {"x"}, {"y"}, {"heading", false}},
+                                     "ground_truth.csv", recording);
   recording->truth_has_heading = table.has("heading");
+  if (recording->truth_has_heading) note_degrees(table, "heading", "ground_truth.csv", recording);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Recording::Truth truth{table.time(row), {table.number(row, "x"), table.number(row, "y"), 0.0}};
     if (recording->truth_has_heading) truth.pose.heading = wrap_angle(table.number(row, "heading"));

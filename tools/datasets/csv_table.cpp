@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
@@ -173,11 +174,21 @@ std::int32_t CsvTable::id(std::size_t row, const std::string& column, std::int32
 
 double CsvTable::time(std::size_t row, const std::string& column) const {
   const double value = number(row, column);
-  if (row > 0 && value < number(row - 1, column)) {
-    fail(row, column,
-         "is before the " + text(row - 1, column) + " of the row above; sort the file by time");
+  if (std::abs(value) > std::numeric_limits<std::uint32_t>::max()) {
+    fail(row, column, "is beyond what ROS can hold; times are in seconds");
   }
   return value;
+}
+
+bool CsvTable::sort_by_time(const std::string& column) {
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t row = 0; row < rows_.size(); ++row) order.emplace_back(time(row, column), row);
+  if (std::is_sorted(order.begin(), order.end())) return false;
+  std::sort(order.begin(), order.end());
+  std::vector<Row> sorted;
+  for (const auto& [time, row] : order) sorted.push_back(std::move(rows_[row]));
+  rows_ = std::move(sorted);
+  return true;
 }
 
 void CsvTable::fail(std::size_t row, const std::string& column, const std::string& what) const {

@@ -37,8 +37,12 @@ class CsvTable {
   double non_negative(std::size_t row, const std::string& column) const;
   /// A whole number of at least `least`.
   std::int32_t id(std::size_t row, const std::string& column, std::int32_t least) const;
-  /// A time that is not before that of the row above.
+  /// A time that ROS can hold: no more seconds than 32 bits have, before or after zero.
   double time(std::size_t row, const std::string& column = "t") const;
+
+  /// Puts the rows in order of their times, those of equal times as they were. Returns whether they
+  /// were in another. Throws as time() does.
+  bool sort_by_time(const std::string& column = "t");
 
   /// Throws Error that names the file, the line of `row`, the column, its value and `what`.
   [[noreturn]] void fail(std::size_t row, const std::string& column, const std::string& what) const;

@@ -76,9 +76,9 @@ class Writer {
     if (!std::isfinite(earliest) && !has_maps) throw Error("recording with nothing in it");
     if (!std::isfinite(earliest)) earliest = latest = 1.0;
     if (earliest < 10.0 * kHeadStart) shift_ = 1.0 - std::floor(earliest);
-    if (latest + shift_ >= kLatestTime) {
-      throw Error("time " + fixed(latest, 3) +
-                  " is beyond what ROS can hold; times are in seconds");
+    if (!(latest + shift_ < kLatestTime) || !(earliest + shift_ > 0.0)) {
+      throw Error("times from " + fixed(earliest, 3) + " to " + fixed(latest, 3) +
+                  " are beyond what ROS can hold; times are in seconds");
     }
     start_ = stamp_of(earliest - kHeadStart);
   }
