@@ -147,6 +147,13 @@ void check(const SmoothingGraph& graph) {
                 std::to_string(graph.motions.size()) +
                 " motions; a graph needs one motion from each pose to the next");
   }
+  const auto are_finite = [](const auto& list, const auto& test) {
+    return std::all_of(list.begin(), list.end(), test);
+  };
+  if (!are_finite(graph.poses, [](const Pose2& pose) { return is_finite(pose); }) ||
+      !are_finite(graph.landmarks, [](const Eigen::Vector2d& one) { return one.allFinite(); })) {
+    throw Error("smoothing: the estimate of every pose and landmark has to be finite");
+  }
   if (!are_plausible(graph.constants)) {
     throw Error("smoothing: the sensors' constants have to be finite, and no scale below -0.5");
   }

@@ -279,6 +279,21 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
 }
 
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.
+// Of a landmark that nothing was seen of nothing else would tell.
+TEST(Smoother, RefusesAnEstimateThatIsNotFinite) {
+  for (const double odd : {std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    SmoothingGraph graph;
+    graph.prior = prior_at({}, SensorConstants::Zero());
+    graph.poses.emplace_back();
+    graph.landmarks.emplace_back(odd, 0.0);
+    EXPECT_THROW(smooth({}, &graph), Error);
+    graph.landmarks[0].x() = 0.0;
+    graph.poses[0].y = odd;
+    EXPECT_THROW(smooth({}, &graph), Error);
+  }
+}
+
 TEST(Smoother, HardGraphsEndInASolutionOrAFault) {
   std::vector<SmoothingGraph> graphs;
   RingDrive drive(60, 8, 1, loose());
