@@ -52,11 +52,19 @@ std::string range_text(const Parameter& parameter) {
          shortest_text(parameter.maximum) + "]";
 }
 
+// A value, or a name, may be any text; what is said of it is one line.
+std::string on_one_line(std::string text) {
+  for (char& letter : text) {
+    if (std::iscntrl(static_cast<unsigned char>(letter)) != 0) letter = ' ';
+  }
+  return text;
+}
+
 [[noreturn]] void refuse(const Parameter& parameter, const std::string& value) {
   const bool is_list =
       parameter.type == Parameter::Type::choice || parameter.type == Parameter::Type::boolean;
   const bool is_integer = parameter.type == Parameter::Type::integer;
-  throw Error("parameter " + parameter.name + " is '" + value + "', has to be " +
+  throw Error("parameter " + parameter.name + " is '" + on_one_line(value) + "', has to be " +
               (is_list ? "one of " : (is_integer ? "a whole number in " : "in ")) +
               with_unit(range_text(parameter), parameter.unit));
 }
@@ -251,7 +259,7 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
     }
   }
   const bool is_near = nearest != nullptr && edit_distance(nearest->name, name) <= name.size() / 2;
-  throw Error("parameter " + name + " is unknown; " +
+  throw Error("parameter " + on_one_line(name) + " is unknown; " +
               (is_near ? "did you mean " + nearest->name + "?" : "leave it out"));
 }
 

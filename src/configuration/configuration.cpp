@@ -222,7 +222,9 @@ Configuration parse_configuration(const std::string& text, const std::string& na
     flatten(name, "", root, &configuration);
   } catch (const YAML::Exception& error) {
     throw Error(name + ":" + std::to_string(error.mark.line + 1) + ":" +
-                std::to_string(error.mark.column + 1) + ": not YAML: " + error.msg);
+                std::to_string(error.mark.column + 1) + ": not YAML: " + one_line(error.msg));
+  } catch (const Error& error) {
+    throw Error(one_line(error.what()));
   }
   return configuration;
 }

@@ -3,6 +3,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include <cctype>
 #include <set>
 #include <sstream>
 #include <vector>
@@ -78,6 +79,13 @@ YAML::Node parse_yaml(const std::string& text) {
   while (parser.HandleNextDocument(inspection)) {
   }
   return YAML::Load(text);
+}
+
+std::string one_line(std::string text) {
+  for (char& letter : text) {
+    if (std::iscntrl(static_cast<unsigned char>(letter)) != 0) letter = ' ';
+  }
+  return text;
 }
 
 }  // namespace pf_resampling

@@ -11,4 +11,7 @@ namespace pf_resampling {
 /// Throws YAML::Exception, with the place, for all else.
 YAML::Node parse_yaml(const std::string& text);
 
+/// What an error says of such a text, which may hold any letters: on one line.
+std::string one_line(std::string text);
+
 }  // namespace pf_resampling

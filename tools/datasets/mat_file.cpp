@@ -84,7 +84,11 @@ std::optional<Eigen::MatrixXd> MatFile::matrix(const std::string& name,
     throw Error(place + " has " + std::to_string(width) + " columns, " + std::to_string(columns) +
                 " are needed");
   }
-  if (variable->data == nullptr) throw Error(place + " cannot be read; is the file truncated?");
+  const auto values = static_cast<std::size_t>(rows) * static_cast<std::size_t>(width);
+  if (variable->data == nullptr || variable->data_size <= 0 ||
+      variable->nbytes / static_cast<std::size_t>(variable->data_size) < values) {
+    throw Error(place + " cannot be read; is the file truncated?");
+  }
   switch (variable->class_type) {
     case MAT_C_DOUBLE:
       return converted<double>(variable->data, rows, width);
@@ -111,7 +115,8 @@ std::string MatFile::names() const {
   while (true) {
     const Variable variable(Mat_VarReadNextInfo(handle_->file), &Mat_VarFree);
     if (variable == nullptr) break;
-    names += (names.empty() ? "" : ", ") + std::string(variable->name);
+    const std::string name = variable->name == nullptr ? "one without a name" : variable->name;
+    names += (names.empty() ? "" : ", ") + name;
   }
   return names.empty() ? "nothing" : names;
 }

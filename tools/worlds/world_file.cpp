@@ -116,8 +116,8 @@ class Section {
 
   [[noreturn]] void fail(const YAML::Node& node, const std::string& what,
                          const std::string& problem) const {
-    throw Error(source_ + ", line " + std::to_string(node.Mark().line + 1) + ": " + what + " " +
-                problem);
+    throw Error(source_ + ", line " + std::to_string(node.Mark().line + 1) + ": " +
+                one_line(what + " " + problem));
   }
 
   YAML::Node node_;
@@ -229,7 +229,7 @@ World parse_world(const std::string& text, const std::string& source) {
     root = parse_yaml(text);
   } catch (const YAML::Exception& error) {
     throw Error(source + ", line " + std::to_string(error.mark.line + 1) +
-                ": not YAML: " + error.msg);
+                ": not YAML: " + one_line(error.msg));
   }
   Section file(root, source, "");
   World world = read_world(file);

@@ -154,6 +154,23 @@ TEST(Parameters, RefusalsNameParameterValueAndRange) {
                {"schedule", "'sometimes'", "never, always, effective_sample_size, every_n"});
 }
 
+// Whatever a configuration file has in a value or a name.
+TEST(Parameters, RefusalsAreOneLine) {
+  double value = 0.5;
+  const ParameterList parameters = {real_parameter("share", &value, 0.0, 1.0, "", "A share.")};
+  for (const std::string name : {"share", "a\nname"}) {
+    try {
+      set_parameter(parameters, name, "no\nnumber\r\x01");
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      const std::string said = error.what();
+      EXPECT_TRUE(std::none_of(said.begin(), said.end(),
+                               [](char letter) { return letter >= 0 && letter < ' '; }))
+          << said;
+    }
+  }
+}
+
 TEST(Parameters, LargeRangesReadAsWholeNumbers) {
   int count = 1;
   const ParameterList list = {integer_parameter("count", &count, 1, 10000000, "A count.")};
