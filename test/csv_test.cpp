@@ -185,8 +185,7 @@ TEST(ReadCsv, SaysWhenAnglesLookLikeDegrees) {
   EXPECT_EQ(notes_of("odometry.csv", "t,distance,dheading\n1,1,10\n2,1,0\n"),
             "odometry.csv: column 'dheading' looks like degrees (it goes to 10.0" + end);
   // A heading that counts turns on, in radians.
-  EXPECT_EQ(notes_of("odometry.csv", "t,x,y,heading\n1,0,0,3\n2,0,1,6\n3,1,0,9\n4,1,1,12\n"),
-            "");
+  EXPECT_EQ(notes_of("odometry.csv", "t,x,y,heading\n1,0,0,3\n2,0,1,6\n3,1,0,9\n4,1,1,12\n"), "");
 }
 
 TEST(ReadCsv, SaysWhichDirectoryIsOfNoUse) {

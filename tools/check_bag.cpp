@@ -37,8 +37,7 @@ int check(const std::vector<std::string>& arguments) {
                                 line.topic("sensor-ranges"), line.topic("beacons"),
                                 line.topic("landmarks"),     line.topic("ground-truth")};
   const rosbag::Bag bag = open_bag(line.text("in.bag"));
-  const BagFindings found =
-      naming(line.text("in.bag"), [&] { return findings_of(bag, topics); });
+  const BagFindings found = naming(line.text("in.bag"), [&] { return findings_of(bag, topics); });
   std::cout << found.text;
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
   std::cout << "\n";

@@ -468,8 +468,7 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
     draw_paths_alone(run, request);
     return 0;
   }
-  const Evaluation evaluation =
-      naming(request.bag, [&] { return judged(bag, request, &run); });
+  const Evaluation evaluation = naming(request.bag, [&] { return judged(bag, request, &run); });
   if (!request.is_quiet) print(request.bag, evaluation);
   if (request.json) write_file(*request.json, to_json(evaluation).dump(2) + "\n");
   if (request.plot) plot_paths(picture_of(run, evaluation, request), *request.plot);

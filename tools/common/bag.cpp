@@ -63,8 +63,8 @@ rosbag::Bag open_bag(const std::string& path) {
   try {
     bag.open(path, rosbag::bagmode::Read);
   } catch (const std::exception& error) {
-    throw Error(path + ": is truncated or damaged (" + error.what() +
-                "); try: rosbag reindex " + path);
+    throw Error(path + ": is truncated or damaged (" + error.what() + "); try: rosbag reindex " +
+                path);
   }
   return bag;
 }

@@ -22,8 +22,8 @@ namespace pf_resampling {
 /// a directory, not a bag, truncated or not indexed (`rosbag reindex`).
 rosbag::Bag open_bag(const std::string& path);
 
-/// What a record of a bag holds; null if that is of another type. Throws rosbag::BagException, which
-/// those who go through a bag turn into an Error with the file's name, if it is damaged.
+/// What a record of a bag holds; null if that is of another type. Throws rosbag::BagException,
+/// which those who go through a bag turn into an Error with the file's name, if it is damaged.
 template <typename Message>
 boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
   try {
@@ -31,8 +31,8 @@ boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
   } catch (const rosbag::BagException&) {
     throw;
   } catch (const std::exception& error) {  // what is read beyond its end, memory for what has none
-    throw rosbag::BagFormatException("a message on " + record.getTopic() + " is damaged: " +
-                                     error.what());
+    throw rosbag::BagFormatException("a message on " + record.getTopic() +
+                                     " is damaged: " + error.what());
   }
 }
 

@@ -113,7 +113,9 @@ class Fields {
     return result;
   }
   bool is(Kind kind) const { return number<std::uint8_t>("op") == static_cast<std::uint8_t>(kind); }
-  void require_kind(Kind kind) const { require(is(kind), name_of(kind) + " is not where it should be"); }
+  void require_kind(Kind kind) const {
+    require(is(kind), name_of(kind) + " is not where it should be");
+  }
 
  private:
   std::map<std::string, std::string> fields_;
@@ -180,8 +182,8 @@ std::vector<char> contents_of(File* file, const Record& chunk) {
           "a chunk is compressed in a way that is not known");
   rosbag::ChunkedFile nowhere;
   rosbag::StreamFactory streams(&nowhere);
-  const auto stream = streams.getStream(compression == "bz2" ? rosbag::compression::BZ2
-                                                             : rosbag::compression::LZ4);
+  const auto stream =
+      streams.getStream(compression == "bz2" ? rosbag::compression::BZ2 : rosbag::compression::LZ4);
   const auto unpack = [&](char fill) {
     std::vector<char> contents(size, fill);
     stream->decompress(reinterpret_cast<std::uint8_t*>(contents.data()), size,
@@ -222,8 +224,7 @@ void check_message(const std::vector<char>& contents, std::uint32_t place,
 
 void check_chunk(File* file, const Record& info, const Connections& connections) {
   require(info.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
-  const Record chunk =
-      file->record(info.fields.number<std::uint64_t>("chunk_pos"), Kind::chunk);
+  const Record chunk = file->record(info.fields.number<std::uint64_t>("chunk_pos"), Kind::chunk);
   const std::vector<char> contents = contents_of(file, chunk);
   const auto indices = info.fields.number<std::uint32_t>("count");
   require(info.size == 8 * std::uint64_t{indices}, name_of(Kind::chunk_info) + " is damaged");

@@ -133,8 +133,8 @@ class CommandLine {
   boost::program_options::variables_map values_;
 };
 
-/// What `work` makes of a file. An error that does not name the file gets its name in front, whatever
-/// its type; but not a UsageError.
+/// What `work` makes of a file. An error that does not name the file gets its name in front,
+/// whatever its type; but not a UsageError.
 template <typename Work>
 auto naming(const std::string& path, const Work& work) {
   try {

@@ -143,8 +143,7 @@ void read_odometry(const std::string& path, Recording* recording) {
     note_ignored(table, "odometry.csv", recording);
     rows = table.rows() + (table.rows() > 0 ? 1 : 0);
   } else if (names_all({"v", "omega"})) {
-    const CsvTable table =
-        timed_table(path, {{"t"}, {"v"}, {"omega"}}, "odometry.csv", recording);
+    const CsvTable table = timed_table(path, {{"t"}, {"v"}, {"omega"}}, "odometry.csv", recording);
     read_odometry_velocities(table, recording);
     note_turns_in_degrees(table, "omega", "odometry.csv", recording);
     note_ignored(table, "odometry.csv", recording);
@@ -161,8 +160,8 @@ void read_odometry(const std::string& path, Recording* recording) {
 }
 
 void read_ranges(const std::string& path, double metres_per_unit, Recording* recording) {
-  const CsvTable table = timed_table(
-      path, {{"t"}, {"beacon"}, {"range"}, {"variance", false}}, "ranges.csv", recording);
+  const CsvTable table = timed_table(path, {{"t"}, {"beacon"}, {"range"}, {"variance", false}},
+                                     "ranges.csv", recording);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Recording::Range range;
     range.time = table.time(row);
@@ -234,8 +233,8 @@ void read_landmarks(const std::string& path, Recording* recording) {
 }
 
 void read_truth(const std::string& path, Recording* recording) {
-  const CsvTable table = timed_table(path, {{"t"}, {"x"}, {"y"}, {"heading", false}},
-                                     "ground_truth.csv", recording);
+  const CsvTable table =
+      timed_table(path, {{"t"}, {"x"}, {"y"}, {"heading", false}}, "ground_truth.csv", recording);
   recording->truth_has_heading = table.has("heading");
   if (recording->truth_has_heading) note_degrees(table, "heading", "ground_truth.csv", recording);
   for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -164,9 +164,9 @@ TEST(Parameters, RefusalsAreOneLine) {
       ADD_FAILURE() << name;
     } catch (const Error& error) {
       const std::string said = error.what();
-      EXPECT_TRUE(std::none_of(said.begin(), said.end(),
-                               [](char letter) { return letter >= 0 && letter < ' '; }))
-          << said;
+      EXPECT_TRUE(std::none_of(said.begin(), said.end(), [](char letter) {
+        return letter >= 0 && letter < ' ';
+      })) << said;
     }
   }
 }

@@ -281,8 +281,8 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.
 // Of a landmark that nothing was seen of nothing else would tell.
 TEST(Smoother, RefusesAnEstimateThatIsNotFinite) {
-  for (const double odd : {std::numeric_limits<double>::infinity(),
-                           std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double odd :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     SmoothingGraph graph;
     graph.prior = prior_at({}, SensorConstants::Zero());
     graph.poses.emplace_back();

@@ -1,0 +1,57 @@
+// What `make fuzz` begins with, and all that it ever found: test/fuzz/corpora.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <ostream>
+#include <set>
+
+#include "test/fuzz/fuzz_target.hpp"
+#include "tools/common/files.hpp"
+
+namespace pf_resampling {
+namespace fuzz {
+
+void PrintTo(const Target& target, std::ostream* stream) {
+  *stream << target.name;
+}
+
+}  // namespace fuzz
+namespace {
+
+const std::filesystem::path kCorpora =
+    std::filesystem::path(PF_RESAMPLING_SOURCE) / "test/fuzz/corpora";
+
+class FuzzCorpora : public testing::TestWithParam<fuzz::Target> {};
+
+TEST_P(FuzzCorpora, NothingIsThrownAndAllHolds) {
+  const fuzz::Target target = GetParam();
+  std::set<std::filesystem::path> inputs;
+  for (const auto& entry : std::filesystem::directory_iterator(kCorpora / target.name)) {
+    inputs.insert(entry.path());
+  }
+  ASSERT_FALSE(inputs.empty());
+  for (const std::filesystem::path& input : inputs) {
+    const std::string bytes = read_file(input.string());
+    EXPECT_NO_THROW(
+        target.run(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()))
+        << input.filename();
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<fuzz::Target>& target) {
+  return target.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(Of, FuzzCorpora, testing::ValuesIn(fuzz::targets()), name_of);
+
+TEST(FuzzCorporaFolder, HoldsNothingButTheTargets) {
+  std::set<std::string> folders;
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(kCorpora)) {
+    if (entry.is_directory()) folders.insert(entry.path().filename().string());
+  }
+  for (const fuzz::Target& target : fuzz::targets()) names.insert(target.name);
+  EXPECT_EQ(folders, names);
+}
+
+}  // namespace
+}  // namespace pf_resampling

@@ -1,0 +1,21 @@
+// In a file of its own, so that a fuzzer needs none but its own target.
+#include "test/fuzz/fuzz_target.hpp"
+
+namespace pf_resampling::fuzz {
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> kTargets = {{"map_file", map_file},
+                                               {"checkpoint", checkpoint},
+                                               {"configuration", configuration},
+                                               {"world", world},
+                                               {"csv_dataset", csv_dataset},
+                                               {"mat_dataset", mat_dataset},
+                                               {"mrclam_dataset", mrclam_dataset},
+                                               {"beacon_mcl_messages", beacon_mcl_messages},
+                                               {"fastslam_messages", fastslam_messages},
+                                               {"landmark_store", landmark_store},
+                                               {"smoother", smoother}};
+  return kTargets;
+}
+
+}  // namespace pf_resampling::fuzz
