@@ -1,6 +1,7 @@
 # The two commands: `make demo` and `make test`. `make help` lists the rest.
 .DEFAULT_GOAL := help
-.PHONY: help demo build test fresh bench lint format clean install-check
+SECONDS := 60
+.PHONY: help demo build test fuzz coverage fresh bench lint format clean install-check
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
@@ -13,9 +14,17 @@ demo: ## install what is missing, build, run both filters on simulated drives (B
 build: ## build only
 	@scripts/build
 
-test: ## install what is missing, build, run every test, end with "N passed, N failed"
+test: ## install what is missing, build, run every test, end with "N passed, N failed" (SANITIZE=..., BUILD_TYPE=Debug)
 	@scripts/set_up build test
-	@scripts/test
+	@SANITIZE='$(SANITIZE)' BUILD_TYPE='$(BUILD_TYPE)' scripts/test
+
+fuzz: ## build the fuzzers with clang and run each (SECONDS=60: for so long)
+	@scripts/set_up build fuzz
+	@scripts/fuzz --seconds '$(SECONDS)'
+
+coverage: ## which lines and branches of the core and the pipelines no test runs
+	@scripts/set_up build test coverage
+	@scripts/coverage
 
 fresh: ## as root: the two commands on machines made for it that have nothing but git and make
 	@scripts/fresh_machine

@@ -25,18 +25,16 @@ void read_and_write(const Read& read) {
 }  // namespace
 
 void csv_dataset(const std::uint8_t* bytes, std::size_t size) {
-  const std::string folder =
-      folder_of(text_of(bytes, size), {"odometry.csv", "ranges.csv", "beacons.csv", "frames.csv",
-                                       "landmark_observations.csv", "landmarks.csv",
-                                       "ground_truth.csv"});
+  const std::string folder = folder_of(
+      text_of(bytes, size), {"odometry.csv", "ranges.csv", "beacons.csv", "frames.csv",
+                             "landmark_observations.csv", "landmarks.csv", "ground_truth.csv"});
   read_and_write([&] { return read_csv(folder, 1.0); });
 }
 
 void mrclam_dataset(const std::uint8_t* bytes, std::size_t size) {
-  const std::string folder =
-      folder_of(text_of(bytes, size),
-                {"Barcodes.dat", "Robot1_Odometry.dat", "Robot1_Measurement.dat",
-                 "Robot1_Groundtruth.dat", "Landmark_Groundtruth.dat"});
+  const std::string folder = folder_of(
+      text_of(bytes, size), {"Barcodes.dat", "Robot1_Odometry.dat", "Robot1_Measurement.dat",
+                             "Robot1_Groundtruth.dat", "Landmark_Groundtruth.dat"});
   read_and_write([&] { return read_mrclam(folder, {}); });
 }
 

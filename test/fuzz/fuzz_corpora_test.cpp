@@ -32,8 +32,7 @@ TEST_P(FuzzCorpora, NothingIsThrownAndAllHolds) {
   ASSERT_FALSE(inputs.empty());
   for (const std::filesystem::path& input : inputs) {
     const std::string bytes = read_file(input.string());
-    EXPECT_NO_THROW(
-        target.run(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()))
+    EXPECT_NO_THROW(target.run(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()))
         << input.filename();
   }
 }

@@ -97,8 +97,7 @@ class Twins {
     Eigen::ArrayXi ancestors(size);
     // One beyond the end, and one before the beginning, to be refused.
     for (int i = 0; i < size; ++i) ancestors[i] = bytes_->below(lazy_.particles() + 2) - 1;
-    const bool fits =
-        (ancestors >= 0).all() && (ancestors < lazy_.particles()).all();
+    const bool fits = (ancestors >= 0).all() && (ancestors < lazy_.particles()).all();
     bool refused = false;
     try {
       lazy_.select(ancestors);
@@ -142,9 +141,9 @@ class Twins {
     require(lazy_.birth(number) == eager.birth, "a row is another's");
     const double* const fields[] = {lazy.x, lazy.y, lazy.xx, lazy.xy, lazy.yy, lazy.log_odds};
     for (std::size_t f = 0; f < EagerStore::kFields; ++f) {
-      require(std::memcmp(fields[f], eager.fields[f].data(),
-                          eager_.particles() * sizeof(double)) == 0,
-              "a field differs from that of the store that applies each step at once");
+      require(
+          std::memcmp(fields[f], eager.fields[f].data(), eager_.particles() * sizeof(double)) == 0,
+          "a field differs from that of the store that applies each step at once");
     }
     require(std::memcmp(lazy.held, eager.held.data(), eager_.particles()) == 0,
             "who holds a landmark differs");

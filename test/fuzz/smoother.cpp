@@ -87,8 +87,8 @@ class GraphMaker {
 bool is_finite(const SmoothingGraph& graph) {
   bool finite = graph.constants.allFinite();
   for (const Pose2& pose : graph.poses) {
-    finite = finite && std::isfinite(pose.x) && std::isfinite(pose.y) &&
-             std::isfinite(pose.heading);
+    finite =
+        finite && std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
   }
   for (const Eigen::Vector2d& landmark : graph.landmarks) finite = finite && landmark.allFinite();
   return finite;
@@ -105,7 +105,8 @@ bool same_estimate(const SmoothingGraph& a, const SmoothingGraph& b) {
 
 void go_on(Bytes* bytes, const SmoothingOptions& options, const SmoothingResult& result,
            SmoothingGraph graph) {
-  const Eigen::MatrixXd drawn = draw_deviations(result.belief, 6, RandomStream(1, RandomPurpose::redraw, 2));
+  const Eigen::MatrixXd drawn =
+      draw_deviations(result.belief, 6, RandomStream(1, RandomPurpose::redraw, 2));
   require(drawn.size() == 0 || drawn.allFinite(), "a deviation that is drawn is not finite");
   ReassociationOptions association;
   association.robust_width = options.robust_width;
