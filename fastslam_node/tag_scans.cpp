@@ -13,6 +13,10 @@ namespace {
 constexpr double kPatience = 0.03;  // s
 // Of an axis' height above the plane: half as steep as can be.
 constexpr double kSteep = 0.7;
+// Tags in an image, tags that are remembered, and images that wait for odometry: more than there
+// are of any, and little memory.
+constexpr std::size_t kMostTags = 10000;
+constexpr std::size_t kMostImages = 1000;
 
 /// Where a sensor looks: along x if its z axis points up, else along z, as the optical frames of
 /// cameras (REP 103) do; straight down, to where the image's upper edge is.
@@ -51,6 +55,8 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
                      "' is not known: give it on /tf_static, or in the list `sensors` of the "
                      "configuration");
   }
+  // Without what it remembers, a detection that a relay repeats counts twice, once.
+  if (latest_.size() >= kMostTags) latest_.clear();
   ros::Time& latest = latest_[tag + " " + camera];
   if (std::exchange(latest, stamp) == stamp) return std::nullopt;
 
@@ -67,7 +73,12 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
 
   OpenScan& open = open_[camera];
   if (!open.scan.observations.empty() && open.scan.header.stamp != stamp) {
+    if (complete_.size() >= kMostImages) complete_.erase(complete_.begin());
     complete_.push_back(std::exchange(open.scan, {}));
+  }
+  if (open.scan.observations.size() >= kMostTags) {
+    return rejection(RejectReason::queue_full, "'", shown_name(camera), "' sees more than ",
+                     kMostTags, " tags at once");
   }
   open.scan.header.stamp = stamp;
   open.scan.header.frame_id = frame;

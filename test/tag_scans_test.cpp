@@ -162,6 +162,42 @@ TEST(TagScans, WhatARelayRepeatsIsPassedOver) {
   EXPECT_EQ(detector.complete(11.0), Sizes{});
 }
 
+TEST(TagScans, TagsAndImagesWithoutEndTakeNoMoreMemory) {
+  StaticFrames frames;
+  TagScans tags{FramePattern(kPattern), FrameNames()};
+  frames.add("base_link", "camera", {0.0, 0.0, 1.0});
+  const ros::Time now = FastSlamDrive::at(1.0);
+  const auto tag = [](int id, ros::Time stamp) {
+    Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+    place.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
+    return transform_of("camera", "tag_" + std::to_string(id), place, stamp);
+  };
+  int refused = 0;
+  for (int id = 0; id < 10100; ++id) refused += tags.take(tag(id, now), now, &frames) ? 1 : 0;
+  EXPECT_EQ(refused, 100);
+  EXPECT_EQ(tags.take(tag(10101, now), now, &frames)->reason, RejectReason::queue_full);
+  for (int image = 1; image < 1500; ++image) {
+    EXPECT_FALSE(tags.take(tag(7, now + ros::Duration(0.1 * image)), now, &frames));
+  }
+  const auto scans = tags.take_complete(now);
+  ASSERT_EQ(scans.size(), 1000u);
+  // The latest: the last of all is still open.
+  EXPECT_EQ(scans.back().header.stamp, now + ros::Duration(149.8));
+}
+
+TEST(StaticFrames, NamesWithoutEndTakeNoMoreMemory) {
+  StaticFrames frames;
+  const auto transform = [](const std::string& child) {
+    return transform_of("base_link", child, Eigen::Isometry3d::Identity(), ros::Time(1.0));
+  };
+  for (std::size_t i = 0; i < StaticFrames::kMost; ++i) {
+    ASSERT_TRUE(frames.add(transform("sensor_" + std::to_string(i))));
+  }
+  EXPECT_FALSE(frames.add(transform("one_more")));
+  EXPECT_FALSE(frames.pose("base_link", "one_more"));
+  EXPECT_TRUE(frames.add(transform("sensor_5"))) << "one that is known may move";
+}
+
 TEST(TagScans, WhatIsNoDetectionIsNoTag) {
   const auto is_tag = [](const std::string& parent, const std::string& child,
                          const std::string& pattern = kPattern) {

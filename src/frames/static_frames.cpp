@@ -22,6 +22,7 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   if (std::max(parent.size(), child.size()) > kLongestFrameName) return false;
   const double distance = std::hypot(t.x, t.y, t.z);
   if (!(distance <= kFarthest) || !is_unit(q)) return false;
+  if (parents_.size() >= kMost && parents_.count(child) == 0) return false;
   Parent& entry = parents_[child];
   entry.frame = parent;
   entry.pose =

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,8 +15,12 @@ namespace pf_resampling {
 /// of a frame counts: sensors are fixed to the robot.
 class StaticFrames {
  public:
+  /// No robot has as many; whoever sends one name after the other must not take all of the memory.
+  static constexpr std::size_t kMost = 10000;
+
   /// Takes note of a transform. Returns false, and ignores it, if it is not a rigid motion of
-  /// at most 1e6 m between two different frames, with names of at most kLongestFrameName.
+  /// at most 1e6 m between two different frames, with names of at most kLongestFrameName, or if it
+  /// is of a new frame and there are kMost already.
   bool add(const geometry_msgs::TransformStamped& transform);
 
   /// A frame at `place` (m) in the frame `parent`, turned by `yaw` (rad) about its z axis.

@@ -148,7 +148,8 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     } else if (!frames_.add(transform)) {
       reject("tf",
              {RejectReason::not_finite, "the transform of frame '" + child +
-                                            "' is not a rigid motion relative to another frame"});
+                                            "' is not a rigid motion relative to another frame, "
+                                            "or one of more frames than any robot has"});
     }
   }
   hand_over_observations();
