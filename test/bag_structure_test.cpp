@@ -108,6 +108,28 @@ TEST_P(BagStructure, TimesThatRosCannotReckonWithAreFound) {
   }
 }
 
+// rosbag takes what comes behind the connection's header, which is its data, for another header.
+TEST(BagStructureOfIndex, AnIndexThatPointsToAConnectionIsFound) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  {
+    rosbag::Bag bag(path, rosbag::bagmode::Write);
+    bag.write("/text", ros::Time(1.0), std_msgs::String());
+    bag.close();
+  }
+  std::string bytes = read_file(path);
+  // The connection is the first record of the chunk; the index has the place of its only message.
+  const std::string second_one("\x01\0\0\0\0\0\0\0", 8);
+  const std::size_t entry = bytes.rfind(second_one, bytes.find("chunk_pos="));
+  ASSERT_NE(entry, std::string::npos);
+  const std::string before = bytes.substr(entry + 8, 4);
+  ASSERT_NE(before, std::string(4, '\0'));
+  bytes.replace(entry + 8, 4, std::string(4, '\0'));
+  EXPECT_THROW(check_bag_structure(directory.write("bad.bag", bytes)), Error);
+  bytes.replace(entry + 8, 4, before);
+  EXPECT_NO_THROW(check_bag_structure(directory.write("good.bag", bytes)));
+}
+
 // Whatever one byte becomes, rosbag reads to the end what was found good, and nothing beyond: with
 // the address sanitizer this test sees an over-read of one byte.
 TEST_P(BagStructure, WhatIsFoundGoodCanBeRead) {

@@ -203,23 +203,19 @@ bool is_time(std::uint32_t seconds, std::uint32_t nanoseconds) {
          (seconds > 0 || nanoseconds > 0);
 }
 
-// The message at a place of a chunk, or behind the connections there, as rosbag looks for it.
+// The message at a place of a chunk. (rosbag would pass over the header of a connection there, but
+// take its data for the next header.)
 void check_message(const std::vector<char>& contents, std::uint32_t place,
                    const Connections& connections) {
   require(place < contents.size(), "an index points beyond its chunk");
   Span bytes(contents.data() + place, contents.size() - place);
-  while (true) {
-    const auto header_size = bytes.number<std::uint32_t>(name_of(Kind::message));
-    const Fields fields(bytes.take(header_size, name_of(Kind::message)));
-    const auto size = bytes.number<std::uint32_t>(name_of(Kind::message));
-    bytes.take(size, name_of(Kind::message));
-    if (fields.is(Kind::connection)) continue;
-    fields.require_kind(Kind::message);
-    require(connections.count(fields.number<std::uint32_t>("conn")) > 0,
-            "a message is of no connection");
-    fields.number<std::uint64_t>("time");
-    return;
-  }
+  const auto header_size = bytes.number<std::uint32_t>(name_of(Kind::message));
+  const Fields fields(bytes.take(header_size, name_of(Kind::message)));
+  fields.require_kind(Kind::message);
+  bytes.take(bytes.number<std::uint32_t>(name_of(Kind::message)), name_of(Kind::message));
+  require(connections.count(fields.number<std::uint32_t>("conn")) > 0,
+          "a message is of no connection");
+  fields.number<std::uint64_t>("time");
 }
 
 void check_chunk(File* file, const Record& info, const Connections& connections) {

@@ -133,8 +133,8 @@ class CommandLine {
   boost::program_options::variables_map values_;
 };
 
-/// What `work` makes of a file. An error that does not name the file gets its name in front,
-/// whatever its type; but not a UsageError.
+/// What `work` makes of a file. An error that names neither the file nor, at its beginning, an
+/// option gets the file's name in front, whatever its type; but not a UsageError.
 template <typename Work>
 auto naming(const std::string& path, const Work& work) {
   try {
@@ -142,8 +142,9 @@ auto naming(const std::string& path, const Work& work) {
   } catch (const UsageError&) {
     throw;
   } catch (const std::exception& error) {
-    if (std::string(error.what()).find(path) != std::string::npos) throw;
-    throw Error(path + ": " + error.what());
+    const std::string what = error.what();
+    if (what.find(path) != std::string::npos || what.rfind("--", 0) == 0) throw;
+    throw Error(path + ": " + what);
   }
 }
 
