@@ -121,9 +121,9 @@ Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& consta
 /// the prior says of the others stays (Schur complement).
 void remove_landmarks(const std::vector<bool>& is_removed, SmoothingGraph* graph);
 
-/// Throws Error for an estimate of a pose or landmark that is not finite; naming the factor, for one
-/// that is not, has no positive variance or names a pose or landmark that is not there; and unless
-/// there is one motion less than there are poses.
+/// Throws Error for an estimate of a pose or landmark that is not finite; naming the factor, for
+/// one that is not, has no positive variance or names a pose or landmark that is not there; and
+/// unless there is one motion less than there are poses.
 void check(const SmoothingGraph& graph);
 
 }  // namespace pf_resampling
