@@ -17,6 +17,7 @@ RANGES = ("core_kernels_test", "core_learning_test")
 STORE = ("core_landmark_store_test",)
 BACKGROUND = ("core_background_redraw_test",)
 REASSOCIATION = ("core_reassociation_test",)
+SMOOTHED_PAST = ("core_smoothed_past_test",)
 CROSS_VALIDATION = ("core_cross_validation_test",)
 ANCESTRY = ("core_ancestry_test", "core_resampling_test")
 MCL = ("core_beacon_mcl_test",)
@@ -527,6 +528,41 @@ BUGS = [
         ("core_pose_statistics_test",),
     ),
     # Smoothing: what decides which landmark was seen, and how noisy the data are.
+    (
+        "reassociation: what was seen since an arrival is never decided anew",
+        "smoothed_past.cpp",
+        "if (undecided.decide_anew(options, reassociation, from, next_id, this, &solution)) break;",
+        "(void)from;",
+        SMOOTHED_PAST,
+    ),
+    (
+        "reassociation: a landmark that particles give up is forgotten, however often it was seen",
+        "smoothed_past.cpp",
+        "if (seen < kOftenSeen) return forget_landmark(id);",
+        "if (seen >= 0) return forget_landmark(id);",
+        SMOOTHED_PAST,
+    ),
+    (
+        "reassociation: a dormant landmark that is seen again stays dormant",
+        "smoothed_past.cpp",
+        "if (!state_.is_dormant[static_cast<std::size_t>(newer)]) {",
+        "if (false) {",
+        SMOOTHED_PAST,
+    ),
+    (
+        "reassociation: the evidence favours whoever has more landmarks",
+        "reassociation.cpp",
+        "association_cost(options, solution.cost, graph) + 0.5 * solution.log_determinant;",
+        "association_cost(options, solution.cost, graph);",
+        REASSOCIATION,
+    ),
+    (
+        "reassociation: what is tracked anew may be what was seen before",
+        "reassociation.cpp",
+        "is_candidate.push_back(now - seen <= gap);",
+        "is_candidate.push_back(true);",
+        REASSOCIATION,
+    ),
     (
         "reassociation: a scan sees a landmark twice",
         "reassociation.cpp",

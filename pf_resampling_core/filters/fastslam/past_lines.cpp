@@ -194,6 +194,7 @@ void write_past_lines(const SmoothedPastState& past, LineWriter* writer) {
     text = "past_landmark";
     append(past.landmark_ids[l], &text);
     append(std::int64_t{past.last_seen[l]}, &text);
+    append(std::int64_t{past.is_dormant[l] ? 1 : 0}, &text);
     for_each_entry(graph.landmarks[l], Numbers(&text));
     writer->line(text);
   }
@@ -237,12 +238,12 @@ SmoothedPastState read_past_lines(LineReader* reader) {
   reader->take("past_constants", kSensorConstants);
   for_each_entry(graph.constants, Words(reader));
   for (std::int64_t l = 0; l < landmarks; ++l) {
-    reader->take("past_landmark", 4);
+    reader->take("past_landmark", 5);
     past.landmark_ids.push_back(reader->integer(1, -1, std::int64_t{1} << 62));
     past.last_seen.push_back(static_cast<int>(reader->integer(2, -kMost, kMost)));
-    past.is_dormant.push_back(false);
+    past.is_dormant.push_back(reader->integer(3, 1) == 1);
     graph.landmarks.emplace_back();
-    for_each_entry(graph.landmarks.back(), Words(reader, 3));
+    for_each_entry(graph.landmarks.back(), Words(reader, 4));
   }
   for (std::int64_t i = 0; i < poses; ++i) {
     reader->take("past_pose", 3);
@@ -276,7 +277,8 @@ std::string fault_of(const SmoothedPastState& past) {
   const SmoothingGraph& graph = past.graph;
   if (graph.poses.empty()) return {};
   if (past.landmark_ids.size() != graph.landmarks.size() ||
-      past.last_seen.size() != graph.landmarks.size()) {
+      past.last_seen.size() != graph.landmarks.size() ||
+      past.is_dormant.size() != graph.landmarks.size()) {
     return "what a redraw draws from has not an id and a last sighting for each landmark";
   }
   const GaussianPrior& prior = graph.prior;

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "pf_resampling_core/test/smoothing/ring_drive.hpp"
@@ -142,6 +143,73 @@ TEST(Reassociation, FindsLandmarksThatAreOne) {
     const SmoothingResult again = smooth(kSmoothing, &merged);
     ASSERT_EQ(again.fault, SmoothingFault::none);
     EXPECT_TRUE(find_duplicates(kReassociation, merged, again.belief).pairs.empty());
+  }
+}
+
+// From pose 60 on every sighting has the wrong landmark. What is tracked from there is pure, though
+// odometry alone says where the robot is, and what was before stays as it was.
+TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
+  constexpr int kFrom = 60;
+  SmoothingGraph graph = smoothed(RingDrive(120, 15, 5, SensorConstants::Zero()).graph);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < graph.poses.size(); ++i) times.push_back(static_cast<double>(i));
+  std::map<double, int> right;  // by range: no two are the same
+  for (SightingFactor& sighting : graph.sightings) {
+    right[sighting.range] = sighting.landmark;
+    if (sighting.pose >= kFrom)
+      sighting.landmark = (sighting.landmark + 1) % static_cast<int>(graph.landmarks.size());
+  }
+  const int known = static_cast<int>(graph.landmarks.size());
+  SmoothingGraph anew = graph;
+  anew.poses.back().x += 10.0;
+  anew.unassigned.push_back(anew.sightings.back());
+  anew.unassigned.back().range += 1e-3;
+  right[anew.unassigned.back().range] = right[anew.sightings.back().range];
+  track_anew(kReassociation, kFrom, 10.0, times, &anew);
+  EXPECT_TRUE(anew.unassigned.empty());
+  ASSERT_EQ(anew.sightings.size(), graph.sightings.size() + 1);
+  EXPECT_EQ(anew.poses[kFrom].x, graph.poses[kFrom].x);
+  EXPECT_NEAR(anew.poses.back().x, graph.poses.back().x, 1.0);
+  std::map<int, int> truth_of;
+  int tracked = 0;
+  for (std::size_t s = 0; s < anew.sightings.size(); ++s) {
+    const SightingFactor& sighting = anew.sightings[s];
+    if (sighting.pose < kFrom) {
+      EXPECT_EQ(sighting.landmark, graph.sightings[s].landmark);
+      continue;
+    }
+    ++tracked;
+    EXPECT_GE(sighting.landmark, known);
+    const auto found = truth_of.emplace(sighting.landmark, right.at(sighting.range)).first;
+    EXPECT_EQ(found->second, right.at(sighting.range)) << s;
+  }
+  EXPECT_GT(tracked, 50);
+}
+
+// Two sightings from a place that is known, of one landmark or of two. With ρ the density of
+// landmarks per m and rad, one explains them by ρ·N(difference; 0, 2R), two by ρ².
+TEST(Reassociation, WeighsOneLandmarkAgainstTwoByTheirEvidence) {
+  for (const double difference : {0.0, 0.1, 0.3}) {
+    SmoothingGraph one;
+    one.poses = {Pose2{}};
+    one.prior = prior_at(Pose2{}, SensorConstants::Zero());
+    one.landmarks = {{4.0, 0.0}};
+    one.sightings = {{0, 0, 4.0 - 0.5 * difference, 0.0, 25e-4, 4e-4, {}},
+                     {0, 0, 4.0 + 0.5 * difference, 0.0, 25e-4, 4e-4, {}}};
+    SmoothingGraph two = one;
+    two.landmarks.push_back(two.landmarks[0]);
+    two.sightings[1].landmark = 1;
+    ReassociationOptions options = kReassociation;
+    options.robust_width = 0.0;
+    const SmoothingOptions smoothing{50, 0.0, 1e-12};
+    const SmoothingResult of_one = smooth(smoothing, &one);
+    const SmoothingResult of_two = smooth(smoothing, &two);
+    const double log_likelihood = -std::log(2.0 * kPi * 2.0 * std::sqrt(25e-4 * 4e-4)) -
+                                  0.5 * difference * difference / (2.0 * 25e-4);
+    EXPECT_NEAR(
+        association_evidence(options, of_one, one) - association_evidence(options, of_two, two),
+        options.log_density_of_landmarks - log_likelihood, 2e-3)
+        << difference;
   }
 }
 

@@ -236,7 +236,7 @@ past_prior_row 0 0 0 0 0 0 0 0 4
 past_prior_row 0 0 0 0 0 0 0 0 0 4
 past_prior_row 0 0 0 0 0 0 0 0 0 0 4
 past_constants 0 0 0 0 0 0.015625 0
-past_landmark 3 1 4 2.5
+past_landmark 3 1 1 4 2.5
 past_pose 1.25 -0.5 0.125
 past_motion 0.25 0 0.125 0.25 0 0 0 0.25 0 0 0 0.5 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0
 past_pose 1.5 -0.25 0.25
@@ -250,7 +250,7 @@ past_error 0.5 -0.25 1.5 0 0 0.125 0.25 0 0 1.5 0.5 0 0 0.5 0 0 0 0
 past_window 2
 past_error 1.5 0 1 0 0 0 0 0 0 1 2 0 0 2 0 0 0 0
 past_error -0.5 1 1 0 0 0 0 0 0 1 3 0 0 3 0.25 0 0 0.25
-end 67 5056f90dff799616
+end 67 7410d78f209eaea1
 )";
   write(path_, documented);
   const SavedMap map = read_map_file(path_);
@@ -301,6 +301,7 @@ end 67 5056f90dff799616
   EXPECT_EQ(graph.landmarks.at(0), Eigen::Vector2d(4.0, 2.5));
   EXPECT_EQ(map.past.landmark_ids.at(0), 3);
   EXPECT_EQ(map.past.last_seen.at(0), 1);
+  EXPECT_TRUE(map.past.is_dormant.at(0));
   EXPECT_EQ(graph.sightings.at(0).bearing, 0.75);
   EXPECT_EQ(graph.sightings.at(0).sensor.x, 0.5);
   ASSERT_EQ(graph.unassigned.size(), 1u);

@@ -250,7 +250,10 @@ TEST(Redraw, FindsTheSensorsBias) {
 
 // Five rounds past landmarks 3 m apart without ids, and something that is no landmark in every
 // fifth scan. Of 20 drives, each honest map has a landmark inside its 95 % ellipse with a standard
-// error of at most 0.05, as above.
+// error of at most 0.05, as above. Errors of a drive are two shifts and a turn of all landmarks at
+// most, so that of 20 drives there are 40 to 60 that are independent: the mean squares of two
+// equally good filters differ by 2.2 or more once in 140 times (F distribution with 40 and 40
+// degrees).
 TEST(Redraw, FindsLandmarksAgainWithoutIds) {
   FastSlamOptions options = redraw_options();
   options.association.method = DataAssociation::mutual_exclusion;
@@ -285,7 +288,7 @@ TEST(Redraw, FindsLandmarksAgainWithoutIds) {
   EXPECT_LE(false_landmarks, 10);  // one in two drives
   EXPECT_GT(inside, 0.75 * found);
   const MapFigures known = figures_of(redraw_options());
-  EXPECT_LT(squared_error / found, 1.3 * known.squared_error / known.landmarks);
+  EXPECT_LT(squared_error / found, 2.2 * known.squared_error / known.landmarks);
 }
 
 // A hundred updates since the last redraw: the map at the end is that of resampling unless it is
