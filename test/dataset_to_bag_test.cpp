@@ -92,7 +92,11 @@ TEST(DatasetToBag, FailsWithOneLineAndLeavesNoBag) {
   const TemporaryDirectory directory;
   const std::string out = directory.file("out.bag");
   const std::string bad = directory.write("ranges.csv", "t,beacon,range\n1,7,ten\n");
+  MatFileWriter late;
+  late.add("DR", {{-1e65, 0.5, 0.0}, {1.5, 0.5, 0.1}}).add("TD", {{1.2, 2.0, 7.0, 10.0}});
+  const std::string mat = directory.write("late.mat", late.bytes());
   const std::vector<std::pair<std::string, std::string>> failures = {
+      {"plaza " + mat + " " + out, mat + ": times from -"},
       {"csv " + directory.path() + " " + out, bad + ":2: column range: 'ten' is not a number"},
       {"csv " + directory.file("none") + " " + out, "no such directory"},
       {"plaza " + directory.file("none.mat") + " " + out, "no such file"},
@@ -105,7 +109,7 @@ TEST(DatasetToBag, FailsWithOneLineAndLeavesNoBag) {
     EXPECT_TRUE(result.is_one_line_error("dataset_to_bag")) << result.error << result.out;
     EXPECT_NE(result.error.find(words), std::string::npos) << result.error;
   }
-  EXPECT_EQ(directory.listing(), "ranges.csv");
+  EXPECT_EQ(directory.listing(), "late.mat ranges.csv");
 
   directory.write("ranges.csv", "t,beacon,range\n1,7,10\n");
   const ProgramResult result =

@@ -70,7 +70,15 @@ int convert(const DatasetFormat& format, const std::vector<std::string>& argumen
   if (!line.parse(arguments)) return 0;
   const std::string in = line.text(format.input);
   require_separate(line.written(), files_in(in));
-  write_and_report(format.read(in, line), in, line.text("out.bag"));
+  const std::string out = line.text("out.bag");
+  const Recording recording = naming(in, [&] { return format.read(in, line); });
+  try {
+    write_and_report(recording, in, out);
+  } catch (const Error& error) {
+    // What is wrong with the recording is of the input.
+    if (std::string(error.what()).find(out) != std::string::npos) throw;
+    throw Error(in + ": " + error.what());
+  }
   return 0;
 }
 

@@ -13,13 +13,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iomanip>
 #include <iostream>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
-#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 
@@ -77,8 +78,10 @@ class Writer {
     if (!std::isfinite(earliest)) earliest = latest = 1.0;
     if (earliest < 10.0 * kHeadStart) shift_ = 1.0 - std::floor(earliest);
     if (!(latest + shift_ < kLatestTime) || !(earliest + shift_ > 0.0)) {
-      throw Error("times from " + fixed(earliest, 3) + " to " + fixed(latest, 3) +
-                  " are beyond what ROS can hold; times are in seconds");
+      std::ostringstream what;
+      what << std::setprecision(10) << "times from " << earliest << " to " << latest
+           << " are beyond what ROS can hold; times are in seconds";
+      throw Error(what.str());
     }
     start_ = stamp_of(earliest - kHeadStart);
   }
