@@ -560,7 +560,7 @@ BUGS = [
         "reassociation: what is tracked anew may be what was seen before",
         "reassociation.cpp",
         "is_candidate.push_back(now - seen <= gap);",
-        "is_candidate.push_back(true);",
+        "is_candidate.push_back(now - seen <= gap || seen < 0.0);",
         REASSOCIATION,
     ),
     (
