@@ -42,7 +42,9 @@ struct SmoothingResult {
   int iterations = 0;
   double cost = 0.0;             ///< half the sum of squares at the solution
   double log_determinant = 0.0;  ///< of the information on all unknowns there
-  JointBelief belief;            ///< empty if it was not asked for
+  /// At the start of the last step, which is shorter than any that matters; empty if it was not
+  /// asked for.
+  JointBelief belief;
 };
 
 /// The most probable poses, landmarks and constants given all data of the graph (Dellaert, Kaess
