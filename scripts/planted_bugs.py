@@ -536,6 +536,27 @@ BUGS = [
         SMOOTHED_PAST,
     ),
     (
+        "reassociation: a landmark that was seen beside its double, once by mistake, stays",
+        "smoothed_past.cpp",
+        "while (simplify(options, reassociation, &solution)) {",
+        "while (false) {",
+        SMOOTHED_PAST,
+    ),
+    (
+        "reassociation: neighbours become one, whatever was seen",
+        "smoothed_past.cpp",
+        "if (!(after < before + kSureLogOdds)) return false;",
+        "if (!(after < before + 1e9)) return false;",
+        SMOOTHED_PAST,
+    ),
+    (
+        "reassociation: clutter is tried as landmarks without bound",
+        "smoothed_past.cpp",
+        "if (landmark >= options.most_landmarks) return true;",
+        "",
+        SMOOTHED_PAST,
+    ),
+    (
         "reassociation: a landmark that particles give up is forgotten, however often it was seen",
         "smoothed_past.cpp",
         "if (seen < kOftenSeen) return forget_landmark(id);",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -97,6 +98,13 @@ void associate_scan(const ReassociationOptions& options, const SmoothingGraph& g
     scan[match.sighting].landmark = match.landmark;
     taken.insert(match.landmark);
   }
+}
+
+// A sighting's part of association_cost().
+double cost_as_it_is(const ReassociationOptions& options, const SmoothingGraph& graph,
+                     const SightingFactor& sighting) {
+  return sighting.landmark < 0 ? -options.log_density_of_new
+                               : sighting_cost(options, graph, sighting, sighting.landmark);
 }
 
 // For each landmark those that a scan has seen beside it.
@@ -286,7 +294,7 @@ int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {
   return changed;
 }
 
-void track_anew(const ReassociationOptions& options, int from, double gap,
+bool track_anew(const ReassociationOptions& options, int from, double gap,
                 const std::vector<double>& times, SmoothingGraph* graph) {
   for (std::size_t i = static_cast<std::size_t>(from); i + 1 < graph->poses.size(); ++i) {
     graph->poses[i + 1] =
@@ -312,6 +320,7 @@ void track_anew(const ReassociationOptions& options, int from, double gap,
       SightingFactor& sighting = all[first];
       const Eigen::Vector2d place = vicinity_of(sighting, *graph).centre;
       if (sighting.landmark < 0) {
+        if (graph->landmarks.size() >= options.most_landmarks) return false;
         sighting.landmark = static_cast<int>(graph->landmarks.size());
         graph->landmarks.push_back(place);
         last_seen.push_back(now);
@@ -325,6 +334,54 @@ void track_anew(const ReassociationOptions& options, int from, double gap,
       graph->sightings.push_back(sighting);
     }
   }
+  return true;
+}
+
+std::vector<Dispensable> find_dispensable(const ReassociationOptions& options,
+                                          const SmoothingGraph& graph, double most) {
+  const std::size_t count = graph.landmarks.size();
+  std::vector<double> costs(count, 0.0);
+  std::vector<std::map<int, int>> votes(count);
+  std::vector<bool> is_seen(count, false);
+  std::vector<bool> is_candidate(count, true);
+  const std::vector<SightingFactor> all = all_sightings(graph);
+  std::vector<SightingFactor> scan;
+  for (std::size_t first = 0; first < all.size();) {
+    std::size_t last = first;
+    while (last < all.size() && all[last].pose == all[first].pose) ++last;
+    double before = 0.0;
+    for (std::size_t k = first; k < last; ++k) before += cost_as_it_is(options, graph, all[k]);
+    for (std::size_t k = first; k < last; ++k) {
+      if (all[k].landmark < 0) continue;
+      const std::size_t landmark = static_cast<std::size_t>(all[k].landmark);
+      is_seen[landmark] = true;
+      if (costs[landmark] > most) continue;
+      scan.assign(all.begin() + static_cast<std::ptrdiff_t>(first),
+                  all.begin() + static_cast<std::ptrdiff_t>(last));
+      is_candidate[landmark] = false;
+      associate_scan(options, graph, is_candidate, scan.data(), static_cast<int>(scan.size()));
+      is_candidate[landmark] = true;
+      costs[landmark] -= before;
+      for (const SightingFactor& sighting : scan) {
+        costs[landmark] += cost_as_it_is(options, graph, sighting);
+      }
+      ++votes[landmark][scan[k - first].landmark];
+    }
+    first = last;
+  }
+  const std::vector<std::set<int>> together = seen_together(graph);
+  std::vector<Dispensable> found;
+  for (std::size_t l = 0; l < count; ++l) {
+    if (!is_seen[l] || costs[l] > most) continue;
+    const auto other =
+        std::max_element(votes[l].begin(), votes[l].end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (together[l].count(other->first) == 0) continue;
+    found.push_back({static_cast<int>(l), other->first, costs[l]});
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Dispensable& a, const Dispensable& b) { return a.cost < b.cost; });
+  return found;
 }
 
 Duplicates find_duplicates(const ReassociationOptions& options, const SmoothingGraph& graph,

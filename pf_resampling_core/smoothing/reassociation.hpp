@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -16,6 +18,8 @@ struct ReassociationOptions {
   double log_density_of_new = 0.0;
   /// Likewise, of the landmarks that there are.
   double log_density_of_landmarks = 0.0;
+  /// The joint belief about them is dense.
+  std::size_t most_landmarks = std::numeric_limits<std::size_t>::max();
 };
 
 /// Minus the logarithm of the posterior of estimate and associations, but for a constant: the
@@ -40,12 +44,25 @@ int reassociate(const ReassociationOptions& options, SmoothingGraph* graph);
 
 /// Takes what was seen from pose `from` on for sightings of landmarks that were never seen before:
 /// the poses by odometry, each scan's sightings of those seen within `gap` (s) that fit best, or of
-/// another. `times`: of the poses, s.
-void track_anew(const ReassociationOptions& options, int from, double gap,
+/// another. `times`: of the poses, s. False, with the graph half done, if there are too many.
+bool track_anew(const ReassociationOptions& options, int from, double gap,
                 const std::vector<double>& times, SmoothingGraph* graph);
 
 /// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.
 inline constexpr double kSureLogOdds = 3.0;
+
+/// A landmark that the map could do without.
+struct Dispensable {
+  int landmark = 0;
+  int other = 0;      ///< most of its sightings would be of this one
+  double cost = 0.0;  ///< what association_cost() would grow by, at the estimate as it is
+};
+
+/// The landmarks for which that is least if their scans are shared among the others; the least
+/// first, none above `most`. Only those that a scan has seen beside the other, perhaps by mistake:
+/// find_duplicates() decides about those that none has.
+std::vector<Dispensable> find_dispensable(const ReassociationOptions& options,
+                                          const SmoothingGraph& graph, double most);
 
 /// Landmarks that are one: pairs of their numbers, the older first.
 struct Duplicates {

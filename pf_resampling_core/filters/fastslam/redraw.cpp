@@ -211,7 +211,8 @@ bool FastSlam::redraw(int size) {
   const double log_density = log_density_of_new();
   const ReassociationOptions reassociation = {
       options.robust_width, log_density,
-      log_density - std::log(options_.association.new_landmark_share)};
+      log_density - std::log(options_.association.new_landmark_share),
+      static_cast<std::size_t>(options.max_landmarks)};
   const SmoothingResult solution = association_ == DataAssociation::known
                                        ? past_.solve(smoothing)
                                        : past_.solve(smoothing, reassociation, &next_id_);

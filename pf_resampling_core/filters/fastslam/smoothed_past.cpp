@@ -13,6 +13,8 @@ constexpr std::size_t kMostKept = 300;
 // Attempts to find better associations for one solution.
 constexpr int kMostReassociations = 3;
 constexpr int kMostMergers = 3;
+// Of a landmark that may be done without: what that costs before anything has adapted.
+constexpr double kMostGrowth = 60.0;
 // Of the solutions that associations are judged by: small against the cost of a sighting. The
 // better has to be better by more.
 constexpr double kTrialTolerance = 0.01;
@@ -247,6 +249,7 @@ bool SmoothedPast::part_arrivals(const ReassociationOptions& options, std::int64
         landmark = l;
       }
       if (landmark == graph.landmarks.size()) {
+        if (landmark >= options.most_landmarks) return true;
         graph.landmarks.push_back(graph.landmarks[static_cast<std::size_t>(sighting.landmark)]);
         last.push_back(0.0);
         taken.push_back(-1);
@@ -296,6 +299,8 @@ SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
   }
   for (const int from : undecided.doubtful_since()) {
     if (undecided.decide_anew(options, reassociation, from, next_id, this, &solution)) break;
+  }
+  while (simplify(options, reassociation, &solution)) {
   }
   state_.decided = static_cast<int>(graph().poses.size());
   wake_seen();
@@ -352,7 +357,9 @@ bool SmoothedPast::decide_anew(const SmoothingOptions& options,
                                std::int64_t* next_id, SmoothedPast* best,
                                SmoothingResult* solution) const {
   SmoothedPast other = *this;
-  track_anew(reassociation, from, kPassageGap, times_of(state_), &other.state_.graph);
+  if (!track_anew(reassociation, from, kPassageGap, times_of(state_), &other.state_.graph)) {
+    return false;
+  }
   while (other.state_.landmark_ids.size() < other.graph().landmarks.size()) {
     other.add_landmark((*next_id)++, from);
   }
@@ -364,6 +371,44 @@ bool SmoothedPast::decide_anew(const SmoothingOptions& options,
   if (!(after < before - kSureLogOdds)) return false;
   *best = std::move(other);
   *solution = anew;
+  return true;
+}
+
+// Without a landmark that can be done without, unless all that was seen shows that it is there.
+bool SmoothedPast::simplify(const SmoothingOptions& options,
+                            const ReassociationOptions& reassociation, SmoothingResult* solution) {
+  std::vector<Dispensable> candidates = find_dispensable(reassociation, graph(), kMostGrowth);
+  if (candidates.empty()) return false;
+  if (do_without(options, reassociation, candidates[0], solution)) return true;
+  // The others in turn.
+  if (candidates.size() == 1) return false;
+  const std::size_t next = 1 + graph().poses.size() % (candidates.size() - 1);
+  return do_without(options, reassociation, candidates[next], solution);
+}
+
+bool SmoothedPast::do_without(const SmoothingOptions& options,
+                              const ReassociationOptions& reassociation,
+                              const Dispensable& landmark, SmoothingResult* solution) {
+  SmoothingOptions trial = options;
+  trial.tolerance = std::max(options.tolerance, kTrialTolerance);
+  trial.with_belief = false;
+  SmoothedPast other = *this;
+  const auto [older, newer] = std::minmax(landmark.landmark, landmark.other);
+  const Eigen::Vector2d place = graph().landmarks[static_cast<std::size_t>(landmark.other)];
+  other.merge({{older, newer}});
+  other.state_.graph.landmarks[static_cast<std::size_t>(older)] = place;
+  SmoothingResult without = other.solve(trial);
+  for (int i = 0; i < kMostReassociations && without.fault == SmoothingFault::none; ++i) {
+    if (reassociate(reassociation, &other.state_.graph) == 0) break;
+    other.forget_unseen();
+    without = other.solve(trial);
+  }
+  if (without.fault != SmoothingFault::none) return false;
+  const double before = association_evidence(reassociation, *solution, graph());
+  const double after = association_evidence(reassociation, without, other.graph());
+  if (!(after < before + kSureLogOdds)) return false;
+  *this = std::move(other);
+  *solution = without;
   return true;
 }
 

@@ -91,6 +91,10 @@ class SmoothedPast {
                         SmoothingResult* solution);
   bool improve_associations(const SmoothingOptions& options,
                             const ReassociationOptions& reassociation, SmoothingResult* solution);
+  bool simplify(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                SmoothingResult* solution);
+  bool do_without(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                  const Dispensable& landmark, SmoothingResult* solution);
   SmoothingResult settle(const SmoothingOptions& options,
                          const ReassociationOptions& reassociation);
   std::vector<int> doubtful_since() const;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -165,7 +166,11 @@ TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
   anew.unassigned.push_back(anew.sightings.back());
   anew.unassigned.back().range += 1e-3;
   right[anew.unassigned.back().range] = right[anew.sightings.back().range];
-  track_anew(kReassociation, kFrom, 10.0, times, &anew);
+  SmoothingGraph too_many = anew;
+  EXPECT_TRUE(track_anew(kReassociation, kFrom, 10.0, times, &anew));
+  ReassociationOptions few = kReassociation;
+  few.most_landmarks = anew.landmarks.size() - 1;
+  EXPECT_FALSE(track_anew(few, kFrom, 10.0, times, &too_many));
   EXPECT_TRUE(anew.unassigned.empty());
   ASSERT_EQ(anew.sightings.size(), graph.sightings.size() + 1);
   EXPECT_EQ(anew.poses[kFrom].x, graph.poses[kFrom].x);
@@ -184,6 +189,40 @@ TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
     EXPECT_EQ(found->second, right.at(sighting.range)) << s;
   }
   EXPECT_GT(tracked, 50);
+}
+
+// From the origin two landmarks are seen 0.1 m apart, two standard deviations, in three scans each;
+// in one both; and one that stands alone. Without the second, three sightings are of the first, at
+// ½·2² more each, and one is of nothing.
+TEST(Reassociation, FindsWhatCanBeDoneWithout) {
+  SmoothingGraph graph;
+  graph.poses.assign(8, Pose2{});
+  graph.motions.assign(7, MotionFactor{});
+  graph.prior = prior_at(Pose2{}, SensorConstants::Zero());
+  graph.landmarks = {{4.0, 0.0}, {4.1, 0.0}, {-3.0, 0.0}};
+  for (int pose = 0; pose < 8; ++pose) {
+    if (pose < 4) graph.sightings.push_back({pose, 0, 4.0, 0.0, 25e-4, 4e-4, {}});
+    if (pose > 2) graph.sightings.push_back({pose, 1, 4.1, 0.0, 25e-4, 4e-4, {}});
+    graph.sightings.push_back({pose, 2, 3.0, -kPi, 25e-4, 4e-4, {}});
+  }
+  ReassociationOptions options = kReassociation;
+  options.robust_width = 0.0;
+  const double of_nothing = -options.log_density_of_new - std::log(2.0 * kPi * 0.05 * 0.02);
+  const std::vector<Dispensable> found = find_dispensable(options, graph, 50.0);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].landmark, 0);
+  EXPECT_EQ(found[0].other, 1);
+  EXPECT_NEAR(found[0].cost, 3.0 * 2.0 + of_nothing, 1e-6);
+  EXPECT_EQ(found[1].landmark, 1);
+  EXPECT_EQ(found[1].other, 0);
+  EXPECT_NEAR(found[1].cost, 4.0 * 2.0 + of_nothing, 1e-6);
+  EXPECT_EQ(find_dispensable(options, graph, found[0].cost + 1.0).size(), 1u);
+  // Nothing has shown yet that they are two: find_duplicates() decides.
+  graph.sightings.erase(
+      std::remove_if(graph.sightings.begin(), graph.sightings.end(),
+                     [](const SightingFactor& s) { return s.pose == 3 && s.landmark == 1; }),
+      graph.sightings.end());
+  EXPECT_TRUE(find_dispensable(options, graph, 50.0).empty());
 }
 
 // Two sightings from a place that is known, of one landmark or of two. With ρ the density of
