@@ -1,7 +1,9 @@
 #include "pf_resampling_core/smoothing/normal_equations.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "pf_resampling_core/smoothing/residuals.hpp"
 
@@ -10,112 +12,94 @@ namespace {
 
 // Nothing else holds a landmark whose sightings were all taken away.
 constexpr double kLandmarkInformation = 1e-9;  // 1/m^2
-constexpr int kLeaf = 4;                       // poses that are eliminated in the order of time
+// Poses of a segment, at least.
+constexpr int kShortest = 12;
 
-// The place of a block in the upper triangle.
-struct BlockPlace {
-  int row, column, rows, columns;
-};
+// The longer the drive, the longer the segments: so many cuts are left that they cost no more.
+int segment_length(int poses) {
+  return std::max(kShortest, static_cast<int>(0.5 * std::sqrt(poses)));
+}
+
+std::size_t to_size(int number) {
+  return static_cast<std::size_t>(number);
+}
+
+// Lower triangle of the Cholesky factor of a matrix of which only that is given. False if it is not
+// positive definite.
+bool factorize_in_place(Eigen::MatrixXd* matrix) {
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(*matrix);
+  return factor.info() == Eigen::Success;
+}
 
 }  // namespace
 
 NormalEquations::NormalEquations(const SmoothingGraph& graph) {
-  const int poses = static_cast<int>(graph.poses.size());
-  const int landmarks = static_cast<int>(graph.landmarks.size());
-  pose_at_.resize(graph.poses.size());
-  order_poses(0, poses - 1);
-  first_landmark_ = next_;
-  constants_ = first_landmark_ + 2 * landmarks;
+  cut_into_segments(static_cast<int>(graph.poses.size()));
+  constants_ = first_landmark_ + 2 * static_cast<int>(graph.landmarks.size());
   pose_at_.back() = constants_ + kSensorConstants;
   const int size = pose_at_.back() + 3;
   for (const MotionFactor& motion : graph.motions) {
     motion_roots_.push_back(motion_root(motion, graph.noise.motion));
   }
   prior_places_ = prior_places(graph.prior);
-
-  // The pattern: which rows each column of the upper triangle has.
-  std::vector<BlockPlace> blocks;
-  const auto put = [&](int row, int rows, int column, int columns) {
-    if (row <= column) {
-      blocks.push_back({row, column, rows, columns});
-    } else {
-      blocks.push_back({column, row, columns, rows});
-    }
-  };
-  for (int pose = 0; pose < poses; ++pose) {
-    const int at = pose_at_[static_cast<std::size_t>(pose)];
-    put(at, 3, at, 3);
-    put(at, 3, constants_, kSensorConstants);
-    if (pose > 0) put(pose_at_[static_cast<std::size_t>(pose) - 1], 3, at, 3);
-  }
-  for (int landmark = 0; landmark < landmarks; ++landmark) {
-    put(landmark_at(landmark), 2, landmark_at(landmark), 2);
-    put(landmark_at(landmark), 2, constants_, kSensorConstants);
-  }
-  put(constants_, kSensorConstants, constants_, kSensorConstants);
-  for (const SightingFactor& sighting : graph.sightings) {
-    put(pose_at_[static_cast<std::size_t>(sighting.pose)], 3, landmark_at(sighting.landmark), 2);
-  }
-  std::vector<std::vector<int>> rows(static_cast<std::size_t>(size));
-  for (const BlockPlace& block : blocks) {
-    for (int column = block.column; column < block.column + block.columns; ++column) {
-      for (int row = block.row; row < block.row + block.rows && row <= column; ++row) {
-        rows[static_cast<std::size_t>(column)].push_back(row);
-      }
-    }
-  }
-  const GaussianPrior& prior = graph.prior;
-  for (Eigen::Index j = 0; j < prior.size(); ++j) {
-    for (Eigen::Index i = 0; i < prior.size(); ++i) {
-      const int row = prior_places_[static_cast<std::size_t>(i)];
-      const int column = prior_places_[static_cast<std::size_t>(j)];
-      if (prior.information(i, j) != 0.0 && row <= column) {
-        rows[static_cast<std::size_t>(column)].push_back(row);
-      }
-    }
-  }
-  hessian_.resize(size, size);
-  Eigen::VectorXi sizes(size);
-  for (int column = 0; column < size; ++column) {
-    std::vector<int>& in_column = rows[static_cast<std::size_t>(column)];
-    std::sort(in_column.begin(), in_column.end());
-    in_column.erase(std::unique(in_column.begin(), in_column.end()), in_column.end());
-    sizes[column] = static_cast<int>(in_column.size());
-  }
-  hessian_.reserve(sizes);
-  for (int column = 0; column < size; ++column) {
-    for (const int row : rows[static_cast<std::size_t>(column)]) hessian_.insert(row, column) = 0.0;
-  }
-  hessian_.makeCompressed();
-  for (Eigen::Index j = 0; j < prior.size(); ++j) {
-    for (Eigen::Index i = 0; i < prior.size(); ++i) {
-      const int row = prior_places_[static_cast<std::size_t>(i)];
-      const int column = prior_places_[static_cast<std::size_t>(j)];
-      if (prior.information(i, j) != 0.0 && row <= column) {
-        prior_slots_.push_back(slot_of(row, column));
-      }
-    }
-  }
+  find_borders(graph);
+  of_rest_.resize(size - rest_, size - rest_);
   gradient_.setZero(size);
-  factor_.analyzePattern(hessian_);
 }
 
-// The middle one last: the halves are then independent. The newest pose has its own place.
-void NormalEquations::order_poses(int first, int last) {
-  const int newest = static_cast<int>(pose_at_.size()) - 1;
-  const auto place = [&](int pose) {
-    if (pose == newest) return;
-    pose_at_[static_cast<std::size_t>(pose)] = next_;
-    next_ += 3;
-  };
-  if (last - first < kLeaf) {
-    for (int pose = first; pose <= last; ++pose) place(pose);
-    return;
+// The first pose is a cut: the prior joins it with the landmarks. The newest has its own place.
+void NormalEquations::cut_into_segments(int poses) {
+  const int length = segment_length(poses);
+  const auto is_cut = [&](int pose) { return pose % (length + 1) == 0; };
+  pose_at_.resize(to_size(poses));
+  segment_of_.assign(to_size(poses), -1);
+  int next = 0;
+  for (int pose = 0; pose + 1 < poses; ++pose) {
+    if (is_cut(pose)) continue;
+    if (is_cut(pose - 1)) {
+      segments_.emplace_back();
+      segments_.back().at = next;
+    }
+    segment_of_[to_size(pose)] = static_cast<int>(segments_.size()) - 1;
+    segment_at_.push_back(segment_of_[to_size(pose)]);
+    pose_at_[to_size(pose)] = next;
+    next += 3;
   }
-  const int middle = first + (last - first) / 2;
-  order_poses(first, middle - 1);
-  order_poses(middle + 1, last);
-  place(middle);
+  rest_ = next;
+  for (int pose = 0; pose + 1 < poses; pose += length + 1) {
+    pose_at_[to_size(pose)] = next;
+    next += 3;
+  }
+  first_landmark_ = next;
+}
+
+void NormalEquations::find_borders(const SmoothingGraph& graph) {
+  std::vector<std::set<std::pair<int, int>>> blocks(segments_.size());  // first unknown, number
+  std::vector<int> sizes(segments_.size(), 0);
+  const int poses = static_cast<int>(graph.poses.size());
+  for (int pose = 0; pose < poses; ++pose) {
+    const int segment = segment_of_[to_size(pose)];
+    if (segment < 0) continue;
+    sizes[to_size(segment)] += 3;
+    for (const int neighbour : {pose - 1, pose + 1}) {
+      if (segment_of_[to_size(neighbour)] < 0) {
+        blocks[to_size(segment)].emplace(pose_at_[to_size(neighbour)], 3);
+      }
+    }
+  }
+  for (const SightingFactor& sighting : graph.sightings) {
+    const int segment = segment_of_[to_size(sighting.pose)];
+    if (segment >= 0) blocks[to_size(segment)].emplace(landmark_at(sighting.landmark), 2);
+  }
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    Segment& segment = segments_[s];
+    blocks[s].emplace(constants_, kSensorConstants);
+    for (const auto& [at, count] : blocks[s]) {
+      for (int i = 0; i < count; ++i) segment.border.push_back(at + i);
+    }
+    segment.own.resize(sizes[s], sizes[s]);
+    segment.coupling.resize(sizes[s], static_cast<Eigen::Index>(segment.border.size()));
+  }
 }
 
 std::vector<int> NormalEquations::prior_places(const GaussianPrior& prior) const {
@@ -143,35 +127,38 @@ Eigen::VectorXd NormalEquations::prior_difference(const SmoothingGraph& graph) c
   return difference;
 }
 
-int NormalEquations::slot_of(int row, int column) const {
-  const int* inner = hessian_.innerIndexPtr();
-  const int* begin = inner + hessian_.outerIndexPtr()[column];
-  const int* end = inner + hessian_.outerIndexPtr()[column + 1];
-  return static_cast<int>(std::lower_bound(begin, end, row) - inner);
-}
-
-// Rows of a block follow each other in every column.
+// Of blocks beside the diagonal the one below it counts.
 template <typename Block>
 void NormalEquations::add(int row, int column, const Block& block) {
-  if (row > column) {
+  if (row < column) {
     add(column, row, block.transpose().eval());
-    return;
-  }
-  for (int j = 0; j < block.cols(); ++j) {
-    double* value = hessian_.valuePtr() + slot_of(row, column + j);
-    const int rows = row == column ? j + 1 : static_cast<int>(block.rows());
-    for (int i = 0; i < rows; ++i) value[i] += block(i, j);
+  } else if (column >= rest_) {
+    of_rest_.block(row - rest_, column - rest_, block.rows(), block.cols()) += block;
+  } else {
+    Segment& segment = segments_[to_size(segment_at_[to_size(column / 3)])];
+    const int own = column - segment.at;
+    if (row < rest_) {
+      segment.own.block(row - segment.at, own, block.rows(), block.cols()) += block;
+    } else {
+      const auto place = std::lower_bound(segment.border.begin(), segment.border.end(), row);
+      segment.coupling.block(own, place - segment.border.begin(), block.cols(), block.rows()) +=
+          block.transpose();
+    }
   }
 }
 
 void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width,
                                 const std::vector<int>& left_out) {
-  std::fill(hessian_.valuePtr(), hessian_.valuePtr() + hessian_.nonZeros(), 0.0);
+  for (Segment& segment : segments_) {
+    segment.own.setZero();
+    segment.coupling.setZero();
+  }
+  of_rest_.setZero();
   gradient_.setZero();
   landmarks_given_path_.assign(graph.landmarks.size(),
                                kLandmarkInformation * Eigen::Matrix2d::Identity());
   odometry_given_path_.setZero();
-  // Finding a block's place takes longer than computing it, so blocks are summed up before.
+  // Finding a block's place may take longer than computing it, so blocks are summed up before.
   using ByConstants = Eigen::Matrix<double, 3, kSensorConstants>;
   std::vector<Eigen::Matrix3d> of_poses(graph.poses.size(), Eigen::Matrix3d::Zero());
   std::vector<ByConstants> of_poses_and_constants(graph.poses.size(), ByConstants::Zero());
@@ -234,15 +221,12 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
 void NormalEquations::add_prior(const SmoothingGraph& graph) {
   const GaussianPrior& prior = graph.prior;
   const Eigen::VectorXd slope = prior.gradient + prior.information * prior_difference(graph);
-  std::size_t next = 0;
   for (Eigen::Index j = 0; j < prior.size(); ++j) {
     const int column = prior_places_[static_cast<std::size_t>(j)];
     gradient_[column] += slope[j];
     for (Eigen::Index i = 0; i < prior.size(); ++i) {
       const int row = prior_places_[static_cast<std::size_t>(i)];
-      if (prior.information(i, j) != 0.0 && row <= column) {
-        hessian_.valuePtr()[prior_slots_[next++]] += prior.information(i, j);
-      }
+      if (row >= column) of_rest_(row - rest_, column - rest_) += prior.information(i, j);
     }
   }
   for (std::size_t l = 0; l < prior.landmarks_given_path.size(); ++l) {
@@ -252,26 +236,71 @@ void NormalEquations::add_prior(const SmoothingGraph& graph) {
 }
 
 bool NormalEquations::factorize(double damping) {
-  if (damping == 0.0) {
-    factor_.factorize(hessian_);
-  } else {
-    Sparse damped = hessian_;
-    for (int i = 0; i < size(); ++i) {
-      // The diagonal is the last of its column's upper triangle.
-      damped.valuePtr()[damped.outerIndexPtr()[i + 1] - 1] *= 1.0 + damping;
+  rest_root_ = of_rest_;
+  rest_root_.diagonal() *= 1.0 + damping;
+  Eigen::MatrixXd sum;
+  for (Segment& segment : segments_) {
+    segment.own_root = segment.own;
+    segment.own_root.diagonal() *= 1.0 + damping;
+    if (!factorize_in_place(&segment.own_root)) return false;
+    segment.eliminated = segment.coupling;
+    segment.own_root.triangularView<Eigen::Lower>().solveInPlace(segment.eliminated);
+    const Eigen::Index border = segment.eliminated.cols();
+    sum.setZero(border, border);
+    sum.selfadjointView<Eigen::Lower>().rankUpdate(segment.eliminated.transpose());
+    for (Eigen::Index j = 0; j < border; ++j) {
+      const int column = segment.border[static_cast<std::size_t>(j)] - rest_;
+      for (Eigen::Index i = j; i < border; ++i) {
+        rest_root_(segment.border[static_cast<std::size_t>(i)] - rest_, column) -= sum(i, j);
+      }
     }
-    factor_.factorize(damped);
   }
-  return factor_.info() == Eigen::Success;
+  return factorize_in_place(&rest_root_);
 }
 
 double NormalEquations::log_determinant() const {
-  const Sparse& lower = factor_.matrixL().nestedExpression();
-  return 2.0 * lower.diagonal().array().log().sum();
+  double sum = rest_root_.diagonal().array().log().sum();
+  for (const Segment& segment : segments_) sum += segment.own_root.diagonal().array().log().sum();
+  return 2.0 * sum;
+}
+
+// factor⁻¹·right
+Eigen::MatrixXd NormalEquations::forward(Eigen::MatrixXd right) const {
+  for (const Segment& segment : segments_) {
+    auto own = right.middleRows(segment.at, segment.size());
+    segment.own_root.triangularView<Eigen::Lower>().solveInPlace(own);
+    const Eigen::MatrixXd passed_on = segment.eliminated.transpose() * own;
+    for (std::size_t i = 0; i < segment.border.size(); ++i) {
+      right.row(segment.border[i]) -= passed_on.row(static_cast<Eigen::Index>(i));
+    }
+  }
+  auto rest = right.bottomRows(size() - rest_);
+  rest_root_.triangularView<Eigen::Lower>().solveInPlace(rest);
+  return right;
+}
+
+// factor⁻ᵀ·right
+Eigen::MatrixXd NormalEquations::backward(Eigen::MatrixXd right) const {
+  auto rest = right.bottomRows(size() - rest_);
+  rest_root_.triangularView<Eigen::Lower>().transpose().solveInPlace(rest);
+  for (const Segment& segment : segments_) {
+    Eigen::MatrixXd at_border(segment.eliminated.cols(), right.cols());
+    for (std::size_t i = 0; i < segment.border.size(); ++i) {
+      at_border.row(static_cast<Eigen::Index>(i)) = right.row(segment.border[i]);
+    }
+    auto own = right.middleRows(segment.at, segment.size());
+    own.noalias() -= segment.eliminated * at_border;
+    segment.own_root.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
+  }
+  return right;
 }
 
 Eigen::VectorXd NormalEquations::step() const {
-  return -factor_.solve(gradient_);
+  return -backward(forward(gradient_));
+}
+
+Directions NormalEquations::solve(const Directions& right) const {
+  return backward(forward(right));
 }
 
 void NormalEquations::move(const Eigen::VectorXd& step, SmoothingGraph* graph) const {
@@ -348,19 +377,11 @@ Eigen::Index NormalEquations::trailing_size() const {
 
 Eigen::MatrixXd NormalEquations::trailing_root() const {
   const Eigen::Index trailing = trailing_size();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(trailing, trailing);
-  const Sparse& lower = factor_.matrixL().nestedExpression();
-  for (Eigen::Index column = 0; column < trailing; ++column) {
-    for (Sparse::InnerIterator entry(lower, first_landmark_ + column); entry; ++entry) {
-      root(entry.row() - first_landmark_, column) = entry.value();
-    }
-  }
-  return root;
+  return rest_root_.bottomRightCorner(trailing, trailing).triangularView<Eigen::Lower>();
 }
 
 Eigen::VectorXd NormalEquations::trailing_gradient() const {
-  const Eigen::VectorXd eliminated = factor_.matrixL().solve(gradient_);
-  return trailing_root() * eliminated.tail(trailing_size());
+  return trailing_root() * forward(gradient_).bottomRows(trailing_size());
 }
 
 }  // namespace pf_resampling

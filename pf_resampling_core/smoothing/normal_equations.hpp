@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <vector>
 
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
@@ -21,9 +19,10 @@ struct InformationParts {
 };
 
 /// Gauss and Newton's equations H·step = -gradient of a graph, in an order of elimination that
-/// keeps the factor sparse: the poses but the newest by nested dissection in time, then the
-/// landmarks, the constants, the newest pose. These last are what a filter goes on with: the
-/// trailing block of the factor is their joint information.
+/// keeps the factor sparse: the drive is cut into segments of poses, each of which touches only the
+/// two poses that it is cut off at, what was seen from it, and the constants; then these cuts, the
+/// landmarks, the constants, the newest pose. All blocks are dense. The last three parts are what a
+/// filter goes on with: the trailing block of the factor is their joint information.
 class NormalEquations {
  public:
   /// Lays out the graph's structure, which must not change any more.
@@ -43,7 +42,7 @@ class NormalEquations {
   /// -(what was factorised)⁻¹·gradient.
   Eigen::VectorXd step() const;
   /// (what was factorised)⁻¹·right.
-  Directions solve(const Directions& right) const { return factor_.solve(right); }
+  Directions solve(const Directions& right) const;
   const Eigen::VectorXd& gradient() const { return gradient_; }
 
   /// The graph's estimate, moved by a step.
@@ -62,7 +61,7 @@ class NormalEquations {
   int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
   int constants_at() const { return constants_; }
   /// Number of unknowns, and of those of the trailing block.
-  Eigen::Index size() const { return hessian_.cols(); }
+  Eigen::Index size() const { return gradient_.size(); }
   Eigen::Index trailing_size() const;
   /// Lower triangular R with R·Rᵀ the joint information of landmarks, constants and newest pose.
   Eigen::MatrixXd trailing_root() const;
@@ -74,29 +73,41 @@ class NormalEquations {
   const OdometryInformation& odometry_given_path() const { return odometry_given_path_; }
 
  private:
-  using Sparse = Eigen::SparseMatrix<double>;
-  using Factor = Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>>;
+  /// Poses that follow each other, without those it is cut off at.
+  struct Segment {
+    int at = 0;                  // first unknown
+    std::vector<int> border;     // unknowns of the rest that it touches, ascending
+    Eigen::MatrixXd own;         // Hessian: lower triangle
+    Eigen::MatrixXd coupling;    // Hessian: own unknowns by border
+    Eigen::MatrixXd own_root;    // factor: lower triangle
+    Eigen::MatrixXd eliminated;  // factor: own_root⁻¹·coupling
+    Eigen::Index size() const { return own.rows(); }
+  };
 
-  void order_poses(int first, int last);
-  int slot_of(int row, int column) const;
+  void cut_into_segments(int poses);
+  void find_borders(const SmoothingGraph& graph);
   template <typename Block>
   void add(int row, int column, const Block& block);
   void add_prior(const SmoothingGraph& graph);
   std::vector<int> prior_places(const GaussianPrior& prior) const;
   Eigen::VectorXd prior_difference(const SmoothingGraph& graph) const;
+  Eigen::MatrixXd forward(Eigen::MatrixXd right) const;
+  Eigen::MatrixXd backward(Eigen::MatrixXd right) const;
 
-  std::vector<int> pose_at_;  // first unknown of each pose
-  int next_ = 0;
+  std::vector<int> pose_at_;     // first unknown of each pose
+  std::vector<int> segment_of_;  // of each pose; -1: it is in none
+  std::vector<int> segment_at_;  // of each three unknowns before the rest
+  std::vector<Segment> segments_;
+  int rest_ = 0;  // first unknown of the rest: all that is in no segment
   int first_landmark_ = 0;
   int constants_ = 0;
   std::vector<Eigen::Matrix3d> motion_roots_;
   std::vector<int> prior_places_;
-  std::vector<int> prior_slots_;  // of the prior's information among the Hessian's values
-  Sparse hessian_;                // upper triangle
+  Eigen::MatrixXd of_rest_;    // Hessian: lower triangle
+  Eigen::MatrixXd rest_root_;  // factor: lower triangle
   Eigen::VectorXd gradient_;
   std::vector<Eigen::Matrix2d> landmarks_given_path_;
   OdometryInformation odometry_given_path_;
-  Factor factor_;
 };
 
 }  // namespace pf_resampling
