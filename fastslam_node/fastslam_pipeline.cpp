@@ -44,7 +44,9 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
   filter_->set_deferred_redraws(options_.deferred);
   if (options_.deferred) redraws_.emplace(sinks_.stopwatch);
   try {
-    if (!options_.map_file.empty()) start_map_ = read_map_file(options_.map_file);
+    if (!options_.map_file.empty()) {
+      start_map_ = read_map(options_.map_file, options_.frames.map);
+    }
     start_anew();
   } catch (const std::exception& error) {
     if (!options_.starts_without_map) throw;
@@ -64,6 +66,7 @@ void FastSlamPipeline::restart_filter() {
   }
   filter_->reset();
   if (start_map_) filter_->load(*start_map_);
+  loaded_map_ = start_map_ ? options_.map_file : "";
   note_scene_of_map();
 }
 
@@ -181,10 +184,9 @@ void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
     duration = 0.0;
     if (is_believed) continue;
     const RangeBearingObservation& z = scan.observations[k];
-    rejects_.add(kScanNames.topic, RejectReason::gated,
-                 rejection(RejectReason::gated, "landmark ", z.id, " seen at ", z.range, " m and ",
-                           z.bearing, " rad")
-                     .detail);
+    ++not_believed_;
+    last_not_believed_ = "landmark " + std::to_string(z.id) + " seen at " + number_text(z.range) +
+                         " m and " + number_text(z.bearing) + " rad";
   }
 }
 
@@ -247,6 +249,7 @@ void FastSlamPipeline::save_filter(FastSlamCheckpoint* checkpoint) {
 
 void FastSlamPipeline::load_filter(const FastSlamCheckpoint& checkpoint) {
   filter_->load(checkpoint.filter);
+  loaded_map_.clear();
   scene_ = checkpoint.scene;
 }
 

@@ -78,6 +78,12 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
 
   void set_parameters(const std::map<std::string, std::string>& values);
 
+  /// How many landmarks save_map() would write.
+  std::size_t landmarks() { return saved_map(filter_.get(), 0).landmarks.size(); }
+
+  /// How many observations of known landmarks were too far off to be believed.
+  std::uint64_t not_believed() const { return not_believed_; }
+
   /// Gives out map and path as they are at the newest odometry; where the renewal is redraw, of a
   /// copy that is redrawn once more: the filter stays as it is. For the end of a bag.
   void publish_results();
@@ -127,6 +133,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   bool starts_frozen_;
   std::optional<SavedMap> start_map_;
   std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
+  std::string loaded_map_;                   // its file; empty: the filter has a map of its own
   std::string start_problem_;  // why there is none although one was given; until one is loaded
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path
@@ -135,6 +142,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::set<std::int64_t> labels_;                            // ids that have a marker
   Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
   std::int64_t reported_injected_ = 0;
+  std::uint64_t not_believed_ = 0;  // observations, since the start
+  std::string last_not_believed_;   // in words
   ros::Time last_map_;
 };
 

@@ -36,6 +36,10 @@ std::string FastSlamPipeline::save_map(const std::string& path) {
   if (!odometry_.empty() && odometry_.used() != odometry_.newest()) {
     move(odometry_.since(), static_cast<std::uint64_t>(options_.seed), &map);
   }
+  if (map.landmarks.empty()) {
+    throw Error("the map has no landmarks yet, so nothing is written to " + path +
+                "; save it when some have been seen");
+  }
   map.frame = options_.frames.map;
   write_map_file(path, map);
   return std::to_string(map.landmarks.size()) + " landmarks and " +
@@ -43,7 +47,7 @@ std::string FastSlamPipeline::save_map(const std::string& path) {
 }
 
 std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
-  const SavedMap map = read_map_file(path);
+  const SavedMap map = read_map(path, options_.frames.map);
   FastSlamOptions options = options_.filter;
   options.map.frozen = frozen;
   filter_->set_options(options);
@@ -54,6 +58,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
     throw;
   }
   options_.filter = options;
+  loaded_map_ = path;
   start_problem_.clear();
   take_new_belief();
   note_scene_of_map();

@@ -91,6 +91,8 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
 }
 
 void FastSlamPipeline::fill_in(FilterStatus* status) const {
+  status->map_file = loaded_map_;
+  status->not_believed = not_believed_;
   status->landmarks = static_cast<std::uint32_t>(filter_->status().landmarks);
   status->redraws = static_cast<std::uint64_t>(filter_->status().redraws);
   status->redraws_refused = static_cast<std::uint64_t>(filter_->status().redraws_refused);
@@ -140,6 +142,10 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   }
   const NoiseScales& noise = filter_->past().graph().noise;
   add_value("landmarks", std::to_string(status.landmarks), entry);
+  add_value("observations not believed",
+            std::to_string(not_believed_) +
+                (not_believed_ > 0 ? ", last: " + last_not_believed_ : std::string()),
+            entry);
   add_value("redraws", std::to_string(status.redraws), entry);
   add_value("redraws refused", std::to_string(status.redraws_refused), entry);
   add_value("innovation after the last redraw (1 expected)", number_text(status.redraw_innovation),

@@ -110,6 +110,9 @@ std::string FilterHealth::counts_text() const {
   if (latest_->landmarks > 0) counts += ", " + std::to_string(latest_->landmarks) + " landmarks";
   counts += ", " + std::to_string(latest_->updates) + " updates, " +
             std::to_string(latest_->renewals) + " renewals";
+  if (latest_->not_believed > 0) {
+    counts += ", " + std::to_string(latest_->not_believed) + " observations not believed";
+  }
   if (latest_->queued > 0) counts += ", " + std::to_string(latest_->queued) + " waiting";
   return counts;
 }

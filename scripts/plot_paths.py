@@ -21,7 +21,7 @@ except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
 
 TRUTH, ESTIMATE, DEAD_RECKONING, BEACON = "#222222", "#1667b7", "#c9662b", "#8a2be2"
-LANDMARK, CLOSURE, ALIGNED = "#0a8f5b", "#f2b90f", "#5ab0e8"
+LANDMARK, CLOSURE, ALIGNED = "#0a8f5b", "#f2b90f", "#c2185b"
 
 
 def numbers(values):
@@ -111,8 +111,10 @@ def draw_paths(axes, data, closures):
         axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4, alpha=0.35, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
     begin = max(data["clipped_points"] - 1, 0)
-    axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=ESTIMATE, lw=0.9, ls=":", zorder=3)
-    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=ESTIMATE, lw=1.2, zorder=3,
+    # The errors beside are drawn in the same colors, of the path as it was given out and laid on the truth.
+    color = ALIGNED if data.get("aligned_errors") else ESTIMATE
+    axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=color, lw=0.9, ls=":", zorder=3)
+    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=color, lw=1.2, zorder=3,
               label="estimate, laid on the truth" if data["is_aligned"] else "estimate")
     main = truth if has_truth else {"x": np.array(estimate["x"]), "y": np.array(estimate["y"])}
     known = np.flatnonzero(np.isfinite(main["x"]))
@@ -172,9 +174,10 @@ def draw_cartesian(axes, errors, dead_reckoning, aligned):
     if dead_reckoning:
         axes.plot(dead_reckoning["time"], numbers(dead_reckoning["cartesian"]), color=DEAD_RECKONING,
                   lw=1.0, label="dead reckoning")
-    axes.plot(time, error, color=ESTIMATE, lw=1.1, label="estimate")
+    axes.plot(time, error, color=ESTIMATE, lw=1.1, label="estimate as given" if aligned else "estimate")
     if aligned:
-        axes.plot(aligned["time"], numbers(aligned["cartesian"]), color=ALIGNED, lw=1.1, label="laid on the truth")
+        axes.plot(aligned["time"], numbers(aligned["cartesian"]), color=ALIGNED, lw=1.1,
+                  label="estimate, laid on the truth")
     top = limit_of(errors, error, band)
     axes.set_ylim(0.0, top)
     if errors["lost_error"] < top and not aligned:

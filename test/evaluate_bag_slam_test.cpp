@@ -30,7 +30,8 @@ class EvaluateSlamBag : public EvaluatedBag {
   static constexpr double kShrink = 0.98;  // about the middle, (10, 10)
 
   std::string slam_bag(const Pose2& frame, bool with_initial_pose, int first_id,
-                       bool with_particle_errors = false) const {
+                       bool with_particle_errors = false,
+                       const std::string& loaded_map = "") const {
     std::string path = directory_.file("slam.bag");
     BagWriter bag(path);
     const ros::Time start(kStart);
@@ -86,6 +87,7 @@ class EvaluateSlamBag : public EvaluatedBag {
       FilterStatus status;
       status.header.stamp = time;
       status.particles = 100;
+      status.map_file = loaded_map;
       status.effective_sample_size = i % 2 == 0 ? 40.0 : 80.0;
       // Only those of the renewals count.
       status.distinct_ancestors_of_renewal = i % 2 == 1 ? 30 : 80;
@@ -224,6 +226,15 @@ TEST_F(EvaluateSlamBag, LeavesTheFrameWhereItWasGiven) {
   result = evaluate(bag + " --frame fit");
   EXPECT_NEAR(result["estimate"]["cartesian"]["mean"],
               result["estimate"]["cartesian_aligned"]["mean"], 1e-9);
+}
+
+TEST_F(EvaluateSlamBag, LeavesTheFrameOfALoadedMapWhereItIs) {
+  const std::string bag = slam_bag({3.0, -2.0, 0.0}, false, 10, false, "site.csv");
+  const json result = evaluate(bag);
+  EXPECT_EQ(result["frame"], "given");
+  EXPECT_GT(result["map"]["rms"], 3.0);
+  const ProgramResult said = run_program("evaluate_bag " + bag);
+  EXPECT_NE(said.out.find("loaded map, site.csv"), std::string::npos) << said.out;
 }
 
 TEST_F(EvaluateSlamBag, PrintsAndDrawsTheMap) {

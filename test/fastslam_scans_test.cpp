@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <fstream>
 #include <set>
 
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "test/fastslam_rig.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -197,7 +201,7 @@ TEST(FastSlamScans, IfTheFirstScanIsMixedIdsAreNotUsed) {
   EXPECT_LT(run.error(), kLost);
 }
 
-TEST(FastSlamScans, MisreadIdsAreGatedCountedAndReported) {
+TEST(FastSlamScans, MisreadIdsAreNotBelievedAndCountedButNotRejected) {
   FastSlamRig run;
   run.feed(Drive::messages(20.0));
   ASSERT_EQ(run.pipeline.rejects().total(), 0u);
@@ -211,20 +215,55 @@ TEST(FastSlamScans, MisreadIdsAreGatedCountedAndReported) {
        })) {
     handle(message, &run.pipeline);
   }
-  const std::uint64_t counted = run.rejected("landmarks", RejectReason::gated);
+  const std::uint64_t counted = run.pipeline.not_believed();
   // The last scan is still waiting.
   EXPECT_GE(counted, misread - 1);
   EXPECT_LE(counted, misread);
   const FilterStatus& status = run.out.statuses.back();
-  ASSERT_EQ(status.rejects.size(), 1u);
-  EXPECT_EQ(status.rejects[0].input, "landmarks");
-  EXPECT_EQ(status.rejects[0].reason, "gated");
-  EXPECT_EQ(status.rejects[0].count, counted);
+  EXPECT_EQ(status.not_believed, counted);
+  EXPECT_TRUE(status.rejects.empty());
+  EXPECT_EQ(run.out.diagnostics.back().status[1].message, "fine");
   EXPECT_LT(run.error(), kLost);
   EXPECT_LT(run.map_error(), kLost);
   // Resampling has left one history of the map's past by now; nothing else is wrong.
   EXPECT_EQ(status.health, "depleted");
   EXPECT_EQ(run.out.diagnostics.back().status[0].message.find("lost"), std::string::npos);
+}
+
+TEST(FastSlamScans, AnEmptyMapReplacesNoFile) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("good.map");
+  FastSlamRig run;
+  EXPECT_THROW(run.pipeline.save_map(path), Error);
+  EXPECT_FALSE(std::ifstream(path).good());
+  run.feed(Drive::messages(60.0));
+  EXPECT_NE(run.pipeline.save_map(path).find("12 landmarks"), std::string::npos);
+  EXPECT_EQ(run.pipeline.landmarks(), 12u);
+  run.pipeline.reset();
+  EXPECT_THROW(run.pipeline.save_map(path), Error);
+  EXPECT_EQ(read_map_file(path).landmarks.size(), 12u);
+}
+
+TEST(FastSlamScans, LoadsASurveyedMapAndSaysSo) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("survey.csv");
+  {
+    std::ofstream list(path);
+    list << "id,x,y\n";
+    const auto places = Drive::landmarks();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      list << i << "," << places[i].x() << "," << places[i].y() << "\n";
+    }
+  }
+  FastSlamRig run;
+  EXPECT_EQ(run.pipeline.load_map(path, true), "12 landmarks loaded from " + path + ", frozen");
+  run.feed(Drive::messages(20.0));
+  EXPECT_EQ(run.out.statuses.back().map_file, path);
+  EXPECT_LT(run.map_error(), 1e-4);  // six digits in the list
+  EXPECT_LT(run.error(), kLost);
+  run.pipeline.reset();
+  run.feed(Drive::messages(20.0));
+  EXPECT_EQ(run.out.statuses.back().map_file, "");
 }
 
 TEST(FastSlamScans, WhenNothingFitsTheMapDiagnosticsAskWhetherItIsLost) {

@@ -100,12 +100,12 @@ TEST(FilterHealth, RejectsByReasonThoseOfTheLastMinuteFirst) {
     FilterStatus status = status_at(second);
     status.rejects = {reject("ranges", "unknown_beacon", 40),  // all before
                       reject("odom", "not_finite", 0),
-                      reject("ranges", "gated", static_cast<std::uint64_t>(second > 190 ? 7 : 0))};
+                      reject("ranges", "empty", static_cast<std::uint64_t>(second > 190 ? 7 : 0))};
     health.add(status);
   }
   const auto rejects = health.rejects();
   ASSERT_EQ(rejects.size(), 2u);
-  EXPECT_EQ(reject_text(rejects[0]), "ranges: gated 7 (7)");
+  EXPECT_EQ(reject_text(rejects[0]), "ranges: empty 7 (7)");
   EXPECT_EQ(reject_text(rejects[1]), "ranges: unknown beacon 40");
 }
 

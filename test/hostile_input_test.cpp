@@ -313,7 +313,7 @@ TEST(HostileInputOfFastSlam, AMapThatIsFullTakesNoMoreLandmarksAndGoesOn) {
     run.feed(Drive::messages(0.0, 60.0));
     EXPECT_EQ(run.pipeline.filter().status().landmarks, 8);
     EXPECT_GT(run.rejected("landmarks", RejectReason::too_many), 10u);
-    EXPECT_EQ(run.rejected("landmarks", RejectReason::gated), 0u);
+    EXPECT_EQ(run.pipeline.not_believed(), 0u);
     EXPECT_TRUE(run.has_said("a new landmark is not taken: there are 8 in 60 particles"));
     EXPECT_LT(run.out.statuses.back().lost, 0.05);
     EXPECT_LT(run.error(), kLost);

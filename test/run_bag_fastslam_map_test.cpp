@@ -1,6 +1,8 @@
 // Maps that run_bag fastslam saves and goes on from, with the help of run_program.hpp.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 
+#include <fstream>
+
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "test/run_bag_fastslam.hpp"
@@ -155,6 +157,34 @@ TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
   std::printf("in the frozen map: error mean %.3f m, maximum %.3f m\n", errors.mean, errors.worst);
   EXPECT_LT(errors.mean, 0.4);
   EXPECT_LT(errors.worst, 1.0);
+}
+
+// A list from a tape measure: of the true places, so the errors are those of one scan's fix.
+TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
+  const std::string list = directory_.file("survey.csv");
+  {
+    std::ofstream stream(list);
+    stream.precision(9);
+    stream << "# by tape measure\nid,x,y,sigma\n";
+    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
+    ASSERT_TRUE(marks.has_value());
+    for (const PointLandmark& mark : *marks) {
+      stream << mark.id << "," << mark.position.x() << "," << mark.position.y() << ",0.02\n";
+    }
+  }
+  expect_success(world_ + " " + out_ + " --no-clouds --set map/frozen=true --load-map " + list);
+  const PoseErrors errors = pose_errors(out_);
+  std::printf("among surveyed landmarks: mean %.3f m, maximum %.3f m\n", errors.mean, errors.worst);
+  EXPECT_LT(errors.mean, 0.15);
+  const std::string as_parameter = directory_.file("again.bag");
+  expect_success(world_ + " " + as_parameter + " --no-clouds --set map/frozen=true" +
+                 " --set map_file/load=" + list);
+  EXPECT_EQ(read_poses(open_bag(as_parameter), "/pose").back().pose.x,
+            read_poses(open_bag(out_), "/pose").back().pose.x);
+  // The bag says whose frame the poses are in.
+  const ProgramResult judged = run_program("evaluate_bag " + out_);
+  EXPECT_NE(judged.out.find("the frame is that of the loaded map, " + list), std::string::npos)
+      << judged.out << judged.error;
 }
 
 }  // namespace

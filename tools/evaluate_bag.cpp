@@ -66,8 +66,9 @@ CommandLine command_line() {
   line.option<std::string>(
       "frame", "WHICH", "auto",
       "how to lay the estimate on the truth: given (as it is), start (so that it agrees at the "
-      "first true pose), fit (where it fits best); auto: given; if the bag has a map and no "
-      "/initialpose: start, or fit without true headings");
+      "first true pose), fit (where it fits best); auto: given; if the bag has a map that was "
+      "begun "
+      "at nothing (no /initialpose, no map loaded): start, or fit without true headings");
   line.flag("batch",
             "compare with the least-squares solution of odometry and observations with ids");
   line.flag("batch-online",
@@ -224,6 +225,7 @@ struct Recorded {
   std::vector<Beacon> beacons;
   std::optional<std::vector<PointLandmark>> map, true_map;
   bool has_initial_pose = false;
+  std::optional<FilterSummary> filter;
 };
 
 /// All but the truth.
@@ -240,6 +242,7 @@ Recorded read_run(const rosbag::Bag& bag, const Request& request) {
   if (const auto path = run.map ? read_path(bag, request.path) : std::nullopt) {
     run.believed = path_of_place(*path, run.place);
   }
+  run.filter = read_filter_summary(bag, request.status);
   run.has_initial_pose = has_topic(bag, "/initialpose");
   return run;
 }
@@ -431,7 +434,8 @@ void draw_paths_alone(Recorded run, const Request& request) {
 
 /// Brings estimate, map and dead reckoning to the truth's frame; returns how.
 std::string lay_on_truth(const Request& request, Recorded* run) {
-  const bool frame_is_own = run->map && !run->has_initial_pose;
+  const bool has_loaded = run->filter && !run->filter->map_file.empty();
+  const bool frame_is_own = run->map && !run->has_initial_pose && !has_loaded;
   const FrameChoice frame =
       choose_frame(request.frame, frame_is_own, run->truth, run->estimate, request.path_options);
   run->estimate = moved(run->estimate, frame.alignment);
@@ -448,7 +452,7 @@ Evaluation judged(const rosbag::Bag& bag, const Request& request, Recorded* run)
   Evaluation evaluation = evaluate(*run, frame, request);
   evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
                                    end_of_clipped(evaluation.estimate));
-  evaluation.filter = read_filter_summary(bag, request.status);
+  evaluation.filter = run->filter;
   evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
   if (request.with_batch) {
     evaluation.batch =

@@ -33,7 +33,6 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                               {Reason::time_gap, "time_gap"},
                                               {Reason::pose_jump, "pose_jump"},
                                               {Reason::ignored, "ignored"},
-                                              {Reason::gated, "gated"},
                                               {Reason::filter_error, "filter_error"},
                                               {Reason::exception, "exception"}});
   return names;

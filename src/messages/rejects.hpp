@@ -35,7 +35,6 @@ enum class RejectReason {
   time_gap,           ///< odometry after a long silence, not confirmed yet
   pose_jump,          ///< odometry that moved faster than the robot can
   ignored,            ///< beacons that differ from the configured ones
-  gated,              ///< an observation that the filter did not believe
   filter_error,       ///< the filter refused it
   exception,          ///< something failed that should not: memory, or a fault of the program
 };

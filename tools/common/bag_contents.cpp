@@ -270,6 +270,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
     summary.updates = status->updates;
     summary.renewals = status->renewals;
     summary.weight_resets = status->weight_resets;
+    summary.map_file = status->map_file;
     summary.ancestors_since_start = static_cast<int>(status->distinct_ancestors_since_start);
   });
   if (messages == 0) return std::nullopt;

@@ -92,8 +92,8 @@ struct FilterSummary {
   double mean_effective_sample_size = 0.0;  ///< over the updates
   double mean_ancestors_of_renewal = 0.0;   ///< distinct ones; all particles without a renewal
   int ancestors_since_start = 0;            ///< distinct ones, at the end
+  std::string map_file;                     ///< the map it had loaded at the end; empty: none
 };
-/// Nothing if the bag has no such message.
 /// What it said of its health, in order of time.
 struct StampedHealth {
   double time = 0.0;  ///< s
@@ -101,6 +101,7 @@ struct StampedHealth {
 };
 std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic);
 
+/// Nothing if the bag has no such message.
 std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);
 
 /// Errors of the particles at one update (ParticleErrors): Kwak, Kim, Lee, eqs. 5 and 6.

@@ -185,6 +185,10 @@ void print_heading(const std::string& bag, const Evaluation& evaluation) {
   } else if (evaluation.frame == "fit") {
     std::printf(
         "  (the filter has a frame of its own, which is laid on the truth where it fits best)\n");
+  } else if (evaluation.filter && !evaluation.filter->map_file.empty()) {
+    std::printf(
+        "  (the frame is that of the loaded map, %s; if that is not the truth's: --frame fit)\n",
+        evaluation.filter->map_file.c_str());
   }
   std::printf("\n");
 }

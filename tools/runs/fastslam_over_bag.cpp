@@ -89,9 +89,13 @@ int fastslam_over_bag(const CommandLine& line) {
   run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
                                      std::to_string(status.renewals) + " renewals, " +
                                      std::to_string(status.particles) + " particles, " +
-                                     std::to_string(status.landmarks) + " landmarks (" +
+                                     std::to_string(pipeline.landmarks()) + " landmarks (" +
                                      to_string(pipeline.filter().association()) + "), " +
                                      strategy_of(options.filter.strategy));
+  if (pipeline.not_believed() > 0) {
+    std::cout << pipeline.not_believed()
+              << " observations were not believed: they did not fit the map\n";
+  }
   if (errors.updates > 0) std::cout << errors.text() << "\n";
   return 0;
 }

@@ -14,8 +14,11 @@ namespace {
 
 constexpr std::size_t kLongestLine = 1000;
 constexpr double kSurveyedSigma = 0.001;  // m
-constexpr std::array<const char*, 6> kColumns = {"id", "x", "y", "xx", "xy", "yy"};
+constexpr std::array<const char*, 7> kColumns = {"id", "x", "y", "sigma", "xx", "xy", "yy"};
 constexpr std::size_t kNone = kColumns.size();
+// Among them.
+constexpr std::size_t kSigma = 3;
+constexpr std::size_t kCovariance = 4;
 
 SavedLandmark saved(const SurveyedLandmark& surveyed) {
   SavedLandmark landmark;
@@ -89,20 +92,47 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
   for (std::size_t i = 0; i < header.size(); ++i) {
     const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
     if (known == kColumns.end()) {
-      reader.refuse(text_file::printable(header[i]) + " is not one of id, x, y, xx, xy, yy");
+      reader.refuse(text_file::printable(header[i]) + " is not one of id, x, y, sigma, xx, xy, yy");
     }
     std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
     if (place != kNone) reader.refuse("column " + header[i] + " is there twice");
     place = i;
   }
-  const bool some = std::any_of(places.begin() + 3, places.end(),
+  const bool some = std::any_of(places.begin() + kCovariance, places.end(),
                                 [](std::size_t place) { return place != kNone; });
+  if (some && places[kSigma] != kNone) {
+    reader.refuse("columns sigma and xx, xy, yy say the same; keep one of the two");
+  }
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
-    if (places[k] == kNone && (k < 3 || some)) {
+    if (places[k] == kNone && (k < kSigma || (some && k >= kCovariance))) {
       reader.refuse(std::string("there is no column ") + kColumns[k]);
     }
   }
   return places;
+}
+
+// A list has commas in its first line that says anything; a map file has none there.
+bool is_list(const std::string& path) {
+  std::ifstream stream;
+  text_file::open("map file", path, &stream);
+  bool is_comment = false;
+  bool is_blank = true;
+  std::size_t read = 0;
+  for (int letter = stream.get(); letter != std::char_traits<char>::eof(); letter = stream.get()) {
+    if (letter == '\n') {
+      if (!is_blank) return false;
+      is_comment = false;
+      read = 0;
+    } else if (++read > kLongestLine) {
+      return false;
+    } else if (letter == '#') {
+      is_comment = true;
+    } else if (!is_comment) {
+      if (letter == ',') return true;
+      is_blank = is_blank && (letter == ' ' || letter == '\t' || letter == '\r');
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -135,7 +165,7 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
                     std::to_string(width) + " as in the header");
     }
     SurveyedLandmark landmark;
-    double values[6] = {};
+    std::array<double, kColumns.size()> values{};
     for (std::size_t k = 0; k < kColumns.size(); ++k) {
       if (columns[k] == kNone) continue;
       const std::string& word = words[columns[k]];
@@ -149,13 +179,19 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
       reader.refuse("landmark " + std::to_string(landmark.id) + " is there twice");
     }
     landmark.position << values[1], values[2];
-    landmark.covariance << values[3], values[4], values[4], values[5];
+    if (values[kSigma] < 0.0) reader.refuse("sigma is negative; it is a standard deviation in m");
+    landmark.covariance << values[4], values[5], values[5], values[6];
+    landmark.covariance.diagonal().array() += values[kSigma] * values[kSigma];
     const std::string fault = map_checks::fault_of(saved(landmark), -1);
     if (!fault.empty()) reader.refuse(fault);
     landmarks.push_back(landmark);
   }
   if (landmarks.empty()) reader.refuse("there are no landmarks");
   return surveyed_map(landmarks, frame);
+}
+
+SavedMap read_map(const std::string& path, const std::string& frame) {
+  return is_list(path) ? read_landmark_list(path, frame) : read_map_file(path);
 }
 
 }  // namespace pf_resampling

@@ -69,8 +69,8 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 
 /// Such a map from a text file: a header line that names the columns, separated by commas in any
 /// order, then a landmark per line; `#` starts a comment. Columns `id`, `x`, `y` (m), and if their
-/// accuracy is known `xx`, `xy`, `yy` (m^2). Throws Error, in one line that names file, line, fault
-/// and remedy, for anything else.
+/// accuracy is known either `sigma` (m) or `xx`, `xy`, `yy` (m^2). Throws Error, in one line that
+/// names file, line, fault and remedy, for anything else.
 SavedMap read_landmark_list(const std::string& path, const std::string& frame);
 
 /// Throws Error, naming the first value that cannot be: not finite, not a covariance, an id twice,
@@ -85,5 +85,8 @@ void write_map_file(const std::string& path, const SavedMap& map);
 /// Reads it. Throws Error, in one line that names file, line, fault and remedy, for anything that
 /// write_map_file() has not written just so: its checksum covers every byte.
 SavedMap read_map_file(const std::string& path);
+
+/// Reads either: a landmark list, whose first line has commas, in `frame`; else a map file.
+SavedMap read_map(const std::string& path, const std::string& frame);
 
 }  // namespace pf_resampling

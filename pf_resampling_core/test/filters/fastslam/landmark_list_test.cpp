@@ -54,6 +54,29 @@ TEST(LandmarkList, ReadsCovariances) {
   EXPECT_EQ(map.landmarks[0].estimate.covariance, expected);
 }
 
+TEST(LandmarkList, ReadsStandardDeviations) {
+  const SavedMap map = read_landmark_list(path_of("id,x,y,sigma\n4,1,2,0.5\n5,1,3,0\n"), "map");
+  ASSERT_EQ(map.landmarks.size(), 2u);
+  EXPECT_EQ(map.landmarks[0].estimate.covariance, 0.25 * Eigen::Matrix2d::Identity());
+  // Zero says nothing of the accuracy.
+  EXPECT_EQ(map.landmarks[1].estimate.covariance, 1e-6 * Eigen::Matrix2d::Identity());
+}
+
+TEST(LandmarkList, IsReadWhereAMapIs) {
+  const SavedMap list = read_map(path_of("# by hand\n\n id, x, y\n4,1,2\n"), "site");
+  EXPECT_EQ(list.frame, "site");
+  ASSERT_EQ(list.landmarks.size(), 1u);
+  EXPECT_EQ(list.landmarks[0].estimate.mean, Eigen::Vector2d(1.0, 2.0));
+  const std::string path = testing::TempDir() + "landmark_list_test.map";
+  write_map_file(path, list);
+  const SavedMap file = read_map(path, "elsewhere");
+  EXPECT_EQ(file.frame, "site");
+  EXPECT_EQ(file.landmarks.size(), 1u);
+  EXPECT_THROW(read_map("/no/such/list.csv", "map"), Error);
+  EXPECT_THROW(read_map(path_of(""), "map"), Error);
+  EXPECT_THROW(read_map(path_of("1 2 3\n4,5,6\n"), "map"), Error);
+}
+
 TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
   const struct {
     const char* content;
@@ -64,6 +87,9 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x\n1,2\n", "line 1: there is no column y"},
       {"id,x,y,height\n", "line 1: \"height\" is not one of"},
       {"id,x,y,x\n", "line 1: column x is there twice"},
+      {"id,x,y,sigma\n1,2,3,-1\n", "line 2: sigma is negative"},
+      {"id,x,y,sigma\n1,2,3,nan\n", "line 2: \"nan\" is no sigma"},
+      {"id,x,y,sigma,xx,xy,yy\n", "line 1: columns sigma and xx, xy, yy"},
       {"id,x,y,xx,yy\n", "line 1: there is no column xy"},
       {"id,x,y\n1,2\n", "line 2: there are 2 values, not 3"},
       {"id,x,y\n1,2,3\n1,2,3\n", "line 3: landmark 1 is there twice"},
