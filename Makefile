@@ -6,10 +6,10 @@ SECONDS := 60
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
-demo: ## install what is missing, build, run both filters on simulated drives (BAG=file.bag: on yours)
+demo: ## install what is missing, build, run both filters on simulated drives (BAG=file.bag: on yours, OPTIONS=: of check_bag)
 	@scripts/set_up build demo
 	@scripts/build
-	@scripts/demo $(if $(BAG),'$(BAG)')
+	@scripts/demo $(if $(BAG),'$(BAG)') $(OPTIONS)
 
 build: ## build only
 	@scripts/build

@@ -27,11 +27,6 @@ bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& s
                     });
 }
 
-BeaconNames names_of(const BeaconMclPipelineOptions& options) {
-  return {options.beacon_frames, FramePattern(options.frame_pattern),
-          options.antenna.empty() ? options.frames.base : options.antenna};
-}
-
 }  // namespace
 
 BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,

@@ -21,6 +21,11 @@ std::optional<int> BeaconNames::id_of(const std::string& frame) const {
   return pattern.id_of(frame);
 }
 
+BeaconNames names_of(const BeaconMclPipelineOptions& options) {
+  return {options.beacon_frames, FramePattern(options.frame_pattern),
+          options.antenna.empty() ? options.frames.base : options.antenna};
+}
+
 RangeReading read_range(const sensor_msgs::Range& message, const BeaconNames& names) {
   const std::string& frame = message.header.frame_id;
   const std::optional<int> beacon = names.id_of(frame);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "beacon_mcl_node/pipeline_options.hpp"
 #include "src/frames/frame_pattern.hpp"
 #include "src/messages/rejects.hpp"
 
@@ -20,6 +21,9 @@ struct BeaconNames {
 
   std::optional<int> id_of(const std::string& frame) const;
 };
+
+/// As the options say.
+BeaconNames names_of(const BeaconMclPipelineOptions& options);
 
 /// What a sensor_msgs/Range says: a range, or why it cannot be used; neither: there was no echo.
 struct RangeReading {

@@ -234,7 +234,7 @@ TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
   EXPECT_EQ(found.beacon_mcl.text(),
             "ready for beacon_mcl: no: no /ranges (needed: pf_resampling/BeaconRange); "
             "no /beacons (needed: pf_resampling/BeaconArray) (or give the beacons in the "
-            "configuration)");
+            "configuration: --config beacons.yaml)");
   EXPECT_EQ(found.fastslam.text(),
             "ready for fastslam: no: no /landmarks (needed: "
             "pf_resampling/LandmarkObservationArray)");
@@ -487,6 +487,92 @@ TEST(CheckBag, TagsOnTfAreSuggestedAsLandmarks) {
   EXPECT_TRUE(has(seen.fastslam.problems, "--set 'landmark_input/tag_pattern=ar_marker_(\\d+)'"));
   const BagFindings placed = check_of_written([&](BagWriter* bag) { write("map", bag); });
   EXPECT_FALSE(has(placed.fastslam.problems, "tag_pattern"));
+}
+
+/// A robot that stands, with a camera (optical frame) 0.3 m above its middle that looks ahead; it
+/// sees the tag_7 3 m ahead, ten times.
+void write_tags(BagWriter* bag) {
+  tf2_msgs::TFMessage placed;
+  placed.transforms.resize(1);
+  placed.transforms[0].header.stamp = ros::Time(10.0);
+  placed.transforms[0].header.frame_id = "base_link";
+  placed.transforms[0].child_frame_id = "camera";
+  placed.transforms[0].transform.translation.z = 0.3;
+  auto& turn = placed.transforms[0].transform.rotation;
+  turn.w = 0.5;
+  turn.x = -0.5;
+  turn.y = 0.5;
+  turn.z = -0.5;
+  bag->write("/tf_static", ros::Time(10.0), placed);
+  for (int i = 0; i < 10; ++i) {
+    const ros::Time time(10.0 + 0.1 * i);
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = time;
+    odometry.header.frame_id = "odom";
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose.orientation.w = 1.0;
+    bag->write("/odom", time, odometry);
+    tf2_msgs::TFMessage seen;
+    seen.transforms.resize(1);
+    seen.transforms[0].header.stamp = time;
+    seen.transforms[0].header.frame_id = "camera";
+    seen.transforms[0].child_frame_id = "tag_7";
+    seen.transforms[0].transform.translation.z = 3.0;
+    seen.transforms[0].transform.rotation.w = 1.0;
+    bag->write("/tf", time + ros::Duration(0.01), seen);
+  }
+}
+
+/// What the program says, typed with what it advises after a first look.
+TEST(CheckBagProgram, ConfirmsItsOwnAdvice) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("tags.bag");
+  {
+    BagWriter bag(path);
+    write_tags(&bag);
+    bag.finish();
+  }
+  const ProgramResult first = run_program("check_bag " + path);
+  EXPECT_EQ(first.exit_code, 1);
+  const std::string advice = " --set 'landmark_input/tag_pattern=tag_(\\d+)'";
+  EXPECT_NE(first.out.find("\n  try: rosrun pf_resampling check_bag " + path + advice + "\n"),
+            std::string::npos)
+      << first.out;
+  const ProgramResult second = run_program("check_bag " + path + advice);
+  EXPECT_EQ(second.exit_code, 0) << second.out << second.error;
+  EXPECT_NE(second.out.find("ready for fastslam: yes\n  rosrun pf_resampling run_bag fastslam " +
+                            path + " out.bag" + advice + "\n"),
+            std::string::npos)
+      << second.out;
+  // What the tags say: ten sightings of one, 3 m ahead.
+  EXPECT_NE(second.out.find("10       10    1          0   3.00      3.00   3.00"),
+            std::string::npos)
+      << second.out;
+  EXPECT_NE(second.out.find("is unknown"), std::string::npos) << second.out;  // to beacon_mcl
+  EXPECT_EQ(run_program("check_bag " + path + " --set no_such=1").exit_code, 1);
+  EXPECT_NE(
+      run_program("check_bag " + path + " --set landmark_input/tag_pattern='mark_(.)'")
+          .out.find("no frame in /tf has a name that fits landmark_input/tag_pattern mark_(.)"),
+      std::string::npos);
+}
+
+TEST(CheckBagProgram, TakesBeaconsFromAConfiguration) {
+  const TemporaryDirectory directory;
+  Recording recording = good_recording();
+  recording.beacons.clear();
+  const std::string path = directory.file("a.bag");
+  write_recording(recording, path);
+  EXPECT_EQ(run_program("check_bag " + path).exit_code, 1);
+  const std::string yaml = directory.file("beacons.yaml");
+  write_file(
+      yaml,
+      "beacons:\n  - {id: 1, x: 0, y: 5}\n  - {id: 2, x: 5, y: 5}\n  - {id: 3, x: 5, y: 0}\n");
+  const ProgramResult found = run_program("check_bag " + path + " --config " + yaml);
+  EXPECT_EQ(found.exit_code, 0) << found.out << found.error;
+  EXPECT_NE(found.out.find("ready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
+                           path + " out.bag --config " + yaml + "\n"),
+            std::string::npos)
+      << found.out;
 }
 
 }  // namespace

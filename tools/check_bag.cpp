@@ -6,6 +6,7 @@
 #include "tools/checks/bag_findings.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/filter_options.hpp"
 
 namespace {
 
@@ -24,9 +25,12 @@ CommandLine command_line() {
   line.topic("beacons", usual.beacons, "places of the beacons");
   line.topic("landmarks", usual.landmarks, "observations of landmarks");
   line.topic("ground-truth", usual.ground_truth, "true poses");
+  add_filter_options(&line);
   line.example("check_bag plaza2.bag");
   line.example("check_bag robot.bag --odom /robot/odom --ranges /uwb/ranges");
   line.example("check_bag slam.bag --landmarks /camera/landmarks");
+  line.example("check_bag tags.bag --set 'landmark_input/tag_pattern=tag_(\\d+)'");
+  line.example("check_bag uwb.bag --config beacons.yaml");
   return line;
 }
 
@@ -37,13 +41,20 @@ int check(const std::vector<std::string>& arguments) {
                                 line.topic("sensor-ranges"), line.topic("beacons"),
                                 line.topic("landmarks"),     line.topic("ground-truth")};
   const rosbag::Bag bag = open_bag(line.text("in.bag"));
-  const BagFindings found = naming(line.text("in.bag"), [&] { return findings_of(bag, topics); });
+  const CheckedConfiguration configuration = configuration_of(line);
+  const BagFindings found =
+      naming(line.text("in.bag"), [&] { return findings_of(bag, topics, configuration); });
   std::cout << found.text;
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
   std::cout << "\n";
   for (const FilterVerdict& verdict : {found.beacon_mcl, found.fastslam}) {
     std::cout << verdict.text() << "\n";
     if (verdict.is_ready()) std::cout << "  " << verdict.command << "\n";
+    if (verdict.is_ready() || verdict.advice.empty()) continue;
+    std::cout << "  try: rosrun pf_resampling check_bag";
+    for (const std::string& argument : arguments) std::cout << " " << shell_word(argument);
+    for (const std::string& word : verdict.advice) std::cout << " " << shell_word(word);
+    std::cout << "\n";
   }
   return found.is_ready_for_any() ? 0 : 1;
 }

@@ -1,12 +1,15 @@
 #include "tools/checks/bag_findings.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "tools/checks/bag_survey.hpp"
 #include "tools/checks/bag_tables.hpp"
 #include "tools/common/bag.hpp"
+#include "tools/common/filter_options.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -30,18 +33,24 @@ std::string quoted(const std::string& frame) {
   return "'" + frame + "'";
 }
 
-/// As a word of a shell command.
-std::string word(const std::string& text) {
-  const bool is_plain = text.find_first_of(" '\"$&;()<>|*?\\`!#") == std::string::npos;
-  return is_plain ? text : "'" + text + "'";
-}
-
 class Checker {
  public:
-  Checker(const rosbag::Bag& bag, const CheckedTopics& names)
-      : bag_(bag), names_(names), survey_(survey_bag(bag, names)) {}
+  Checker(const rosbag::Bag& bag, const CheckedTopics& names,
+          const CheckedConfiguration& configuration)
+      : bag_(bag),
+        names_(names),
+        configuration_(configuration),
+        survey_(survey_bag(bag, names, configuration)) {
+    for (const std::string& given : configuration.words) settings_ += " " + shell_word(given);
+  }
 
   BagFindings check() {
+    if (!configuration_.beacon_mcl_fault.empty()) {
+      beacon_mcl()->push_back(configuration_.beacon_mcl_fault);
+    }
+    if (!configuration_.fastslam_fault.empty()) {
+      fastslam()->push_back(configuration_.fastslam_fault);
+    }
     check_presence();
     for (const TopicSurvey* topic :
          {&survey_.odom, &survey_.ranges, &survey_.landmarks, &survey_.truth}) {
@@ -64,31 +73,47 @@ class Checker {
   Lines* fastslam() { return &result_.fastslam.problems; }
   void remark(const std::string& text) { result_.remarks.push_back(text); }
 
+  /// Options that could mend a verdict; each once.
+  void advise(const Lines& words, FilterVerdict* verdict) {
+    const auto& known = verdict->advice;
+    if (std::search(known.begin(), known.end(), words.begin(), words.end()) != known.end()) return;
+    verdict->advice.insert(verdict->advice.end(), words.begin(), words.end());
+  }
+
   /// "no /odom ..., /robot/odom could be it".
   void need(const std::string& name, const std::string& type, const std::string& role,
-            const std::vector<Lines*>& by, const std::string& instead = "") {
+            const std::vector<FilterVerdict*>& by, const std::string& instead = "") {
     const BagTopic* topic = survey_.topic_named(name);
     if (topic != nullptr && topic->type == type) return;
     std::string problem = topic == nullptr ? "no " + name : name + " is a " + topic->type;
     problem += " (needed: " + type + ")";
+    bool is_first = true;
     for (const BagTopic& other : survey_.topics) {
       if (other.type != type || other.name == name) continue;
+      if (std::exchange(is_first, false)) {
+        for (FilterVerdict* verdict : by) advise({"--" + role, other.name}, verdict);
+      }
       problem += ", " + other.name + " could be it (--" + role + " " + other.name +
                  "; for the node " + role + ":=" + other.name + ")";
     }
-    for (Lines* problems : by) problems->push_back(problem + instead);
+    for (FilterVerdict* verdict : by) verdict->problems.push_back(problem + instead);
   }
 
   void check_presence() {
-    need(names_.odom, kOdometryType, "odom", {beacon_mcl(), fastslam()});
+    FilterVerdict* const beacon_mcl = &result_.beacon_mcl;
+    FilterVerdict* const fastslam = &result_.fastslam;
+    need(names_.odom, kOdometryType, "odom", {beacon_mcl, fastslam});
     if (survey_.ranges.topic == names_.ranges) {
       std::string instead;
       for (const BagTopic& topic : survey_.topics) {
         if (topic.type != "sensor_msgs/Range") continue;
+        if (instead.empty() && survey_.topic_named(names_.ranges) == nullptr) {
+          advise({"--sensor-ranges", topic.name}, beacon_mcl);
+        }
         instead += ", " + topic.name + " could be it (--sensor-ranges " + topic.name +
                    "; for the node sensor_ranges:=" + topic.name + ")";
       }
-      need(names_.ranges, kRangeType, "ranges", {beacon_mcl()}, instead);
+      need(names_.ranges, kRangeType, "ranges", {beacon_mcl}, instead);
     } else {
       for (const std::string& frame : survey_.unnamed) {
         remark(survey_.ranges.topic + ": frame " + quoted(frame) +
@@ -96,22 +121,35 @@ class Checker {
                "`frame` in the list `beacons`");
       }
     }
-    need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl()},
-         " (or give the beacons in the configuration)");
-    need(names_.landmarks, kLandmarksType, "landmarks", {fastslam()}, tags_instead());
+    if (configuration_.beacon_mcl.beacons.empty()) {
+      need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl},
+           " (or give the beacons in the configuration: --config beacons.yaml)");
+    } else if (survey_.topic_named(names_.beacons) != nullptr) {
+      remark(names_.beacons + " is ignored: the configuration has beacons");
+    }
+    if (!survey_.with_tags) {
+      need(names_.landmarks, kLandmarksType, "landmarks", {fastslam}, tags_instead());
+    } else if (survey_.seen.scans == 0 && survey_.topic_named(names_.landmarks) == nullptr) {
+      fastslam->problems.push_back(
+          survey_.tag_fault.empty()
+              ? "no " + names_.landmarks + ", and no frame in /tf has a name that fits " +
+                    "landmark_input/tag_pattern " + configuration_.fastslam.tag_pattern
+              : survey_.tag_fault);
+    }
   }
 
   /// What frames with a number in /tf could be, as detectors of tags publish them.
-  std::string tags_instead() const {
+  std::string tags_instead() {
+    if (survey_.topic_named(names_.landmarks) != nullptr) return "";
     static const std::regex kNumbered("(.*\\D)(\\d+)");
     for (const auto& [parent, child] : survey_.transforms) {
       std::smatch match;
       const bool is_seen = parent != "map" && survey_.odom.frames.count(parent) == 0 &&
                            survey_.base_frames.count(parent) == 0;
       if (!is_seen || !std::regex_match(child, match, kNumbered)) continue;
-      return ", " + quoted(child) +
-             " on /tf could be a tag (--set 'landmark_input/tag_pattern=" + match[1].str() +
-             "(\\d+)')";
+      const std::string setting = "landmark_input/tag_pattern=" + match[1].str() + "(\\d+)";
+      advise({"--set", setting}, &result_.fastslam);
+      return ", " + quoted(child) + " on /tf could be a tag (--set " + shell_word(setting) + ")";
     }
     return "";
   }
@@ -182,12 +220,13 @@ class Checker {
         if (frame.empty() || frame == usual) continue;
         remark("frame " + quoted(frame) + " instead of " + quoted(usual) + ": set the parameter " +
                parameter + " to it");
-        if (frames.size() == 1) settings_ += " --set " + word(parameter + "=" + frame);
+        if (frames.size() == 1) settings_ += " --set " + shell_word(parameter + "=" + frame);
       }
     };
-    expect(survey_.odom.frames, "odom", "frames/odom");
-    expect(survey_.base_frames, "base_link", "frames/base");
-    expect({survey_.beacon_frame}, "map", "frames/map");
+    const FrameNames& configured = configuration_.frames();
+    expect(survey_.odom.frames, configured.odom, "frames/odom");
+    expect(survey_.base_frames, configured.base, "frames/base");
+    expect({survey_.beacon_frame}, configured.map, "frames/map");
     for (const auto& [parent, child] : survey_.transforms) {
       if (survey_.odom.frames.count(child) > 0) {
         remark("/tf places " + quoted(child) + " in " + quoted(parent) +
@@ -210,7 +249,7 @@ class Checker {
         continue;
       }
       const auto place = survey_.on_robot.find(frame);
-      if (&seen == &survey_.landmarks && place != survey_.on_robot.end() &&
+      if (&seen == &survey_.landmarks && !survey_.with_tags && place != survey_.on_robot.end() &&
           place->second.linear()(2, 2) < kUpright) {
         problems->push_back(seen.topic + ": the z axis of its frame " + quoted(frame) +
                             " does not point up, so bearings are not in the plane");
@@ -222,10 +261,11 @@ class Checker {
     if (survey_.ranges_by_beacon.empty() && survey_.ranges.stamps.summary().messages > 0) {
       beacon_mcl()->push_back(survey_.ranges.topic + " has no range that can be used");
     }
-    if (survey_.topic_named(names_.beacons) == nullptr) return;
+    const bool is_configured = !configuration_.beacon_mcl.beacons.empty();
+    if (survey_.topic_named(names_.beacons) == nullptr && !is_configured) return;
+    const std::string where = is_configured ? "the configuration" : names_.beacons;
     for (const std::int32_t id : survey_.beacons_twice) {
-      beacon_mcl()->push_back("beacon " + std::to_string(id) + " is there twice in " +
-                              names_.beacons);
+      beacon_mcl()->push_back("beacon " + std::to_string(id) + " is there twice in " + where);
     }
     for (const auto& [id, position] : survey_.beacons) {
       // A height that is not a number says: as high as the antenna.
@@ -243,10 +283,10 @@ class Checker {
       }
     }
     if (!unknown.empty()) {
-      remark("ranges to beacons that are not in " + names_.beacons + ": " + joined(unknown, ", "));
+      remark("ranges to beacons that are not in " + where + ": " + joined(unknown, ", "));
     }
     if (known == 0 && !survey_.ranges_by_beacon.empty()) {
-      beacon_mcl()->push_back("no range is to a beacon of " + names_.beacons);
+      beacon_mcl()->push_back("no range is to a beacon of " + where);
     } else if (known > 0 && known < 3) {
       remark("ranges to only " + std::to_string(known) +
              " known beacons: the pose may stay ambiguous");
@@ -257,21 +297,21 @@ class Checker {
     const LandmarkSurvey& seen = survey_.seen;
     if (seen.scans == 0) return;
     if (seen.ranges.empty()) {
-      fastslam()->push_back(names_.landmarks + " has no observation that can be used");
+      fastslam()->push_back(survey_.landmarks.topic + " has no observation that can be used");
       return;
     }
     const std::size_t with_id = seen.with_id();
     if (with_id == 0) {
-      remark(names_.landmarks +
+      remark(survey_.landmarks.topic +
              ": without ids; the filter finds out which landmark is which by where they are");
     } else if (with_id < seen.ranges.size()) {
-      remark(names_.landmarks + ": " + std::to_string(seen.ranges.size() - with_id) + " of " +
-             std::to_string(seen.ranges.size()) +
+      remark(survey_.landmarks.topic + ": " + std::to_string(seen.ranges.size() - with_id) +
+             " of " + std::to_string(seen.ranges.size()) +
              " observations have no id and are rejected while ids are used (association/method "
              "mutual_exclusion takes all observations and ignores ids)");
     }
     if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
-      remark(names_.landmarks +
+      remark(survey_.landmarks.topic +
              ": no id is seen twice, so no landmark can correct the odometry (association/method "
              "mutual_exclusion ignores ids)");
     }
@@ -280,11 +320,11 @@ class Checker {
   /// What runs a filter on this bag.
   std::string command(const std::string& filter) const {
     const CheckedTopics usual;
-    std::string text =
-        "rosrun pf_resampling run_bag " + filter + " " + word(bag_.getFileName()) + " out.bag";
+    std::string text = "rosrun pf_resampling run_bag " + filter + " " +
+                       shell_word(bag_.getFileName()) + " out.bag";
     const auto option = [&](const char* name, const std::string& topic,
                             const std::string& default_topic) {
-      if (topic != default_topic) text += std::string(" --") + name + " " + word(topic);
+      if (topic != default_topic) text += std::string(" --") + name + " " + shell_word(topic);
     };
     option("odom", names_.odom, usual.odom);
     if (filter == "fastslam") {
@@ -299,8 +339,9 @@ class Checker {
 
   const rosbag::Bag& bag_;
   const CheckedTopics& names_;
+  const CheckedConfiguration& configuration_;
   const BagSurvey survey_;
-  std::string settings_;  // options of run_bag for frames of other names
+  std::string settings_;  // options of run_bag: those given, and for frames of other names
   BagFindings result_;
 };
 
@@ -310,8 +351,38 @@ std::string FilterVerdict::text() const {
   return "ready for " + filter + ": " + (is_ready() ? "yes" : "no: " + joined(problems, "; "));
 }
 
-BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics) {
-  return Checker(bag, topics).check();
+BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics,
+                        const CheckedConfiguration& configuration) {
+  return Checker(bag, topics, configuration).check();
+}
+
+CheckedConfiguration configuration_of(const CommandLine& line) {
+  CheckedConfiguration configuration;
+  const auto apply_to = [&](auto* options, std::string* fault) {
+    try {
+      apply_filter_options(line, options);
+    } catch (const Error& error) {
+      *fault = error.what();
+    }
+  };
+  apply_to(&configuration.beacon_mcl, &configuration.beacon_mcl_fault);
+  apply_to(&configuration.fastslam, &configuration.fastslam_fault);
+  if (!configuration.beacon_mcl_fault.empty() && !configuration.fastslam_fault.empty()) {
+    throw Error("beacon_mcl: " + configuration.beacon_mcl_fault +
+                "; fastslam: " + configuration.fastslam_fault);
+  }
+  for (const char* option : {"config", "set"}) {
+    if (!line.has(option)) continue;
+    for (const std::string& value : line.get<std::vector<std::string>>(option)) {
+      configuration.words.insert(configuration.words.end(), {std::string("--") + option, value});
+    }
+  }
+  return configuration;
+}
+
+std::string shell_word(const std::string& text) {
+  const bool is_plain = text.find_first_of(" '\"$&;()<>|*?\\`!#") == std::string::npos;
+  return is_plain ? text : "'" + text + "'";
 }
 
 }  // namespace pf_resampling

@@ -5,6 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "fastslam_node/pipeline_options.hpp"
+#include "tools/common/command_line.hpp"
+
 namespace pf_resampling {
 
 /// Where a bag has what the filters need.
@@ -17,11 +21,26 @@ struct CheckedTopics {
   std::string ground_truth = "/ground_truth";
 };
 
+/// How the filters are to be configured.
+struct CheckedConfiguration {
+  BeaconMclPipelineOptions beacon_mcl;
+  FastSlamPipelineOptions fastslam;
+  std::string beacon_mcl_fault, fastslam_fault;  ///< why it does not take it; empty: it does
+  std::vector<std::string> words;                ///< as on the command line
+
+  const FrameNames& frames() const {
+    return beacon_mcl_fault.empty() ? beacon_mcl.frames : fastslam.frames;
+  }
+};
+/// What --config and --set say. Throws Error if neither filter takes it.
+CheckedConfiguration configuration_of(const CommandLine& line);
+
 /// Whether a filter can run on a bag.
 struct FilterVerdict {
   std::string filter;                 ///< "beacon_mcl" or "fastslam"
   std::vector<std::string> problems;  ///< why it cannot, a line each
   std::string command;                ///< what runs it, with the options that this bag needs
+  std::vector<std::string> advice;    ///< options of check_bag and run_bag that could mend it
 
   bool is_ready() const { return problems.empty(); }
   /// "ready for fastslam: yes" or "ready for fastslam: no: ...".
@@ -32,14 +51,18 @@ struct FilterVerdict {
 struct BagFindings {
   std::string text;                  ///< tables for people, several lines
   std::vector<std::string> remarks;  ///< what is odd but does not hinder, a line each
-  FilterVerdict beacon_mcl{"beacon_mcl", {}, {}};
-  FilterVerdict fastslam{"fastslam", {}, {}};
+  FilterVerdict beacon_mcl{"beacon_mcl", {}, {}, {}};
+  FilterVerdict fastslam{"fastslam", {}, {}, {}};
 
   bool is_ready_for_any() const { return beacon_mcl.is_ready() || fastslam.is_ready(); }
 };
 
 /// Looks at topics, rates, gaps, stamps, frames, numbers and ids. Throws Error if the bag is
 /// damaged.
-BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics);
+BagFindings findings_of(const rosbag::Bag& bag, const CheckedTopics& topics,
+                        const CheckedConfiguration& configuration = {});
+
+/// As a word of a shell command.
+std::string shell_word(const std::string& text);
 
 }  // namespace pf_resampling

@@ -12,9 +12,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
+#include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "tools/common/bag.hpp"
@@ -25,6 +27,7 @@ namespace pf_resampling {
 
 namespace {
 
+constexpr double kAfterTheBag = 1.0;      // s, when no tag comes any more
 constexpr double kUnitQuaternion = 1e-3;  // largest deviation of the norm
 
 bool is_finite(const geometry_msgs::Point& point) {
@@ -43,7 +46,14 @@ bool is_rotation(const geometry_msgs::Quaternion& q) {
 
 class Surveyor {
  public:
-  Surveyor(const rosbag::Bag& bag, const CheckedTopics& names) : bag_(bag), names_(names) {
+  Surveyor(const rosbag::Bag& bag, const CheckedTopics& names,
+           const CheckedConfiguration& configuration)
+      : bag_(bag),
+        names_(names),
+        configuration_(configuration),
+        beacon_names_(names_of(configuration.beacon_mcl)),
+        tags_(FramePattern(configuration.fastslam.tag_pattern), configuration.fastslam.frames) {
+    survey_.with_tags = !configuration.fastslam.tag_pattern.empty();
     survey_.odom.topic = names.odom;
     survey_.ranges.topic = names.ranges;
     survey_.landmarks.topic = names.landmarks;
@@ -57,13 +67,36 @@ class Surveyor {
         sensor_ranges->type == "sensor_msgs/Range") {
       survey_.ranges.topic = names_.sensor_ranges;
     }
+    take_configuration();
     read();
     if (survey_.base_frames.size() == 1) survey_.base = *survey_.base_frames.begin();
-    survey_.on_robot = read_frames_on_robot(bag_, survey_.base);
+    for (const auto& [frame, pose] : read_frames_on_robot(bag_, survey_.base)) {
+      survey_.on_robot[frame] = pose;
+    }
     return std::move(survey_);
   }
 
  private:
+  void take_configuration() {
+    const BeaconMclPipelineOptions& beacon_mcl = configuration_.beacon_mcl;
+    for (const Beacon& beacon : beacon_mcl.beacons) {
+      geometry_msgs::Point& place = survey_.beacons[beacon.id];
+      place.x = beacon.position.x();
+      place.y = beacon.position.y();
+      place.z = beacon.is_planar ? std::numeric_limits<double>::quiet_NaN() : beacon.position.z();
+    }
+    for (const auto& [frame, place] : beacon_mcl.antennas) {
+      survey_.on_robot[frame] = Eigen::Isometry3d(Eigen::Translation3d(place));
+    }
+    for (const auto& [frame, place] : configuration_.fastslam.sensors) {
+      survey_.on_robot[frame] =
+          Eigen::Translation3d(place.x, place.y, 0.0) *
+          Eigen::Isometry3d(Eigen::AngleAxisd(place.heading, Eigen::Vector3d::UnitZ()));
+      on_robot_.add(configuration_.fastslam.frames.base, frame, {place.x, place.y, 0.0},
+                    place.heading);
+    }
+  }
+
   void read() {
     rosbag::View view(bag_);
     ProgressBar progress("reading", view.size());
@@ -73,6 +106,7 @@ class Surveyor {
         read(instance);
         progress.update(++done);
       }
+      note_tags(newest_odometry_ + ros::Duration(kAfterTheBag));
     } catch (const rosbag::BagException& error) {
       throw Error(bag_.getFileName() + ": is damaged (" + error.what() + "); try: rosbag reindex " +
                   bag_.getFileName());
@@ -93,7 +127,7 @@ class Surveyor {
       read_landmarks(instance);
     } else if (topic == names_.ground_truth) {
       read_truth(instance);
-    } else if (topic == "/tf") {
+    } else if (topic == "/tf" || topic == "/tf_static") {
       read_transforms(instance);
     }
   }
@@ -109,6 +143,8 @@ class Surveyor {
     const auto odometry = message_in<nav_msgs::Odometry>(instance);
     if (odometry == nullptr) return;
     note_header(instance, odometry->header, &survey_.odom);
+    newest_odometry_ = odometry->header.stamp;
+    note_tags(newest_odometry_);
     survey_.base_frames.insert(without_slash(odometry->child_frame_id));
     if (!is_finite(odometry->pose.pose)) {
       ++survey_.odom.not_finite;
@@ -150,7 +186,7 @@ class Surveyor {
 
   void read_beacons(const rosbag::MessageInstance& instance) {
     const auto beacons = message_in<BeaconArray>(instance);
-    if (beacons == nullptr) return;
+    if (beacons == nullptr || !configuration_.beacon_mcl.beacons.empty()) return;
     survey_.beacon_frame = without_slash(beacons->header.frame_id);
     survey_.beacons.clear();
     survey_.beacons_twice.clear();
@@ -165,8 +201,12 @@ class Surveyor {
     const auto scan = message_in<LandmarkObservationArray>(instance);
     if (scan == nullptr) return;
     note_header(instance, scan->header, &survey_.landmarks);
+    note_scan(*scan);
+  }
+
+  void note_scan(const LandmarkObservationArray& scan) {
     ++survey_.seen.scans;
-    for (const auto& seen : scan->observations) {
+    for (const auto& seen : scan.observations) {
       if (!std::isfinite(seen.range) || !std::isfinite(seen.bearing) ||
           !std::isfinite(seen.range_variance) || !std::isfinite(seen.bearing_variance)) {
         ++survey_.landmarks.not_finite;
@@ -209,14 +249,40 @@ class Surveyor {
     const auto message = message_in<tf2_msgs::TFMessage>(instance);
     if (message == nullptr) return;
     for (const auto& transform : message->transforms) {
+      if (tags_.is_tag(transform)) {
+        read_tag(transform, instance.getTime());
+        continue;
+      }
+      on_robot_.add(transform);
+      if (instance.getTopic() == "/tf_static") continue;
       survey_.transforms.emplace(without_slash(transform.header.frame_id),
                                  without_slash(transform.child_frame_id));
     }
   }
 
+  void read_tag(const geometry_msgs::TransformStamped& tag, ros::Time time) {
+    survey_.landmarks.topic = "/tf (tags)";
+    survey_.landmarks.frames.insert(without_slash(tag.header.frame_id));
+    if (const auto rejection = tags_.take(tag, newest_odometry_, &on_robot_)) {
+      survey_.tag_fault = rejection->detail;
+    } else {
+      survey_.landmarks.stamps.add(tag.header.stamp, time,
+                                   tag_names_.id_of(tag.child_frame_id).value_or(-1));
+    }
+  }
+
+  void note_tags(ros::Time odometry) {
+    for (const LandmarkObservationArray& scan : tags_.take_complete(odometry)) note_scan(scan);
+  }
+
   const rosbag::Bag& bag_;
   const CheckedTopics& names_;
-  const BeaconNames beacon_names_{{}, FramePattern(BeaconMclPipelineOptions().frame_pattern), ""};
+  const CheckedConfiguration& configuration_;
+  const BeaconNames beacon_names_;
+  TagScans tags_;
+  const FramePattern tag_names_{configuration_.fastslam.tag_pattern};
+  StaticFrames on_robot_;
+  ros::Time newest_odometry_;
   BagSurvey survey_;
 };
 
@@ -254,8 +320,9 @@ bool BagSurvey::places_on_robot(const std::string& frame) const {
   return false;
 }
 
-BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names) {
-  return Surveyor(bag, names).survey();
+BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names,
+                     const CheckedConfiguration& configuration) {
+  return Surveyor(bag, names, configuration).survey();
 }
 
 }  // namespace pf_resampling

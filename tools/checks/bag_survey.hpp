@@ -56,6 +56,8 @@ struct BagSurvey {
   std::set<std::string> unnamed;  ///< frames of sensor_msgs/Range that are no beacon's by default
   std::map<std::int32_t, std::vector<double>> ranges_by_beacon;  ///< those that can be used, m
   LandmarkSurvey seen;
+  bool with_tags = false;  ///< landmarks are tags on /tf, as the configuration says
+  std::string tag_fault;   ///< why the latest of them that cannot be used cannot; empty: all can
 
   /// The topic of that name; null if the bag has none.
   const BagTopic* topic_named(const std::string& name) const;
@@ -64,6 +66,7 @@ struct BagSurvey {
 };
 
 /// Reads a bag through. Throws Error if it is damaged.
-BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names);
+BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names,
+                     const CheckedConfiguration& configuration);
 
 }  // namespace pf_resampling

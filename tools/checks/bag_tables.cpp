@@ -65,7 +65,7 @@ std::string frames_table(const CheckedTopics& names, const BagSurvey& survey) {
     table.add_row({names.odom + ": " + bases + " in " + frame});
   }
   for (const std::string& frame : survey.ranges.frames) place(names.ranges, frame);
-  for (const std::string& frame : survey.landmarks.frames) place(names.landmarks, frame);
+  for (const std::string& frame : survey.landmarks.frames) place(survey.landmarks.topic, frame);
   if (!survey.beacon_frame.empty()) table.add_row({names.beacons + ": " + survey.beacon_frame});
   for (const std::string& frame : survey.truth.frames) {
     table.add_row({names.ground_truth + ": " + frame});
