@@ -84,6 +84,7 @@ class LaunchFiles(unittest.TestCase):
         self.assertGreater(counts['/pose'], 500)
         self.assertNotIn('/particles', counts)
         self.assertIn('300 particles', done.stdout)
+        self.assertNotIn('REQUIRED process', done.stdout)
 
     def test_a_bag_that_is_played_in_a_namespace_and_recorded(self):
         done = self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=15', 'rviz:=false', 'record:=record.bag',
@@ -105,11 +106,17 @@ class LaunchFiles(unittest.TestCase):
         self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
 
     def test_recording_for_continuous_integration(self):
-        rate = ('rate:=20', 'timeout:=15')
-        good = self.run_in_folder('rostest', 'pf_resampling', 'recording.test', 'bag:=drive.bag', *rate)
+        rate = ('--text', 'pf_resampling', 'recording.test', 'rate:=15')
+        good = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.5')
         self.assertEqual(good.returncode, 0, good.stdout)
-        bad = self.run_in_folder('rostest', 'pf_resampling', 'recording.test', 'bag:=deaf.bag', *rate)
+        self.assertIn('limit 0.500 m', good.stdout)
+        # No filter is as good as that.
+        strict = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.001')
+        self.assertNotEqual(strict.returncode, 0, strict.stdout)
+        self.assertIn('max_error', strict.stdout)
+        bad = self.run_in_folder('rostest', *rate, 'bag:=deaf.bag')
         self.assertNotEqual(bad.returncode, 0, bad.stdout)
+        self.assertIn('no /ranges (needed: pf_resampling/BeaconRange)', bad.stdout)
 
 
 if __name__ == '__main__':
