@@ -106,7 +106,9 @@ class LaunchFiles(unittest.TestCase):
         self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
 
     def test_recording_for_continuous_integration(self):
-        rate = ('--text', 'pf_resampling', 'recording.test', 'rate:=15')
+        # On a busy machine nothing comes at its time.
+        rate = ('pf_resampling', 'recording.test', 'rate:=15', 'max_gap:=60', 'min_rate:=0.2',
+                'skip:=0.4')
         good = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.5')
         self.assertEqual(good.returncode, 0, good.stdout)
         self.assertIn('limit 0.500 m', good.stdout)
