@@ -115,6 +115,18 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row[b.size()];
 }
 
+std::string remedy_for_unknown(const ParameterList& parameters, const std::string& name) {
+  const Parameter* nearest = nullptr;
+  std::size_t least = name.size() / 2 + 1;
+  for (const Parameter& parameter : parameters) {
+    const std::size_t distance = edit_distance(parameter.name, name);
+    if (distance >= least) continue;
+    nearest = &parameter;
+    least = distance;
+  }
+  return nearest != nullptr ? "did you mean " + nearest->name + "?" : "leave it out";
+}
+
 // A copy of the description without the accessors, for messages raised from within them.
 Parameter description(std::string name, Parameter::Type type, std::string unit, std::string help,
                       double minimum, double maximum) {
@@ -247,20 +259,11 @@ const char* type_text(Parameter::Type type) {
 
 void set_parameter(const ParameterList& parameters, const std::string& name,
                    const std::string& value) {
-  const Parameter* nearest = nullptr;
   for (const Parameter& parameter : parameters) {
-    if (parameter.name == name) {
-      parameter.set_checked(value);
-      return;
-    }
-    if (nearest == nullptr ||
-        edit_distance(parameter.name, name) < edit_distance(nearest->name, name)) {
-      nearest = &parameter;
-    }
+    if (parameter.name == name) return parameter.set_checked(value);
   }
-  const bool is_near = nearest != nullptr && edit_distance(nearest->name, name) <= name.size() / 2;
   throw Error("parameter " + on_one_line(name) + " is unknown; " +
-              (is_near ? "did you mean " + nearest->name + "?" : "leave it out"));
+              remedy_for_unknown(parameters, name));
 }
 
 void set_parameters(const ParameterList& parameters,

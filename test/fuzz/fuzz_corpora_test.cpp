@@ -5,7 +5,10 @@
 #include <ostream>
 #include <set>
 
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "src/checkpoint/checkpoint.hpp"
 #include "test/fuzz/fuzz_target.hpp"
+#include "test/fuzz/saved_text.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -50,6 +53,20 @@ TEST(FuzzCorporaFolder, HoldsNothingButTheTargets) {
   }
   for (const fuzz::Target& target : fuzz::targets()) names.insert(target.name);
   EXPECT_EQ(folders, names);
+}
+
+// A fuzzer that begins with what is refused in its first lines reaches little. If the format of
+// files has changed, change these with it.
+TEST(FuzzCorporaFolder, WholeMapsAndCheckpointsAreOfThePresentFormat) {
+  const auto whole = [](const std::string& name) {
+    return fuzz::file_of(fuzz::with_end_line(read_file((kCorpora / name).string())));
+  };
+  EXPECT_NO_THROW(read_map_file(whole("map_file/whole")));
+  EXPECT_NO_THROW(read_map_file(whole("map_file/of_resampling")));
+  EXPECT_NO_THROW(read_map_file(whole("map_file/of_redraw")));
+  EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_fastslam")));
+  EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_redraw")));
+  EXPECT_NO_THROW(read_beacon_mcl_checkpoint(whole("checkpoint/of_beacon_mcl")));
 }
 
 }  // namespace

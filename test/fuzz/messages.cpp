@@ -14,9 +14,15 @@
 namespace pf_resampling::fuzz {
 namespace {
 
-constexpr double kLost = 0.5;       // m
-constexpr double kRecovery = 25.0;  // s
-constexpr double kLatest = 12.0;    // s of the drive, while it is attacked
+// A fuzzer finds by number: all is as small and short as it can be. Once in a while the robot is
+// not told where it is when good input is back, and has to find out by itself: that takes its time.
+constexpr double kLost = 0.5;    // m
+constexpr double kLatest = 6.0;  // s of the drive, while it is attacked
+constexpr double kBuffer = 3.0;  // s of odometry that are kept, so that an attack reaches its end
+constexpr int kFindsOutOneIn = 64;  // of so many attacks, in one the robot has to find out
+constexpr double kFindOut = 25.0;   // s
+constexpr double kTold = 2.0;       // s
+constexpr int kMostParticles = 16;
 
 // ---- messages with something wrong ------------------------------------------------------------
 
@@ -112,8 +118,9 @@ void change(Bytes* bytes, LandmarkObservationArray* scan) {
 
 // An hour, a time before the first, after 2038, the edge of what is kept, a little.
 ros::Time moved(Bytes* bytes, ros::Time stamp) {
-  static const double kShifts[] = {3600.0, -3600.0, 30.0, -30.0, 29.96, -29.94, 0.001, -0.001,
-                                   2.0,    -2.0,    9.99, -10.0, 1.6e9, 2.1e9,  0.05,  -0.05};
+  static const double kShifts[] = {3600.0, -3600.0, 30.0, -30.0, kBuffer - 0.04, 0.06 - kBuffer,
+                                   0.001,  -0.001,  2.0,  -2.0,  9.99,           -10.0,
+                                   1.6e9,  2.1e9,   0.05, -0.05};
   switch (bytes->below(5)) {
     case 0:
       return ros::Time();
@@ -236,18 +243,14 @@ class Attack {
   using Message = typename AnyRig::Message;
 
   Attack(Bytes* bytes, const typename AnyRig::Observation& /*to tell the type*/)
-      : bytes_(bytes), run_(options(bytes), bytes->below(8) == 0) {
-    for (const Parameter& parameter : run_.pipeline.live_parameters()) {
-      usual_[parameter.name] = parameter.get();
-    }
-    // To be found anywhere among the beacons takes more of them than to begin at a known place.
-    usual_["particles"] = std::is_same_v<AnyRig, Rig> ? "300" : "60";
-  }
+      : bytes_(bytes),
+        is_told_(bytes->below(kFindsOutOneIn) != 1),
+        run_(options(bytes), bytes->below(8) == 1) {}
 
   void run() {
-    hand_over(Drive::messages(0.0, 2.0));
-    time_ = 2.0;
-    for (int i = 0; i < 200 && !bytes_->empty() && time_ < kLatest; ++i) {
+    hand_over(Drive::messages(0.0, 1.0));
+    time_ = 1.0;
+    for (int i = 0; i < 60 && !bytes_->empty() && time_ < kLatest; ++i) {
       step();
       check();
     }
@@ -257,8 +260,9 @@ class Attack {
  private:
   static auto options(Bytes* bytes) {
     auto options = Drive::options();
-    options.filter.particles = 1 + bytes->below(30);
+    options.filter.particles = 1 + bytes->below(kMostParticles);
     options.queue_length = 20;
+    options.odometry_input.length = kBuffer;
     if constexpr (std::is_same_v<AnyRig, FastSlamRig>) {
       options.tag_pattern = bytes->flip() ? "tag_(\\d+)" : "";
     }
@@ -270,19 +274,14 @@ class Attack {
     switch (bytes_->below(10)) {
       case 0:
       case 1:
-        return drive(0.1 * (1 + bytes_->below(10)));
+        return drive(0.1 * (1 + bytes_->below(5)));
       case 2:
         return hand_over({worse(bytes_, Drive::odometry(now + ros::Duration(0.02)))});
       case 3:
         return hand_over(
             {worse(bytes_, Drive::observation_at(now + ros::Duration(0.03), bytes_->below(4)))});
       case 4: {
-        geometry_msgs::PoseWithCovarianceStamped pose;
-        pose.header.stamp = now;
-        pose.header.frame_id = "map";
-        pose.pose.pose = to_pose_message(Drive::truth(now));
-        pose.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
-        return hand_over({worse(bytes_, pose)});
+        return hand_over({worse(bytes_, where_it_is(now))});
       }
       case 5:
         return hand_over({transforms(bytes_, now)});
@@ -345,7 +344,7 @@ class Attack {
         std::optional<typename decltype(run_.pipeline)::Checkpoint> saved;
         pipeline.guard("checkpoint", [&] { saved = pipeline.checkpoint(); });
         if (!saved) return;
-        if (bytes_->flip()) drive(0.5);
+        if (bytes_->flip()) drive(0.2);
         ask("resume", [&] {
           pipeline.resume(*saved);
           return "";
@@ -370,7 +369,7 @@ class Attack {
       value = any.choices[static_cast<std::size_t>(
           bytes_->below(static_cast<int>(any.choices.size())))];
     } else if (any.name == "particles") {
-      value = std::to_string(bytes_->below(100));
+      value = std::to_string(bytes_->below(2 * kMostParticles));
     } else if (any.name.find("max") != std::string::npos || bytes_->flip()) {
       value = std::to_string(bytes_->below(300));
     }
@@ -443,32 +442,65 @@ class Attack {
             "weights do not sum to one but to " + std::to_string(sum));
   }
 
-  // What a node's user can do: call reset; then good input for 25 s. A drive that goes on where the
-  // good messages ended, whatever the hostile ones said of the time.
+  // What a node's user can do: set the parameters back, call reset, say where the robot is; then
+  // good input. A drive that goes on where the good messages ended, whatever the hostile ones said
+  // of the time.
   void expect_good_again() {
     auto& pipeline = run_.pipeline;
-    set_parameters(usual_);
+    set_usual_parameters();
     const double begin = std::round(10.0 * time_) / 10.0 + 2.0;
     // The drive itself has to be taken up first: hostile odometry may have been of another time.
     hand_over(messages(begin, begin + 1.0));
     pipeline.guard("reset", [&] { pipeline.reset(); });
+    run_.out.poses.clear();
     if constexpr (std::is_same_v<AnyRig, Rig>) {
       auto beacons = Drive::beacon_array();
       beacons.header.stamp = Drive::at(begin + 1.0);
       hand_over({Message(boost::make_shared<BeaconArray>(beacons))});
+      if (is_told_) {
+        hand_over({Message(boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(
+            where_it_is(Drive::at(begin + 1.0))))});
+      }
     }
-    run_.out.poses.clear();
     // The map of a FastSLAM begins where the robot is now.
     const bool maps = std::is_same_v<AnyRig, FastSlamRig>;
     const Pose2 origin = maps ? Drive::truth(Drive::at(begin + 1.1)) : Pose2{};
-    hand_over(messages(begin + 1.1, begin + 1.1 + kRecovery));
-    check_last(begin, origin);
+    const double end = begin + 1.1 + (is_told_ ? kTold : kFindOut);
+    hand_over(messages(begin + 1.1, end));
+    check_last(std::round(10.0 * end) / 10.0, origin);
   }
 
-  void check_last(double begin, const Pose2& origin) {
+  void set_usual_parameters() {
+    static const std::map<std::string, std::string> kUsual = [] {
+      const auto options = Drive::options();
+      decltype(AnyRig::pipeline) pipeline(options, {});
+      std::map<std::string, std::string> values;
+      for (const Parameter& parameter : pipeline.live_parameters()) {
+        values[parameter.name] = parameter.get();
+      }
+      return values;
+    }();
+    auto values = kUsual;
+    // To be found anywhere among the beacons takes more of them than to begin at a known place.
+    const bool is_sought = std::is_same_v<AnyRig, Rig> && !is_told_;
+    values["particles"] = is_sought ? "300" : std::to_string(kMostParticles);
+    set_parameters({{"preset", values.at("preset")}});
+    set_parameters(values);
+  }
+
+  static geometry_msgs::PoseWithCovarianceStamped where_it_is(ros::Time stamp) {
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.header.stamp = stamp;
+    pose.header.frame_id = "map";
+    pose.pose.pose = to_pose_message(Drive::truth(stamp));
+    pose.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
+    return pose;
+  }
+
+  void check_last(double end, const Pose2& origin) {
     require(!run_.out.poses.empty(), "with good input again, no pose comes");
     const auto& last = run_.out.poses.back();
-    require(last.header.stamp == Drive::at(std::round(10.0 * (begin + 1.1 + kRecovery)) / 10.0),
+    require(last.header.stamp == Drive::at(end),
             "with good input again, the pose is not up to date");
     const Pose2 truth = relative(origin, Drive::truth(last.header.stamp));
     const double error = distance(to_pose2(last.pose.pose), truth);
@@ -478,8 +510,8 @@ class Attack {
   }
 
   Bytes* bytes_;
+  bool is_told_;  // where it is, after the attack
   QuickRig<AnyRig> run_;
-  std::map<std::string, std::string> usual_;  // parameters, to end the attack with
   double time_ = 0.0;
   std::uint64_t counted_ = 0;
   std::vector<Message> sent_;
