@@ -17,6 +17,8 @@ DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc'
 PARAMETERS = {name for file in ('beacon_mcl.yaml', 'fastslam.yaml')
               for name in re.findall(r'^#([a-z][a-z_/0-9]*): ', (ROOT / 'config' / file).read_text(), re.MULTILINE)}
 GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
+TESTS = {'.'.join(names) for source in (*ROOT.glob('test/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
+         for names in re.findall(r'^(?:TYPED_)?TEST(?:_[FP])?\((\w+), (\w+)\)', source.read_text(), re.MULTILINE)}
 PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
                             for source in sorted((ROOT / room).rglob('*.?pp')))
 
@@ -70,6 +72,11 @@ def wrong_parameters(text):
     return [name for name in named if '/' in name and name.split('/')[0] in GROUPS and not is_parameter(name)]
 
 
+def wrong_tests(text):
+    """Names like `Suite.Test` in code which are no tests."""
+    return [name for name in re.findall(r'`([A-Z]\w+\.[A-Z]\w+)`', text) if name not in TESTS]
+
+
 class Documents(unittest.TestCase):
     maxDiff = None
 
@@ -95,7 +102,11 @@ class Documents(unittest.TestCase):
     def test_parameters_exist(self):
         self.check_each(lambda document: wrong_parameters(document.read_text()))
 
+    def test_tests_exist(self):
+        self.check_each(lambda document: wrong_tests(document.read_text()))
+
     def test_mistakes_are_found(self):
+        self.assertEqual(wrong_tests('`Weights.AreNone` `MapFile.RefusesAnyDamage` `MapFile.cpp`'), ['Weights.AreNone'])
         self.assertEqual(dead_links('[a](no.md) [b](nodes.md#in) [c](https://x.example)', ROOT / 'doc'), ['no.md'])
         self.assertEqual(wrong_commands('rosrun pf_resampling run_bug a.bag\nrosrun pf_resampling run_bag x --seat 1 --seed 1'),
                          ['rosrun pf_resampling run_bug', 'rosrun pf_resampling run_bag --seat'])
