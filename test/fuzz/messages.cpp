@@ -17,11 +17,11 @@ namespace {
 // A fuzzer finds by number: all is as small and short as it can be. Once in a while the robot is
 // not told where it is when good input is back, and has to find out by itself: that takes its time.
 constexpr double kLost = 0.5;    // m
-constexpr double kLatest = 6.0;  // s of the drive, while it is attacked
-constexpr double kBuffer = 3.0;  // s of odometry that are kept, so that an attack reaches its end
+constexpr double kLatest = 3.0;  // s of the drive, while it is attacked
+constexpr double kBuffer = 1.5;  // s of odometry that are kept, so that an attack reaches its end
 constexpr int kFindsOutOneIn = 64;  // of so many attacks, in one the robot has to find out
 constexpr double kFindOut = 25.0;   // s
-constexpr double kTold = 2.0;       // s
+constexpr double kTold = 1.0;       // s
 constexpr int kMostParticles = 16;
 
 // ---- messages with something wrong ------------------------------------------------------------
@@ -248,9 +248,9 @@ class Attack {
         run_(options(bytes), bytes->below(8) == 1) {}
 
   void run() {
-    hand_over(Drive::messages(0.0, 1.0));
-    time_ = 1.0;
-    for (int i = 0; i < 60 && !bytes_->empty() && time_ < kLatest; ++i) {
+    hand_over(Drive::messages(0.0, 0.4));
+    time_ = 0.4;
+    for (int i = 0; i < 30 && !bytes_->empty() && time_ < kLatest; ++i) {
       step();
       check();
     }
@@ -274,7 +274,7 @@ class Attack {
     switch (bytes_->below(10)) {
       case 0:
       case 1:
-        return drive(0.1 * (1 + bytes_->below(5)));
+        return drive(0.1 * (1 + bytes_->below(4)));
       case 2:
         return hand_over({worse(bytes_, Drive::odometry(now + ros::Duration(0.02)))});
       case 3:
@@ -377,6 +377,7 @@ class Attack {
   }
 
   void set_parameters(const std::map<std::string, std::string>& values) {
+    set_parameters_ = true;
     ask("set_parameters", [&] {
       run_.pipeline.set_parameters(values);
       return "";
@@ -447,26 +448,26 @@ class Attack {
   // of the time.
   void expect_good_again() {
     auto& pipeline = run_.pipeline;
-    set_usual_parameters();
-    const double begin = std::round(10.0 * time_) / 10.0 + 2.0;
+    if (set_parameters_ || !is_told_) set_usual_parameters();
+    const double begin = std::round(10.0 * time_) / 10.0 + 1.0;
     // The drive itself has to be taken up first: hostile odometry may have been of another time.
-    hand_over(messages(begin, begin + 1.0));
+    hand_over(messages(begin, begin + 0.6));
     pipeline.guard("reset", [&] { pipeline.reset(); });
     run_.out.poses.clear();
     if constexpr (std::is_same_v<AnyRig, Rig>) {
       auto beacons = Drive::beacon_array();
-      beacons.header.stamp = Drive::at(begin + 1.0);
+      beacons.header.stamp = Drive::at(begin + 0.6);
       hand_over({Message(boost::make_shared<BeaconArray>(beacons))});
       if (is_told_) {
         hand_over({Message(boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(
-            where_it_is(Drive::at(begin + 1.0))))});
+            where_it_is(Drive::at(begin + 0.6))))});
       }
     }
     // The map of a FastSLAM begins where the robot is now.
     const bool maps = std::is_same_v<AnyRig, FastSlamRig>;
-    const Pose2 origin = maps ? Drive::truth(Drive::at(begin + 1.1)) : Pose2{};
-    const double end = begin + 1.1 + (is_told_ ? kTold : kFindOut);
-    hand_over(messages(begin + 1.1, end));
+    const Pose2 origin = maps ? Drive::truth(Drive::at(begin + 0.7)) : Pose2{};
+    const double end = begin + 0.7 + (is_told_ ? kTold : kFindOut);
+    hand_over(messages(begin + 0.7, end));
     check_last(std::round(10.0 * end) / 10.0, origin);
   }
 
@@ -511,6 +512,7 @@ class Attack {
 
   Bytes* bytes_;
   bool is_told_;  // where it is, after the attack
+  bool set_parameters_ = false;
   QuickRig<AnyRig> run_;
   double time_ = 0.0;
   std::uint64_t counted_ = 0;
