@@ -54,6 +54,7 @@ class Drive:
         self.publishers = {}
         self.poses = {name: {} for name in NODES}
         self.heard = {name: [] for name in NODES}  # of each pose when it came, by time.monotonic(), and its error
+        self.sent = {}  # when the odometry of a stamp (ms) was published
         self.lock = threading.Lock()
         self.subscribers = [
             rospy.Subscriber('/' + name + '/pose', PoseWithCovarianceStamped, self.take, name, queue_size=100)
@@ -63,7 +64,7 @@ class Drive:
         position = message.pose.pose.position
         x, y, _ = truth(message.header.stamp.to_sec() - self.clock)
         with self.lock:
-            self.poses[name][message.header.stamp.to_nsec() // 1000000] = position
+            self.poses[name][message.header.stamp.to_nsec() // 1000000] = position, time.monotonic()
             self.heard[name].append((time.monotonic(), math.hypot(position.x - x, position.y - y)))
 
     def stamp(self, seconds):
@@ -116,6 +117,7 @@ class Drive:
             self.step += 1
             now = 0.1 * self.step
             self.publish('/clock', Clock(clock=self.stamp(now)))
+            self.sent[self.stamp(now).to_nsec() // 1000000] = time.monotonic()
             self.publish('/odom', self.odometry(now))
             if self.step % 2 == 0:
                 self.observe(now - 0.06)
@@ -126,8 +128,9 @@ class Drive:
         newest = round(1000 * (self.clock + 0.1 * self.step))
         for _ in range(200):
             with self.lock:
-                position = self.poses[name].get(newest)
-            if position is not None:
+                pose = self.poses[name].get(newest)
+            if pose is not None:
+                position = pose[0]
                 x, y, _ = truth(0.1 * self.step)
                 return math.hypot(position.x - x, position.y - y)
             time.sleep(0.1)
