@@ -198,6 +198,7 @@ int signal_amid(const std::vector<std::string>& command, const std::string& fold
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
+    std::signal(signal, SIG_DFL);  // under nohup a child inherits that it is ignored
     if (chdir(folder.c_str()) == 0) execv(arguments[0], arguments.data());
     _exit(99);
   }

@@ -206,6 +206,7 @@ TEST_F(NewFiles, LeaveNothingBehindWhenASignalComes) {
     with("a", "old");
     const pid_t child = fork();
     if (child == 0) {
+      std::signal(signal, SIG_DFL);  // under nohup it is ignored, which children inherit
       remove_unfinished_on_signals();
       NewFile file(path("a"), "the file");
       NewFile another(path("b"), "the file");
