@@ -84,7 +84,6 @@ class LaunchFiles(unittest.TestCase):
         self.assertGreater(counts['/pose'], 500)
         self.assertNotIn('/particles', counts)
         self.assertIn('300 particles', done.stdout)
-        self.assertNotIn('REQUIRED process', done.stdout)
 
     def test_a_bag_that_is_played_in_a_namespace_and_recorded(self):
         done = self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=15', 'rviz:=false', 'record:=record.bag',
@@ -111,7 +110,6 @@ class LaunchFiles(unittest.TestCase):
                 'skip:=0.4')
         good = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.5')
         self.assertEqual(good.returncode, 0, good.stdout)
-        self.assertIn('limit 0.500 m', good.stdout)
         # No filter is as good as that.
         strict = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.001')
         self.assertNotEqual(strict.returncode, 0, strict.stdout)
