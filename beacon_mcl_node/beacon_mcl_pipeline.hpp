@@ -56,13 +56,16 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   static constexpr auto inputs() {
     return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}}, Input<BeaconRange>{{"ranges"}},
                            Input<sensor_msgs::Range>{{"sensor_ranges"}},
-                           Input<BeaconArray>{{"beacons"}},
+                           Input<BeaconArray>{{"beacons"}}, Input<sensor_msgs::Imu>{{"imu"}},
                            Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
                            Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
   }
 
   /// Service: starts anew from the ranges or over the area.
   void global_localization();
+
+  /// Frame of the antenna of ranges that do not name one.
+  const std::string& antenna() const { return names_.antenna; }
 
   /// Nothing while the beacons are not known.
   const BeaconMcl* filter() const { return filter_.get(); }

@@ -67,6 +67,11 @@ void FastSlamPipeline::restart_filter() {
   filter_->reset();
   if (start_map_) filter_->load(*start_map_);
   loaded_map_ = start_map_ ? options_.map_file : "";
+  if (start_map_) {
+    log(LogLevel::info, "map " + options_.map_file + ": " +
+                            std::to_string(start_map_->landmarks.size()) + " landmarks" +
+                            (options_.filter.map.frozen ? ", frozen" : ""));
+  }
   note_scene_of_map();
 }
 

@@ -67,6 +67,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   static constexpr auto inputs() {
     return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}},
                            Input<LandmarkObservationArray>{{"landmarks"}},
+                           Input<sensor_msgs::Imu>{{"imu"}},
                            Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
                            Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
   }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "src/messages/conversions.hpp"
+#include "src/messages/foreign_messages.hpp"
 #include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
@@ -31,8 +32,13 @@ double heading_of(const Eigen::Matrix3d& turn) {
 TagScans::TagScans(const FramePattern& pattern, FrameNames frames)
     : pattern_(pattern), frames_(std::move(frames)) {}
 
+std::optional<int> TagScans::id_of(const std::string& frame) const {
+  const std::optional<int> detected = id_of_detected_tag(frame);
+  return detected || pattern_.is_empty() ? detected : pattern_.id_of(frame);
+}
+
 bool TagScans::is_tag(const geometry_msgs::TransformStamped& transform) const {
-  if (pattern_.is_empty() || !pattern_.id_of(transform.child_frame_id)) return false;
+  if (!id_of(transform.child_frame_id)) return false;
   const std::string parent = without_slash(transform.header.frame_id);
   return parent != without_slash(frames_.map) && parent != without_slash(frames_.odom);
 }
@@ -66,7 +72,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading);
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);
   LandmarkObservation seen;
-  seen.id = *pattern_.id_of(tag);
+  seen.id = *id_of(tag);
   seen.range = std::hypot(place.x() - sensor.x, place.y() - sensor.y);
   seen.bearing =
       wrap_angle(std::atan2(place.y() - sensor.y, place.x() - sensor.x) - sensor.heading);

@@ -16,8 +16,9 @@
 namespace pf_resampling {
 
 /// Makes scans of landmarks of what detectors of tags (AprilTag, ArUco) publish: transforms camera
-/// → tag on /tf, all of one image with its stamp. A tag's id is in the name of its frame, its place
-/// alone counts, and of that what a range and a bearing in the robot's plane say.
+/// → tag on /tf, or messages of which landmarks_in() makes such transforms; all of one image with
+/// its stamp. A tag's id is in the name of its frame, its place alone counts, and of that what a
+/// range and a bearing in the robot's plane say.
 ///
 /// The tags of an image may come in several messages. Its scan is complete when one of the next
 /// image comes, or when odometry has gone on for a moment.
@@ -41,6 +42,8 @@ class TagScans {
   void clear();
 
  private:
+  std::optional<int> id_of(const std::string& frame) const;
+
   struct OpenScan {
     LandmarkObservationArray scan;
     ros::Time odometry;  // the newest when the last tag came

@@ -1,9 +1,11 @@
 #include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/BeaconRange.h>
 #include <pf_resampling/LandmarkObservationArray.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/Range.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -573,6 +575,60 @@ TEST(CheckBagProgram, TakesBeaconsFromAConfiguration) {
                            path + " out.bag --config " + yaml + "\n"),
             std::string::npos)
       << found.out;
+}
+
+TEST(CheckBag, SeesOdometryOnTfAsAPoseAndTheImu) {
+  const auto write = [](bool with_tf, bool with_pose, BagWriter* bag) {
+    for (int i = 0; i < 10; ++i) {
+      const ros::Time time(10.0 + 0.1 * i);
+      tf2_msgs::TFMessage tf;
+      tf.transforms.resize(1);
+      tf.transforms[0].header.stamp = time;
+      tf.transforms[0].header.frame_id = "odom";
+      tf.transforms[0].child_frame_id = "base_footprint";
+      tf.transforms[0].transform.rotation.w = 1.0;
+      if (with_tf) bag->write("/tf", time, tf);
+      geometry_msgs::PoseWithCovarianceStamped pose;
+      pose.header.stamp = time;
+      pose.header.frame_id = "odom_combined";
+      pose.pose.pose.orientation.w = 1.0;
+      if (with_pose) bag->write("/odom_combined", time, pose);
+      sensor_msgs::Imu imu;
+      imu.header.stamp = time;
+      bag->write("/imu/data", time, imu);
+    }
+  };
+  const BagFindings on_tf = check_of_written([&](BagWriter* bag) { write(true, false, bag); });
+  EXPECT_TRUE(has(on_tf.fastslam.problems,
+                  "'odom' -> 'base_footprint' on /tf could be it (--set odometry_input/source=tf "
+                  "--set frames/base=base_footprint)"));
+  EXPECT_TRUE(has(on_tf.remarks, "/imu/data is an IMU: --imu /imu/data --set"));
+  const BagFindings as_pose = check_of_written([&](BagWriter* bag) { write(false, true, bag); });
+  EXPECT_TRUE(has(as_pose.fastslam.problems, "/odom_combined could be it (--odom /odom_combined"));
+
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  {
+    BagWriter bag(path);
+    write(true, true, &bag);
+    bag.finish();
+  }
+  const std::string by_tf = run_program("check_bag " + path +
+                                        " --set odometry_input/source=tf"
+                                        " --set frames/base=base_footprint")
+                                .out;
+  EXPECT_NE(by_tf.find("/tf (odometry): base_footprint in odom"), std::string::npos) << by_tf;
+  EXPECT_EQ(by_tf.find("no /odom"), std::string::npos) << by_tf;
+  const std::string by_pose = run_program("check_bag " + path + " --odom /odom_combined").out;
+  EXPECT_NE(by_pose.find("frame 'odom_combined' instead of 'odom'"), std::string::npos) << by_pose;
+  EXPECT_EQ(by_pose.find("needed: nav_msgs"), std::string::npos) << by_pose;
+  // What is asked for has to be there.
+  const std::string no_imu =
+      run_program("check_bag " + path + " --set odometry_input/imu_heading=yaw_rate").out;
+  EXPECT_NE(
+      no_imu.find("no /imu (needed: sensor_msgs/Imu), /imu/data could be it (--imu /imu/data"),
+      std::string::npos)
+      << no_imu;
 }
 
 }  // namespace

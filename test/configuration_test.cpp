@@ -5,9 +5,10 @@
 #include <memory>
 #include <sstream>
 
-#include "beacon_mcl_node/pipeline_options.hpp"
-#include "fastslam_node/pipeline_options.hpp"
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+#include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/configuration/parameter_table.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -180,10 +181,31 @@ TEST(Configuration, TheShippedFilesAreWhatTheParametersSay) {
   expect_shipped<FastSlamPipelineOptions>("fastslam.yaml");
 }
 
+template <typename Pipeline>
+std::string table_of() {
+  typename Pipeline::Options options;
+  return parameter_table(parameters_of(&options), Pipeline::live_parameters(&options));
+}
+
+TEST(Configuration, TheTableSaysWhatARunningNodeTakes) {
+  const std::string table = table_of<BeaconMclPipeline>();
+  const auto row_of = [&](const std::string& name) {
+    const std::size_t begin = table.find("| `" + name + "` |");
+    return begin == std::string::npos ? "" : table.substr(begin, table.find('\n', begin) - begin);
+  };
+  const auto ends_with = [](const std::string& row, const std::string& words) {
+    return row.size() > words.size() && row.substr(row.size() - words.size()) == words;
+  };
+  EXPECT_TRUE(ends_with(row_of("particles"), " live |")) << row_of("particles");
+  EXPECT_TRUE(ends_with(row_of("preset"), " live |")) << row_of("preset");
+  EXPECT_TRUE(ends_with(row_of("frames/map"), " at start |")) << row_of("frames/map");
+  EXPECT_TRUE(ends_with(table.substr(0, table.find('\n')), " changes |")) << table;
+}
+
 TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
   const std::string document = read_file(std::string(PF_RESAMPLING_SOURCE) + "/doc/parameters.md");
-  for (const std::string& expected : {defaults_as<BeaconMclPipelineOptions>(to_markdown),
-                                      defaults_as<FastSlamPipelineOptions>(to_markdown)}) {
+  for (const std::string& expected :
+       {table_of<BeaconMclPipeline>(), table_of<FastSlamPipeline>()}) {
     EXPECT_NE(document.find(expected), std::string::npos)
         << "the parameters changed: scripts/write_config writes the table anew";
   }

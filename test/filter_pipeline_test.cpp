@@ -39,6 +39,84 @@ geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, const Pos
   return start;
 }
 
+// ---- where odometry comes from ----------------------------------------------------------------
+
+geometry_msgs::TransformStamped as_transform(const nav_msgs::Odometry& odometry) {
+  geometry_msgs::TransformStamped transform;
+  transform.header = odometry.header;
+  transform.child_frame_id = odometry.child_frame_id;
+  transform.transform.translation.x = odometry.pose.pose.position.x;
+  transform.transform.translation.y = odometry.pose.pose.position.y;
+  transform.transform.rotation = odometry.pose.pose.orientation;
+  return transform;
+}
+
+TYPED_TEST(FilterPipelineOf, OdometryMayComeAsATransform) {
+  const auto drive = TypeParam::Drive::messages(15.0);
+  auto options = TypeParam::Drive::options();
+  options.odometry_input.use_covariance = false;  // a transform has none
+  TypeParam by_topic(options);
+  by_topic.feed(drive);
+  options.odometry_input.source = OdometrySource::tf;
+  TypeParam deaf(options);
+  deaf.feed(drive);
+  EXPECT_TRUE(deaf.out.poses.empty());  // the topic is not heard
+  TypeParam by_tf(options);
+  for (const auto& message : drive) {
+    if (!TypeParam::is_odometry(message)) {
+      handle(message, &by_tf.pipeline);
+      continue;
+    }
+    tf2_msgs::TFMessage tf;
+    tf.transforms = {as_transform(*std::get<nav_msgs::Odometry::ConstPtr>(message))};
+    hand_over(tf, &by_tf.pipeline);
+  }
+  ASSERT_EQ(by_tf.out.poses.size(), by_topic.out.poses.size());
+  EXPECT_EQ(by_tf.pose().x, by_topic.pose().x);
+  EXPECT_EQ(by_tf.pose().heading, by_topic.pose().heading);
+}
+
+// Wheels that do not see the turns at all, and an IMU that does.
+TYPED_TEST(FilterPipelineOf, TheImuSaysHowTheRobotTurns) {
+  auto options = TypeParam::Drive::options();
+  options.odometry_input.imu_heading = ImuUse::orientation;
+  TypeParam run(options);
+  double length = 0.0;
+  std::optional<Pose2> before;
+  for (const auto& message : TypeParam::Drive::messages(15.0)) {
+    if (!TypeParam::is_odometry(message)) {
+      handle(message, &run.pipeline);
+      continue;
+    }
+    nav_msgs::Odometry odometry = *std::get<nav_msgs::Odometry::ConstPtr>(message);
+    const Pose2 pose = to_pose2(odometry.pose.pose);
+    sensor_msgs::Imu imu;
+    imu.header.stamp = odometry.header.stamp;
+    imu.header.frame_id = odometry.child_frame_id;
+    imu.orientation = odometry.pose.pose.orientation;
+    hand_over(imu, &run.pipeline);
+    if (before) length += distance(*before, pose);
+    before = pose;
+    odometry.pose.pose = to_pose_message({length, 0.0, 0.0});
+    hand_over(odometry, &run.pipeline);
+  }
+  EXPECT_EQ(run.pipeline.rejects().count("imu", RejectReason::unknown_frame), 0u);
+  EXPECT_LT(run.error(), kLost);
+  // map -> odom goes with the odometry as it came, which tf has, too.
+  const auto& transform = run.out.transforms.back().transform;
+  const Pose2 odom = {transform.translation.x, transform.translation.y, yaw_of(transform.rotation)};
+  EXPECT_LT(distance(compose(odom, {length, 0.0, 0.0}), run.pose()), 1e-6);
+}
+
+TYPED_TEST(FilterPipelineOf, LeavesTheTransformToOthers) {
+  auto options = TypeParam::Drive::options();
+  options.frames.publish_tf = false;
+  TypeParam run(options);
+  run.feed(TypeParam::Drive::messages(5.0));
+  EXPECT_FALSE(run.out.poses.empty());
+  EXPECT_TRUE(run.out.transforms.empty());
+}
+
 // ---- time -------------------------------------------------------------------------------------
 
 TYPED_TEST(FilterPipelineOf, ObservationsWaitForOdometryAndAreUsedInOrderOfTime) {

@@ -234,5 +234,33 @@ TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
   }
 }
 
+// Wheels that see four fifths of every turn, and an IMU that sees all of it: the robot is on the
+// circle that it drove, and the poses as received are left alone.
+TEST(OdometryBuffer, TurnsAsTheImuSays) {
+  OdometryBuffer buffer;
+  const double step = 0.05;  // rad
+  const double chord = 2.0 * 3.0 * std::sin(0.5 * step);
+  Pose2 wheels;
+  for (int i = 0; i <= 40; ++i) {
+    StampedOdometry odometry = at(10.0 + 0.1 * i, wheels.x, wheels.y, wheels.heading);
+    odometry.heading = wrap_angle(1.0 + step * i);
+    ASSERT_EQ(buffer.add(odometry), Addition::added);
+    EXPECT_EQ(buffer.newest_pose().heading, odometry.pose.heading);
+    wheels =
+        compose(wheels, {chord * std::cos(0.4 * step), chord * std::sin(0.4 * step), 0.8 * step});
+  }
+  const OdometryIncrement increment =
+      buffer.integrate(ros::Time(10.0), ros::Time(14.0), OdometryNoise{});
+  const Pose2 expected = on_circle(3.0, 3.0, 40 * step);
+  EXPECT_NEAR(increment.mean.x, expected.x, 1e-9);
+  EXPECT_NEAR(increment.mean.y, expected.y, 1e-9);
+  EXPECT_NEAR(wrap_angle(increment.mean.heading - expected.heading), 0.0, 1e-9);
+  // A step of which the IMU says nothing is that of the wheels.
+  buffer.add(at(14.1, wheels.x, wheels.y, wheels.heading));
+  const OdometryIncrement last =
+      buffer.integrate(ros::Time(14.0), ros::Time(14.1), OdometryNoise{});
+  EXPECT_NEAR(last.mean.heading, 0.8 * step, 1e-9);
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -1,6 +1,8 @@
 // run_bag fastslam, on the reference world and on a recording, with the help of run_program.hpp.
+#include <nav_msgs/Odometry.h>
 #include <pf_resampling/ParticleErrors.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include "test/run_bag_fastslam.hpp"
 
@@ -158,6 +160,38 @@ TEST_F(RunBagFastSlam, EachMistakeGetsOneLine) {
   expect_error(bags + " --set map/forzen=true", {"map/forzen", "map/frozen"});
   expect_error(bags + " --set population/renewal=both", {"both", "compensation"});
   EXPECT_EQ(run_program("run_bag beacon_mcl " + bags + " --load-map " + map_).exit_code, 2);
+}
+
+// The same drive with its odometry on /tf alone.
+TEST_F(RunBagFastSlam, TakesOdometryFromTf) {
+  const std::string on_tf = directory_.file("on_tf.bag");
+  {
+    const rosbag::Bag bag = open_bag(world_);
+    rosbag::View view(bag);
+    BagWriter writer(on_tf);
+    for (const rosbag::MessageInstance& message : view) {
+      const auto odometry = message_in<nav_msgs::Odometry>(message);
+      if (odometry == nullptr) {
+        if (message.getTopic() != "/tf") writer.copy(message);
+        continue;
+      }
+      tf2_msgs::TFMessage tf;
+      tf.transforms.resize(1);
+      tf.transforms[0].header = odometry->header;
+      tf.transforms[0].child_frame_id = odometry->child_frame_id;
+      tf.transforms[0].transform.translation.x = odometry->pose.pose.position.x;
+      tf.transforms[0].transform.translation.y = odometry->pose.pose.position.y;
+      tf.transforms[0].transform.rotation = odometry->pose.pose.orientation;
+      writer.write("/tf", message.getTime(), tf);
+    }
+    writer.finish();
+  }
+  expect_error(on_tf + " " + out_, {"/odom"});
+  expect_success(on_tf + " " + out_ + " --no-clouds --set odometry_input/source=tf");
+  EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);
+  const ProgramResult judged = run_program("evaluate_bag " + out_);
+  EXPECT_EQ(judged.exit_code, 0) << judged.error;
+  EXPECT_EQ(judged.out.find("dead reckoning"), std::string::npos) << judged.out;
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ CommandLine command_line() {
   line.positional("in.bag", "the bag to look at");
   const CheckedTopics usual;
   line.topic("odom", usual.odom, "odometry");
+  line.topic("imu", usual.imu, "IMU");
   line.topic("ranges", usual.ranges, "ranges to beacons");
   line.topic("sensor-ranges", usual.sensor_ranges, "ranges as sensor_msgs/Range");
   line.topic("beacons", usual.beacons, "places of the beacons");
@@ -37,9 +38,10 @@ CommandLine command_line() {
 int check(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
-  const CheckedTopics topics = {line.topic("odom"),          line.topic("ranges"),
-                                line.topic("sensor-ranges"), line.topic("beacons"),
-                                line.topic("landmarks"),     line.topic("ground-truth")};
+  const CheckedTopics topics = {line.topic("odom"),        line.topic("imu"),
+                                line.topic("ranges"),      line.topic("sensor-ranges"),
+                                line.topic("beacons"),     line.topic("landmarks"),
+                                line.topic("ground-truth")};
   const rosbag::Bag bag = open_bag(line.text("in.bag"));
   const CheckedConfiguration configuration = configuration_of(line);
   const BagFindings found =
@@ -50,7 +52,7 @@ int check(const std::vector<std::string>& arguments) {
   for (const FilterVerdict& verdict : {found.beacon_mcl, found.fastslam}) {
     std::cout << verdict.text() << "\n";
     if (verdict.is_ready()) std::cout << "  " << verdict.command << "\n";
-    if (verdict.is_ready() || verdict.advice.empty()) continue;
+    if (!verdict.is_worth_a_try()) continue;
     std::cout << "  try: rosrun pf_resampling check_bag";
     for (const std::string& argument : arguments) std::cout << " " << shell_word(argument);
     for (const std::string& word : verdict.advice) std::cout << " " << shell_word(word);

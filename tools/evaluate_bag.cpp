@@ -20,6 +20,8 @@
 namespace pf_resampling {
 namespace {
 
+const char* const kUsualOdometry = "/odom";
+
 CommandLine command_line() {
   CommandLine line("evaluate_bag",
                    "Errors of an estimated path and map against the ground truth in the same bag.");
@@ -41,7 +43,7 @@ CommandLine command_line() {
       "frame on the robot (/tf_static) that the truth is about, for instance an antenna; by "
       "default ground_truth if that frame exists, otherwise base_link");
   line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
-  line.topic("odom", "/odom", "dead reckoning; 'none' leaves it out");
+  line.topic("odom", kUsualOdometry, "dead reckoning, if it is there; 'none' leaves it out");
   line.topic("beacons", "/beacons", "beacons, for the picture");
   line.option<double>(
       "lost-error", "METRES", 0.0,
@@ -464,8 +466,11 @@ Evaluation judged(const rosbag::Bag& bag, const Request& request, Recorded* run)
 int evaluate_bag(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
-  const Request request = request_from(line);
+  Request request = request_from(line);
   const rosbag::Bag bag = open_bag(request.bag);
+  // Where odometry was on /tf, there is no dead reckoning to compare with.
+  const bool is_asked_for = request.odom != kUsualOdometry || request.with_batch;
+  if (!is_asked_for && !has_topic(bag, request.odom)) request.with_odometry = false;
   require_topics(bag, request);
   Recorded run = naming(request.bag, [&] { return read_run(bag, request); });
   if (is_for_paths_alone(bag, request)) {

@@ -49,6 +49,26 @@ bool is_unit(const geometry_msgs::Quaternion& q) {
   return std::abs(length - 1.0) <= 0.01;
 }
 
+nav_msgs::Odometry to_odometry_message(const geometry_msgs::TransformStamped& transform) {
+  nav_msgs::Odometry odometry;
+  odometry.header = transform.header;
+  odometry.child_frame_id = transform.child_frame_id;
+  odometry.pose.pose.position.x = transform.transform.translation.x;
+  odometry.pose.pose.position.y = transform.transform.translation.y;
+  odometry.pose.pose.position.z = transform.transform.translation.z;
+  odometry.pose.pose.orientation = transform.transform.rotation;
+  return odometry;
+}
+
+nav_msgs::Odometry to_odometry_message(const geometry_msgs::PoseWithCovarianceStamped& pose,
+                                       const std::string& base) {
+  nav_msgs::Odometry odometry;
+  odometry.header = pose.header;
+  odometry.child_frame_id = base;
+  odometry.pose = pose.pose;
+  return odometry;
+}
+
 boost::array<double, 36> to_covariance_message(const Eigen::Matrix3d& covariance) {
   boost::array<double, 36> message;
   message.assign(0.0);

@@ -5,6 +5,7 @@
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>
@@ -31,6 +32,12 @@ double yaw_of(const geometry_msgs::Quaternion& rotation);
 /// Whether a quaternion is a rotation: length 1 within 1 %, which single precision and text files
 /// keep.
 bool is_unit(const geometry_msgs::Quaternion& rotation);
+
+/// Odometry without a covariance, from the transform odom -> base; and from a pose in the odometry
+/// frame, of `base`.
+nav_msgs::Odometry to_odometry_message(const geometry_msgs::TransformStamped& transform);
+nav_msgs::Odometry to_odometry_message(const geometry_msgs::PoseWithCovarianceStamped& pose,
+                                       const std::string& base);
 
 /// Covariance of (x, y, heading) as the 6 x 6 of ROS: row-major, order x, y, z, roll, pitch, yaw.
 boost::array<double, 36> to_covariance_message(const Eigen::Matrix3d& covariance);

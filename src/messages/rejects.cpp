@@ -34,6 +34,7 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                               {Reason::pose_jump, "pose_jump"},
                                               {Reason::ignored, "ignored"},
                                               {Reason::filter_error, "filter_error"},
+                                              {Reason::unreadable, "unreadable"},
                                               {Reason::exception, "exception"}});
   return names;
 }

@@ -36,6 +36,7 @@ enum class RejectReason {
   pose_jump,          ///< odometry that moved faster than the robot can
   ignored,            ///< beacons that differ from the configured ones
   filter_error,       ///< the filter refused it
+  unreadable,         ///< of a type that is not known, or not as its definition says
   exception,          ///< something failed that should not: memory, or a fault of the program
 };
 const EnumNames<RejectReason>& names_of(RejectReason);

@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/files/new_file.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
+#include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
 #include "src/node/service_folder.hpp"
@@ -43,8 +45,12 @@ class FilterNode {
           pipeline_.guard("clock", [&] { pipeline_.report_silence(now); });
         }) {
     checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
+    base_ = options.frames.base;
     for_each_input<Pipeline>(
         [this](const auto& input, const char* topic) { subscribe(input, topic); });
+    say_what_is_missing();
+    watch_ = node->createWallTimer(ros::WallDuration(10.0),
+                                   [this](const auto&) { say_what_is_missing(); });
     serve("reset", [this] { pipeline_.reset(); });
     serve<SetParticles>("set_particles", [this](const auto& request) {
       return pipeline_.set_particles(request.particles, request.weights);
@@ -60,21 +66,19 @@ class FilterNode {
   void serve(const std::string& name, const Work& work) {
     using Request = typename Service::Request;
     using Response = typename Service::Response;
-    services_.push_back(node_->advertiseService<Request, Response>(
-        name, [this, name, work](Request& request, Response& response) {
-          answer([&] { return pipeline_.ask(name.c_str(), [&] { return work(request); }); },
-                 &response);
-          return true;
-        }));
+    advertise<Request, Response>(name, [this, name, work](Request& request, Response& response) {
+      answer([&] { return pipeline_.ask(name.c_str(), [&] { return work(request); }); }, &response);
+      return true;
+    });
   }
   /// Likewise one without request and response.
   template <typename Work>
   void serve(const std::string& name, const Work& work) {
     using std_srvs::Empty;
-    services_.push_back(node_->advertiseService<Empty::Request, Empty::Response>(
+    advertise<Empty::Request, Empty::Response>(
         name, [this, name, work](Empty::Request&, Empty::Response&) {
           return pipeline_.guard(name.c_str(), work);
-        }));
+        });
   }
 
   /// The file that a caller of a service names; see ServiceFolder.
@@ -89,6 +93,9 @@ class FilterNode {
     bool was_one = false;
     pipeline_.guard("checkpoint", [&] { checkpoints_.write_when_due(&pipeline_); });
     pipeline_.guard(Pipeline::kObservations, [&] { was_one = pipeline_.process_next(); });
+    if (was_one && !std::exchange(is_running_, true)) {
+      ROS_INFO("the first %s are used: the filter runs", Pipeline::kObservations);
+    }
     return was_one;
   }
 
@@ -103,23 +110,78 @@ class FilterNode {
     return sinks;
   }
 
-  template <typename Message>
-  void subscribe(const Input<Message>& /*input*/, const char* topic) {
-    const boost::function<void(const typename Message::ConstPtr&)> take =
-        [this](const typename Message::ConstPtr& message) {
-          silence_.message_came();
-          hand_over(*message, &pipeline_);
-        };
-    subscribers_.push_back(node_->subscribe<Message>(
-        topic, kNodeInputQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+  /// Under its private name (~reset), and under the name in the namespace of the node (reset).
+  template <typename Request, typename Response>
+  void advertise(const std::string& name, const boost::function<bool(Request&, Response&)>& serve) {
+    for (ros::NodeHandle* node : {&private_node_, node_}) {
+      services_.push_back(node->advertiseService<Request, Response>(name, serve));
+    }
   }
 
+  template <typename Message>
+  void subscribe(const Input<Message>& input, const char* topic) {
+    // A publisher of any type is heard where messages of other packages are known.
+    if constexpr (kTakesOtherTypes<Message>) {
+      listen<topic_tools::ShapeShifter>(topic, [this, input, topic](const auto& message) {
+        pipeline_.guard(topic, [&] {
+          try {
+            hand_over_any(input, message, base_, &pipeline_);
+          } catch (const Error& error) {
+            pipeline_.note_unreadable(topic, error.what());
+          }
+        });
+      });
+    } else {
+      listen<Message>(topic, [this](const Message& message) { hand_over(message, &pipeline_); });
+    }
+  }
+
+  template <typename Message, typename Take>
+  void listen(const char* topic, const Take& take) {
+    const std::size_t place = awaited_.size();
+    const boost::function<void(const boost::shared_ptr<const Message>&)> heard =
+        [this, place, take](const boost::shared_ptr<const Message>& message) {
+          silence_.message_came();
+          awaited_[place].has_come = true;
+          take(*message);
+        };
+    awaited_.push_back(
+        {node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),
+                                   ros::TransportHints().tcpNoDelay()),
+         topic, false});
+  }
+
+  /// Says, until the filter runs, which inputs have not come and whether anybody publishes them.
+  void say_what_is_missing() {
+    if (is_running_) return watch_.stop();
+    std::string missing;
+    for (const AwaitedInput& input : awaited_) {
+      const std::string topic = input.topic;
+      const bool is_needed = topic == "odom" || topic == "beacons" ||
+                             topic.find(Pipeline::kObservations) != std::string::npos;
+      if (!is_needed || input.has_come) continue;
+      missing += (missing.empty() ? "" : ", ") + input.subscriber.getTopic() +
+                 (input.subscriber.getNumPublishers() == 0 ? " (nobody publishes it)" : "");
+    }
+    if (!missing.empty()) ROS_INFO("nothing has come yet on %s", missing.c_str());
+  }
+
+  struct AwaitedInput {
+    ros::Subscriber subscriber;
+    const char* topic;
+    bool has_come;
+  };
+
   ros::NodeHandle* node_;
+  ros::NodeHandle private_node_{"~"};
   FilterPublishers publishers_;
   Pipeline pipeline_;
   CheckpointKeeper checkpoints_;
   ServiceFolder folder_;
-  std::vector<ros::Subscriber> subscribers_;
+  std::string base_;
+  std::vector<AwaitedInput> awaited_;
+  bool is_running_ = false;
+  ros::WallTimer watch_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;
   SilenceWatch silence_;

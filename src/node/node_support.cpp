@@ -37,9 +37,9 @@ FilterPublishers::FilterPublishers(ros::NodeHandle* node)
       path_(node->advertise<nav_msgs::Path>("path", 1, true)),
       particlecloud_(node->advertise<geometry_msgs::PoseArray>("particlecloud", 5)),
       particles_(node->advertise<sensor_msgs::PointCloud2>("particles", 5)),
-      markers_(node->advertise<visualization_msgs::MarkerArray>("markers", 20)),
-      status_(node->advertise<FilterStatus>("status", kNodeOutputQueue)),
-      diagnostics_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 20)) {}
+      diagnostics_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 20)),
+      markers_(TwoPublishers::advertised<visualization_msgs::MarkerArray>(node, "markers", 20)),
+      status_(TwoPublishers::advertised<FilterStatus>(node, "status", kNodeOutputQueue)) {}
 
 void FilterPublishers::connect(PipelineSinks* sinks) {
   sinks->pose = [this](const auto& message) { pose_.publish(message); };

@@ -44,6 +44,28 @@ void answer(const Work& work, Response* response) {
   }
 }
 
+/// A topic under its private name (~status), and under the name in the namespace of the node
+/// (status).
+class TwoPublishers {
+ public:
+  template <typename Message>
+  static TwoPublishers advertised(ros::NodeHandle* node, const std::string& topic,
+                                  std::uint32_t queue, bool latch = false) {
+    TwoPublishers publishers;
+    publishers.private_ = ros::NodeHandle("~").advertise<Message>(topic, queue, latch);
+    publishers.public_ = node->advertise<Message>(topic, queue, latch);
+    return publishers;
+  }
+  template <typename Message>
+  void publish(const Message& message) const {
+    private_.publish(message);
+    public_.publish(message);
+  }
+
+ private:
+  ros::Publisher private_, public_;
+};
+
 /// The topics that the nodes of both filters give out.
 class FilterPublishers {
  public:
@@ -55,7 +77,8 @@ class FilterPublishers {
   static std::function<void(LogLevel, const std::string&)> log();
 
  private:
-  ros::Publisher pose_, path_, particlecloud_, particles_, markers_, status_, diagnostics_;
+  ros::Publisher pose_, path_, particlecloud_, particles_, diagnostics_;
+  TwoPublishers markers_, status_;
   tf2_ros::TransformBroadcaster broadcaster_;
 };
 

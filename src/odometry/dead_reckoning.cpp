@@ -13,8 +13,10 @@ constexpr double kBegin = 0.1;
 }  // namespace
 
 DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
-                                         const OdometryNoise& noise) {
-  const StampedOdometry odometry = to_stamped_odometry(message);
+                                         const OdometryNoise& noise,
+                                         std::optional<double> heading) {
+  StampedOdometry odometry = to_stamped_odometry(message);
+  odometry.heading = heading;
   const bool first = buffer_.empty();
   const ros::Time before = first ? ros::Time() : buffer_.newest();
   const OdometryBuffer::Addition addition = buffer_.add(odometry, used_);

@@ -28,7 +28,9 @@ class DeadReckoning {
     std::string warning;           ///< for the log; empty if there is none
   };
   /// Takes a checked message. `noise`: of steps whose messages' covariance does not tell.
-  Taken take(const nav_msgs::Odometry& odometry, const OdometryNoise& noise);
+  /// `heading`: rad, of an IMU at its stamp; see StampedOdometry.
+  Taken take(const nav_msgs::Odometry& odometry, const OdometryNoise& noise,
+             std::optional<double> heading = std::nullopt);
 
   /// As if no odometry had come yet; jumps stay counted.
   void clear();

@@ -29,14 +29,43 @@ Pose2 part_of(const Pose2& motion, double share) {
   return {a * vx - b * vy, b * vx + a * vy, share * turn};
 }
 
+/// A motion of the same length that turns by `turn` instead: the chord of an arc lies half a turn
+/// ahead of its start.
+Pose2 turned_by(const Pose2& motion, double turn) {
+  const double ahead = 0.5 * wrap_angle(turn - motion.heading);
+  const double cosine = std::cos(ahead);
+  const double sine = std::sin(ahead);
+  return {cosine * motion.x - sine * motion.y, sine * motion.x + cosine * motion.y, turn};
+}
+
 std::string text_of(ros::Time stamp) {
   return std::to_string(stamp.toSec());
 }
 
 }  // namespace
 
+const EnumNames<OdometrySource>& names_of(OdometrySource) {
+  static const EnumNames<OdometrySource> names(
+      "source of odometry", {{OdometrySource::topic, "topic"}, {OdometrySource::tf, "tf"}});
+  return names;
+}
+
+const EnumNames<ImuUse>& names_of(ImuUse) {
+  static const EnumNames<ImuUse> names("use of the IMU", {{ImuUse::none, "none"},
+                                                          {ImuUse::yaw_rate, "yaw_rate"},
+                                                          {ImuUse::orientation, "orientation"}});
+  return names;
+}
+
 ParameterList parameters_of(OdometryBufferOptions* options) {
   return {
+      choice_parameter("odometry_input/source", &options->source,
+                       "Where odometry comes from: the topic odom, or the transform frames/odom -> "
+                       "frames/base on /tf."),
+      choice_parameter(
+          "odometry_input/imu_heading", &options->imu_heading,
+          "How the robot turns: as the odometry says (none), or as the topic imu says, "
+          "by its yaw rate or its orientation. Where the IMU is silent, odometry counts."),
       real_above_parameter("odometry_input/length", &options->length, 0.0, 1e4, "s",
                            "How much odometry is kept, for observations that come late."),
       real_above_parameter("odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
@@ -99,11 +128,17 @@ void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
   sample.stamp = odometry.stamp;
   sample.received = odometry.pose;
   sample.covariance = odometry.covariance;
+  sample.heading = odometry.heading;
   if (samples_.empty()) {
     offset_ = Pose2{};
   } else {
     const Sample& last = samples_.back();
     if (!moved) offset_ = compose(last.pose, relative(odometry.pose, Pose2{}));
+    if (moved && last.heading && odometry.heading) {
+      const Pose2 motion = turned_by(relative(last.received, odometry.pose),
+                                     wrap_angle(*odometry.heading - *last.heading));
+      offset_ = compose(compose(last.pose, motion), relative(odometry.pose, Pose2{}));
+    }
     if (moved && options_.use_covariance && last.covariance && odometry.covariance) {
       sample.step_covariance =
           covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);

@@ -13,7 +13,17 @@
 
 namespace pf_resampling {
 
+/// Where odometry comes from.
+enum class OdometrySource { topic, tf };
+const EnumNames<OdometrySource>& names_of(OdometrySource);
+
+/// What of an IMU takes the place of the heading of the wheels.
+enum class ImuUse { none, yaw_rate, orientation };
+const EnumNames<ImuUse>& names_of(ImuUse);
+
 struct OdometryBufferOptions {
+  OdometrySource source = OdometrySource::topic;
+  ImuUse imu_heading = ImuUse::none;
   double length = 30.0;         ///< s of odometry that are kept
   double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion
   double max_turn_rate = 20.0;  ///< rad/s, likewise
@@ -32,6 +42,9 @@ struct StampedOdometry {
   ros::Time stamp;
   Pose2 pose;
   std::optional<Eigen::Matrix3d> covariance;  ///< of (x, y, heading) since the start of odometry
+  /// rad; of an IMU, from any zero. Between two messages that have one, the robot turned by their
+  /// difference, and drove as far as the poses say.
+  std::optional<double> heading;
 };
 
 /// Recent odometry, to be integrated between any two stamps within it.
@@ -98,6 +111,7 @@ class OdometryBuffer {
     /// at the previous sample.
     std::optional<Eigen::Matrix3d> step_covariance;
     std::optional<Eigen::Matrix3d> covariance;
+    std::optional<double> heading;  ///< of an IMU
   };
 
   bool continues(ros::Time stamp, const Pose2& pose, const StampedOdometry& next) const;

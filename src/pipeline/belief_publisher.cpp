@@ -67,7 +67,7 @@ void BeliefPublisher::publish_pose(ros::Time stamp, const PoseEstimate& belief, 
     message.pose.covariance = to_covariance_message(belief.covariance);
     sinks_->pose(message);
   }
-  if (sinks_->transform) {
+  if (sinks_->transform && frames_.publish_tf) {
     // map -> odom such that the robot is where it is believed: map -> base = map -> odom -> base.
     const Pose2 odom = compose(belief.mean, relative(base, Pose2{}));
     geometry_msgs::TransformStamped transform;

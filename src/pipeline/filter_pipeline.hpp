@@ -3,6 +3,7 @@
 #include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cstdint>
@@ -21,6 +22,7 @@
 #include "src/frames/static_frames.hpp"
 #include "src/messages/rejects.hpp"
 #include "src/odometry/dead_reckoning.hpp"
+#include "src/odometry/imu_heading.hpp"
 #include "src/pipeline/belief_publisher.hpp"
 #include "src/pipeline/pipeline_options.hpp"
 #include "src/pipeline/pipeline_sinks.hpp"
@@ -70,11 +72,18 @@ class FilterPipeline {
   /// is for the caller; whatever else is thrown becomes one.
   std::string ask(const char* request, const std::function<std::string()>& work);
 
+  /// Counts a message that could not even be read.
+  void note_unreadable(const std::string& input, const std::string& why) {
+    reject(input, {RejectReason::unreadable, why});
+  }
+
   void handle(const nav_msgs::Odometry& odometry);
+  /// A heading that is better than that of the wheels; see odometry_input/imu_heading.
+  void handle(const sensor_msgs::Imu& imu);
   void handle(const Message& message);
   /// What rviz calls initialpose: the robot is put there; a map stays.
   void handle(const geometry_msgs::PoseWithCovarianceStamped& initial_pose);
-  /// Of /tf_static and /tf: where the sensors are.
+  /// Of /tf_static and /tf: where the sensors are, and where odometry is if it comes that way.
   void handle(const tf2_msgs::TFMessage& transforms);
 
   /// As after construction, but for what was counted.
@@ -110,6 +119,8 @@ class FilterPipeline {
   void set_parameters(const std::map<std::string, std::string>& values);
   /// Those parameters, with present values: the preset, and all of the filter.
   ParameterList live_parameters() { return live_parameters(&options_); }
+  /// Likewise of options that are not yet a pipeline's.
+  static ParameterList live_parameters(Options* options);
 
   /// Gives out diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
@@ -192,6 +203,7 @@ class FilterPipeline {
   PipelineSinks sinks_;
   std::unique_ptr<Filter> filter_;  // nothing while it cannot be made yet
   DeadReckoning odometry_;
+  ImuHeading imu_heading_;
   std::optional<PoseEstimate> belief_;  // of the particles
   StaticFrames frames_;
   RejectCounter rejects_;
@@ -200,7 +212,7 @@ class FilterPipeline {
   ros::Time last_observation_;  // that was used
 
  private:
-  static ParameterList live_parameters(Options* options);
+  void take_odometry(const nav_msgs::Odometry& odometry);
   void note_preset() const;
   void note_exception(const char* input, const char* what) noexcept;
   void start_about(const PoseEstimate& there, ros::Time stamp);

@@ -21,6 +21,7 @@ FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSink
     : options_(options),
       sinks_(sinks),
       odometry_(options.odometry_input),
+      imu_heading_(options.odometry_input.imu_heading),
       publisher_(options.frames, options.output, &sinks_),
       strategy_(strategy_of(options.filter.strategy)) {
   validate(options_.filter);
@@ -80,8 +81,21 @@ void FilterPipeline<Types>::note_exception(const char* input, const char* what) 
 
 template <typename Types>
 void FilterPipeline<Types>::handle(const nav_msgs::Odometry& message) {
+  if (options_.odometry_input.source == OdometrySource::topic) take_odometry(message);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::handle(const sensor_msgs::Imu& message) {
+  if (const auto rejection = imu_heading_.take(message, options_.frames.base, frames_)) {
+    reject("imu", *rejection);
+  }
+}
+
+template <typename Types>
+void FilterPipeline<Types>::take_odometry(const nav_msgs::Odometry& message) {
   if (const auto rejection = check(message, options_.frames)) return reject("odom", *rejection);
-  const DeadReckoning::Taken taken = odometry_.take(message, noise());
+  const DeadReckoning::Taken taken =
+      odometry_.take(message, noise(), imu_heading_.at(message.header.stamp));
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
     const bool anew = taken.began_again && options_.restart_after_jump_back;
@@ -141,6 +155,12 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     if (take_transform(transform)) continue;
     // Where the robot is comes from odometry and from this filter, not from tf.
     const std::string child = without_slash(transform.child_frame_id);
+    const bool is_odometry =
+        child == without_slash(options_.frames.base) &&
+        without_slash(transform.header.frame_id) == without_slash(options_.frames.odom);
+    if (is_odometry && options_.odometry_input.source == OdometrySource::tf) {
+      take_odometry(to_odometry_message(transform));
+    }
     if (child == options_.frames.base || child == options_.frames.odom) continue;
     if (child.size() > kLongestFrameName) {
       reject("tf", {RejectReason::unknown_frame,
@@ -160,6 +180,7 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
 template <typename Types>
 void FilterPipeline<Types>::reset() {
   odometry_.clear();
+  imu_heading_.clear();
   forget_time({});
   start_anew();
 }
@@ -291,6 +312,9 @@ void FilterPipeline<Types>::start_about(const PoseEstimate& there, ros::Time sta
   odometry_.restart_at(stamp, noise());
   take_new_belief();
   carry_belief_forward();
+  log(LogLevel::info, "initial pose taken: the robot is put at (" + number_text(there.mean.x) +
+                          ", " + number_text(there.mean.y) + ") m, heading " +
+                          number_text(there.mean.heading) + " rad");
 }
 
 template <typename Types>
@@ -411,6 +435,7 @@ void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
         std::to_string(waiting_.size()) + " waiting " + Types::kNames.plural + " are dropped");
   }
   waiting_.clear();
+  if (jump.time_jumped) imu_heading_.clear();
   forget_observations();
   last_observation_ = ros::Time();
   publisher_.clear_path();

@@ -12,6 +12,9 @@ void add_frame_parameters(FrameNames* frames, ParameterList* list) {
   list->push_back(
       name_parameter("frames/base", &frames->base,
                      "Frame of the robot, which odometry messages have in child_frame_id."));
+  list->push_back(boolean_parameter(
+      "frames/publish_tf", &frames->publish_tf,
+      "Publish the transform map -> odom; false: something else does, such as another filter."));
   list->push_back(real_parameter("frames/transform_tolerance", &frames->transform_tolerance, 0.0,
                                  100.0, "s",
                                  "The transform map -> odom is stamped this far in the future."));

@@ -10,6 +10,7 @@
 #include "tools/checks/bag_tables.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/filter_options.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -18,10 +19,7 @@ namespace {
 
 constexpr double kLongDelay = 1.0;  // s, between stamp and bag time
 constexpr double kUpright = 0.9;    // how far a sensor's z axis may be off the robot's: cosine
-const char* const kOdometryType = "nav_msgs/Odometry";
-const char* const kRangeType = "pf_resampling/BeaconRange";
 const char* const kBeaconsType = "pf_resampling/BeaconArray";
-const char* const kLandmarksType = "pf_resampling/LandmarkObservationArray";
 
 using Lines = std::vector<std::string>;
 
@@ -78,19 +76,26 @@ class Checker {
     const auto& known = verdict->advice;
     if (std::search(known.begin(), known.end(), words.begin(), words.end()) != known.end()) return;
     verdict->advice.insert(verdict->advice.end(), words.begin(), words.end());
+    ++verdict->advised;
   }
 
   /// "no /odom ..., /robot/odom could be it".
-  void need(const std::string& name, const std::string& type, const std::string& role,
+  void need(const std::string& name, const Lines& types, const std::string& role,
             const std::vector<FilterVerdict*>& by, const std::string& instead = "") {
     const BagTopic* topic = survey_.topic_named(name);
-    if (topic != nullptr && topic->type == type) return;
+    const auto fits = [&](const BagTopic& other) {
+      return std::find(types.begin(), types.end(), other.type) != types.end();
+    };
+    if (topic != nullptr && fits(*topic)) return;
     std::string problem = topic == nullptr ? "no " + name : name + " is a " + topic->type;
-    problem += " (needed: " + type + ")";
+    problem += " (needed: " + types.front() + ")";
     bool is_first = true;
     for (const BagTopic& other : survey_.topics) {
-      if (other.type != type || other.name == name) continue;
-      if (std::exchange(is_first, false)) {
+      // Ground truth and what filters say are poses, too.
+      const bool is_output = other.name == names_.ground_truth || other.name == "/pose" ||
+                             other.name == "/initialpose" || other.name == "/amcl_pose";
+      if (!fits(other) || other.name == name || is_output) continue;
+      if (instead.empty() && std::exchange(is_first, false)) {
         for (FilterVerdict* verdict : by) advise({"--" + role, other.name}, verdict);
       }
       problem += ", " + other.name + " could be it (--" + role + " " + other.name +
@@ -102,7 +107,16 @@ class Checker {
   void check_presence() {
     FilterVerdict* const beacon_mcl = &result_.beacon_mcl;
     FilterVerdict* const fastslam = &result_.fastslam;
-    need(names_.odom, kOdometryType, "odom", {beacon_mcl, fastslam});
+    if (configuration_.odometry_source() == OdometrySource::topic) {
+      need(names_.odom, odometry_types(), "odom", {beacon_mcl, fastslam}, odometry_on_tf());
+    } else if (survey_.odom.stamps.summary().messages == 0) {
+      const std::string problem = "nothing on /tf says where " +
+                                  quoted(configuration_.frames().base) + " is in " +
+                                  quoted(configuration_.frames().odom);
+      beacon_mcl->problems.push_back(problem);
+      fastslam->problems.push_back(problem);
+    }
+    check_imu();
     if (survey_.ranges.topic == names_.ranges) {
       std::string instead;
       for (const BagTopic& topic : survey_.topics) {
@@ -113,7 +127,7 @@ class Checker {
         instead += ", " + topic.name + " could be it (--sensor-ranges " + topic.name +
                    "; for the node sensor_ranges:=" + topic.name + ")";
       }
-      need(names_.ranges, kRangeType, "ranges", {beacon_mcl}, instead);
+      need(names_.ranges, range_types(), "ranges", {beacon_mcl}, instead);
     } else {
       for (const std::string& frame : survey_.unnamed) {
         remark(survey_.ranges.topic + ": frame " + quoted(frame) +
@@ -122,19 +136,60 @@ class Checker {
       }
     }
     if (configuration_.beacon_mcl.beacons.empty()) {
-      need(names_.beacons, kBeaconsType, "beacons", {beacon_mcl},
+      need(names_.beacons, {kBeaconsType}, "beacons", {beacon_mcl},
            " (or give the beacons in the configuration: --config beacons.yaml)");
     } else if (survey_.topic_named(names_.beacons) != nullptr) {
       remark(names_.beacons + " is ignored: the configuration has beacons");
     }
     if (!survey_.with_tags) {
-      need(names_.landmarks, kLandmarksType, "landmarks", {fastslam}, tags_instead());
+      need(names_.landmarks, landmark_types(), "landmarks", {fastslam}, tags_instead());
     } else if (survey_.seen.scans == 0 && survey_.topic_named(names_.landmarks) == nullptr) {
       fastslam->problems.push_back(
           survey_.tag_fault.empty()
               ? "no " + names_.landmarks + ", and no frame in /tf has a name that fits " +
                     "landmark_input/tag_pattern " + configuration_.fastslam.tag_pattern
               : survey_.tag_fault);
+    }
+  }
+
+  /// Transforms that could be odometry, where there is no such topic.
+  std::string odometry_on_tf() {
+    const BagTopic* topic = survey_.topic_named(names_.odom);
+    for (const BagTopic& other : survey_.topics) {
+      if (other.type == "nav_msgs/Odometry" && other.name != names_.ground_truth) return "";
+    }
+    if (topic != nullptr) return "";
+    const FrameNames& frames = configuration_.frames();
+    for (const auto& [parent, child] : survey_.transforms) {
+      const bool is_named = child == frames.base || child == "base_footprint";
+      if (!is_named || parent == frames.map) continue;
+      Lines words = {"--set", "odometry_input/source=tf"};
+      if (parent != frames.odom) words.insert(words.end(), {"--set", "frames/odom=" + parent});
+      if (child != frames.base) words.insert(words.end(), {"--set", "frames/base=" + child});
+      for (FilterVerdict* verdict : {&result_.beacon_mcl, &result_.fastslam}) {
+        advise(words, verdict);
+      }
+      std::string text = ", " + quoted(parent) + " -> " + quoted(child) + " on /tf could be it (";
+      for (const std::string& word : words)
+        text += (&word == &words.front() ? "" : " ") + shell_word(word);
+      return text + ")";
+    }
+    return "";
+  }
+
+  void check_imu() {
+    if (configuration_.uses_imu()) {
+      need(names_.imu, {"sensor_msgs/Imu"}, "imu", {&result_.beacon_mcl, &result_.fastslam});
+      return;
+    }
+    for (const BagTopic& topic : survey_.topics) {
+      if (topic.type != "sensor_msgs/Imu") continue;
+      const std::string option =
+          topic.name == CheckedTopics().imu ? "" : "--imu " + topic.name + " ";
+      remark(
+          topic.name + " is an IMU: " + option +
+          "--set odometry_input/imu_heading=yaw_rate lets the robot turn as it says; orientation "
+          "where it has a good one");
     }
   }
 
@@ -185,8 +240,8 @@ class Checker {
   void check_odometry() {
     const StampSummary odom = survey_.odom.stamps.summary();
     const auto problem = [&](const std::string& what) {
-      beacon_mcl()->push_back(names_.odom + what);
-      fastslam()->push_back(names_.odom + what);
+      beacon_mcl()->push_back(survey_.odom.topic + what);
+      fastslam()->push_back(survey_.odom.topic + what);
     };
     if (odom.messages > 0 && odom.messages == odom.zero) problem(" has no stamps");
     if (odom.messages > 0 && survey_.odom.not_finite + survey_.odom.impossible >= odom.messages) {
@@ -205,9 +260,9 @@ class Checker {
     }
     if (stamps.rate() <= 0.0 || odom.rate() <= 0.0) return;
     if (stamps.last < odom.first || stamps.first > odom.last) {
-      problems->push_back(names_.odom + " and " + seen.topic + " are of different times");
+      problems->push_back(survey_.odom.topic + " and " + seen.topic + " are of different times");
     } else if (stamps.first < odom.first - 1.0 || stamps.last > odom.last + 1.0) {
-      remark(names_.odom + " does not cover all of " + seen.topic);
+      remark(survey_.odom.topic + " does not cover all of " + seen.topic);
     }
   }
 
@@ -327,6 +382,7 @@ class Checker {
       if (topic != default_topic) text += std::string(" --") + name + " " + shell_word(topic);
     };
     option("odom", names_.odom, usual.odom);
+    option("imu", names_.imu, usual.imu);
     if (filter == "fastslam") {
       option("landmarks", names_.landmarks, usual.landmarks);
     } else {

@@ -14,6 +14,7 @@ namespace pf_resampling {
 /// Where a bag has what the filters need.
 struct CheckedTopics {
   std::string odom = "/odom";
+  std::string imu = "/imu";
   std::string ranges = "/ranges";
   std::string sensor_ranges = "/sensor_ranges";  ///< looked at where there are no `ranges`
   std::string beacons = "/beacons";
@@ -31,6 +32,11 @@ struct CheckedConfiguration {
   const FrameNames& frames() const {
     return beacon_mcl_fault.empty() ? beacon_mcl.frames : fastslam.frames;
   }
+  OdometrySource odometry_source() const { return odometry_input().source; }
+  bool uses_imu() const { return odometry_input().imu_heading != ImuUse::none; }
+  const OdometryBufferOptions& odometry_input() const {
+    return beacon_mcl_fault.empty() ? beacon_mcl.odometry_input : fastslam.odometry_input;
+  }
 };
 /// What --config and --set say. Throws Error if neither filter takes it.
 CheckedConfiguration configuration_of(const CommandLine& line);
@@ -41,8 +47,11 @@ struct FilterVerdict {
   std::vector<std::string> problems;  ///< why it cannot, a line each
   std::string command;                ///< what runs it, with the options that this bag needs
   std::vector<std::string> advice;    ///< options of check_bag and run_bag that could mend it
+  std::size_t advised = 0;            ///< how many of the problems
 
   bool is_ready() const { return problems.empty(); }
+  /// Whether what is advised could mend all that is wrong.
+  bool is_worth_a_try() const { return !is_ready() && advised == problems.size(); }
   /// "ready for fastslam: yes" or "ready for fastslam: no: ...".
   std::string text() const;
 };
@@ -51,8 +60,8 @@ struct FilterVerdict {
 struct BagFindings {
   std::string text;                  ///< tables for people, several lines
   std::vector<std::string> remarks;  ///< what is odd but does not hinder, a line each
-  FilterVerdict beacon_mcl{"beacon_mcl", {}, {}, {}};
-  FilterVerdict fastslam{"fastslam", {}, {}, {}};
+  FilterVerdict beacon_mcl{"beacon_mcl", {}, {}, {}, 0};
+  FilterVerdict fastslam{"fastslam", {}, {}, {}, 0};
 
   bool is_ready_for_any() const { return beacon_mcl.is_ready() || fastslam.is_ready(); }
 };

@@ -13,12 +13,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <variant>
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
 #include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
+#include "src/messages/foreign_messages.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/progress_bar.hpp"
@@ -140,8 +142,16 @@ class Surveyor {
   }
 
   void read_odometry(const rosbag::MessageInstance& instance) {
-    const auto odometry = message_in<nav_msgs::Odometry>(instance);
-    if (odometry == nullptr) return;
+    if (configuration_.odometry_source() != OdometrySource::topic) return;
+    if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
+      note_odometry(*odometry, instance);
+    } else if (const auto pose = message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
+      note_odometry(to_odometry_message(*pose, configuration_.frames().base), instance);
+    }
+  }
+
+  void note_odometry(const nav_msgs::Odometry& message, const rosbag::MessageInstance& instance) {
+    const nav_msgs::Odometry* const odometry = &message;
     note_header(instance, odometry->header, &survey_.odom);
     newest_odometry_ = odometry->header.stamp;
     note_tags(newest_odometry_);
@@ -154,8 +164,22 @@ class Surveyor {
   }
 
   void read_range(const rosbag::MessageInstance& instance) {
-    const auto range = message_in<BeaconRange>(instance);
-    if (range == nullptr) return;
+    if (is_of(foreign_range_types(), instance)) {
+      note_range(range_in(*instance.instantiate<topic_tools::ShapeShifter>(), beacon_names_.antenna,
+                          instance.getTime()),
+                 instance);
+    } else if (const auto range = message_in<BeaconRange>(instance)) {
+      note_range(*range, instance);
+    }
+  }
+
+  static bool is_of(const std::vector<std::string>& types,
+                    const rosbag::MessageInstance& instance) {
+    return std::find(types.begin(), types.end(), instance.getDataType()) != types.end();
+  }
+
+  void note_range(const BeaconRange& message, const rosbag::MessageInstance& instance) {
+    const BeaconRange* const range = &message;
     note_header(instance, range->header, &survey_.ranges, range->beacon);
     if (!std::isfinite(range->range) || !std::isfinite(range->variance)) {
       ++survey_.ranges.not_finite;
@@ -198,10 +222,19 @@ class Surveyor {
   }
 
   void read_landmarks(const rosbag::MessageInstance& instance) {
-    const auto scan = message_in<LandmarkObservationArray>(instance);
-    if (scan == nullptr) return;
-    note_header(instance, scan->header, &survey_.landmarks);
-    note_scan(*scan);
+    if (const auto scan = message_in<LandmarkObservationArray>(instance)) {
+      note_header(instance, scan->header, &survey_.landmarks);
+      note_scan(*scan);
+    } else if (is_of(foreign_landmark_types(), instance)) {
+      const auto seen = landmarks_in(*instance.instantiate<topic_tools::ShapeShifter>());
+      if (const auto* tags = std::get_if<tf2_msgs::TFMessage>(&seen)) {
+        survey_.with_tags = true;
+        for (const auto& tag : tags->transforms) read_tag(tag, instance.getTime());
+      } else {
+        note_header(instance, std::get<LandmarkObservationArray>(seen).header, &survey_.landmarks);
+        note_scan(std::get<LandmarkObservationArray>(seen));
+      }
+    }
   }
 
   void note_scan(const LandmarkObservationArray& scan) {
@@ -254,6 +287,13 @@ class Surveyor {
         continue;
       }
       on_robot_.add(transform);
+      const FrameNames& frames = configuration_.frames();
+      if (configuration_.odometry_source() == OdometrySource::tf &&
+          without_slash(transform.child_frame_id) == frames.base &&
+          without_slash(transform.header.frame_id) == frames.odom) {
+        survey_.odom.topic = "/tf (odometry)";
+        note_odometry(to_odometry_message(transform), instance);
+      }
       if (instance.getTopic() == "/tf_static") continue;
       survey_.transforms.emplace(without_slash(transform.header.frame_id),
                                  without_slash(transform.child_frame_id));
@@ -261,13 +301,14 @@ class Surveyor {
   }
 
   void read_tag(const geometry_msgs::TransformStamped& tag, ros::Time time) {
-    survey_.landmarks.topic = "/tf (tags)";
+    if (!id_of_detected_tag(tag.child_frame_id)) survey_.landmarks.topic = "/tf (tags)";
     survey_.landmarks.frames.insert(without_slash(tag.header.frame_id));
     if (const auto rejection = tags_.take(tag, newest_odometry_, &on_robot_)) {
       survey_.tag_fault = rejection->detail;
     } else {
+      const auto number = static_cast<std::int32_t>(tags_seen_.size());
       survey_.landmarks.stamps.add(tag.header.stamp, time,
-                                   tag_names_.id_of(tag.child_frame_id).value_or(-1));
+                                   tags_seen_.emplace(tag.child_frame_id, number).first->second);
     }
   }
 
@@ -280,7 +321,7 @@ class Surveyor {
   const CheckedConfiguration& configuration_;
   const BeaconNames beacon_names_;
   TagScans tags_;
-  const FramePattern tag_names_{configuration_.fastslam.tag_pattern};
+  std::map<std::string, std::int32_t> tags_seen_;  // each with a number
   StaticFrames on_robot_;
   ros::Time newest_odometry_;
   BagSurvey survey_;

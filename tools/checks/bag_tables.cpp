@@ -62,7 +62,7 @@ std::string frames_table(const CheckedTopics& names, const BagSurvey& survey) {
   };
   const std::string bases = joined({survey.base_frames.begin(), survey.base_frames.end()}, ", ");
   for (const std::string& frame : survey.odom.frames) {
-    table.add_row({names.odom + ": " + bases + " in " + frame});
+    table.add_row({survey.odom.topic + ": " + bases + " in " + frame});
   }
   for (const std::string& frame : survey.ranges.frames) place(names.ranges, frame);
   for (const std::string& frame : survey.landmarks.frames) place(survey.landmarks.topic, frame);

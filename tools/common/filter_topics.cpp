@@ -1,5 +1,11 @@
 #include "tools/common/filter_topics.hpp"
 
+#include <algorithm>
+#include <type_traits>
+
+#include "pf_resampling_core/error.hpp"
+#include "src/messages/conversions.hpp"
+#include "src/messages/foreign_messages.hpp"
 #include "tools/common/bag.hpp"
 
 namespace pf_resampling {
@@ -13,30 +19,103 @@ std::optional<Message> read_as(const rosbag::MessageInstance& message) {
   return Message(typename Type::ConstPtr(pointer));
 }
 
+/// Odometry, also where it is said as a pose.
+template <typename Message>
+auto odometry_reader(const std::string& base) {
+  return [base](const rosbag::MessageInstance& message) -> std::optional<Message> {
+    using Pose = geometry_msgs::PoseWithCovarianceStamped;
+    if (const auto pose = message_in<Pose>(message)) {
+      return Message(nav_msgs::Odometry::ConstPtr(
+          boost::make_shared<nav_msgs::Odometry>(to_odometry_message(*pose, base))));
+    }
+    return read_as<Message, nav_msgs::Odometry>(message);
+  };
+}
+
+std::optional<BeaconMclMessage> as_range(const BeaconRange& range) {
+  return BeaconMclMessage(BeaconRange::ConstPtr(boost::make_shared<BeaconRange>(range)));
+}
+
+bool is_of(const std::vector<std::string>& types, const rosbag::MessageInstance& message) {
+  return std::find(types.begin(), types.end(), message.getDataType()) != types.end();
+}
+
+/// Ranges, also of other packages.
+auto range_reader(const std::string& antenna) {
+  return [antenna](const rosbag::MessageInstance& message) -> std::optional<BeaconMclMessage> {
+    if (!is_of(foreign_range_types(), message))
+      return read_as<BeaconMclMessage, BeaconRange>(message);
+    const auto foreign = message.instantiate<topic_tools::ShapeShifter>();
+    return as_range(range_in(*foreign, antenna, message.getTime()));
+  };
+}
+
+/// Landmarks, also of other packages.
+std::optional<FastSlamMessage> read_landmarks(const rosbag::MessageInstance& message) {
+  if (!is_of(foreign_landmark_types(), message)) {
+    return read_as<FastSlamMessage, LandmarkObservationArray>(message);
+  }
+  return std::visit(
+      [](const auto& seen) {
+        using Seen = std::decay_t<decltype(seen)>;
+        return FastSlamMessage(typename Seen::ConstPtr(boost::make_shared<Seen>(seen)));
+      },
+      landmarks_in(*message.instantiate<topic_tools::ShapeShifter>()));
+}
+
+void need_odometry(const rosbag::Bag& bag, const std::string& path, const std::string& topic,
+                   OdometrySource source, std::vector<NeededTopic>* needed) {
+  if (source == OdometrySource::topic) {
+    needed->push_back({topic, odometry_types(), "--odom"});
+  } else if (!has_topic(bag, "/tf")) {
+    throw Error(path + ": there is no /tf, which odometry_input/source tf needs");
+  }
+}
+
 }  // namespace
 
-std::vector<FilterInput<BeaconMclMessage>> BeaconMclTopics::inputs() const {
+std::vector<std::string> odometry_types() {
+  return {"nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"};
+}
+
+std::vector<std::string> range_types() {
+  std::vector<std::string> types = {"pf_resampling/BeaconRange"};
+  for (const std::string& type : foreign_range_types()) types.push_back(type);
+  return types;
+}
+
+std::vector<std::string> landmark_types() {
+  std::vector<std::string> types = {"pf_resampling/LandmarkObservationArray"};
+  for (const std::string& type : foreign_landmark_types()) types.push_back(type);
+  return types;
+}
+
+std::vector<FilterInput<BeaconMclMessage>> BeaconMclTopics::inputs(
+    const std::string& base, const std::string& antenna) const {
   using Message = BeaconMclMessage;
   return {{"/tf_static", read_as<Message, tf2_msgs::TFMessage>},
           {"/tf", read_as<Message, tf2_msgs::TFMessage>},
           {beacons, read_as<Message, BeaconArray>},
           {initial_pose, read_as<Message, geometry_msgs::PoseWithCovarianceStamped>},
-          {ranges, read_as<Message, BeaconRange>},
+          {ranges, range_reader(antenna)},
           {sensor_ranges, read_as<Message, sensor_msgs::Range>},
-          {odom, read_as<Message, nav_msgs::Odometry>}};
+          {imu, read_as<Message, sensor_msgs::Imu>},
+          {odom, odometry_reader<Message>(base)}};
 }
 
-std::vector<FilterInput<FastSlamMessage>> FastSlamTopics::inputs() const {
+std::vector<FilterInput<FastSlamMessage>> FastSlamTopics::inputs(const std::string& base) const {
   using Message = FastSlamMessage;
   return {{"/tf_static", read_as<Message, tf2_msgs::TFMessage>},
           {"/tf", read_as<Message, tf2_msgs::TFMessage>},
           {initial_pose, read_as<Message, geometry_msgs::PoseWithCovarianceStamped>},
-          {landmarks, read_as<Message, LandmarkObservationArray>},
-          {odom, read_as<Message, nav_msgs::Odometry>}};
+          {landmarks, read_landmarks},
+          {imu, read_as<Message, sensor_msgs::Imu>},
+          {odom, odometry_reader<Message>(base)}};
 }
 
 void add_beacon_mcl_topics(CommandLine* line) {
   line->topic("odom", BeaconMclTopics().odom, "odometry");
+  line->topic("imu", BeaconMclTopics().imu, "IMU, for odometry_input/imu_heading");
   line->topic("ranges", BeaconMclTopics().ranges, "ranges");
   line->topic("sensor-ranges", BeaconMclTopics().sensor_ranges, "ranges as sensor_msgs/Range");
   line->topic("beacons", BeaconMclTopics().beacons, "beacons");
@@ -45,6 +124,7 @@ void add_beacon_mcl_topics(CommandLine* line) {
 BeaconMclTopics beacon_mcl_topics(const CommandLine& line) {
   BeaconMclTopics topics;
   topics.odom = line.topic("odom");
+  topics.imu = line.topic("imu");
   topics.ranges = line.topic("ranges");
   topics.sensor_ranges = line.topic("sensor-ranges");
   topics.beacons = line.topic("beacons");
@@ -54,17 +134,19 @@ BeaconMclTopics beacon_mcl_topics(const CommandLine& line) {
 FastSlamTopics fastslam_topics(const CommandLine& line) {
   FastSlamTopics topics;
   topics.odom = line.topic("odom");
+  topics.imu = line.topic("imu");
   topics.landmarks = line.topic("landmarks");
   return topics;
 }
 
 void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
-                               const BeaconMclTopics& topics, bool needs_beacons) {
-  std::vector<NeededTopic> needed = {{topics.odom, {"nav_msgs/Odometry"}, "--odom"}};
+                               const BeaconMclTopics& topics, OdometrySource source,
+                               bool needs_beacons) {
+  std::vector<NeededTopic> needed;
+  need_odometry(bag, path, topics.odom, source, &needed);
   if (!has_topic(bag, topics.sensor_ranges, "sensor_msgs/Range")) {
-    needed.push_back({topics.ranges,
-                      {"pf_resampling/BeaconRange"},
-                      "--sensor-ranges for sensor_msgs/Range, --ranges"});
+    needed.push_back(
+        {topics.ranges, range_types(), "--sensor-ranges for sensor_msgs/Range, --ranges"});
   }
   if (needs_beacons) {
     needed.push_back({topics.beacons,
@@ -75,10 +157,12 @@ void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
 }
 
 void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
-                             const FastSlamTopics& topics, bool needs_landmarks) {
-  std::vector<NeededTopic> needed = {{topics.odom, {"nav_msgs/Odometry"}, "--odom"}};
+                             const FastSlamTopics& topics, OdometrySource source,
+                             bool needs_landmarks) {
+  std::vector<NeededTopic> needed;
+  need_odometry(bag, path, topics.odom, source, &needed);
   if (needs_landmarks) {
-    needed.push_back({topics.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
+    needed.push_back({topics.landmarks, landmark_types(), "--landmarks"});
   }
   require_topics(bag, path, needed);
 }
@@ -87,8 +171,8 @@ std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
                                                        const BeaconMclTopics& topics,
                                                        bool needs_beacons) {
   const rosbag::Bag bag = open_bag(path);
-  require_beacon_mcl_topics(bag, path, topics, needs_beacons);
-  const auto inputs = topics.inputs();
+  require_beacon_mcl_topics(bag, path, topics, OdometrySource::topic, needs_beacons);
+  const auto inputs = topics.inputs(FrameNames().base, FrameNames().base);
   std::vector<BeaconMclMessage> messages;
   for_each_in_order(bag, path, names_of(inputs), [&](const rosbag::MessageInstance& message) {
     if (auto taken = to_message(message, inputs)) messages.push_back(*taken);

@@ -3,6 +3,7 @@
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,44 +19,55 @@ namespace pf_resampling {
 template <typename Message>
 struct FilterInput {
   std::string topic;
-  std::optional<Message> (*read)(const rosbag::MessageInstance& message);
+  std::function<std::optional<Message>(const rosbag::MessageInstance& message)> read;
 };
 
 /// Names of the topics that range-beacon localization reads from a bag.
 struct BeaconMclTopics {
   std::string odom = "/odom";
+  std::string imu = "/imu";
   std::string ranges = "/ranges";
   std::string sensor_ranges = "/sensor_ranges";  ///< of sensor_msgs/Range
   std::string beacons = "/beacons";
   std::string initial_pose = "/initialpose";
 
-  /// In the order in which messages of the same time are taken.
-  std::vector<FilterInput<BeaconMclMessage>> inputs() const;
+  /// In the order in which messages of the same time are taken. `base`, `antenna`: frames of the
+  /// robot and of the antenna, for what does not say its own.
+  std::vector<FilterInput<BeaconMclMessage>> inputs(const std::string& base,
+                                                    const std::string& antenna) const;
 };
 
 /// Names of the topics that FastSLAM reads from a bag.
 struct FastSlamTopics {
   std::string odom = "/odom";
+  std::string imu = "/imu";
   std::string landmarks = "/landmarks";
   std::string initial_pose = "/initialpose";
 
-  /// In the order in which messages of the same time are taken.
-  std::vector<FilterInput<FastSlamMessage>> inputs() const;
+  /// Likewise.
+  std::vector<FilterInput<FastSlamMessage>> inputs(const std::string& base) const;
 };
 
-/// Adds the options --odom, --ranges, --sensor-ranges and --beacons.
+/// Types of odometry, ranges and landmarks that are taken.
+std::vector<std::string> odometry_types();
+std::vector<std::string> range_types();
+std::vector<std::string> landmark_types();
+
+/// Adds the options --odom, --imu, --ranges, --sensor-ranges and --beacons.
 void add_beacon_mcl_topics(CommandLine* line);
 BeaconMclTopics beacon_mcl_topics(const CommandLine& line);
-/// Of the options --odom and --landmarks.
+/// Of the options --odom, --imu and --landmarks.
 FastSlamTopics fastslam_topics(const CommandLine& line);
 
-/// Throws Error unless the bag has odometry and ranges of either type, and beacons where
-/// `needs_beacons`.
+/// Throws Error unless the bag has odometry from its `source`, ranges of either type, and beacons
+/// where `needs_beacons`.
 void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
-                               const BeaconMclTopics& topics, bool needs_beacons);
+                               const BeaconMclTopics& topics, OdometrySource source,
+                               bool needs_beacons);
 /// Throws Error unless the bag has odometry and, where `needs_landmarks`, landmark observations.
 void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
-                             const FastSlamTopics& topics, bool needs_landmarks);
+                             const FastSlamTopics& topics, OdometrySource source,
+                             bool needs_landmarks);
 
 template <typename Message>
 std::vector<std::string> names_of(const std::vector<FilterInput<Message>>& inputs) {

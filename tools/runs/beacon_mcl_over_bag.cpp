@@ -28,13 +28,13 @@ int beacon_mcl_over_bag(const CommandLine& line) {
   const BeaconMclPipelineOptions options = read_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   FilterOverBag run(line);
-  require_beacon_mcl_topics(run.in(), run.in_path(), topics,
+  require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
                             options.beacons.empty() && !line.has("resume"));
   BeaconMclSinks sinks;
   run.connect(&sinks);
   BeaconMclPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
-  run.for_each_message(topics.inputs(), options.frames,
+  run.for_each_message(topics.inputs(options.frames.base, pipeline.antenna()), options.frames,
                        [&](const auto& message) { handle(message, &pipeline); });
   run.finish([&] { return why_no_pose(pipeline); });
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
@@ -48,7 +48,7 @@ int beacon_mcl_over_bag(const CommandLine& line) {
 
 void print_beacon_mcl_parameters(const CommandLine& line) {
   BeaconMclPipelineOptions options = read_options(line);
-  print_parameters(line, parameters_of(&options));
+  print_parameters(line, parameters_of(&options), BeaconMclPipeline::live_parameters(&options));
 }
 
 }  // namespace pf_resampling

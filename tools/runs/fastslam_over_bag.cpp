@@ -50,7 +50,8 @@ int fastslam_over_bag(const CommandLine& line) {
   const FastSlamPipelineOptions options = read_options(line);
   const FastSlamTopics topics = fastslam_topics(line);
   FilterOverBag run(line);
-  require_fastslam_topics(run.in(), run.in_path(), topics, options.tag_pattern.empty());
+  require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
+                          options.tag_pattern.empty());
   FastSlamSinks sinks;
   run.connect(&sinks);
   if (run.with_status()) {
@@ -74,7 +75,7 @@ int fastslam_over_bag(const CommandLine& line) {
   }
   FastSlamPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
-  run.for_each_message(topics.inputs(), options.frames,
+  run.for_each_message(topics.inputs(options.frames.base), options.frames,
                        [&](const auto& message) { handle(message, &pipeline); });
   pipeline.guard("results", [&] { pipeline.publish_results(); });
   run.finish([&] {
@@ -102,7 +103,7 @@ int fastslam_over_bag(const CommandLine& line) {
 
 void print_fastslam_parameters(const CommandLine& line) {
   FastSlamPipelineOptions options = read_options(line);
-  print_parameters(line, parameters_of(&options));
+  print_parameters(line, parameters_of(&options), FastSlamPipeline::live_parameters(&options));
 }
 
 }  // namespace pf_resampling

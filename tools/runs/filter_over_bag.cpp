@@ -8,6 +8,7 @@
 #include <iostream>
 #include <set>
 
+#include "src/configuration/parameter_table.hpp"
 #include "src/messages/conversions.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/common/table.hpp"
@@ -146,15 +147,18 @@ void apply_run_parameters(const CommandLine& line, const ParameterList& paramete
   if (line.has("threads")) set_parameter(parameters, "threads", line.text("threads"));
 }
 
-void print_parameters(const CommandLine& line, const ParameterList& parameters) {
+void print_parameters(const CommandLine& line, const ParameterList& parameters,
+                      const ParameterList& live) {
   const auto format = line.text("parameters");
-  const std::map<std::string, std::string (*)(const ParameterList&)> formats = {
-      {"yaml", to_yaml}, {"template", to_template}, {"markdown", to_markdown}};
-  const auto chosen = formats.find(format);
-  if (chosen == formats.end()) {
+  if (format == "yaml") {
+    std::cout << to_yaml(parameters);
+  } else if (format == "template") {
+    std::cout << to_template(parameters);
+  } else if (format == "markdown") {
+    std::cout << parameter_table(parameters, live);
+  } else {
     throw UsageError("--parameters is '" + format + "', has to be yaml, template or markdown");
   }
-  std::cout << chosen->second(parameters);
 }
 
 }  // namespace pf_resampling

@@ -96,8 +96,10 @@ std::string text_of(const RejectCounter& rejects);
 /// Sets the parameters that have options of their own: --seed and --threads.
 void apply_run_parameters(const CommandLine& line, const ParameterList& parameters);
 
-/// Prints them as --parameters asks: yaml or markdown.
-void print_parameters(const CommandLine& line, const ParameterList& parameters);
+/// Prints them as --parameters asks: yaml, template or markdown. `live`: those whose changes a
+/// running node takes.
+void print_parameters(const CommandLine& line, const ParameterList& parameters,
+                      const ParameterList& live);
 
 /// Range-beacon localization and FastSLAM over a bag; the exit code of the program.
 int beacon_mcl_over_bag(const CommandLine& line);

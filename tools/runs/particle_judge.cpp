@@ -21,6 +21,8 @@ ParticleJudge::ParticleJudge(const rosbag::Bag& bag, const std::string& odom, bo
   max_gap_ = usual_max_gap(truth_);
   if (frame_is_given) {
     to_filter_ = Pose2{};
+  } else if (!has_topic(bag, odom)) {
+    return;  // it is on /tf: the filter's frame is not known
   } else {
     const std::vector<EstimatedPose> odometry = read_poses(bag, odom);
     const auto first =

@@ -1,0 +1,92 @@
+#include "src/messages/described_message.hpp"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <gtest/gtest.h>
+#include <pf_resampling/FilterStatus.h>
+#include <ros/serialization.h>
+#include <sensor_msgs/Imu.h>
+
+#include <cmath>
+#include <vector>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+template <typename Message>
+std::vector<std::uint8_t> bytes_of(const Message& message) {
+  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(message));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+template <typename Message>
+DescribedMessage described(const std::vector<std::uint8_t>& bytes) {
+  return DescribedMessage::read(ros::message_traits::DataType<Message>::value(),
+                                ros::message_traits::Definition<Message>::value(), bytes.data(),
+                                bytes.size());
+}
+
+// The same bytes as the generated code reads, of types with arrays of both kinds, texts, times.
+TEST(DescribedMessage, ReadsWhatTheGeneratedCodeWrites) {
+  sensor_msgs::Imu imu;
+  imu.header.stamp = ros::Time(1600000000, 250000000);
+  imu.header.frame_id = "imu";
+  imu.angular_velocity.z = -0.125;
+  imu.angular_velocity_covariance[8] = 0.5;
+  const DescribedMessage read = described<sensor_msgs::Imu>(bytes_of(imu));
+  EXPECT_EQ(read["header.frame_id"].text(), "imu");
+  EXPECT_EQ(read["header.stamp"].seconds(), 1600000000u);
+  EXPECT_EQ(read["header"]["stamp"].nanoseconds(), 250000000u);
+  EXPECT_EQ(read["angular_velocity.z"].number(), -0.125);
+  ASSERT_EQ(read["angular_velocity_covariance"].elements().size(), 9u);
+  EXPECT_EQ(read["angular_velocity_covariance"].elements()[8].number(), 0.5);
+
+  diagnostic_msgs::DiagnosticArray array;
+  array.status.resize(2);
+  array.status[1].name = "two";
+  array.status[1].level = -1;
+  array.status[1].values.resize(1);
+  array.status[1].values[0].key = "a key";
+  const DescribedMessage list = described<diagnostic_msgs::DiagnosticArray>(bytes_of(array));
+  ASSERT_EQ(list["status"].elements().size(), 2u);
+  const DescribedMessage& second = list["status"].elements()[1];
+  EXPECT_EQ(second["name"].text(), "two");
+  EXPECT_EQ(second["level"].number(), -1.0);
+  EXPECT_EQ(second["values"].elements()[0]["key"].text(), "a key");
+
+  FilterStatus status;
+  status.renewed = 1;
+  status.updates = 1ULL << 40;
+  status.observation = -1;
+  const DescribedMessage of_filter = described<FilterStatus>(bytes_of(status));
+  EXPECT_EQ(of_filter["renewed"].number(), 1.0);
+  EXPECT_EQ(of_filter["updates"].number(), std::ldexp(1.0, 40));
+  EXPECT_EQ(of_filter["observation"].number(), -1.0);
+}
+
+TEST(DescribedMessage, RefusesWhatTheDefinitionDoesNotDescribe) {
+  std::vector<std::uint8_t> bytes = bytes_of(sensor_msgs::Imu());
+  const DescribedMessage read = described<sensor_msgs::Imu>(bytes);
+  EXPECT_THROW(read["no_such_field"], Error);
+  EXPECT_THROW(read["header"].number(), Error);
+  bytes.pop_back();
+  EXPECT_THROW(described<sensor_msgs::Imu>(bytes), Error);
+  bytes.resize(bytes.size() + 2);
+  EXPECT_THROW(described<sensor_msgs::Imu>(bytes), Error);
+  const std::uint8_t none[4] = {0xff, 0xff, 0xff, 0xff};
+  const auto read_as = [&](const std::string& definition) {
+    return DescribedMessage::read("a/B", definition, none, sizeof(none));
+  };
+  EXPECT_THROW(read_as("Unknown x\n"), Error);
+  EXPECT_THROW(read_as("string x\n"), Error);  // 4 GB of letters
+  EXPECT_THROW(read_as("Empty[] x\n================\nMSG: a/Empty\n"), Error);
+  EXPECT_THROW(read_as("B x\n"), Error);  // in itself, without end
+  EXPECT_THROW(read_as("int32[-1] x\n"), Error);
+  EXPECT_EQ(read_as("int32 kConstant=5\n# a comment\nint32 x # another\n")["x"].number(), -1.0);
+}
+
+}  // namespace
+}  // namespace pf_resampling
