@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
         sinks->landmark_map = [map](const LandmarkMap& message) { map.publish(message); };
       },
       [](FilterNode<FastSlamPipeline>* node) {
+        node->serve("global_localization", [node] { node->pipeline().global_localization(); });
         node->serve<SaveMap>("save_map", [node](const SaveMap::Request& request) {
           return node->pipeline().save_map(node->path_of(request.file));
         });

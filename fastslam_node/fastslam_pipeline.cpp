@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fastslam_node/landmark_checks.hpp"
+#include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
@@ -73,6 +75,7 @@ void FastSlamPipeline::restart_filter() {
                             (options_.filter.map.frozen ? ", frozen" : ""));
   }
   note_scene_of_map();
+  if (start_map_ && options_.starts_anywhere) spread_over_map();
 }
 
 void FastSlamPipeline::set_parameters(const std::map<std::string, std::string>& values) {
@@ -150,10 +153,13 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
 
 void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) {
   const std::int64_t refused_before = filter_->status().landmarks_refused;
+  if (search_) search_->move(odometry.mean);
+  static const std::vector<RangeBearingObservation> kNone;
+  const auto& observations = search_ ? kNone : used.observations;
   if (redraws_) {
-    redraws_->update(filter_.get(), odometry, used.observations, used.sensor);
+    redraws_->update(filter_.get(), odometry, observations, used.sensor);
   } else {
-    filter_->update(odometry, used.observations, used.sensor);
+    filter_->update(odometry, observations, used.sensor);
   }
   const FastSlamStatus& status = filter_->status();
   for (std::int64_t i = refused_before; i < status.landmarks_refused; ++i) {
@@ -171,6 +177,7 @@ bool FastSlamPipeline::take_up_work() {
 
 void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& used,
                                          double duration) {
+  if (search_) return search(stamp, used);
   const ScanPicture picture = {belief_->mean, used.sensor, used.observations, filter_->outcomes()};
   note_outcomes(picture, duration);
   note_scene(picture);
@@ -213,6 +220,46 @@ void FastSlamPipeline::note_scene_of_map() {
   for (const LandmarkEstimate& landmark : filter_->map()) scene_.extend(landmark.mean);
 }
 
+// Over the rectangle of the landmarks, in all directions.
+void FastSlamPipeline::spread_over_map() {
+  Eigen::AlignedBox2d area;
+  for (const LandmarkEstimate& landmark : filter_->map()) area.extend(landmark.mean);
+  PoseEstimate anywhere;
+  anywhere.mean = {area.center().x(), area.center().y(), 0.0};
+  // Of a uniform density over a length: its square over twelve.
+  anywhere.covariance.setZero();
+  anywhere.covariance.diagonal() << std::pow(area.sizes().x(), 2) / 12.0 + kSmallestScene,
+      std::pow(area.sizes().y(), 2) / 12.0 + kSmallestScene, std::pow(2.0 * kPi, 2) / 12.0;
+  filter_->set_poses(anywhere);
+  begins_search_ = true;
+}
+
+void FastSlamPipeline::global_localization() {
+  if (filter_->map().empty()) {
+    throw Error(
+        "global_localization: there is no map yet in which the robot could be found; load "
+        "one, or give initialpose");
+  }
+  spread_over_map();
+  take_new_belief();
+  log(LogLevel::info, "global localization: the robot is looked for in the whole map");
+}
+
+void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
+  const bool with_ids =
+      filter_->association() == DataAssociation::known ||
+      (filter_->association() == DataAssociation::automatic && scan.observations.front().id >= 0);
+  const std::optional<PoseEstimate> found =
+      search_->add(static_cast<std::int64_t>(stamp.toNSec()), scan.observations, scan.sensor,
+                   options_.filter.sensor, filter_->map(), with_ids);
+  if (!found) return;
+  filter_->set_poses(*found);
+  log(LogLevel::info, "found: what was seen fits the map from (" + number_text(found->mean.x) +
+                          ", " + number_text(found->mean.y) + ") m, heading " +
+                          number_text(found->mean.heading) + " rad");
+  take_new_belief();
+}
+
 void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
   const auto time = static_cast<std::int64_t>(stamp.toNSec());
   const double lost = lost_.probability();
@@ -232,6 +279,8 @@ void FastSlamPipeline::forget_observations() {
 }
 
 void FastSlamPipeline::forget_past() {
+  search_.reset();
+  if (std::exchange(begins_search_, false)) search_.emplace();
   latest_.reset();
   path_stamps_.clear();
 }

@@ -18,6 +18,7 @@
 #include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/filters/fastslam/background_redraw.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/global_search.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "src/checkpoint/checkpoint.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
@@ -77,6 +78,11 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::string save_map(const std::string& path);
   std::string load_map(const std::string& path, bool frozen);
 
+  /// Service: looks for the robot everywhere in the map, by all that it sees in the next seconds,
+  /// with ids or without. Until it is found, the filter follows odometry alone, spread over the
+  /// map.
+  void global_localization();
+
   void set_parameters(const std::map<std::string, std::string>& values);
 
   /// How many landmarks save_map() would write.
@@ -121,6 +127,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
 
   std::optional<Pose2> sensor_of(const std::string& frame);
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
+  void spread_over_map();
+  void search(ros::Time stamp, const LandmarkScan& scan);
   void note_outcomes(const ScanPicture& scan, double duration);
   void note_scene(const ScanPicture& scan);
   void note_scene_of_map();
@@ -134,6 +142,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   bool starts_frozen_;
   std::optional<SavedMap> start_map_;
   std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
+  std::optional<GlobalSearch> search_;       // while it is not known where in the map the robot is
+  bool begins_search_ = false;               // with the next belief
   std::string loaded_map_;                   // its file; empty: the filter has a map of its own
   std::string start_problem_;  // why there is none although one was given; until one is loaded
   TagScans tags_;

@@ -125,6 +125,10 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   using diagnostic_msgs::DiagnosticStatus;
   const FastSlamStatus& status = filter_->status();
   if (!start_problem_.empty()) worsen(DiagnosticStatus::ERROR, start_problem_, entry);
+  if (search_) {
+    worsen(DiagnosticStatus::WARN, "global localization: looks for the robot in the whole map",
+           entry);
+  }
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", entry);
   }

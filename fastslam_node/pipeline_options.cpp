@@ -20,8 +20,14 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
       "landmark_input/tag_pattern", &options->tag_pattern,
       "Takes detected tags, as tf frames, for landmarks: regular expression that finds the id in "
       "the frame's name, such as tag_(\\d+); empty: no tags."));
-  list.push_back(text_parameter("map_file/load", &options->map_file,
-                                "Map file to load at the start; empty: none."));
+  list.push_back(
+      text_parameter("map_file/load", &options->map_file,
+                     "Map file, or list of surveyed landmarks, to load at the start; empty: "
+                     "none."));
+  list.push_back(boolean_parameter("map_file/global_localization", &options->starts_anywhere,
+                                   "Look for the robot everywhere in the map that is loaded at the "
+                                   "start, by what it sees; false: "
+                                   "it is where the map was saved, or where initialpose says."));
   list.push_back(directory_parameter(options));
   list.push_back(integer_parameter("map_file/particles", &options->map_file_particles, 0, 1000000,
                                    "Number of particles at most whose own maps are saved with a "

@@ -21,6 +21,7 @@ struct FastSlamPipelineOptions : PipelineOptions {
   int max_observations = 1000;      ///< of a scan that is used
   std::string tag_pattern;          ///< id in the names of tf frames of tags; empty: none
   std::string map_file;             ///< read at the start; empty: none
+  bool starts_anywhere = false;     ///< in the map that is loaded: the robot is to be found
   bool starts_without_map = false;  ///< when that cannot be used: for nodes, which are not to end
   int map_file_particles = 1000;    ///< that a saved map holds at most
   double map_period = 1.0;          ///< s between landmark maps

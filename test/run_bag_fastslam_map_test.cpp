@@ -187,5 +187,31 @@ TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
       << judged.out << judged.error;
 }
 
+// A robot that wakes up somewhere in a surveyed map: found within seconds, with ids and without.
+TEST_F(RunBagFastSlam, FindsTheRobotInALoadedMap) {
+  const std::string list = directory_.file("survey.csv");
+  {
+    std::ofstream stream(list);
+    stream << "id,x,y,sigma\n";
+    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
+    ASSERT_TRUE(marks.has_value());
+    for (const PointLandmark& mark : *marks) {
+      stream << mark.id << "," << mark.position.x() << "," << mark.position.y() << ",0.02\n";
+    }
+  }
+  const std::string later = directory_.file("later.bag");
+  cut(world_, later, 12.0, kForever);
+  for (const char* const name : {"known", "mutual_exclusion"}) {
+    const std::string method = name;
+    SCOPED_TRACE(method);
+    expect_success(later + " " + out_ + " --no-clouds --set map/frozen=true --load-map " + list +
+                   " --set map_file/global_localization=true" + with_method(method));
+    const PoseErrors errors = pose_errors(out_, 24.0);
+    std::printf("%s: found; then error mean %.3f m, maximum %.3f m\n", method.c_str(), errors.mean,
+                errors.worst);
+    EXPECT_LT(errors.worst, 0.5);
+  }
+}
+
 }  // namespace
 }  // namespace pf_resampling

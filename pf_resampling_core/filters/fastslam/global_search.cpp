@@ -1,0 +1,217 @@
+#include "pf_resampling_core/filters/fastslam/global_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "pf_resampling_core/models/point_alignment.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// For so long odometry alone may lie between sightings, and so many are kept.
+constexpr std::int64_t kWindow = 20'000'000'000;  // ns
+constexpr std::size_t kMostSightings = 200;
+// Sigmas within which two places are one.
+constexpr double kGate = 3.0;
+// Places that have to be landmarks, and their share of all: what is not in the map is seen, too.
+constexpr int kLeastMatches = 4;
+constexpr double kLeastShare = 0.7;
+// Another place for the robot must explain fewer than this share of what the best one does.
+constexpr double kClear = 0.75;
+// Pairs of places that are tried: those farthest apart tell the heading best.
+constexpr std::size_t kMostPairs = 12;
+// Two answers are the same robot's if they put what was seen no farther apart.
+constexpr double kSame = 1.0;  // m
+// With known ids, several scans, of different landmarks.
+constexpr std::size_t kLeastScans = 3;
+
+/// Landmarks of the map by x, to look for those near a place.
+class LandmarksByX {
+ public:
+  explicit LandmarksByX(const std::vector<LandmarkEstimate>& map) : map_(map) {
+    for (std::size_t i = 0; i < map.size(); ++i) order_.push_back(static_cast<int>(i));
+    std::sort(order_.begin(), order_.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
+  }
+
+  /// The nearest within `gate` sigmas of both; -1 if there is none.
+  int nearest(const Eigen::Vector2d& place, double sigma) const {
+    int best = -1;
+    double least = kGate * kGate;
+    const double reach = kGate * std::hypot(sigma, largest_sigma());
+    auto at = std::lower_bound(order_.begin(), order_.end(), place.x() - reach,
+                               [&](int a, double x) { return x_of(a) < x; });
+    for (; at != order_.end() && x_of(*at) <= place.x() + reach; ++at) {
+      const LandmarkEstimate& landmark = map_[static_cast<std::size_t>(*at)];
+      const double variance = sigma * sigma + 0.5 * landmark.covariance.trace();
+      const double distance = (landmark.mean - place).squaredNorm() / variance;
+      if (distance < least) {
+        least = distance;
+        best = *at;
+      }
+    }
+    return best;
+  }
+
+ private:
+  double x_of(int i) const { return map_[static_cast<std::size_t>(i)].mean.x(); }
+  double largest_sigma() const {
+    if (largest_ < 0.0) {
+      largest_ = 0.0;
+      for (const LandmarkEstimate& landmark : map_) {
+        largest_ = std::max(largest_, std::sqrt(0.5 * landmark.covariance.trace()));
+      }
+    }
+    return largest_;
+  }
+
+  const std::vector<LandmarkEstimate>& map_;
+  std::vector<int> order_;
+  mutable double largest_ = -1.0;
+};
+
+struct Answer {
+  Pose2 correction;
+  std::vector<int> landmarks;  // of each place
+  int matches = 0;
+};
+
+Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
+                 const LandmarksByX& landmarks) {
+  Answer answer;
+  answer.correction = correction;
+  std::set<int> taken;
+  for (const SeenPlace& place : places) {
+    int landmark = landmarks.nearest(moved(place.place, correction), place.sigma);
+    if (landmark >= 0 && !taken.insert(landmark).second) landmark = -1;
+    answer.landmarks.push_back(landmark);
+    if (landmark >= 0) ++answer.matches;
+  }
+  return answer;
+}
+
+bool are_same(const Pose2& a, const Pose2& b, const std::vector<SeenPlace>& places) {
+  return std::all_of(places.begin(), places.end(), [&](const SeenPlace& place) {
+    return (moved(place.place, a) - moved(place.place, b)).norm() < kSame + kGate * place.sigma;
+  });
+}
+
+/// Pairs of places, those farthest apart first.
+std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const std::vector<SeenPlace>& places) {
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (std::size_t a = 0; a < places.size(); ++a) {
+    for (std::size_t b = a + 1; b < places.size(); ++b) pairs.emplace_back(a, b);
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& one, const auto& other) {
+    return (places[one.first].place - places[one.second].place).norm() >
+           (places[other.first].place - places[other.second].place).norm();
+  });
+  if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
+                                             const std::vector<LandmarkEstimate>& map) {
+  const LandmarksByX landmarks(map);
+  Answer best;
+  int second = 0;
+  const auto take = [&](Answer answer) {
+    if (best.matches > 0 && are_same(answer.correction, best.correction, places)) {
+      if (answer.matches > best.matches) best = std::move(answer);
+    } else if (answer.matches > best.matches) {
+      second = best.matches;
+      best = std::move(answer);
+    } else {
+      second = std::max(second, answer.matches);
+    }
+  };
+  for (const auto& [a, b] : pairs_of(places)) {
+    const double apart = (places[a].place - places[b].place).norm();
+    for (const LandmarkEstimate& first : map) {
+      for (const LandmarkEstimate& other : map) {
+        if (&first == &other) continue;
+        const double tolerance =
+            kGate *
+            std::sqrt(places[a].sigma * places[a].sigma + places[b].sigma * places[b].sigma +
+                      0.5 * (first.covariance.trace() + other.covariance.trace()));
+        if (std::abs((first.mean - other.mean).norm() - apart) > tolerance) continue;
+        take(answer_of(align_points({places[a].place, places[b].place}, {first.mean, other.mean}),
+                       places, landmarks));
+      }
+    }
+  }
+  const bool is_enough = best.matches >= kLeastMatches &&
+                         best.matches >= kLeastShare * static_cast<double>(places.size());
+  if (!is_enough || second >= kClear * best.matches) return std::nullopt;
+  return best.landmarks;
+}
+
+std::optional<PoseEstimate> GlobalSearch::add(
+    std::int64_t stamp, const std::vector<RangeBearingObservation>& observations,
+    const Pose2& sensor, const LandmarkSensorOptions& noise,
+    const std::vector<LandmarkEstimate>& map, bool with_ids) {
+  const Pose2 eye = compose(robot_, sensor);
+  for (const RangeBearingObservation& z : observations) {
+    const double direction = eye.heading + z.bearing;
+    Sighting sighting;
+    sighting.stamp = stamp;
+    sighting.id = z.id;
+    sighting.seen = {eye.x + z.range * std::cos(direction), eye.y + z.range * std::sin(direction)};
+    sighting.sigma =
+        std::sqrt(range_variance(noise, z) + z.range * z.range * bearing_variance(noise, z));
+    sightings_.push_back(sighting);
+  }
+  while (!sightings_.empty() &&
+         (sightings_.size() > kMostSightings || stamp - sightings_.front().stamp > kWindow)) {
+    sightings_.pop_front();
+  }
+  std::set<std::int64_t> scans;
+  for (const Sighting& sighting : sightings_) scans.insert(sighting.stamp);
+  if (scans.size() < kLeastScans) return std::nullopt;
+
+  std::vector<LandmarkSighting> matched;
+  const auto match = [&](const LandmarkEstimate& landmark, const Eigen::Vector2d& seen,
+                         double sigma) {
+    matched.push_back(
+        {landmark.id, seen, landmark.mean, std::sqrt(sigma * sigma + landmark.covariance.trace())});
+  };
+  if (with_ids) {
+    for (const Sighting& sighting : sightings_) {
+      const auto landmark =
+          std::find_if(map.begin(), map.end(), [&](const auto& l) { return l.id == sighting.id; });
+      if (landmark != map.end()) match(*landmark, sighting.seen, sighting.sigma);
+    }
+    return relocalize(matched, robot_);
+  }
+  // What is seen again and again at one place is one.
+  std::vector<SeenPlace> places;
+  for (const Sighting& sighting : sightings_) {
+    const auto same = std::find_if(places.begin(), places.end(), [&](const SeenPlace& place) {
+      return (place.place - sighting.seen).norm() < kGate * std::hypot(place.sigma, sighting.sigma);
+    });
+    if (same == places.end()) {
+      places.push_back({sighting.seen, sighting.sigma, 1});
+      continue;
+    }
+    ++same->sightings;
+    same->place += (sighting.seen - same->place) / same->sightings;
+    same->sigma = std::max(same->sigma, sighting.sigma);
+  }
+  places.erase(std::remove_if(places.begin(), places.end(),
+                              [](const SeenPlace& place) { return place.sightings < 2; }),
+               places.end());
+  if (static_cast<int>(places.size()) < kLeastMatches) return std::nullopt;
+  const auto landmarks = match_places(places, map);
+  if (!landmarks) return std::nullopt;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if ((*landmarks)[i] < 0) continue;
+    match(map[static_cast<std::size_t>((*landmarks)[i])], places[i].place, places[i].sigma);
+  }
+  return relocalize(matched, robot_);
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/filters/fastslam/relocalization.hpp"
+
+namespace pf_resampling {
+
+/// Finds a robot anywhere in a map, by the landmarks that it has seen in the last seconds, while
+/// odometry alone says how it moves. With ids, relocalize() does it. Without, all ways are tried in
+/// which two places that it saw could be two landmarks; the one in which most others are landmarks,
+/// too, is taken, if it explains nearly all and no other explains nearly as many (joint
+/// compatibility: Neira & Tardos 2001).
+class GlobalSearch {
+ public:
+  /// The robot has moved, in its own frame.
+  void move(const Pose2& motion) { robot_ = compose(robot_, motion); }
+
+  /// Adds what `sensor` (on the robot) saw at `stamp` (ns), and looks for the robot in `map`.
+  /// `with_ids`: the observations' ids are those of the landmarks. Nothing until it is clear.
+  std::optional<PoseEstimate> add(std::int64_t stamp,
+                                  const std::vector<RangeBearingObservation>& observations,
+                                  const Pose2& sensor, const LandmarkSensorOptions& noise,
+                                  const std::vector<LandmarkEstimate>& map, bool with_ids);
+
+ private:
+  struct Sighting {
+    std::int64_t stamp = 0;
+    std::int64_t id = 0;
+    Eigen::Vector2d seen = Eigen::Vector2d::Zero();  // m, in the frame of robot_
+    double sigma = 0.0;                              // m
+  };
+
+  Pose2 robot_;                     // by odometry, since the search began
+  std::deque<Sighting> sightings_;  // in order of time
+};
+
+/// A place where something was seen: the mean of sightings that lie together.
+struct SeenPlace {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< m
+  double sigma = 0.1;                               ///< m
+  int sightings = 1;
+};
+
+/// Which landmark of the map each place is (-1: none), if that is clear. Throws nothing.
+std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
+                                             const std::vector<LandmarkEstimate>& map);
+
+}  // namespace pf_resampling

@@ -1,0 +1,91 @@
+#include "pf_resampling_core/filters/fastslam/global_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pf_resampling_core/models/point_alignment.hpp"
+
+namespace pf_resampling {
+namespace {
+
+LandmarkEstimate landmark(std::int64_t id, double x, double y) {
+  LandmarkEstimate landmark;
+  landmark.id = id;
+  landmark.mean = {x, y};
+  landmark.covariance = 1e-4 * Eigen::Matrix2d::Identity();
+  return landmark;
+}
+
+/// No two distances are alike.
+std::vector<LandmarkEstimate> odd_map() {
+  return {landmark(1, 0.0, 0.0),  landmark(2, 7.0, 1.0),  landmark(3, 3.0, 5.5),
+          landmark(4, -4.0, 3.0), landmark(5, 1.0, -6.0), landmark(6, 9.5, -4.0)};
+}
+
+/// Where the landmarks are seen from `robot`, in its frame.
+std::vector<SeenPlace> seen_from(const Pose2& robot, const std::vector<LandmarkEstimate>& map) {
+  std::vector<SeenPlace> places;
+  for (const LandmarkEstimate& one : map) {
+    places.push_back({moved(one.mean, relative(robot, Pose2{})), 0.05, 3});
+  }
+  return places;
+}
+
+RangeBearingObservation observed(const Pose2& robot, const LandmarkEstimate& mark, int id) {
+  const Eigen::Vector2d offset = mark.mean - Eigen::Vector2d(robot.x, robot.y);
+  return {id, offset.norm(), wrap_angle(std::atan2(offset.y(), offset.x()) - robot.heading), 1e-4,
+          1e-4};
+}
+
+TEST(GlobalSearch, MatchesPlacesToLandmarksWhateverTheirOrder) {
+  const auto map = odd_map();
+  auto places = seen_from({3.0, -1.0, 2.0}, map);
+  std::swap(places[0], places[4]);
+  places.push_back({{40.0, 0.0}, 0.05, 3});  // something that is not in the map
+  const auto matched = match_places(places, map);
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(*matched, (std::vector<int>{4, 1, 2, 3, 0, 5, -1}));
+}
+
+TEST(GlobalSearch, SaysNothingWhereTwoPlacesFit) {
+  // A square looks the same from four sides.
+  const std::vector<LandmarkEstimate> square = {landmark(1, 0.0, 0.0), landmark(2, 10.0, 0.0),
+                                                landmark(3, 10.0, 10.0), landmark(4, 0.0, 10.0)};
+  EXPECT_FALSE(match_places(seen_from({3.0, 2.0, 0.5}, square), square));
+  // Too few, and what is not in the map at all.
+  const auto map = odd_map();
+  EXPECT_FALSE(match_places(seen_from({}, {map[0], map[1], map[2]}), map));
+  EXPECT_FALSE(match_places(
+      {{{0.0, 0.0}, 0.05, 3}, {{0.5, 0.0}, 0.05, 3}, {{0.0, 0.7}, 0.05, 3}, {{0.9, 0.9}, 0.05, 3}},
+      map));
+}
+
+// The robot drives 1 m between scans; each shows two of the landmarks.
+TEST(GlobalSearch, FindsTheRobotByWhatItSawOnItsWay) {
+  const auto map = odd_map();
+  for (const bool with_ids : {true, false}) {
+    GlobalSearch search;
+    Pose2 robot = {2.0, -3.0, 1.0};
+    const Pose2 motion = {1.0, 0.0, 0.1};
+    std::optional<PoseEstimate> found;
+    for (int scan = 0; scan < 9 && !found; ++scan) {
+      std::vector<RangeBearingObservation> observations;
+      for (const int k : {scan % 6, (scan + 1) % 6}) {
+        const auto& mark = map[static_cast<std::size_t>(k)];
+        observations.push_back(observed(robot, mark, with_ids ? static_cast<int>(mark.id) : -1));
+      }
+      found = search.add(1'000'000'000LL * scan, observations, {}, {}, map, with_ids);
+      if (found) break;
+      search.move(motion);
+      robot = compose(robot, motion);
+    }
+    ASSERT_TRUE(found) << with_ids;
+    EXPECT_NEAR(found->mean.x, robot.x, 1e-6);
+    EXPECT_NEAR(found->mean.y, robot.y, 1e-6);
+    EXPECT_NEAR(wrap_angle(found->mean.heading - robot.heading), 0.0, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling
