@@ -99,7 +99,7 @@ TEST(FilterConnection, KnowsWhatIsOffered) {
   EXPECT_TRUE(news.presence.master);
   EXPECT_TRUE(news.presence.node);
   EXPECT_TRUE(news.presence.reset);
-  EXPECT_FALSE(news.presence.global_localization);  // FastSLAM has none
+  EXPECT_TRUE(news.presence.global_localization);
   EXPECT_EQ(news.presence.filters, std::vector<std::string>{"/robot1/fastslam"});
 }
 
