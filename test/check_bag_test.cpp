@@ -159,6 +159,22 @@ TEST(CheckBag, FindsWhatHindersFastSlam) {
       has(check_of(recording).fastslam.problems, "/landmarks has no observation that can be used"));
 }
 
+/// A camera 0.3 m above the frame that it sits on, whose z axis points ahead (an optical frame).
+tf2_msgs::TFMessage camera_on(const std::string& parent) {
+  tf2_msgs::TFMessage message;
+  message.transforms.resize(1);
+  geometry_msgs::TransformStamped& placed = message.transforms[0];
+  placed.header.stamp = ros::Time(10.0);
+  placed.header.frame_id = parent;
+  placed.child_frame_id = "camera";
+  placed.transform.translation.z = 0.3;
+  placed.transform.rotation.w = 0.5;
+  placed.transform.rotation.x = -0.5;
+  placed.transform.rotation.y = 0.5;
+  placed.transform.rotation.z = -0.5;
+  return message;
+}
+
 /// A scan of a camera 0.3 m above the robot; `parent` is the frame that it sits on. Its z axis
 /// points ahead if `is_optical`.
 BagFindings check_of_camera(bool is_optical, const std::string& parent = "base_link") {
@@ -175,18 +191,8 @@ BagFindings check_of_camera(bool is_optical, const std::string& parent = "base_l
     scan.observations.resize(1);
     scan.observations[0].range = 3.0;
     bag->write("/landmarks", ros::Time(10.0), scan);
-    tf2_msgs::TFMessage transforms;
-    transforms.transforms.resize(1);
-    transforms.transforms[0].header.stamp = ros::Time(10.0);
-    transforms.transforms[0].header.frame_id = parent;
-    transforms.transforms[0].child_frame_id = "camera";
-    transforms.transforms[0].transform.translation.z = 0.3;
-    auto& turn = transforms.transforms[0].transform.rotation;
-    turn.w = 0.5;
-    turn.x = -0.5;
-    turn.y = 0.5;
-    turn.z = -0.5;
-    if (!is_optical) turn = odometry.pose.pose.orientation;
+    tf2_msgs::TFMessage transforms = camera_on(parent);
+    if (!is_optical) transforms.transforms[0].transform.rotation = odometry.pose.pose.orientation;
     // Not latched: a driver that repeats where its camera is.
     bag->write(is_optical ? "/tf_static" : "/tf", ros::Time(10.0), transforms);
   });
@@ -494,18 +500,7 @@ TEST(CheckBag, TagsOnTfAreSuggestedAsLandmarks) {
 /// A robot that stands, with a camera (optical frame) 0.3 m above its middle that looks ahead; it
 /// sees the tag_7 3 m ahead, ten times.
 void write_tags(BagWriter* bag) {
-  tf2_msgs::TFMessage placed;
-  placed.transforms.resize(1);
-  placed.transforms[0].header.stamp = ros::Time(10.0);
-  placed.transforms[0].header.frame_id = "base_link";
-  placed.transforms[0].child_frame_id = "camera";
-  placed.transforms[0].transform.translation.z = 0.3;
-  auto& turn = placed.transforms[0].transform.rotation;
-  turn.w = 0.5;
-  turn.x = -0.5;
-  turn.y = 0.5;
-  turn.z = -0.5;
-  bag->write("/tf_static", ros::Time(10.0), placed);
+  bag->write("/tf_static", ros::Time(10.0), camera_on("base_link"));
   for (int i = 0; i < 10; ++i) {
     const ros::Time time(10.0 + 0.1 * i);
     nav_msgs::Odometry odometry;

@@ -15,6 +15,8 @@ constexpr int kMostReassociations = 3;
 constexpr int kMostMergers = 3;
 // Of a landmark that may be done without: what that costs before anything has adapted.
 constexpr double kMostGrowth = 60.0;
+// Landmarks that are done without for one solution; the others wait for the next.
+constexpr int kMostDropped = 5;
 // Of the solutions that associations are judged by: small against the cost of a sighting. The
 // better has to be better by more.
 constexpr double kTrialTolerance = 0.01;
@@ -300,7 +302,8 @@ SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
   for (const int from : undecided.doubtful_since()) {
     if (undecided.decide_anew(options, reassociation, from, next_id, this, &solution)) break;
   }
-  while (simplify(options, reassociation, &solution)) {
+  for (int i = 0; i < kMostDropped; ++i) {
+    if (!simplify(options, reassociation, &solution)) break;
   }
   state_.decided = static_cast<int>(graph().poses.size());
   wake_seen();
