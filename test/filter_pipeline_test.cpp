@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pf_resampling_core/error.hpp"
+#include "src/pipeline/belief_publisher.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
 
@@ -37,6 +40,51 @@ geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, const Pos
   start.pose.pose = to_pose_message(pose);
   start.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
   return start;
+}
+
+// ---- what comes out ---------------------------------------------------------------------------
+
+// A robot drives on in the time between the two: the arrow of the pose would trail its particles.
+TYPED_TEST(FilterPipelineOf, PoseMarkersAndCloudsAreOfTheSameTimes) {
+  auto options = TypeParam::Drive::options();
+  options.output.cloud_period = 0.5;
+  options.output.marker_period = 0.5;
+  TypeParam run(options);
+  int odometry = 0;
+  for (const auto& message : TypeParam::Drive::messages(15.0)) {
+    if (TypeParam::is_odometry(message)) ++odometry;
+    // The belief does not begin at a multiple of the periods.
+    if (odometry > 13 || !TypeParam::is_observation(message)) handle(message, &run.pipeline);
+  }
+  int arrows = 0;
+  for (const auto& array : run.out.markers) {
+    for (const auto& marker : array.markers) {
+      if (marker.ns != "pose_heading") continue;
+      ++arrows;
+      EXPECT_TRUE(
+          std::any_of(run.out.pose_arrays.begin(), run.out.pose_arrays.end(),
+                      [&](const auto& cloud) { return cloud.header.stamp == marker.header.stamp; }))
+          << marker.header.stamp;
+    }
+  }
+  EXPECT_GT(arrows, 10);
+}
+
+TEST(IsDue, AtTheMultiplesOfThePeriodWhereverItBegan) {
+  ros::Time last;
+  const auto due = [&](double stamp) { return is_due(0.5, ros::Time(stamp), &last); };
+  EXPECT_TRUE(due(100.3));
+  EXPECT_FALSE(due(100.49));
+  EXPECT_TRUE(due(100.49999));  // 100.5, rounded
+  EXPECT_FALSE(due(100.50001));
+  EXPECT_FALSE(due(100.9));
+  EXPECT_TRUE(due(101.2));
+  EXPECT_TRUE(due(101.5));
+  EXPECT_TRUE(due(101.4));  // time went back
+  EXPECT_TRUE(due(107.0));
+  for (const double stamp : {107.0, 107.1}) {
+    EXPECT_TRUE(is_due(0.0, ros::Time(stamp), &last)) << "each";
+  }
 }
 
 // ---- where odometry comes from ----------------------------------------------------------------

@@ -42,8 +42,13 @@ void add_parameters(OutputOptions* output, ParameterList* list) {
 }
 
 bool is_due(double period, ros::Time stamp, ros::Time* last) {
-  // A little less than the period, so that rounded stamps do not skip a message.
-  if (!last->isZero() && stamp >= *last && (stamp - *last).toSec() < period - 1e-4) return false;
+  // A little early, so that rounded stamps do not skip a message.
+  const auto multiple = [period](ros::Time time) {
+    return std::floor((time.toSec() + 1e-4) / period);
+  };
+  if (!last->isZero() && stamp >= *last && period > 0.0 && multiple(stamp) == multiple(*last)) {
+    return false;
+  }
   *last = stamp;
   return true;
 }

@@ -26,7 +26,8 @@ struct OutputOptions {
 /// Adds them as parameters, in the group "output".
 void add_parameters(OutputOptions* output, ParameterList* list);
 
-/// Whether a period (s) has gone by since *last, which is then set to `stamp`.
+/// Whether a multiple of the period (s) has gone by since *last, which is then set to `stamp`. So
+/// what has the same period is given out at the same times: particles, and the arrow of their pose.
 bool is_due(double period, ros::Time stamp, ros::Time* last);
 
 /// Standard deviation of the position, m.
