@@ -74,13 +74,13 @@ void FastSlamPipeline::publish_path(ros::Time stamp) {
 visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const MarkerFrame frame = {options_.frames.map, stamp};
   const double extent = extent_of(map_);
-  const double line = std::clamp(0.0015 * extent, 0.01, 0.2);
+  const double line = std::max(0.0015 * extent, 0.01);
   visualization_msgs::MarkerArray markers = landmark_markers(frame, map_, line);
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
     markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
   };
   const double height =
-      options_.label_height > 0.0 ? options_.label_height : std::clamp(0.018 * extent, 0.1, 3.0);
+      options_.label_height > 0.0 ? options_.label_height : std::max(0.02 * extent, 0.1);
   take(label_markers(frame, map_, height, &labels_));
   ScanPicture scan;
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);

@@ -1,8 +1,11 @@
 #include "rviz_panel/filter_connection.hpp"
 
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <pf_resampling/Checkpoint.h>
+#include <pf_resampling/LoadMap.h>
 #include <pf_resampling/SaveMap.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <std_srvs/Empty.h>
 
 #include <algorithm>
@@ -12,6 +15,8 @@
 #include <set>
 
 #include "src/node/reconfigure_server.hpp"
+#include "src/node/service_folder.hpp"
+#include "src/pipeline/pipeline_options.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -49,6 +54,22 @@ std::vector<std::string> not_taken(const dynamic_reconfigure::Config& set,
     }
   }
   return names;
+}
+
+// Where a node of this machine keeps the files of its services.
+std::string folder_of(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::master::execute("lookupNode", request, response, payload, false) ||
+      !ros::network::splitURI(payload, host, port) || host != ros::network::getHost()) {
+    return "";
+  }
+  std::string folder = PipelineOptions().directory;
+  ros::param::get(node + "/map_file/directory", folder);
+  return ServiceFolder(folder).path();
 }
 
 std::string parent_of(const std::string& name) {
@@ -103,6 +124,7 @@ void FilterConnection::connect(const FilterNames& names) {
   ++generation_;
   jobs_.clear();
   news_ = FilterNews();
+  scene_ = Scene();
   wake_.notify_all();
 }
 
@@ -144,8 +166,24 @@ void FilterConnection::save_map(const std::string& file) {
   post([this, file] {
     SaveMap service;
     service.request.file = file;
-    if (!call(names().save_map, &service)) return;
-    report(service.response.success, service.response.message);
+    call_and_report(names().save_map, service);
+  });
+}
+
+void FilterConnection::load_map(const std::string& file, bool frozen) {
+  post([this, file, frozen] {
+    LoadMap service;
+    service.request.file = file;
+    service.request.frozen = frozen;
+    call_and_report(names().load_map, service);
+  });
+}
+
+void FilterConnection::checkpoint(const std::string& file) {
+  post([this, file] {
+    Checkpoint service;
+    service.request.file = file;
+    call_and_report(names().checkpoint, service);
   });
 }
 
@@ -197,6 +235,9 @@ void FilterConnection::look_around() {
     presence.global_localization = service_exists(names.global_localization);
     presence.reset = service_exists(names.reset);
     presence.save_map = service_exists(names.save_map);
+    presence.load_map = service_exists(names.load_map);
+    presence.checkpoint = service_exists(names.checkpoint);
+    if (presence.node) presence.folder = folder_of(names.node);
     ros::master::V_TopicInfo topics;
     if (ros::master::getTopics(topics)) presence.filters = filters_among(topics);
   } else if (is_new) {
@@ -245,6 +286,17 @@ void FilterConnection::subscribe() {
           news_.statuses.push_back(*message);
         });
       }));
+  const auto see = [this, if_current](const auto& message) {
+    if_current([&] {
+      scene_.take(message);
+      news_.scene = scene_;
+    });
+  };
+  subscribers_.push_back(node_.subscribe<nav_msgs::Path>(
+      names.path, 2, [see](const nav_msgs::Path::ConstPtr& message) { see(*message); }));
+  subscribers_.push_back(node_.subscribe<visualization_msgs::MarkerArray>(
+      names.markers, 20,
+      [see](const visualization_msgs::MarkerArray::ConstPtr& message) { see(*message); }));
 }
 
 void FilterConnection::post(Job job) {
@@ -265,6 +317,11 @@ FilterNames FilterConnection::names() {
 void FilterConnection::report(bool success, const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
   news_.results.push_back({success, text});
+}
+
+template <typename Service>
+void FilterConnection::call_and_report(const std::string& name, Service service) {
+  if (call(name, &service)) report(service.response.success, service.response.message);
 }
 
 void FilterConnection::call_empty(const std::string& service, const std::string& done) {

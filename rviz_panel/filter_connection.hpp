@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "rviz_panel/filter_names.hpp"
+#include "rviz_panel/view_fit.hpp"
 
 namespace pf_resampling {
 
@@ -23,7 +24,10 @@ namespace pf_resampling {
 struct FilterPresence {
   bool master = false;
   bool node = false;  ///< its parameters can be set
-  bool global_localization = false, reset = false, save_map = false;
+  bool global_localization = false, reset = false, save_map = false, load_map = false,
+       checkpoint = false;
+  /// Where it keeps maps and checkpoints; empty: on another machine.
+  std::string folder;
   std::vector<std::string> filters;  ///< nodes that could be chosen
 };
 
@@ -40,7 +44,8 @@ struct FilterNews {
   std::optional<dynamic_reconfigure::Config> values;
   std::vector<FilterStatus> statuses;
   std::vector<CallResult> results;
-  bool is_calling = false;  ///< a call is on its way
+  std::optional<Scene> scene;  ///< what there is to see, when that has changed
+  bool is_calling = false;     ///< a call is on its way
 };
 
 /// The connection to a filter's node for a program that must not wait: dynamic_reconfigure client
@@ -63,6 +68,9 @@ class FilterConnection {
   void global_localization();
   void reset();
   void save_map(const std::string& file);
+  /// Localizes in the map as it is if it is `frozen`; else continues to map.
+  void load_map(const std::string& file, bool frozen);
+  void checkpoint(const std::string& file);
 
  private:
   using Job = std::function<void()>;
@@ -73,6 +81,8 @@ class FilterConnection {
   void post(Job job);
   FilterNames names();
   void report(bool success, const std::string& text);
+  template <typename Service>
+  void call_and_report(const std::string& name, Service service);
   void call_empty(const std::string& service, const std::string& done);
   template <typename Service>
   bool call(const std::string& name, Service* service);
@@ -86,6 +96,7 @@ class FilterConnection {
   FilterNames names_;   // complete
   int generation_ = 0;  // of names: what was under way for others is dropped
   FilterNews news_;
+  Scene scene_;
   ros::ServiceClient call_;  // the one that is waited for
   ros::WallTime call_since_;
   bool is_calling_ = false, call_given_up_ = false;

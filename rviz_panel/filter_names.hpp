@@ -14,6 +14,10 @@ struct FilterNames {
   std::string global_localization;
   std::string reset;
   std::string save_map;
+  std::string load_map;
+  std::string checkpoint;
+  std::string path;
+  std::string markers;
 };
 
 /// A topic or service of a filter: where its name is kept, the name that it usually has, and what
@@ -29,7 +33,11 @@ inline constexpr NameRow kFilterNames[] = {
     {&FilterNames::global_localization, "global_localization", "Global localization",
      "Global Localization Service"},
     {&FilterNames::reset, "reset", "Reset", "Reset Service"},
-    {&FilterNames::save_map, "save_map", "Save map", "Save Map Service"}};
+    {&FilterNames::save_map, "save_map", "Save map", "Save Map Service"},
+    {&FilterNames::load_map, "load_map", "Load map", "Load Map Service"},
+    {&FilterNames::checkpoint, "checkpoint", "Checkpoint", "Checkpoint Service"},
+    {&FilterNames::path, "path", "Path", "Path Topic"},
+    {&FilterNames::markers, "markers", "Markers", "Markers Topic"}};
 
 inline bool operator==(const FilterNames& a, const FilterNames& b) {
   return a.node == b.node &&

@@ -1,10 +1,20 @@
 #include "rviz_panel/filter_panel.hpp"
 
+#include <OgreCamera.h>
+#include <OgreViewport.h>
+#include <rviz/properties/property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+#include <rviz/visualization_manager.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <QAbstractItemView>
+#include <QCheckBox>
 #include <QComboBox>
+#include <QDir>
+#include <QFileDialog>
 #include <QFormLayout>
+#include <QGridLayout>
 #include <QHBoxLayout>
 #include <QInputDialog>
 #include <QLabel>
@@ -12,12 +22,15 @@
 #include <QMessageBox>
 #include <QPushButton>
 #include <QScrollArea>
+#include <QSignalBlocker>
 #include <QTimer>
 #include <QToolButton>
 #include <QVBoxLayout>
+#include <cmath>
 #include <cstdlib>
 
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "src/messages/conversions.hpp"
 #include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
@@ -48,6 +61,15 @@ QString style_of(FilterHealth::Level level) {
   if (level == FilterHealth::Level::warning) colour = "#b35900";
   if (level == FilterHealth::Level::bad) colour = "#b3221c";
   return QString("background: %1; color: white; padding: 3px; font-weight: bold;").arg(colour);
+}
+
+// A property of a view as a number.
+double number_of(rviz::ViewController* view, const char* name) {
+  return view->subProp(name)->getValue().toDouble();
+}
+
+bool is_nearly(double a, double b) {
+  return std::abs(a - b) <= 1e-4 * (1.0 + std::abs(a) + std::abs(b));
 }
 
 }  // namespace
@@ -148,22 +170,36 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
 }
 
 void FilterPanel::add_buttons(QVBoxLayout* layout) {
-  auto* row = new QHBoxLayout;
-  row->setSpacing(4);
-  const auto add = [&](const char* text) {
+  auto* grid = new QGridLayout;
+  grid->setSpacing(4);
+  const auto add = [&](const char* text, int row, int column) {
     auto* button = new QPushButton(text);
-    row->addWidget(button);
+    grid->addWidget(button, row, column);
     return button;
   };
-  global_localization_button_ = add("Global localization");
-  reset_button_ = add("Reset");
-  save_map_button_ = add("Save map…");
-  layout->addLayout(row);
+  global_localization_button_ = add("Global localization", 0, 0);
+  reset_button_ = add("Reset", 0, 1);
+  fit_view_ = new QCheckBox("Fit view");
+  fit_view_->setToolTip(
+      "The view from above (TopDownOrtho) shows landmarks, beacons, path and robot as they grow.\n"
+      "Moving the view ends this");
+  grid->addWidget(fit_view_, 0, 2);
+  load_map_button_ = add("Load map…", 1, 0);
+  save_map_button_ = add("Save map…", 1, 1);
+  checkpoint_button_ = add("Checkpoint…", 1, 2);
+  layout->addLayout(grid);
   result_ = add_label(layout);
   connect(global_localization_button_, &QPushButton::clicked, this,
           [this] { connection_->global_localization(); });
   connect(reset_button_, &QPushButton::clicked, this, [this] { ask_reset(); });
   connect(save_map_button_, &QPushButton::clicked, this, [this] { ask_save_map(); });
+  connect(load_map_button_, &QPushButton::clicked, this, [this] { ask_load_map(); });
+  connect(checkpoint_button_, &QPushButton::clicked, this, [this] { ask_checkpoint(); });
+  connect(fit_view_, &QCheckBox::clicked, this, [this] {
+    view_.reset();
+    fit_view();
+    Q_EMIT configChanged();
+  });
 }
 
 void FilterPanel::onInitialize() {
@@ -183,6 +219,8 @@ void FilterPanel::load(const rviz::Config& config) {
     if (config.mapGetString(key, &text)) *name = text.toStdString();
   };
   get("Node", &names_.node);
+  bool fits = false;
+  if (config.mapGetBool("Fit View", &fits)) fit_view_->setChecked(fits);
   for (const NameRow& row : kFilterNames) get(row.key, &(names_.*row.name));
   const rviz::Config groups = config.mapGetChild("Open Groups");
   QStringList open;
@@ -194,6 +232,7 @@ void FilterPanel::load(const rviz::Config& config) {
 void FilterPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Node", to_qt(names_.node));
+  config.mapSetValue("Fit View", fit_view_->isChecked());
   for (const NameRow& row : kFilterNames) config.mapSetValue(row.key, to_qt(names_.*row.name));
   rviz::Config groups = config.mapMakeChild("Open Groups");
   for (const QString& group : controls_->open_groups()) groups.listAppendNew().setValue(group);
@@ -212,8 +251,9 @@ void FilterPanel::take_names() {
 }
 
 void FilterPanel::connect_to_filter() {
-  const FilterNames usual =
-      completed({names_.node, "", "", "", ""}, [](const std::string& name) { return name; });
+  FilterNames usual;
+  usual.node = names_.node;
+  usual = completed(usual, [](const std::string& name) { return name; });
   node_->setEditText(to_qt(names_.node));
   for (std::size_t i = 0; i < name_edits_.size(); ++i) {
     const auto name = kFilterNames[i].name;
@@ -225,6 +265,7 @@ void FilterPanel::connect_to_filter() {
   health_.clear();
   last_status_ = ros::WallTime();
   presence_ = FilterPresence();
+  scene_ = Scene();
   show_result(true, "");
   connection_->connect(names_);
   show_presence(presence_);
@@ -251,6 +292,8 @@ void FilterPanel::refresh() {
     show_health();
   }
   show_verdict();
+  if (news.scene) scene_ = *news.scene;
+  fit_view();
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
   if (was_calling_ && !news.is_calling && news.results.empty()) show_result(true, "");
@@ -266,6 +309,9 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
          "Forget where the robot is, and search everywhere");
   enable(reset_button_, presence.reset, "Start the filter from nothing");
   enable(save_map_button_, presence.save_map, "Write the map to a file");
+  enable(load_map_button_, presence.load_map, "Replace the map by that of a file");
+  enable(checkpoint_button_, presence.checkpoint,
+         "Write all that the filter knows to a file, from which it can continue later");
   controls_->setEnabled(presence.node);
   if (presence.filters != presence_.filters && !node_->view()->isVisible()) {
     const QString text = node_->currentText();
@@ -353,15 +399,90 @@ void FilterPanel::ask_reset() {
 }
 
 void FilterPanel::ask_save_map() {
-  // A name, not a path: the node decides about the folder, and may be on another machine.
+  ask_file("Save the map", "my.map", "Maps (*.map)", false,
+           [this](const std::string& file) { connection_->save_map(file); });
+}
+
+void FilterPanel::ask_load_map() {
+  ask_file(
+      "Load a map", "my.map", "Maps (*.map *.csv *.txt)", true, [this](const std::string& file) {
+        auto* box = new QMessageBox(QMessageBox::Question, "Load a map",
+                                    "Keep this map as it is and only localize in it, or map on?",
+                                    QMessageBox::Cancel, this);
+        box->setAttribute(Qt::WA_DeleteOnClose);
+        auto* keep = box->addButton("Only localize", QMessageBox::AcceptRole);
+        auto* map_on = box->addButton("Map on", QMessageBox::AcceptRole);
+        connect(keep, &QPushButton::clicked, this,
+                [this, file] { connection_->load_map(file, true); });
+        connect(map_on, &QPushButton::clicked, this,
+                [this, file] { connection_->load_map(file, false); });
+        box->open();
+      });
+}
+
+void FilterPanel::ask_checkpoint() {
+  ask_file("Save a checkpoint", "my.checkpoint", "Checkpoints (*.checkpoint)", false,
+           [this](const std::string& file) { connection_->checkpoint(file); });
+}
+
+void FilterPanel::ask_file(const QString& title, const QString& name, const QString& pattern,
+                           bool exists, const std::function<void(const std::string&)>& take) {
+  const QDir folder(to_qt(presence_.folder));
+  if (!presence_.folder.empty() && (exists ? folder.exists() : folder.mkpath("."))) {
+    auto* dialog = new QFileDialog(this, title, folder.path(), pattern + ";;All files (*)");
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->setAcceptMode(exists ? QFileDialog::AcceptOpen : QFileDialog::AcceptSave);
+    dialog->setFileMode(exists ? QFileDialog::ExistingFile : QFileDialog::AnyFile);
+    dialog->setDefaultSuffix(QFileInfo(name).suffix());
+    if (!exists) dialog->selectFile(name);
+    connect(dialog, &QFileDialog::fileSelected, this,
+            [take](const QString& file) { take(file.toStdString()); });
+    dialog->open();
+    return;
+  }
+  // The node decides about the folder, and may be on another machine.
   auto* dialog = new QInputDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setWindowTitle("Save the map");
+  dialog->setWindowTitle(title);
   dialog->setLabelText("Name of the file, in the node's folder map_file/directory:");
-  dialog->setTextValue("my.map");
+  dialog->setTextValue(name);
   connect(dialog, &QInputDialog::textValueSelected, this,
-          [this](const QString& file) { connection_->save_map(file.toStdString()); });
+          [take](const QString& file) { take(file.toStdString()); });
   dialog->open();
+}
+
+// ---- the view ---------------------------------------------------------------------------------
+
+void FilterPanel::fit_view() {
+  rviz::ViewManager* views = vis_manager_->getViewManager();
+  rviz::ViewController* view = views->getCurrent();
+  const Eigen::AlignedBox2d box = scene_.box();
+  if (!fit_view_->isChecked() || box.isEmpty() || view == nullptr ||
+      view->getClassId() != "rviz/TopDownOrtho") {
+    return;
+  }
+  // What is seen is placed in the fixed frame; a view that goes with another frame is left alone.
+  const QString target = view->subProp("Target Frame")->getValue().toString();
+  const std::string fixed = vis_manager_->getFixedFrame().toStdString();
+  if (without_slash(scene_.frame()) != without_slash(fixed) ||
+      (target != "<Fixed Frame>" && without_slash(target.toStdString()) != without_slash(fixed))) {
+    return;
+  }
+  const TopView now = {number_of(view, "X"), number_of(view, "Y"), number_of(view, "Scale")};
+  if (view_ && !(is_nearly(now.x, view_->x) && is_nearly(now.y, view_->y) &&
+                 is_nearly(now.scale, view_->scale))) {
+    fit_view_->setChecked(false);
+    return;
+  }
+  const Ogre::Viewport* window = view->getCamera()->getViewport();
+  const TopView next = fitted_view(box, window->getActualWidth(), window->getActualHeight(),
+                                   number_of(view, "Angle"), view_);
+  view_ = next;
+  // Nothing that rviz should ask about saving when it is closed.
+  const QSignalBlocker quiet(views);
+  view->subProp("X")->setValue(next.x);
+  view->subProp("Y")->setValue(next.y);
+  view->subProp("Scale")->setValue(next.scale);
 }
 
 }  // namespace pf_resampling

@@ -3,8 +3,10 @@
 #include <ros/time.h>
 #include <rviz/panel.h>
 
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
 
+class QCheckBox;
 class QComboBox;
 class QLabel;
 class QLineEdit;
@@ -47,11 +50,21 @@ class FilterPanel : public rviz::Panel {
   void show_result(bool success, const QString& text);
   void ask_reset();
   void ask_save_map();
+  void ask_load_map();
+  void ask_checkpoint();
+  /// Asks for a file of the node's, by a dialog in its folder where that is on this machine, and
+  /// hands its name to `take`.
+  void ask_file(const QString& title, const QString& name, const QString& pattern, bool exists,
+                const std::function<void(const std::string&)>& take);
+  /// Has the view from above show what there is, until somebody moves it.
+  void fit_view();
 
   FilterNames names_;
   std::unique_ptr<FilterConnection> connection_;
   FilterHealth health_;
   FilterPresence presence_;
+  Scene scene_;
+  std::optional<TopView> view_;  ///< as it was set last
   std::map<std::string, std::string> values_;
   ros::WallTime last_status_;
   bool was_calling_ = false;
@@ -64,7 +77,9 @@ class FilterPanel : public rviz::Panel {
   StripWidget *sample_size_strip_ = nullptr, *ancestors_strip_ = nullptr, *lost_strip_ = nullptr,
               *load_strip_ = nullptr;
   QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,
-              *save_map_button_ = nullptr;
+              *save_map_button_ = nullptr, *load_map_button_ = nullptr,
+              *checkpoint_button_ = nullptr;
+  QCheckBox* fit_view_ = nullptr;
   ControlTree* controls_ = nullptr;
 };
 

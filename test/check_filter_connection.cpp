@@ -29,6 +29,7 @@ FilterNews wait_for(FilterConnection* connection, const Done& done) {
     all.is_calling = news.is_calling;
     if (news.description) all.description = news.description;
     if (news.values) all.values = news.values;
+    if (news.scene) all.scene = news.scene;
     all.statuses.insert(all.statuses.end(), news.statuses.begin(), news.statuses.end());
     all.results.insert(all.results.end(), news.results.begin(), news.results.end());
     if (done(all)) return all;
@@ -100,6 +101,9 @@ TEST(FilterConnection, KnowsWhatIsOffered) {
   EXPECT_TRUE(news.presence.node);
   EXPECT_TRUE(news.presence.reset);
   EXPECT_TRUE(news.presence.global_localization);
+  EXPECT_TRUE(news.presence.load_map);
+  EXPECT_TRUE(news.presence.checkpoint);
+  EXPECT_EQ(news.presence.folder, ros::NodeHandle("~").param<std::string>("folder", ""));
   EXPECT_EQ(news.presence.filters, std::vector<std::string>{"/robot1/fastslam"});
 }
 
@@ -114,11 +118,46 @@ TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
   connection.save_map("saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_EQ(news.results[0].success, std::filesystem::exists(file)) << news.results[0].text;
+  connection.load_map("nothing.map", true);
+  news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_FALSE(news.results[0].success);
+  EXPECT_NE(news.results[0].text.find("nothing.map"), std::string::npos) << news.results[0].text;
+  connection.checkpoint("saved.checkpoint");
+  news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
+  EXPECT_EQ(news.results[0].success, std::filesystem::exists(folder + "/saved.checkpoint"))
+      << news.results[0].text;
   connection.save_map("/not/in/the/folder/of/the/node/saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);
   EXPECT_NE(news.results[0].text, "");
   std::filesystem::remove_all(folder);
+}
+
+TEST(FilterConnection, SeesWhatThereIsToShow) {
+  ros::NodeHandle node("/painter");
+  const ros::Publisher paths = node.advertise<nav_msgs::Path>("/path", 1, true);
+  const ros::Publisher markers =
+      node.advertise<visualization_msgs::MarkerArray>("/markers", 1, true);
+  nav_msgs::Path path;
+  path.header.frame_id = "map";
+  path.poses.resize(2);
+  path.poses[1].pose.position.x = 4.0;
+  paths.publish(path);
+  visualization_msgs::MarkerArray beacons;
+  beacons.markers.resize(1);
+  beacons.markers[0].header.frame_id = "map";
+  beacons.markers[0].ns = "beacons";
+  beacons.markers[0].pose.position.y = -3.0;
+  markers.publish(beacons);
+  FilterConnection connection;
+  connection.connect(named("/painter"));
+  const Eigen::AlignedBox2d all = {Eigen::Vector2d(0.0, -3.0), Eigen::Vector2d(4.0, 0.0)};
+  Scene scene;
+  wait_for(&connection, [&](const auto& news) {
+    if (news.scene) scene = *news.scene;
+    return !scene.box().isEmpty() && scene.box().isApprox(all);
+  });
+  EXPECT_EQ(scene.frame(), "map");
 }
 
 TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {

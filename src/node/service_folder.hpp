@@ -16,6 +16,9 @@ class ServiceFolder {
   /// it, by "..", links or otherwise.
   std::string path_of(const std::string& name) const;
 
+  /// The absolute path of the folder, which need not exist yet.
+  const std::string& path() const { return folder_; }
+
  private:
   std::string folder_;
 };
