@@ -98,6 +98,27 @@ class LaunchFiles(unittest.TestCase):
         again = self.run_in_folder('rosrun', 'pf_resampling', 'run_bag', 'beacon_mcl', 'record.bag', 'again.bag')
         self.assertEqual(again.returncode, 0, again.stdout)
 
+    def test_a_bag_with_outputs_is_played_without_them(self):
+        self.run_in_folder('rosrun', 'pf_resampling', 'run_bag', 'beacon_mcl', 'drive.bag', 'made.bag')
+        done = self.roslaunch('beacon_mcl.launch', 'bag:=made.bag', 'rate:=15', 'rviz:=false', 'record:=second.bag',
+                              'stop_with_bag:=true')
+        self.assertTrue(os.path.exists(self.path('second.bag')), done.stdout)
+        callers, frames = {}, set()
+        with rosbag.Bag(self.path('second.bag')) as bag:
+            for topic, message, _, header in bag.read_messages(return_connection_header=True):
+                caller = header['callerid']
+                caller = caller.decode() if isinstance(caller, bytes) else caller
+                callers.setdefault(topic, set()).add(caller)
+                for transform in message.transforms if topic == '/tf' else ():
+                    frames.add((caller, transform.header.frame_id, transform.child_frame_id))
+        for topic in ('/pose', '/path', '/particlecloud', '/particles', '/markers', '/status', '/diagnostics'):
+            self.assertEqual(callers[topic], {'/beacon_mcl'}, topic)
+        self.assertEqual(callers['/odom'], {'/play'})
+        self.assertEqual({caller for caller, parent, child in frames if (parent, child) == ('map', 'odom')},
+                         {'/beacon_mcl'})
+        # The others of the bag are there.
+        self.assertIn(('odom', 'base_link'), {frame[1:] for frame in frames})
+
     def test_odometry_of_another_name(self):
         # The bag is played under that name, and the node listens to it.
         self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=30', 'rviz:=false', 'record:=vesc.bag',
