@@ -5,6 +5,7 @@
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/line_writer.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
@@ -19,6 +20,8 @@ namespace {
 // bounded by in them.
 constexpr double kHealthRate = 0.1;
 constexpr double kWildInnovation = 100.0;
+// Of the ids of beacons in a sentence, letters.
+constexpr std::size_t kLongestIds = 100;
 
 bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& second) {
   return std::equal(first.begin(), first.end(), second.begin(), second.end(),
@@ -178,6 +181,24 @@ OdometryIncrement BeaconMclPipeline::motion_since_update() const {
 
 double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
   return extent_of(filter_->beacons());
+}
+
+// The ids are for people; the places make the difference.
+std::string BeaconMclPipeline::lasting_map() const {
+  text_file::Checksum places;
+  std::string ids;
+  for (const Beacon& beacon : filter_->beacons()) {
+    std::string text;
+    const Eigen::Vector3d& place = beacon.position;
+    text_file::append(static_cast<std::int64_t>(beacon.id), &text);
+    text_file::append(place.x(), &text);
+    text_file::append(place.y(), &text);
+    text_file::append(beacon.is_planar ? -1.0e9 : place.z(), &text);
+    places.add(text);
+    if (ids.size() < kLongestIds) ids += (ids.empty() ? "" : ", ") + std::to_string(beacon.id);
+  }
+  const auto count = static_cast<std::int64_t>(filter_->beacons().size());
+  return "the beacons " + ids + " (" + places.end_line(count).substr(4) + ")";
 }
 
 void BeaconMclPipeline::save_filter(BeaconMclCheckpoint* checkpoint) {

@@ -1,7 +1,7 @@
 // Drives a robot in a circle for a node that this program starts, in real time. Private parameters:
 // filter (beacon_mcl or fastslam), check: `checkpoint` (the node is killed and started again),
-// `overload` (it gets more than it can compute, for `seconds`, with `particles`) or `services`
-// (that write and read files).
+// `pose` (likewise, with its pose alone), `overload` (it gets more than it can compute, for
+// `seconds`, with `particles`) or `services` (that write and read files).
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
 #include <pf_resampling/Checkpoint.h>
@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -49,6 +50,13 @@ class Robot {
     begin_ = ros::Time::now();
   }
 
+  /// From now on it stays where it is; moves on from there.
+  void stand() { stands_since_ = ros::Time::now().toNSec(); }
+  void drive_on() {
+    stood_for_ += ros::Time::now().toNSec() - stands_since_;
+    stands_since_ = 0;
+  }
+
   /// True pose at a time, where the filter has its frame.
   Pose2 truth(ros::Time stamp) const {
     return is_fastslam_ ? FastSlamDrive::truth(in_drive(stamp))
@@ -79,12 +87,17 @@ class Robot {
 
  private:
   ros::Time in_drive(ros::Time stamp) const {
-    return ros::Time(BeaconMclDrive::kStart) + (stamp - begin_);
+    const std::uint64_t until = stands_since_;
+    if (until > 0) stamp = std::min(stamp, ros::Time().fromNSec(until));
+    const auto stood = static_cast<std::int64_t>(stood_for_.load());
+    return ros::Time(BeaconMclDrive::kStart) + (stamp - begin_) - ros::Duration().fromNSec(stood);
   }
 
   bool is_fastslam_;
   ros::Publisher odom_, observations_, beacons_;
   ros::Time begin_;
+  std::atomic<std::uint64_t> stands_since_{0};  // ns; 0: it drives
+  std::atomic<std::uint64_t> stood_for_{0};     // ns, before that
 };
 
 /// Publishes odometry at 50 Hz and observations at a rate of choice, by a thread of its own.
@@ -203,6 +216,21 @@ class LiveFilter : public testing::Test {
   Robot robot_{&node_, filter_ == "fastslam"};
   Listener heard_{&node_, &robot_};
   std::optional<NodeProcess> process_;
+
+  /// The message of the first entry of this name that is not OK, else of the last, and how the node
+  /// says it started.
+  std::string started(const std::string& entry_name) {
+    std::string how;
+    for (const auto& entry : heard_.diagnostics()) {
+      if (entry.name != filter_ + ": " + entry_name) continue;
+      how = entry.message;
+      for (const auto& value : entry.values) {
+        if (value.key == "started") how += "; started " + value.value;
+      }
+      if (entry.level != diagnostic_msgs::DiagnosticStatus::OK) break;
+    }
+    return how;
+  }
 };
 
 // Killed as by a loss of power while it drives, and there again two seconds later: right from its
@@ -212,18 +240,7 @@ TEST_F(LiveFilter, Checkpoint) {
   const std::string file = directory.file("robot.checkpoint");
   const std::vector<std::string> arguments = {"_checkpoint/file:=" + file,
                                               "_checkpoint/period:=0.3"};
-  const auto started = [&] {
-    std::string how;
-    for (const auto& entry : heard_.diagnostics()) {
-      if (entry.name != filter_ + ": checkpoint") continue;
-      how = entry.message;
-      for (const auto& value : entry.values) {
-        if (value.key == "started") how += "; started " + value.value;
-      }
-      if (entry.level != diagnostic_msgs::DiagnosticStatus::OK) break;
-    }
-    return how;
-  };
+  const auto started = [&] { return LiveFilter::started("checkpoint"); };
   ASSERT_NO_FATAL_FAILURE(start(arguments));
   const Driving driving(&robot_);
   wait(12.0);
@@ -256,6 +273,56 @@ TEST_F(LiveFilter, Checkpoint) {
   wait(3.0);
   const std::string said = started();
   EXPECT_EQ(said.rfind("started from nothing: checkpoint " + file + ", line ", 0), 0u) << said;
+  EXPECT_TRUE(process_->is_running());
+}
+
+// Killed while the robot stands, and there again: right with the first odometry, before it has seen
+// anything. Then the robot is driven on while the node is away: the pose is refused.
+TEST_F(LiveFilter, SavedPose) {
+  const TemporaryDirectory directory;
+  std::vector<std::string> arguments = {"_map_file/directory:=" + directory.path(),
+                                        "_pose/save_every:=0.3"};
+  if (filter_ == "fastslam") {
+    std::string list = "id,x,y,sigma\n";
+    int id = 0;
+    for (const Eigen::Vector2d& place : FastSlamDrive::landmarks()) {
+      list += std::to_string(id++) + "," + std::to_string(place.x()) + "," +
+              std::to_string(place.y()) + ",0.02\n";
+    }
+    arguments.push_back("_map_file/load:=" + directory.write("survey.csv", list));
+    arguments.push_back("_map/frozen:=true");
+  }
+  const std::string file = directory.file(filter_ + ".pose");
+  ASSERT_NO_FATAL_FAILURE(start(arguments));
+  Driving driving(&robot_);
+  wait(10.0);
+  EXPECT_EQ(started("saved pose"), "fine; started no pose was saved");
+  robot_.stand();
+  wait(2.5);
+  process_->kill_it();
+  EXPECT_TRUE(std::filesystem::exists(file));
+  wait(1.0);
+  driving.set_observation_rate(0.001);
+  wait(0.5);
+  heard_.poses();
+  heard_.diagnostics();
+  ASSERT_NO_FATAL_FAILURE(start(arguments));
+  wait(3.0);
+  const std::vector<HeardPose> after = heard_.poses();
+  ASSERT_GT(after.size(), 50u);
+  std::printf("errors without any observation: first %.3f m, largest %.3f m\n", after.front().error,
+              worst_error(after));
+  EXPECT_LT(worst_error(after), 0.3);
+  EXPECT_EQ(started("saved pose"), "fine; started the saved pose was taken");
+
+  process_->kill_it();
+  robot_.drive_on();
+  wait(2.0);
+  heard_.diagnostics();
+  ASSERT_NO_FATAL_FAILURE(start(arguments));
+  wait(3.0);
+  const std::string refused = started("saved pose");
+  EXPECT_NE(refused.find("was not taken: the odometry read"), std::string::npos) << refused;
   EXPECT_TRUE(process_->is_running());
 }
 
@@ -423,6 +490,7 @@ int main(int argc, char** argv) {
   const auto check = ros::NodeHandle("~").param<std::string>("check", "checkpoint");
   testing::GTEST_FLAG(filter) = check == "overload"   ? "*.Overload"
                                 : check == "services" ? "*.ServicesOfFiles"
+                                : check == "pose"     ? "*.SavedPose"
                                                       : "*.Checkpoint";
   return RUN_ALL_TESTS();
 }

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-/// What readers and writers of the text files of this package share: maps and checkpoints,
+/// What readers and writers of the text files of this package share: maps, checkpoints and poses,
 /// described in doc/map_format.md and doc/checkpoints.md.
 namespace pf_resampling::text_file {
 
@@ -38,6 +38,14 @@ inline constexpr Kind kCheckpoint = {"checkpoint",
                                      "give a file that was written as a checkpoint",
                                      "write a new one with this program",
                                      "take another copy or start without it"};
+
+inline constexpr Kind kPose = {"pose file",
+                               "pose",
+                               "pf_resampling pose ",
+                               "1",
+                               "give one that a node wrote",
+                               "remove it: the node writes another",
+                               "remove it: the node writes another"};
 
 /// Numbers are written and read with a point, whatever the locale of the program.
 class ClassicLocale {

@@ -20,67 +20,31 @@ void add_parameters(CheckpointOptions* options, ParameterList* list) {
                                     "Live: continue from that file at the start, if it exists."));
 }
 
-CheckpointKeeper::~CheckpointKeeper() {
-  take_result(true);
-}
-
-void CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
-  if (is_used()) remove_left_of(options_.file, text_file::kCheckpoint.first_line());
-  if (!is_used() || !options_.resume) return;
+bool CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
+  if (is_used()) remove_left_of(writer_.file(), text_file::kCheckpoint.first_line());
+  if (!is_used() || !resume_) return false;
   std::error_code trouble;  // such as no permission to look: then reading says what it is
-  if (!std::filesystem::exists(options_.file, trouble) && !trouble) return;
+  if (!std::filesystem::exists(writer_.file(), trouble) && !trouble) return false;
   try {
-    resume(options_.file);
-    start_ = "from " + options_.file;
-    log_(LogLevel::info, "continuing from the checkpoint " + options_.file);
+    resume(writer_.file());
+    start_ = "from " + writer_.file();
+    log_(LogLevel::info, "continuing from the checkpoint " + writer_.file());
+    return true;
   } catch (const std::exception& error) {
-    problem_ = std::string("started from nothing: ") + error.what();
-    log_(LogLevel::error, problem_);
+    const std::string problem = std::string("started from nothing: ") + error.what();
+    writer_.note_problem(problem);
+    log_(LogLevel::error, problem);
+    return false;
   }
-}
-
-bool CheckpointKeeper::is_due() {
-  if (!is_used()) return false;
-  take_result(false);
-  const std::chrono::duration<double> since = Clock::now() - last_;
-  return !writing_.valid() && since.count() >= options_.period;
-}
-
-void CheckpointKeeper::write(Write write) {
-  take_result(true);
-  last_ = Clock::now();
-  writing_ = std::async(std::launch::async, [write = std::move(write), path = options_.file] {
-    try {
-      write(path);
-      return std::string();
-    } catch (const std::exception& error) {
-      return std::string(error.what());
-    }
-  });
 }
 
 std::string CheckpointKeeper::write_now(const std::string& path, const Write& write) {
-  const std::string& file = path.empty() ? options_.file : path;
+  const std::string& file = path.empty() ? writer_.file() : path;
   if (file.empty()) {
     throw Error("checkpoint: no file is given; give one, or set the parameter checkpoint/file");
   }
-  take_result(true);
-  write(file);
-  if (path.empty()) {
-    last_ = Clock::now();
-    ++written_;
-    problem_.clear();
-  }
+  writer_.write_now(write, path);
   return "checkpoint written to " + file;
-}
-
-void CheckpointKeeper::take_result(bool wait) {
-  if (!writing_.valid()) return;
-  if (!wait && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  const std::string before = problem_;
-  problem_ = writing_.get();
-  ++(problem_.empty() ? written_ : failed_);
-  if (!problem_.empty() && problem_ != before) log_(LogLevel::warning, problem_);
 }
 
 void CheckpointKeeper::report(const std::string& name, diagnostic_msgs::DiagnosticArray* array) {
@@ -88,16 +52,8 @@ void CheckpointKeeper::report(const std::string& name, diagnostic_msgs::Diagnost
 }
 
 diagnostic_msgs::DiagnosticStatus CheckpointKeeper::diagnostic(const std::string& name) {
-  take_result(false);
   diagnostic_msgs::DiagnosticStatus status = make_diagnostic(name);
-  if (!problem_.empty()) worsen(diagnostic_msgs::DiagnosticStatus::WARN, problem_, &status);
-  if (status.message.empty()) status.message = "fine";
-  const std::chrono::duration<double> since = Clock::now() - last_;
-  add_value("file", options_.file, &status);
-  add_value("started", start_, &status);
-  add_value("written", std::to_string(written_), &status);
-  add_value("failed", std::to_string(failed_), &status);
-  add_value("last [s ago]", written_ > 0 ? number_text(since.count()) : "never", &status);
+  writer_.report(start_, &status);
   return status;
 }
 

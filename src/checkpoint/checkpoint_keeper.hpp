@@ -3,14 +3,12 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
-#include <chrono>
 #include <functional>
-#include <future>
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "src/pipeline/pipeline_sinks.hpp"
+#include "src/checkpoint/periodic_writer.hpp"
 
 namespace pf_resampling {
 
@@ -28,25 +26,20 @@ void add_parameters(CheckpointOptions* options, ParameterList* list);
 /// diagnostics.
 class CheckpointKeeper {
  public:
-  /// Writes what it holds to the file of this name. Throws Error when that cannot be.
-  using Write = std::function<void(const std::string& path)>;
-  using Log = std::function<void(LogLevel, const std::string&)>;
+  using Write = PeriodicWriter::Write;
+  using Log = PeriodicWriter::Log;
 
-  CheckpointKeeper(const CheckpointOptions& options, Log log)
-      : options_(options), log_(std::move(log)), last_(Clock::now()) {}
-  /// Waits for what is being written.
-  ~CheckpointKeeper();
-  CheckpointKeeper(const CheckpointKeeper&) = delete;
-  CheckpointKeeper& operator=(const CheckpointKeeper&) = delete;
+  CheckpointKeeper(const CheckpointOptions& options, const Log& log)
+      : resume_(options.resume), log_(log), writer_(options.file, options.period, log) {}
 
   /// If there is a file and it is wanted: `resume` goes on from it, or throws with nothing changed;
-  /// then the node starts anew. What a killed process has left unfinished is removed.
-  void start(const std::function<void(const std::string& path)>& resume);
+  /// then the node starts anew. What a killed process has left unfinished is removed. Returns
+  /// whether it goes on from the file.
+  bool start(const std::function<void(const std::string& path)>& resume);
 
-  /// Whether another checkpoint should be written: the period has gone by, and the last is done.
-  bool is_due();
-  /// Has it written by a thread of its own, which `write` has to be fit for.
-  void write(Write write);
+  /// See PeriodicWriter.
+  bool is_due() { return writer_.is_due(); }
+  void write(Write write) { writer_.write(std::move(write)); }
   /// Writes at once, to `path`, or to the file of the options if that is empty; returns what was
   /// done in one line, or throws Error.
   std::string write_now(const std::string& path, const Write& write);
@@ -74,20 +67,13 @@ class CheckpointKeeper {
   /// Adds the entry called `name` to the diagnostics, if there is anything to tell.
   void report(const std::string& name, diagnostic_msgs::DiagnosticArray* array);
   diagnostic_msgs::DiagnosticStatus diagnostic(const std::string& name);
-  bool is_used() const { return !options_.file.empty(); }
+  bool is_used() const { return writer_.is_used(); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  void take_result(bool wait);
-
-  CheckpointOptions options_;
+  bool resume_;
   Log log_;
-  Clock::time_point last_;              // when the last was begun
-  std::future<std::string> writing_;    // what went wrong; empty if nothing did
+  PeriodicWriter writer_;
   std::string start_ = "from nothing";  // how the node started
-  std::string problem_;                 // of the start or of the last checkpoint
-  std::uint64_t written_ = 0, failed_ = 0;
 };
 
 }  // namespace pf_resampling

@@ -1,6 +1,7 @@
 #include "src/checkpoint/saved_progress.hpp"
 
 #include <array>
+#include <tuple>
 
 namespace pf_resampling {
 namespace {
@@ -13,14 +14,15 @@ constexpr std::int64_t kNanoseconds = 1000000000;  // in a second
 constexpr std::int64_t kLatest = 0x7fffffff;       // s, that ROS 1 can reckon with
 constexpr std::int64_t kMost = 10000000;           // of anything that is listed
 
-// Seconds and nanoseconds.
-std::string stamp_line(const std::string& keyword, std::int64_t stamp) {
-  return line_of(keyword, stamp / kNanoseconds, stamp % kNanoseconds);
-}
-
 std::int64_t stamp_of(const LineReader& reader, std::size_t first) {
   return reader.integer(first, kLatest) * kNanoseconds +
          reader.integer(first + 1, kNanoseconds - 1);
+}
+
+}  // namespace
+
+std::string stamp_line(const std::string& keyword, std::int64_t stamp) {
+  return line_of(keyword, stamp / kNanoseconds, stamp % kNanoseconds);
 }
 
 std::int64_t take_stamp(const std::string& keyword, LineReader* reader) {
@@ -28,11 +30,9 @@ std::int64_t take_stamp(const std::string& keyword, LineReader* reader) {
   return stamp_of(*reader, 1);
 }
 
-void write_covariance(const std::string& keyword, const std::optional<Eigen::Matrix3d>& covariance,
-                      LineWriter* writer) {
-  if (!covariance) return;
-  const Eigen::Matrix3d& c = *covariance;
-  writer->line(line_of(keyword, c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)));
+std::string covariance_line(const std::string& keyword, const Eigen::Matrix3d& covariance) {
+  const Eigen::Matrix3d& c = covariance;
+  return line_of(keyword, c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2));
 }
 
 Eigen::Matrix3d take_covariance(const std::string& keyword, LineReader* reader) {
@@ -44,8 +44,6 @@ Eigen::Matrix3d take_covariance(const std::string& keyword, LineReader* reader) 
   covariance << c[1], c[2], c[3], c[2], c[4], c[5], c[3], c[5], c[6];
   return covariance;
 }
-
-}  // namespace
 
 std::string fault_of(const SavedProgress& progress) {
   if (progress.odometry.empty()) return "there is no odometry";
@@ -83,8 +81,9 @@ void write_progress(const SavedProgress& progress, LineWriter* writer) {
         line_of(stamp_line("sample", odometry.stamp), odometry.received, odometry.pose);
     writer->line(text + (odometry.covariance ? " 1" : " 0") +
                  (odometry.step_covariance ? " 1" : " 0"));
-    write_covariance("covariance", odometry.covariance, writer);
-    write_covariance("step_covariance", odometry.step_covariance, writer);
+    const auto& [as_received, of_step] = std::tie(odometry.covariance, odometry.step_covariance);
+    if (as_received) writer->line(covariance_line("covariance", *as_received));
+    if (of_step) writer->line(covariance_line("step_covariance", *of_step));
   }
 }
 

@@ -36,6 +36,13 @@ struct SavedProgress {
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedProgress& progress);
 
+/// A stamp as a line of seconds and nanoseconds; a covariance as xx xy xh yy yh hh.
+std::string stamp_line(const std::string& keyword, std::int64_t stamp);
+std::string covariance_line(const std::string& keyword, const Eigen::Matrix3d& covariance);
+/// They throw Error for a line that is none of these.
+std::int64_t take_stamp(const std::string& keyword, text_file::LineReader* reader);
+Eigen::Matrix3d take_covariance(const std::string& keyword, text_file::LineReader* reader);
+
 /// Its lines in a checkpoint; it is without fault.
 void write_progress(const SavedProgress& progress, text_file::LineWriter* writer);
 /// Throws Error for all that write_progress() has not written so.

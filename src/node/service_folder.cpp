@@ -64,4 +64,10 @@ std::string ServiceFolder::path_of(const std::string& name) const {
       .string();
 }
 
+std::string file_name_of(const std::string& node) {
+  std::string name = node;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
 }  // namespace pf_resampling

@@ -67,6 +67,7 @@ void add_output_parameters(PipelineOptions* options, ParameterList* list) {
                         "When time jumps back to about where it began, as when a bag is played "
                         "again, start from nothing; if false, keep the present particles."));
   add_parameters(&options->checkpoint, list);
+  add_parameters(&options->saved_pose, list);
   add_parameters(&options->output, list);
 }
 

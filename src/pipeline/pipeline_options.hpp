@@ -5,6 +5,7 @@
 
 #include "pf_resampling_core/parameters/presets.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
+#include "src/checkpoint/pose_keeper.hpp"
 #include "src/configuration/configuration.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/odometry/odometry_buffer.hpp"
@@ -38,6 +39,7 @@ struct PipelineOptions {
   bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
   CheckpointOptions checkpoint;
+  SavedPoseOptions saved_pose;
   std::string directory = "~/.ros/pf_resampling";  ///< of the files of services
   OutputOptions output;
 };
