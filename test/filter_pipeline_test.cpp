@@ -390,6 +390,87 @@ TYPED_TEST(FilterPipelineOf, WithRecoverySwitchedOffWhileItRunsItStaysLostAndSay
   EXPECT_NE(run.out.diagnostics.back().status[0].message.find("lost?"), std::string::npos);
 }
 
+// One is the usual case, and it is the pose.
+TYPED_TEST(FilterPipelineOf, AFilterThatIsRightHasOneHypothesis) {
+  TypeParam run;
+  run.feed(TypeParam::Drive::messages(20.0));
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.hypotheses.size(), 1u);
+  EXPECT_GT(status.hypotheses[0].weight, 0.9);
+  EXPECT_NEAR(status.hypotheses[0].weight + status.other_weight, 1.0, 1e-9);
+  const Pose2 truth = TypeParam::Drive::truth(status.header.stamp);
+  EXPECT_LT(distance(to_pose2(status.hypotheses[0].pose.pose), truth), kLost);
+  EXPECT_EQ(status.health_text.find("places fit"), std::string::npos);
+  EXPECT_TRUE(markers_called(run.out.markers.back(), "hypotheses").empty());
+}
+
+// Where nobody looks, nothing is computed.
+TYPED_TEST(FilterPipelineOf, NobodyAsksForHypotheses) {
+  typename TypeParam::AnyOutputs out;
+  auto sinks = sinks_into(&out);
+  bool is_asked = false;
+  sinks.wants_hypotheses = [&is_asked] { return is_asked; };
+  typename TypeParam::Pipeline pipeline(TypeParam::Drive::options(), sinks);
+  for (const auto& message : TypeParam::Drive::messages(0.0, 10.0)) handle(message, &pipeline);
+  EXPECT_TRUE(out.statuses.back().hypotheses.empty());
+  EXPECT_EQ(out.statuses.back().other_weight, 1.0);
+  is_asked = true;
+  for (const auto& message : TypeParam::Drive::messages(10.0, 12.0)) handle(message, &pipeline);
+  EXPECT_EQ(out.statuses.back().hypotheses.size(), 1u);
+}
+
+// A range fits two places equally well that are equally far from its beacon.
+TEST(FilterPipeline, TwoPlacesThatFitAreTwoHypotheses) {
+  Rig run;
+  run.feed(BeaconMclDrive::messages(0.0, 0.0));
+  const Eigen::Vector2d beacon = BeaconMclDrive::beacons()[0].position.head<2>();
+  const Pose2 there = BeaconMclDrive::truth(BeaconMclDrive::at(0.0));
+  const Pose2 mirrored = {2.0 * beacon.x() - there.x, 2.0 * beacon.y() - there.y, 1.0};
+  geometry_msgs::PoseArray poses;
+  poses.header.frame_id = "map";
+  poses.header.stamp = BeaconMclDrive::at(0.0);
+  for (int i = 0; i < 400; ++i) {
+    poses.poses.push_back(to_pose_message(i < 244 ? there : mirrored));
+  }
+  run.pipeline.set_particles(poses, {});
+  EXPECT_TRUE(run.out.statuses.empty() || run.out.statuses.back().hypotheses.size() < 2);
+  nav_msgs::Odometry standing = BeaconMclDrive::odometry(BeaconMclDrive::at(0.0));
+  for (int i = 1; i <= 10; ++i) {
+    standing.header.stamp = BeaconMclDrive::at(0.1 * i);
+    run.pipeline.handle(standing);
+    BeaconRange range = BeaconMclDrive::range(BeaconMclDrive::at(0.0), 0);
+    range.header.stamp = standing.header.stamp;
+    run.pipeline.handle(range);
+  }
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.hypotheses.size(), 2u);
+  // 244 of 400; ten ranges and their renewals draw with a standard deviation of 0.03 at most.
+  EXPECT_NEAR(status.hypotheses[0].weight, 0.61, 0.12);
+  EXPECT_NEAR(status.hypotheses[0].weight + status.hypotheses[1].weight, 1.0, 0.02);
+  EXPECT_LT(distance(to_pose2(status.hypotheses[0].pose.pose), there), 0.5);
+  EXPECT_LT(distance(to_pose2(status.hypotheses[1].pose.pose), mirrored), 0.5);
+  EXPECT_NE(status.health_text.find(" 2 places fit: "), std::string::npos) << status.health_text;
+  const auto labels = markers_called(run.out.markers.back(), "hypothesis_weights");
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_EQ(labels[0].text,
+            std::to_string(std::lround(100.0 * status.hypotheses[0].weight)) + " %");
+  EXPECT_EQ(markers_called(run.out.markers.back(), "hypotheses")[1].points.size(), 73u);
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "places that fit").rfind("2 places fit: ", 0), 0u);
+
+  // Told where it is, it knows one; the pictures of the others are taken away.
+  run.pipeline.handle(initial_pose(BeaconMclDrive::at(1.0), there));
+  for (int i = 11; i <= 20; ++i) {
+    standing.header.stamp = BeaconMclDrive::at(0.1 * i);
+    run.pipeline.handle(standing);
+  }
+  const auto gone =
+      std::find_if(run.out.markers.begin(), run.out.markers.end(), [](const auto& array) {
+        const auto ellipses = markers_called(array, "hypotheses");
+        return ellipses.size() == 2 && ellipses[1].action == visualization_msgs::Marker::DELETE;
+      });
+  EXPECT_NE(gone, run.out.markers.end());
+}
+
 // ---- parameters -------------------------------------------------------------------------------
 
 TYPED_TEST(FilterPipelineOf, RefusedParametersChangeNothingAndSayWhy) {

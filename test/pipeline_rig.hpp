@@ -22,6 +22,8 @@ struct PipelineRig {
   using Drive = DriveType;
   using Message = MessageType;
   using Observation = typename PipelineType::Message;
+  using Pipeline = PipelineType;
+  using AnyOutputs = OutputsType;
 
   explicit PipelineRig(const typename PipelineType::Options& options = Drive::options())
       : pipeline(options, sinks_into(&out)) {}

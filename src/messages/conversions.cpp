@@ -172,4 +172,17 @@ bool is_finite(const sensor_msgs::PointCloud2& cloud) {
   return true;
 }
 
+std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters) {
+  std::vector<PoseHypothesis> hypotheses;
+  for (const PoseCluster& cluster : clusters.clusters) {
+    if (!is_finite(cluster.pose.mean) || !cluster.pose.covariance.allFinite()) continue;
+    PoseHypothesis hypothesis;
+    hypothesis.weight = cluster.weight;
+    hypothesis.pose.pose = to_pose_message(cluster.pose.mean);
+    hypothesis.pose.covariance = to_covariance_message(cluster.pose.covariance);
+    hypotheses.push_back(hypothesis);
+  }
+  return hypotheses;
+}
+
 }  // namespace pf_resampling

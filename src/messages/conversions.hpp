@@ -6,13 +6,16 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <pf_resampling/PoseHypothesis.h>
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>
 #include <boost/array.hpp>
 #include <string>
+#include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/population/pose_clusters.hpp"
 
 namespace pf_resampling {
 
@@ -73,5 +76,8 @@ sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pos
 
 /// Whether a cloud made by to_point_cloud holds finite numbers only.
 bool is_finite(const sensor_msgs::PointCloud2& cloud);
+
+/// As in FilterStatus, what of `clusters` is finite.
+std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters);
 
 }  // namespace pf_resampling

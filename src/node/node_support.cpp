@@ -50,6 +50,7 @@ void FilterPublishers::connect(PipelineSinks* sinks) {
   sinks->status = [this](const auto& message) { status_.publish(message); };
   sinks->diagnostics = [this](const auto& message) { diagnostics_.publish(message); };
   sinks->transform = [this](const auto& transform) { broadcaster_.sendTransform(transform); };
+  sinks->wants_hypotheses = [this] { return status_.is_heard() || markers_.is_heard(); };
   sinks->log = log();
   sinks->stopwatch = [] { return ros::WallTime::now().toSec(); };
 }

@@ -56,6 +56,9 @@ class TwoPublishers {
     publishers.public_ = node->advertise<Message>(topic, queue, latch);
     return publishers;
   }
+  bool is_heard() const {
+    return private_.getNumSubscribers() > 0 || public_.getNumSubscribers() > 0;
+  }
   template <typename Message>
   void publish(const Message& message) const {
     private_.publish(message);

@@ -11,6 +11,26 @@ namespace {
 
 constexpr int kEllipseSegments = 72;
 
+// Of 2 sigma of the position.
+visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
+                                          const PoseEstimate& estimate, double width) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
+      estimate.covariance.topLeftCorner<2, 2>());
+  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Matrix2d& axes = solver.eigenvectors();
+  visualization_msgs::Marker ellipse =
+      make_marker(frame, name, id, visualization_msgs::Marker::LINE_STRIP);
+  ellipse.scale.x = width;
+  for (int i = 0; i <= kEllipseSegments; ++i) {
+    const double angle = 2.0 * kPi * (i % kEllipseSegments) / kEllipseSegments;
+    const Eigen::Vector2d offset =
+        axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
+    ellipse.points.push_back(
+        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
+  }
+  return ellipse;
+}
+
 }  // namespace
 
 visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::string& name, int id,
@@ -36,24 +56,10 @@ geometry_msgs::Point make_point(double x, double y, double z) {
 
 visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
                                                      const PoseEstimate& estimate, double width) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      estimate.covariance.topLeftCorner<2, 2>());
-  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::Matrix2d& axes = solver.eigenvectors();
-
-  visualization_msgs::Marker ellipse =
-      make_marker(frame, "pose_2_sigma", 0, visualization_msgs::Marker::LINE_STRIP);
-  ellipse.scale.x = width;
+  visualization_msgs::Marker ellipse = ellipse_marker(frame, "pose_2_sigma", 0, estimate, width);
   ellipse.color.r = 1.0F;
   ellipse.color.g = 0.85F;
   ellipse.color.a = 1.0F;
-  for (int i = 0; i <= kEllipseSegments; ++i) {
-    const double angle = 2.0 * kPi * (i % kEllipseSegments) / kEllipseSegments;
-    const Eigen::Vector2d offset =
-        axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
-    ellipse.points.push_back(
-        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
-  }
 
   visualization_msgs::Marker arrow =
       make_marker(frame, "pose_heading", 0, visualization_msgs::Marker::ARROW);
@@ -65,6 +71,38 @@ visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
 
   visualization_msgs::MarkerArray array;
   array.markers = {ellipse, arrow};
+  return array;
+}
+
+visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
+                                                   const PoseClusters& clusters, double width,
+                                                   double height, std::size_t* shown) {
+  visualization_msgs::MarkerArray array;
+  // One place is where the ellipse of the pose is.
+  const std::size_t count = clusters.clusters.size() > 1 ? clusters.clusters.size() : 0;
+  for (std::size_t i = 0; i < std::max(count, *shown); ++i) {
+    const int id = static_cast<int>(i);
+    visualization_msgs::Marker ellipse =
+        make_marker(frame, "hypotheses", id, visualization_msgs::Marker::LINE_STRIP);
+    visualization_msgs::Marker label =
+        make_marker(frame, "hypothesis_weights", id, visualization_msgs::Marker::TEXT_VIEW_FACING);
+    if (i < count) {
+      const PoseCluster& cluster = clusters.clusters[i];
+      ellipse = ellipse_marker(frame, "hypotheses", id, cluster.pose, width);
+      ellipse.color.r = 1.0F;
+      ellipse.color.g = 0.4F;
+      ellipse.color.a = 1.0F;
+      label.color = ellipse.color;
+      label.scale.z = height;
+      label.pose.position = make_point(cluster.pose.mean.x, cluster.pose.mean.y, height);
+      label.text = std::to_string(std::lround(100.0 * cluster.weight)) + " %";
+    } else {
+      ellipse.action = label.action = visualization_msgs::Marker::DELETE;
+    }
+    array.markers.push_back(ellipse);
+    array.markers.push_back(label);
+  }
+  *shown = count;
   return array;
 }
 

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "pf_resampling_core/population/pose_clusters.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 
 namespace pf_resampling {
@@ -24,6 +25,13 @@ geometry_msgs::Point make_point(double x, double y, double z);
 /// the heading; `width`: of the line, m.
 visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
                                                      const PoseEstimate& estimate, double width);
+
+/// The places that fit, if there are several: an ellipse of 2 sigma for each, as thick as `width`,
+/// with its share of the weight, `height` m tall. `*shown`: how many there were, so that those
+/// which are no more are taken away.
+visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
+                                                   const PoseClusters& clusters, double width,
+                                                   double height, std::size_t* shown);
 
 bool is_finite(const visualization_msgs::Marker& marker);
 

@@ -17,6 +17,11 @@ bool is_finite(const FilterStatus& status) {
     finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
              std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);
   }
+  for (const PoseHypothesis& hypothesis : status.hypotheses) {
+    finite = finite && std::isfinite(hypothesis.weight) &&
+             pf_resampling::is_finite(hypothesis.pose.pose) &&
+             to_covariance3(hypothesis.pose.covariance).allFinite();
+  }
   return finite;
 }
 

@@ -18,6 +18,7 @@
 
 #include "pf_resampling_core/health/health.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/population/pose_clusters.hpp"
 #include "src/checkpoint/saved_pose.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/frames/static_frames.hpp"
@@ -243,6 +244,8 @@ class FilterPipeline {
   void forget_time(const DeadReckoning::Taken& jump);
 
   void note_health(double duration);
+  void find_places(ros::Time stamp);
+  void add_hypotheses(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);
   void publish_status(ros::Time stamp, double update_time);
   void publish_diagnostics(ros::Time stamp);
@@ -263,7 +266,9 @@ class FilterPipeline {
   std::uint64_t reported_drops_ = 0;
   std::uint64_t reported_rejects_ = 0;
   std::int64_t reported_weight_resets_ = 0;
-  ros::Time last_markers_, last_diagnostics_;
+  PoseClusters places_;  // where the robot may be, as of the last update that was asked for it
+  std::size_t shown_places_ = 0;
+  ros::Time last_markers_, last_diagnostics_, last_places_;
 };
 
 }  // namespace pf_resampling

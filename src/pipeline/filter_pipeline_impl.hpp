@@ -13,6 +13,7 @@
 #include "src/messages/conversions.hpp"
 #include "src/messages/given_particles_message.hpp"
 #include "src/messages/input_checks.hpp"
+#include "src/pictures/markers.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
 
 namespace pf_resampling {
@@ -21,6 +22,11 @@ namespace pf_resampling {
 inline constexpr double kStandsAfter = 1.0;    // s
 inline constexpr double kRestPosition = 0.01;  // m
 inline constexpr double kRestHeading = 0.01;   // rad
+// Places that are told apart, and how often, s, among how many particles: that takes longer than an
+// update then.
+inline constexpr int kMostPlaces = 10;
+inline constexpr double kPlacesPeriod = 0.5;  // s
+inline constexpr Eigen::Index kManyParticles = 10000;
 
 template <typename Types>
 FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
@@ -412,6 +418,7 @@ void FilterPipeline<Types>::start_anew() {
 template <typename Types>
 void FilterPipeline<Types>::take_new_belief() {
   refuse_offered_pose("another start was asked for before the first odometry");
+  places_ = PoseClusters();
   lost_.reset();
   sample_size_.reset();
   descendants_.reset();
@@ -495,6 +502,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   last_observation_ = stamp;
   note_observations(stamp, *observations, std::max(0.0, duration));
   note_health(duration);
+  find_places(stamp);
   publish_status(stamp, update_time);
 }
 
@@ -556,6 +564,20 @@ void FilterPipeline<Types>::note_health(double duration) {
 }
 
 template <typename Types>
+void FilterPipeline<Types>::find_places(ros::Time stamp) {
+  if ((!sinks_.status && !sinks_.markers) ||
+      (sinks_.wants_hypotheses && !sinks_.wants_hypotheses())) {
+    places_ = PoseClusters();
+    return;
+  }
+  const auto& particles = filter_->particles();
+  if (particles.size() > kManyParticles && !is_due(kPlacesPeriod, stamp, &last_places_)) return;
+  places_ = belief_ ? pose_clusters(particles.weight, particles.x, particles.y, particles.heading,
+                                    kMostPlaces)
+                    : PoseClusters();
+}
+
+template <typename Types>
 HealthJudgement FilterPipeline<Types>::health() const {
   HealthInputs inputs;
   inputs.observations = Types::kNames.plural;
@@ -604,10 +626,28 @@ void FilterPipeline<Types>::publish_pictures(ros::Time stamp) {
   }
   publish_map_if_due(stamp);
   if (sinks_.markers && filter_ && is_due(options_.output.marker_period, stamp, &last_markers_)) {
-    publisher_.publish_markers(markers(stamp));
+    visualization_msgs::MarkerArray array = markers(stamp);
+    add_hypotheses(stamp, &array);
+    publisher_.publish_markers(array);
   }
   publish_path(stamp);
   report_silence(stamp);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::add_hypotheses(ros::Time stamp,
+                                           visualization_msgs::MarkerArray* markers) {
+  const std::optional<PoseEstimate> belief = estimate();
+  if (!belief) return;
+  PoseClusters now = places_;
+  for (PoseCluster& place : now.clusters) {
+    place.pose.mean = compose(place.pose.mean, motion_since_update().mean);
+  }
+  const double size = extent(*belief);
+  const visualization_msgs::MarkerArray more =
+      hypothesis_markers({options_.frames.map, stamp}, now, std::clamp(0.003 * size, 0.01, 0.4),
+                         std::clamp(0.025 * size, 0.1, 5.0), &shown_places_);
+  markers->markers.insert(markers->markers.end(), more.markers.begin(), more.markers.end());
 }
 
 template <typename Types>
@@ -622,7 +662,10 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp, double update_time) 
   message.latency = latency_;
   const HealthJudgement judgement = health();
   message.health = to_string(judgement.health);
-  message.health_text = sentence_of(judgement);
+  const std::string places = sentence_of(places_);
+  message.health_text = sentence_of(judgement) + (places.empty() ? "" : " " + places + ".");
+  message.hypotheses = to_hypotheses(places_);
+  message.other_weight = places_.rest;
   message.lost = lost_probability();
   message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(waiting_.size());
@@ -674,6 +717,8 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     add_value("lost (probability)", number_text(lost_probability()), &entry);
     add_value("normalized innovation (1 expected)", number_text(lost_.normalized_innovation()),
               &entry);
+    const std::string places = sentence_of(places_);
+    add_value("places that fit", places.empty() ? "one, or none" : places, &entry);
   }
   if (filter_) {
     const auto& status = filter_->status();

@@ -32,6 +32,8 @@ struct PipelineSinks {
   std::function<void(diagnostic_msgs::DiagnosticArray*)> more_diagnostics;
   std::function<void(const geometry_msgs::TransformStamped&)> transform;  ///< map -> odom
   std::function<void(LogLevel, const std::string&)> log;
+  /// Whether anybody looks at the hypotheses in status and markers; empty: yes.
+  std::function<bool()> wants_hypotheses;
   /// Seconds since some time, to measure updates with. Empty in runs that have to be reproducible:
   /// they report an update time of 0.
   std::function<double()> stopwatch;

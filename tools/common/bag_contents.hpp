@@ -83,7 +83,8 @@ struct StatedOdometryNoise {
 std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
                                                        const std::string& topic);
 
-/// What a filter said of its population (FilterStatus).
+/// What a filter said of its population (FilterStatus, also one of an earlier version: what that
+/// did not have is zero or empty).
 struct FilterSummary {
   int particles = 0;                        ///< at the end
   std::uint64_t updates = 0;                ///< likewise
@@ -98,6 +99,7 @@ struct FilterSummary {
 struct StampedHealth {
   double time = 0.0;  ///< s
   std::string health;
+  int places = 0;  ///< that fitted
 };
 std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic);
 

@@ -57,7 +57,9 @@ json to_json(const FilterSummary& summary) {
 }
 
 json to_json(const HealthShares& health) {
-  return {{"shares", health.shares}, {"wrong_when_healthy", to_json(health.wrong_when_healthy)}};
+  return {{"shares", health.shares},
+          {"wrong_when_healthy", to_json(health.wrong_when_healthy)},
+          {"several_places", health.several_places}};
 }
 
 json to_json(const ParticleErrorSummary::Series& series) {
@@ -139,6 +141,10 @@ void print(const HealthShares& health) {
   if (health.wrong_when_healthy) {
     std::printf("  healthy, but truth outside 3-sigma region: %s of the time it said so\n",
                 percent(health.wrong_when_healthy).c_str());
+  }
+  if (health.several_places > 0.0) {
+    std::printf("  several places fitted (status.hypotheses): %s\n",
+                percent(health.several_places).c_str());
   }
 }
 
@@ -299,11 +305,13 @@ std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said
     const std::string name = next == 0 ? to_string(Health::starting) : said[next - 1].health;
     ++poses;
     health.shares[name] += 1.0;
+    if (next > 0 && said[next - 1].places > 1) health.several_places += 1.0;
     if (name != to_string(Health::healthy)) continue;
     ++healthy;
     if (!(sample.normalized_squared <= 9.0)) ++wrong;
   }
   for (auto& entry : health.shares) entry.second /= poses;
+  health.several_places /= std::max(poses, 1);
   if (healthy > 0 && errors.coverage_3sigma) {
     health.wrong_when_healthy = static_cast<double>(wrong) / healthy;
   }

@@ -66,6 +66,7 @@ struct HealthShares {
   /// Of the poses at which it said healthy: with the truth outside its 3-sigma ellipse of (x, y).
   /// Nothing if there are none, or the estimate states no covariance.
   std::optional<double> wrong_when_healthy;
+  double several_places = 0.0;  ///< share of the poses at which it said that several places fit
 };
 /// Nothing if nothing was said.
 std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said,

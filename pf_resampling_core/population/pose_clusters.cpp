@@ -1,0 +1,360 @@
+#include "pf_resampling_core/population/pose_clusters.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <numeric>
+#include <utility>
+
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/population/pose_statistics.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using Indices = std::vector<Eigen::Index>;
+
+// Share of the weight, of all and of the cluster that is looked at, that a place has at least.
+constexpr double kSmallestShare = 0.02;
+// Share of the variance of two clusters that has to be between them: that of two Gaussians of equal
+// weight whose means are 4 sigma apart. A Gaussian cut in half has 0.64, a uniform density 0.75.
+constexpr double kSeparated = 0.8;
+// So much of a cell's square is variance that a few particles do not show: less than four of them
+// are never two places.
+constexpr double kUnseen = 0.375;
+// Particles that no cell joins to a cluster belong to it within so many of its standard deviations
+// and a cell.
+constexpr double kNear = 5.0;
+// Cells are not smaller: places that are closer are one place.
+constexpr double kSmallestLength = 0.01;  // m
+constexpr double kSmallestAngle = 0.01;   // rad
+// Of the places within places.
+constexpr int kDeepest = 8;
+// Cells beyond so many from the middle are taken together.
+constexpr double kFarthestCell = 1e6;
+
+struct View {
+  ConstArray weights, x, y, heading;
+};
+
+struct Moments {
+  double weight = 0.0;
+  PoseEstimate pose;
+  double effective = 0.0;
+};
+
+Moments moments_of(const View& all, const Indices& members) {
+  const auto count = static_cast<Eigen::Index>(members.size());
+  Eigen::ArrayXd w(count);
+  Eigen::ArrayXd x(count);
+  Eigen::ArrayXd y(count);
+  Eigen::ArrayXd heading(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index k = members[static_cast<std::size_t>(i)];
+    w[i] = all.weights[k];
+    x[i] = all.x[k];
+    y[i] = all.y[k];
+    heading[i] = all.heading[k];
+  }
+  Moments moments;
+  moments.weight = w.sum();
+  if (!(moments.weight > 0.0)) return moments;
+  w /= moments.weight;
+  const PoseStatistics statistics = pose_statistics(w, x, y, heading);
+  moments.pose = {statistics.mean, statistics.covariance};
+  moments.effective = statistics.effective_sample_size;
+  return moments;
+}
+
+double sigma(const Moments& moments, int k) {
+  return std::sqrt(std::max(0.0, moments.pose.covariance(k, k)));
+}
+
+/// Lengths of the cells of a set of particles.
+struct Grid {
+  explicit Grid(const Moments& moments)
+      : middle(moments.pose.mean),
+        length_x(length(moments, 0, kSmallestLength)),
+        length_y(length(moments, 1, kSmallestLength)),
+        bins(static_cast<std::int64_t>(
+            std::max(1.0, std::floor(2.0 * kPi / length(moments, 2, kSmallestAngle))))) {}
+
+  /// Of a density in three dimensions that is to be seen by so many particles (Silverman 1986).
+  static double length(const Moments& moments, int k, double smallest) {
+    return std::max(smallest, sigma(moments, k) * std::pow(moments.effective, -1.0 / 7.0));
+  }
+  static std::uint64_t index(double offset) {
+    const double cell = std::clamp(std::floor(offset), -kFarthestCell, kFarthestCell);
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(cell) + (1 << 20));
+  }
+  /// The column of (x, y), and with it the heading: neighbours of a column are a fixed number away.
+  std::uint64_t column(double x, double y) const {
+    return index((x - middle.x) / length_x) << 22 | index((y - middle.y) / length_y);
+  }
+  std::uint64_t cell(double x, double y, double heading) const {
+    const double turns = (wrap_angle(heading - middle.heading) + kPi) / (2.0 * kPi);
+    const auto bin = static_cast<std::int64_t>(turns * static_cast<double>(bins));
+    return column(x, y) << 16 |
+           static_cast<std::uint64_t>(std::clamp<std::int64_t>(bin, 0, bins - 1));
+  }
+  bool touch(std::uint64_t a, std::uint64_t b) const {
+    const auto difference =
+        std::abs(static_cast<std::int64_t>(a & 0xffffu) - static_cast<std::int64_t>(b & 0xffffu));
+    return difference <= 1 || difference >= bins - 1;
+  }
+
+  Pose2 middle;
+  double length_x, length_y;
+  std::int64_t bins;
+};
+
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+// Joins what touches of the cells of two columns, each from its first cell on; both are in order.
+void join_columns(const std::vector<std::uint64_t>& cells, const Grid& grid, std::size_t first,
+                  std::size_t second, Sets* sets) {
+  const std::uint64_t column = cells[first] >> 16;
+  const std::uint64_t other = cells[second] >> 16;
+  std::size_t from = second;
+  std::size_t end = second;
+  while (end < cells.size() && cells[end] >> 16 == other) ++end;
+  for (std::size_t i = first; i < cells.size() && cells[i] >> 16 == column; ++i) {
+    while (from < end && (cells[from] & 0xffffu) + 1 < (cells[i] & 0xffffu)) ++from;
+    for (std::size_t k = from; k < end && k < from + 3; ++k) {
+      if (grid.touch(cells[i], cells[k])) sets->join(i, k);
+    }
+    // Around +-pi.
+    if (grid.touch(cells[i], cells[second])) sets->join(i, second);
+    if (grid.touch(cells[i], cells[end - 1])) sets->join(i, end - 1);
+  }
+}
+
+/// Sets of particles whose cells touch one another.
+std::vector<Indices> components(const View& all, const Indices& members, const Grid& grid) {
+  std::vector<std::pair<std::uint64_t, Eigen::Index>> sorted;
+  sorted.reserve(members.size());
+  for (const Eigen::Index k : members) {
+    sorted.emplace_back(grid.cell(all.x[k], all.y[k], all.heading[k]), k);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::uint64_t> cells;
+  for (const auto& [cell, k] : sorted) {
+    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+  }
+  std::vector<std::size_t> columns;  // where they begin
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i == 0 || cells[i] >> 16 != cells[i - 1] >> 16) columns.push_back(i);
+  }
+  Sets sets(cells.size());
+  // Half of the neighbours; the others have this one as theirs.
+  const std::array<std::uint64_t, 5> offsets = {0, 1, (1ull << 22) - 1, 1ull << 22,
+                                                (1ull << 22) + 1};
+  for (const std::uint64_t offset : offsets) {
+    std::size_t other = 0;
+    for (const std::size_t column : columns) {
+      const std::uint64_t wanted = (cells[column] >> 16) + offset;
+      while (other < columns.size() && cells[columns[other]] >> 16 < wanted) ++other;
+      if (other == columns.size()) break;
+      if (cells[columns[other]] >> 16 == wanted) {
+        join_columns(cells, grid, column, columns[other], &sets);
+      }
+    }
+  }
+  std::vector<std::size_t> place(cells.size(), cells.size());
+  std::vector<Indices> found;
+  std::size_t cell = 0;
+  for (const auto& [key, k] : sorted) {
+    if (cells[cell] != key) ++cell;
+    const std::size_t root = sets.root(cell);
+    if (place[root] == cells.size()) {
+      place[root] = found.size();
+      found.emplace_back();
+    }
+    found[place[root]].push_back(k);
+  }
+  return found;
+}
+
+// Shares of the variance of both together that are between them, the larger of that of the position
+// along the line between them and that of the heading.
+double separation(const Moments& a, const Moments& b, const Grid& grid) {
+  const double share = a.weight / (a.weight + b.weight);
+  const auto share_between = [&](double distance, double variance_a, double variance_b,
+                                 double cell) {
+    const double between = share * (1.0 - share) * distance * distance;
+    const double within = share * variance_a + (1.0 - share) * variance_b + kUnseen * cell * cell;
+    return between > 0.0 ? between / (between + within) : 0.0;
+  };
+  const Eigen::Vector2d line(b.pose.mean.x - a.pose.mean.x, b.pose.mean.y - a.pose.mean.y);
+  const double distance = line.norm();
+  const Eigen::Vector2d along =
+      distance > 0.0 ? (line / distance).eval() : Eigen::Vector2d::UnitX();
+  const auto variance = [&](const Moments& m) {
+    return (along.transpose() * m.pose.covariance.topLeftCorner<2, 2>() * along).value();
+  };
+  const double cell = std::hypot(along.x() * grid.length_x, along.y() * grid.length_y);
+  return std::max(
+      share_between(distance, variance(a), variance(b), cell),
+      share_between(wrap_angle(b.pose.mean.heading - a.pose.mean.heading), a.pose.covariance(2, 2),
+                    b.pose.covariance(2, 2), 2.0 * kPi / static_cast<double>(grid.bins)));
+}
+
+struct Part {
+  Indices members;
+  Moments moments;
+};
+
+// The least separated two first, until all are two places.
+void merge_what_is_one(const View& all, const Grid& grid, std::vector<Part>* parts) {
+  while (parts->size() > 1) {
+    double least = 1.0;
+    std::pair<std::size_t, std::size_t> two;
+    for (std::size_t a = 0; a < parts->size(); ++a) {
+      for (std::size_t b = a + 1; b < parts->size(); ++b) {
+        const double separated = separation((*parts)[a].moments, (*parts)[b].moments, grid);
+        if (separated < least) {
+          least = separated;
+          two = {a, b};
+        }
+      }
+    }
+    if (least >= kSeparated) return;
+    Part& kept = (*parts)[two.first];
+    const Indices& more = (*parts)[two.second].members;
+    kept.members.insert(kept.members.end(), more.begin(), more.end());
+    std::sort(kept.members.begin(), kept.members.end());
+    kept.moments = moments_of(all, kept.members);
+    parts->erase(parts->begin() + static_cast<std::ptrdiff_t>(two.second));
+  }
+}
+
+// Distance of a particle to a part in units of what is near.
+double distance_to(const Part& part, const Grid& grid, const Pose2& pose) {
+  const Pose2& mean = part.moments.pose.mean;
+  const double turn_length = 2.0 * kPi / static_cast<double>(grid.bins);
+  const double x = (pose.x - mean.x) / (kNear * sigma(part.moments, 0) + grid.length_x);
+  const double y = (pose.y - mean.y) / (kNear * sigma(part.moments, 1) + grid.length_y);
+  const double turn =
+      wrap_angle(pose.heading - mean.heading) / (kNear * sigma(part.moments, 2) + turn_length);
+  return std::max({std::abs(x), std::abs(y), std::abs(turn)});
+}
+
+/// The places among some particles by one grid; what is near none of them is left out.
+std::vector<Part> places(const View& all, const Indices& members, const Moments& moments) {
+  const Grid grid(moments);
+  std::vector<Part> parts;
+  Indices strays;
+  for (Indices& component : components(all, members, grid)) {
+    double weight = 0.0;
+    for (const Eigen::Index k : component) weight += all.weights[k];
+    if (weight < kSmallestShare * moments.weight) {
+      strays.insert(strays.end(), component.begin(), component.end());
+      continue;
+    }
+    std::sort(component.begin(), component.end());
+    Part part;
+    part.moments = moments_of(all, component);
+    part.members = std::move(component);
+    parts.push_back(std::move(part));
+  }
+  if (parts.empty()) return {{members, moments}};
+  merge_what_is_one(all, grid, &parts);
+  std::sort(strays.begin(), strays.end());
+  std::vector<Indices> joining(parts.size());
+  for (const Eigen::Index k : strays) {
+    const Pose2 pose = {all.x[k], all.y[k], all.heading[k]};
+    std::size_t nearest = 0;
+    double least = 1.0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const double distance = distance_to(parts[p], grid, pose);
+      if (distance < least) {
+        least = distance;
+        nearest = p;
+      }
+    }
+    if (least < 1.0) joining[nearest].push_back(k);
+  }
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (joining[p].empty()) continue;
+    Indices& own = parts[p].members;
+    own.insert(own.end(), joining[p].begin(), joining[p].end());
+    std::sort(own.begin(), own.end());
+    parts[p].moments = moments_of(all, own);
+  }
+  return parts;
+}
+
+void find(const View& all, const Part& part, int depth, PoseClusters* found) {
+  std::vector<Part> parts = places(all, part.members, part.moments);
+  const bool is_final =
+      depth == 0 || (parts.size() == 1 && parts.front().members.size() == part.members.size());
+  for (const Part& place : parts) {
+    if (is_final) {
+      found->clusters.push_back({place.moments.weight, place.moments.pose});
+    } else {
+      find(all, place, depth - 1, found);
+    }
+  }
+}
+
+}  // namespace
+
+PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
+                           int most) {
+  const View all = {weights, x, y, heading};
+  Part whole;
+  whole.members.resize(static_cast<std::size_t>(weights.size()));
+  std::iota(whole.members.begin(), whole.members.end(), Eigen::Index{0});
+  whole.moments = moments_of(all, whole.members);
+  PoseClusters found;
+  if (!(whole.moments.weight > 0.0)) return found;
+  const double total = whole.moments.weight;
+  find(all, whole, kDeepest, &found);
+  auto& clusters = found.clusters;
+  for (PoseCluster& cluster : clusters) cluster.weight /= total;
+  std::stable_sort(clusters.begin(), clusters.end(),
+                   [](const PoseCluster& a, const PoseCluster& b) { return a.weight > b.weight; });
+  while (clusters.size() > static_cast<std::size_t>(std::max(most, 0)) ||
+         (clusters.size() > 1 && clusters.back().weight < kSmallestShare)) {
+    clusters.pop_back();
+  }
+  double in_them = 0.0;
+  for (const PoseCluster& cluster : clusters) in_them += cluster.weight;
+  found.rest = std::clamp(1.0 - in_them, 0.0, 1.0);
+  return found;
+}
+
+std::string sentence_of(const PoseClusters& found) {
+  const auto& clusters = found.clusters;
+  if (clusters.size() < 2) return "";
+  std::string text = std::to_string(clusters.size()) + " places fit: ";
+  std::array<char, 96> words{};
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const Pose2& mean = clusters[i].pose.mean;
+    std::snprintf(words.data(), words.size(), "%s%.0f %% at (%.2f, %.2f) m, %.2f rad",
+                  i == 0 ? "" : "; ", 100.0 * clusters[i].weight, mean.x, mean.y, mean.heading);
+    text += words.data();
+  }
+  return text;
+}
+
+}  // namespace pf_resampling
