@@ -20,6 +20,14 @@ namespace {
 // A landmark that less of the weight holds is no part of the map that particles share.
 constexpr double kBelieved = 0.5;
 
+// Of what was computed the halves differ by rounding; what differs by more stays as it is.
+Eigen::Matrix3d without_rounding(const Eigen::Matrix3d& covariance) {
+  constexpr double kRounding = 1e-6;
+  const Eigen::Matrix3d symmetric = covariance.selfadjointView<Eigen::Lower>();
+  const double difference = (symmetric - covariance).cwiseAbs().maxCoeff();
+  return difference <= kRounding * covariance.cwiseAbs().maxCoeff() ? symmetric : covariance;
+}
+
 Eigen::Matrix2d covariance_of(const LandmarkRow& row, Eigen::Index particle) {
   Eigen::Matrix2d covariance;
   covariance << row.xx[particle], row.xy[particle], row.xy[particle], row.yy[particle];
@@ -237,8 +245,9 @@ void FastSlam::take_particles(const SavedMap& map) {
 
 void FastSlam::set_poses(const PoseEstimate& poses) {
   const Pose2 mean = {poses.mean.x, poses.mean.y, wrap_angle(poses.mean.heading)};
+  const Eigen::Matrix3d covariance = without_rounding(poses.covariance);
   std::string fault = map_checks::fault_of_pose(mean);
-  if (fault.empty()) fault = map_checks::fault_of_pose_covariance(poses.covariance);
+  if (fault.empty()) fault = map_checks::fault_of_pose_covariance(covariance);
   if (!fault.empty()) throw Error("poses to set: " + fault + "; give a place and its covariance");
   intervene();
   ++step_;  // for a draw of its own
@@ -246,7 +255,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   paths_.clear();
   past_.forget_drive();
   const Eigen::Index count = particles_.size();
-  const Eigen::Matrix3d root = lower_root(poses.covariance);
+  const Eigen::Matrix3d root = lower_root(covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < count; ++i) {
     const std::uint64_t first = 4 * static_cast<std::uint64_t>(i);

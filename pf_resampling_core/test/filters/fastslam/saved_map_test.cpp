@@ -242,6 +242,14 @@ TEST(SavedMap, SetPosesDrawsFromTheGaussianAndKeepsTheMaps) {
   filter.set_poses(poses);
   EXPECT_EQ(filter.particles().x.minCoeff(), 3.0);
   EXPECT_EQ(filter.particles().x.maxCoeff(), 3.0);
+  // What was computed is symmetric but for rounding; what differs by more is a mistake.
+  poses.covariance = Eigen::Vector3d(0.25, 0.16, 0.04).asDiagonal();
+  poses.covariance(0, 1) = 1e-12;
+  filter.set_poses(poses);
+  poses.covariance(0, 1) = 1e-3;
+  EXPECT_THROW(filter.set_poses(poses), Error);
+  poses.covariance.setZero();
+  filter.set_poses(poses);
   poses.covariance(0, 0) = -1.0;
   EXPECT_THROW(filter.set_poses(poses), Error);
   poses.covariance(0, 0) = 1.0;
