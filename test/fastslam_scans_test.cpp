@@ -305,7 +305,7 @@ TEST(FastSlamScans, PicturesComeAtTheirPeriods) {
   EXPECT_EQ(run.out.pose_arrays.size(), 41u);
   EXPECT_EQ(run.out.markers.size(), 21u);
   EXPECT_EQ(run.out.diagnostics.size(), 11u);
-  EXPECT_EQ(run.out.paths.size(), 5u);  // the first begins with the first scan
+  EXPECT_EQ(run.out.paths.size(), 6u);  // with the first scan, then at 4, 8, ... 20 s
   EXPECT_EQ(run.out.maps.size(), 5u);
 
   // The cloud: weights add up to one, and its weighted mean is the pose.
