@@ -11,7 +11,7 @@ namespace pf_resampling {
 namespace {
 
 // Straight along x at 1 m/s for 100 s among four beacons; odometry begins elsewhere.
-RecordedDrive straight_drive() {
+RecordedDrive straight_drive(double start = 1000.0) {
   RecordedDrive drive;
   for (int i = 0; i < 4; ++i) {
     Beacon beacon;
@@ -39,8 +39,8 @@ RecordedDrive straight_drive() {
   drive.messages.emplace_back(antenna);
   for (int step = 0; step <= 1000; ++step) {
     const double time = 0.1 * step;
-    const ros::Time stamp(1000.0 + time);
-    drive.truth.push_back({1000.0 + time, time, 0.0, 0.0});
+    const ros::Time stamp(start + time);
+    drive.truth.push_back({start + time, time, 0.0, 0.0});
     if (step % 2 == 0) {
       const Beacon& beacon = drive.beacons[static_cast<std::size_t>(step / 2 % 4)];
       BeaconRange range;
@@ -90,13 +90,42 @@ TEST(FaultStudy, KidnappingJoinsTheDriveSeamlessly) {
 
 // By hand: of the four pairs of a lost and a good second, three are in order, one is a tie.
 TEST(FaultStudy, AreaUnderTheCurveByHand) {
-  const std::vector<FaultRun::Sample> samples = {
-      {0.0, 0.1, 0.2}, {1.0, 0.1, 0.6}, {2.0, 9.0, 0.6}, {3.0, 9.0, 0.9}};
+  const std::vector<FaultRun::Sample> samples = {{0.0, 0.1, 0.2, 0.0, true},
+                                                 {1.0, 0.1, 0.6, 0.0, true},
+                                                 {2.0, 9.0, 0.6, 0.0, true},
+                                                 {3.0, 9.0, 0.9, 0.0, true}};
   const LostCharacteristic characteristic = characteristic_of(samples, 1.0);
   EXPECT_DOUBLE_EQ(characteristic.area, 3.5 / 4.0);
   EXPECT_DOUBLE_EQ(characteristic.detected, 1.0);
   EXPECT_DOUBLE_EQ(characteristic.false_alarms, 0.5);
   EXPECT_EQ(characteristic.lost_samples, 2);
+}
+
+// Simulated time begins at zero; a clock that is set back by 20 s then cannot be.
+TEST(FaultStudy, ADriveMayBeginAtZero) {
+  FaultStudyOptions options;
+  options.seeds = 1;
+  options.share = 0.1;
+  options.only = "the clock jumps";
+  options.beacon_mcl.filter.particles = 300;
+  const FaultStudy study =
+      run_fault_study("straight", straight_drive(0.1), options, [](std::uint64_t) {});
+  ASSERT_EQ(study.results.size(), 3u);
+  for (const FaultResult& result : study.results) {
+    EXPECT_TRUE(result.runs.front().back_after(result.begin, study.lost_error)) << result.name;
+  }
+}
+
+// By hand: of four seconds one is healthy and outside, one is not healthy but inside.
+TEST(FaultStudy, HealthIsWrongInBothWays) {
+  FaultRun first, second;
+  first.samples = {{0.0, 0.1, 0.0, 1.0, true}, {1.0, 5.0, 0.0, 9.1, true}};
+  second.samples = {{0.0, 0.1, 0.0, 8.9, false}, {1.0, 5.0, 0.0, 20.0, false}};
+  const HealthCharacteristic health = health_of({first, second});
+  EXPECT_EQ(health.samples, 4);
+  EXPECT_DOUBLE_EQ(health.healthy, 0.5);
+  EXPECT_DOUBLE_EQ(health.wrong_when_healthy, 0.25);
+  EXPECT_DOUBLE_EQ(health.right_when_not, 0.25);
 }
 
 // A map turned by a quarter and shifted; two landmarks do not say how it lies.
@@ -124,7 +153,7 @@ TEST(FaultStudy, GoodAgainIsTenSecondsBelowTheLimit) {
   FaultRun run;
   for (int second = 0; second < 60; ++second) {
     const bool is_bad = (second >= 10 && second < 20) || second == 25;
-    run.samples.push_back({static_cast<double>(second), is_bad ? 5.0 : 0.1, 0.0});
+    run.samples.push_back({static_cast<double>(second), is_bad ? 5.0 : 0.1, 0.0, 0.0, true});
   }
   EXPECT_DOUBLE_EQ(run.back_after(10.0, 1.0).value(), 16.0);
   EXPECT_DOUBLE_EQ(run.largest_error(10.0, 20.0), 5.0);

@@ -54,7 +54,7 @@ PathErrorSample compare(const TruePose& truth, const std::optional<double>& dire
       square_root(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance, Eigen::EigenvaluesOnly)
                       .eigenvalues()
                       .maxCoeff());
-  sample.normalized_squared = mahalanobis_squared(covariance, error);
+  sample.normalized_squared = normalized_squared(covariance, error);
   if (truth.heading) {
     sample.heading = wrap_angle(estimate.pose.heading - *truth.heading);
     sample.normalized_squared_pose = mahalanobis_squared(
@@ -80,7 +80,7 @@ void summarize(PathErrors* errors) {
     if (sample.along_track) along_track.push_back(*sample.along_track);
     if (sample.heading) heading.push_back(*sample.heading);
     inside95.push_back(sample.normalized_squared <= kChiSquare95TwoDof ? 1.0 : 0.0);
-    inside_3sigma.push_back(sample.normalized_squared <= 9.0 ? 1.0 : 0.0);
+    inside_3sigma.push_back(sample.normalized_squared <= kThreeSigmaSquared ? 1.0 : 0.0);
     normalized.push_back(sample.normalized_squared);
     if (sample.normalized_squared_pose) {
       inside95_pose.push_back(*sample.normalized_squared_pose <= kChiSquare95ThreeDof ? 1.0 : 0.0);
@@ -130,6 +130,10 @@ double lost_share(const std::vector<TruePose>& truth, const std::vector<double>&
 }
 
 }  // namespace
+
+double normalized_squared(const Eigen::Matrix2d& covariance, const Eigen::Vector2d& error) {
+  return mahalanobis_squared(covariance, error);
+}
 
 void check_options(const PathErrorOptions& options) {
   if (!(options.clip >= 0.0 && options.clip < 1.0)) {

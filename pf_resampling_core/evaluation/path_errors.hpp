@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -42,6 +43,13 @@ struct AbsoluteErrors {
   double median = 0.0;
 };
 AbsoluteErrors absolute_errors(const std::vector<double>& errors);
+
+/// The 3-sigma region of a place is where normalized_squared() is at most this: 98.9 % if Gaussian.
+inline constexpr double kThreeSigmaSquared = 9.0;
+
+/// Squared length of an error in x and y in standard deviations; infinite if `covariance` has no
+/// inverse.
+double normalized_squared(const Eigen::Matrix2d& covariance, const Eigen::Vector2d& error);
 
 /// The error at one true pose: estimate minus truth.
 struct PathErrorSample {

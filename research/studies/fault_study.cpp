@@ -1,5 +1,6 @@
 #include "research/studies/fault_study.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -51,8 +52,10 @@ class Recorder {
   Recorder(const Fault& fault, FaultRun* run)
       : fault_(fault), run_(run), max_gap_(usual_max_gap(fault.drive.truth)) {}
 
-  void connect(PipelineSinks* sinks, std::function<double()> lost) {
+  void connect(PipelineSinks* sinks, std::function<double()> lost,
+               std::function<bool()> is_healthy) {
     lost_ = std::move(lost);
+    is_healthy_ = std::move(is_healthy);
     sinks->estimate = [this](ros::Time stamp, const PoseEstimate& estimate) {
       take(stamp.toSec() - clock_error_, estimate);
     };
@@ -82,7 +85,11 @@ class Recorder {
     const Pose2 before = is_own ? frame_before_fault() : Pose2();
     for (std::size_t i = 0; i < estimated_.size(); ++i) {
       const Pose2 frame = is_own ? frames_[i].value_or(before) : Pose2();
-      run_->samples[i].error = (moved(estimated_[i], frame) - true_[i]).norm();
+      const Eigen::Vector2d error = moved(estimated_[i], frame) - true_[i];
+      const Eigen::Matrix2d turn = Eigen::Rotation2Dd(frame.heading).toRotationMatrix();
+      run_->samples[i].error = error.norm();
+      run_->samples[i].normalized_squared =
+          normalized_squared(turn * covariances_[i] * turn.transpose(), error);
     }
   }
 
@@ -108,7 +115,9 @@ class Recorder {
     if (!samples.empty() && time - samples.back().time < kSamplePeriod) return;
     const auto truth = interpolate(fault_.drive.truth, time, max_gap_);
     if (!truth) return;
-    samples.push_back({time, 0.0, lost_()});
+    samples.push_back({time, 0.0, lost_(), 0.0, is_healthy_()});
+    covariances_.resize(samples.size());
+    covariances_.back() = estimate.covariance.topLeftCorner<2, 2>();
     estimated_.resize(samples.size());
     true_.resize(samples.size());
     frames_.resize(samples.size());
@@ -135,7 +144,9 @@ class Recorder {
   double max_gap_;
   double clock_error_ = 0.0;
   std::function<double()> lost_;
+  std::function<bool()> is_healthy_;
   std::vector<Eigen::Vector2d> estimated_, true_;  // places, of every sample
+  std::vector<Eigen::Matrix2d> covariances_;       // as published
   std::vector<std::optional<Pose2>> frames_;       // of the map at every sample
   std::optional<Pose2> frame_;
   double map_time_ = -std::numeric_limits<double>::infinity();
@@ -148,7 +159,9 @@ void run_pipeline(const Fault& fault, Options options, int seed, FaultRun* run) 
   Recorder recorder(fault, run);
   Sinks sinks;
   std::unique_ptr<Pipeline> pipeline;
-  recorder.connect(&sinks, [&] { return pipeline->lost_probability(); });
+  recorder.connect(
+      &sinks, [&] { return pipeline->lost_probability(); },
+      [&] { return pipeline->health().health == Health::healthy; });
   if constexpr (std::is_same_v<Sinks, FastSlamSinks>) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
       recorder.watch_map(filter, stamp.toSec());
@@ -200,6 +213,12 @@ json figures_of(const FaultRun& run, const FaultResult& result, double lost_erro
   if (const auto seconds = run.back_after(result.begin, lost_error)) row["good_after"] = *seconds;
   if (run.alarm) row.update({{"alarm_delay", run.alarm->delay}, {"alarm", run.alarm->text}});
   return row;
+}
+
+json to_json(const HealthCharacteristic& health) {
+  return {{"healthy", health.healthy},
+          {"wrong_when_healthy", health.wrong_when_healthy},
+          {"right_when_not", health.right_when_not}};
 }
 
 json summary_of(const std::string& fault, const std::vector<json>& rows) {
@@ -303,6 +322,24 @@ LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& sample
   return result;
 }
 
+HealthCharacteristic health_of(const std::vector<FaultRun>& runs) {
+  HealthCharacteristic health;
+  for (const FaultRun& run : runs) {
+    for (const FaultRun::Sample& sample : run.samples) {
+      const bool is_inside = sample.normalized_squared <= kThreeSigmaSquared;
+      ++health.samples;
+      if (sample.is_healthy) health.healthy += 1.0;
+      if (sample.is_healthy && !is_inside) health.wrong_when_healthy += 1.0;
+      if (!sample.is_healthy && is_inside) health.right_when_not += 1.0;
+    }
+  }
+  const double samples = std::max(1, health.samples);
+  health.healthy /= samples;
+  health.wrong_when_healthy /= samples;
+  health.right_when_not /= samples;
+  return health;
+}
+
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
                            const FaultStudyOptions& options,
                            const std::function<void(std::uint64_t)>& progress) {
@@ -355,12 +392,17 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
 
 StudyReport report_of(const FaultStudy& study) {
   const LostCharacteristic& lost = study.characteristic;
+  std::vector<FaultRun> all;
+  for (const FaultResult& result : study.results) {
+    all.insert(all.end(), result.runs.begin(), result.runs.end());
+  }
   StudyReport report;
   report.about = {{"study", "faults"},
                   {"recording", study.recording},
                   {"seeds", study.options.seeds},
                   {"lost_error", study.lost_error},
                   {"is_in_map", study.is_in_map},
+                  {"health", to_json(health_of(all))},
                   {"lost",
                    {{"area", lost.area},
                     {"detected", lost.detected},
@@ -377,6 +419,8 @@ StudyReport report_of(const FaultStudy& study) {
                     {"alarms", "says so", 0},
                     {"alarm_delay", "after (s)", 1},
                     {"all_finite", "all finite"},
+                    {"wrong_when_healthy", "healthy, yet outside", 4},
+                    {"right_when_not", "inside, not healthy", 4},
                     {"alarm", "says"}};
   report.figures_of_run = {"fault", "seed"};
   for (const char* figure : kMedians) report.figures_of_run.emplace_back(figure);
@@ -389,6 +433,7 @@ StudyReport report_of(const FaultStudy& study) {
       rows.push_back(row);
     }
     report.summary.push_back(summary_of(result.name, rows));
+    report.summary.back().update(to_json(health_of(result.runs)));
     report.runs.insert(report.runs.end(), rows.begin(), rows.end());
   }
   return report;

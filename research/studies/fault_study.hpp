@@ -15,11 +15,11 @@ namespace pf_resampling {
 /// What faults do to a filter, and what it says of them.
 struct FaultStudyOptions {
   BeaconMclPipelineOptions beacon_mcl;  ///< used on drives with beacons
-  FastSlamPipelineOptions fastslam = FastSlamPipelineOptions("fast");  ///< on the others
-  double share = 0.4;  ///< of the drive, before the fault
-  int seeds = 20;      ///< 1 to this
-  int jobs = 1;        ///< runs at a time; the result does not depend on it
-  std::string only;    ///< part of the names of the faults wanted; empty: all
+  FastSlamPipelineOptions fastslam;     ///< on the others
+  double share = 0.4;                   ///< of the drive, before the fault
+  int seeds = 20;                       ///< 1 to this
+  int jobs = 1;                         ///< runs at a time; the result does not depend on it
+  std::string only;                     ///< part of the names of the faults wanted; empty: all
 };
 
 /// A run, second by second.
@@ -28,6 +28,9 @@ struct FaultRun {
     double time = 0.0;
     double error = 0.0;  ///< m
     double lost = 0.0;   ///< probability, as published
+    /// The error in standard deviations of the published covariance.
+    double normalized_squared = 0.0;
+    bool is_healthy = true;  ///< as published: Health::healthy
   };
   struct Alarm {
     double delay = 0.0;  ///< s after the fault
@@ -59,6 +62,14 @@ struct LostCharacteristic {
   double false_alarms = 0.0;  ///< share of the good ones above one half
 };
 
+/// How often the judgement of health is wrong: shares of the seconds.
+struct HealthCharacteristic {
+  int samples = 0;
+  double healthy = 0.0;             ///< it says healthy
+  double wrong_when_healthy = 0.0;  ///< it says so, but the truth is outside the 3-sigma region
+  double right_when_not = 0.0;      ///< it says something else, but the truth is inside
+};
+
 struct FaultStudy {
   std::string recording;
   FaultStudyOptions options;
@@ -84,9 +95,12 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
 /// The characteristic of samples: is the error above `limit`?
 LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit);
 
+/// The characteristic of all samples of some runs.
+HealthCharacteristic health_of(const std::vector<FaultRun>& runs);
+
 /// A row per fault: medians over the runs of the mean errors before, during and after the fault, of
 /// the largest, and of the s until all is good again and until a diagnostic says so; how many runs
-/// recovered, how many said something, and what most of them said.
+/// recovered, how many said something, and what most of them said; how often health was wrong.
 StudyReport report_of(const FaultStudy& study);
 
 }  // namespace pf_resampling

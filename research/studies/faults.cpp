@@ -311,6 +311,17 @@ void add_time_faults(const RecordedDrive& drive, double first, double last, doub
   faults->push_back(loops);
 }
 
+// Clocks that are set back must not go below zero, which no stamp can: simulated time begins there.
+RecordedDrive begun_late(RecordedDrive drive) {
+  constexpr double kEarliest = 3600.0;
+  if (drive.truth.front().time >= kEarliest) return drive;
+  for (TruePose& pose : drive.truth) pose.time += kEarliest;
+  for (DriveMessage& message : drive.messages) {
+    if (!stamp_of(message).isZero()) shift(kEarliest, &message);
+  }
+  return drive;
+}
+
 }  // namespace
 
 Fault kidnapped(const RecordedDrive& drive, double begin, double distance) {
@@ -360,8 +371,9 @@ Fault kidnapped(const RecordedDrive& drive, double begin, double distance) {
   return fault;
 }
 
-std::vector<Fault> all_faults(const RecordedDrive& drive, double share,
+std::vector<Fault> all_faults(const RecordedDrive& given, double share,
                               const RandomStream& random) {
+  const RecordedDrive drive = begun_late(given);
   const double first = drive.truth.front().time;
   const double last = drive.truth.back().time;
   const double begin = first + share * (last - first);

@@ -308,7 +308,7 @@ std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said
     if (next > 0 && said[next - 1].places > 1) health.several_places += 1.0;
     if (name != to_string(Health::healthy)) continue;
     ++healthy;
-    if (!(sample.normalized_squared <= 9.0)) ++wrong;
+    if (!(sample.normalized_squared <= kThreeSigmaSquared)) ++wrong;
   }
   for (auto& entry : health.shares) entry.second /= poses;
   health.several_places /= std::max(poses, 1);

@@ -41,6 +41,12 @@ std::vector<EstimatedPose> displaced(const std::vector<TruePose>& truth, double 
   return path;
 }
 
+TEST(PathErrors, AreNormalizedByTheirCovariance) {
+  const Eigen::Matrix2d covariance = Eigen::Vector2d(4.0, 1.0).asDiagonal();
+  EXPECT_DOUBLE_EQ(normalized_squared(covariance, {2.0, 3.0}), 10.0);
+  EXPECT_TRUE(std::isinf(normalized_squared(Eigen::Matrix2d::Zero(), {2.0, 3.0})));
+}
+
 TEST(PathErrors, SplitsALateralOffset) {
   const auto truth = straight_truth();
   const PathErrors errors = evaluate_path(truth, displaced(truth, 0.0, -1.0));
