@@ -30,6 +30,8 @@ constexpr double kNear = 5.0;
 // Cells are not smaller: places that are closer are one place.
 constexpr double kSmallestLength = 0.01;  // m
 constexpr double kSmallestAngle = 0.01;   // rad
+// Particles that are looked at; of more, so many are picked by their weights.
+constexpr Eigen::Index kEnough = 10000;
 // Of the places within places.
 constexpr int kDeepest = 8;
 // Cells beyond so many from the middle are taken together.
@@ -316,14 +318,25 @@ void find(const View& all, const Part& part, int depth, PoseClusters* found) {
   }
 }
 
-}  // namespace
+// So often is each particle picked by systematic resampling. What was picked twice counts twice,
+// and is still one particle.
+Eigen::ArrayXd picks(ConstArray weights) {
+  const double step = weights.sum() / static_cast<double>(kEnough);
+  Eigen::ArrayXd picked(weights.size());
+  double sum = 0.0;
+  double before = 0.0;
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    sum += weights[i];
+    const double until = std::floor(sum / step + 0.5);
+    picked[i] = until - before;
+    before = until;
+  }
+  return picked;
+}
 
-PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
-                           int most) {
-  const View all = {weights, x, y, heading};
+PoseClusters clusters_of(const View& all, Indices members, int most) {
   Part whole;
-  whole.members.resize(static_cast<std::size_t>(weights.size()));
-  std::iota(whole.members.begin(), whole.members.end(), Eigen::Index{0});
+  whole.members = std::move(members);
   whole.moments = moments_of(all, whole.members);
   PoseClusters found;
   if (!(whole.moments.weight > 0.0)) return found;
@@ -341,6 +354,23 @@ PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, Const
   for (const PoseCluster& cluster : clusters) in_them += cluster.weight;
   found.rest = std::clamp(1.0 - in_them, 0.0, 1.0);
   return found;
+}
+
+}  // namespace
+
+PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
+                           int most) {
+  if (weights.size() > kEnough && weights.sum() > 0.0) {
+    const Eigen::ArrayXd picked = picks(weights);
+    Indices members;
+    for (Eigen::Index i = 0; i < picked.size(); ++i) {
+      if (picked[i] > 0.0) members.push_back(i);
+    }
+    return clusters_of({picked, x, y, heading}, std::move(members), most);
+  }
+  Indices members(static_cast<std::size_t>(weights.size()));
+  std::iota(members.begin(), members.end(), Eigen::Index{0});
+  return clusters_of({weights, x, y, heading}, std::move(members), most);
 }
 
 std::string sentence_of(const PoseClusters& found) {

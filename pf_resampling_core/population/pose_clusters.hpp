@@ -29,7 +29,8 @@ struct PoseClusters {
 /// Clusters of less than 2 % of the weight, and those beyond the `most` heaviest, are in the rest.
 ///
 /// The arrays have equal sizes; `weights` are not negative and have a positive sum. m, rad. Same
-/// input: same result. Takes O(N log N).
+/// input: same result. Takes O(N log N) for up to 10,000 particles; of more, these are picked by
+/// their weights.
 PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
                            int most);
 

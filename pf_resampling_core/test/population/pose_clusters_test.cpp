@@ -71,6 +71,22 @@ TEST(PoseClusters, TwoGaussiansAreTwoPlacesWithTheirWeights) {
   }
 }
 
+// Of many, 10,000 are picked by their weights: a place's weight is off by a pick at most. Few heavy
+// particles at one place, many light ones at the other.
+TEST(PoseClusters, OfVeryManyAreThoseOfTheirWeights) {
+  Particles particles;
+  particles.add_gaussian(1000, 0.6, {1.0, 3.0, 0.5}, 0.3, 0.1, 1);
+  particles.add_gaussian(199000, 0.4, {6.0, 1.0, -2.0}, 0.2, 0.05, 2);
+  const PoseClusters found = particles.clusters();
+  ASSERT_EQ(found.clusters.size(), 2u);
+  EXPECT_NEAR(found.clusters[0].weight, 0.6, 1.1e-4);
+  EXPECT_NEAR(found.clusters[1].weight, 0.4, 1.1e-4);
+  // A mean of 1000 is off by 3 % of sigma, a variance by 4.5 %; six times that.
+  EXPECT_NEAR(found.clusters[0].pose.mean.x, 1.0, 0.06);
+  EXPECT_NEAR(found.clusters[0].pose.covariance(0, 0), 0.09, 0.025);
+  EXPECT_NEAR(found.clusters[1].pose.mean.heading, -2.0, 0.006);
+}
+
 // Of any size: 30 to 30,000 particles, a table or a town.
 TEST(PoseClusters, OneGaussianIsOnePlace) {
   for (const double scale : {0.01, 1.0, 300.0}) {
