@@ -51,6 +51,8 @@ std::vector<BadMessage> bad_messages() {
   bad.push_back(bad_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
   bad.push_back(bad_range("after 2038", R::impossible_stamp,
                           [](auto* m) { m->header.stamp = ros::TIME_MAX; }));
+  bad.push_back(bad_range("seconds of nanoseconds", R::impossible_stamp,
+                          [](auto* m) { m->header.stamp.nsec = 3000000000U; }));
   bad.push_back(bad_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); }));
   bad.push_back(bad_range("far ahead", R::ahead_of_odometry,
                           [](auto* m) { m->header.stamp += ros::Duration(1e6); }));

@@ -61,6 +61,8 @@ std::vector<BadMessage> bad_messages(ros::Time now) {
   add_scan("no frame", R::unknown_frame, [](auto* m) { m->header.frame_id = ""; });
   add_scan("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
   add_scan("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
+  add_scan("seconds of nanoseconds", R::impossible_stamp,
+           [](auto* m) { m->header.stamp.nsec = 3000000000U; });
   add_scan("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
   add_scan("far ahead", R::ahead_of_odometry,
            [](auto* m) { m->header.stamp += ros::Duration(1e6); });

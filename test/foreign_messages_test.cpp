@@ -81,6 +81,19 @@ TEST(ForeignMessages, AprilTagsAreDetectionsOfTheCamera) {
   EXPECT_EQ(tags.transforms[0].transform.translation.z, 3.0);
 }
 
+// A stamp that ROS itself cannot have is for the checks of all messages to reject.
+TEST(ForeignMessages, MayHaveImpossibleStamps) {
+  Bytes bytes;
+  bytes.add(std::uint32_t{0}).add(std::uint32_t{0xffffffff}).add(std::uint32_t{0xffffffff});
+  bytes.add(std::string("camera")).add(std::int32_t{0}).add(std::uint32_t{0});
+  const auto message =
+      bytes.as("fiducial_msgs/FiducialTransformArray",
+               "Header header\nint32 image_seq\nFiducialTransform[] transforms\n"
+               "\n====\nMSG: fiducial_msgs/FiducialTransform\nint32 fiducial_id\n" +
+                   definition_of<std_msgs::Header>("std_msgs/Header"));
+  EXPECT_TRUE(std::get<tf2_msgs::TFMessage>(landmarks_in(message)).transforms.empty());
+}
+
 TEST(ForeignMessages, FiducialTransformsLikewise) {
   geometry_msgs::Transform place;
   place.translation.z = 2.0;

@@ -37,7 +37,9 @@ DescribedMessage described(const topic_tools::ShapeShifter& message) {
 
 std_msgs::Header header_of(const DescribedMessage& header) {
   std_msgs::Header read;
-  read.stamp = ros::Time(header["stamp"].seconds(), header["stamp"].nanoseconds());
+  // As they are: the constructor throws for stamps that no clock has, which the checks reject.
+  read.stamp.sec = header["stamp"].seconds();
+  read.stamp.nsec = header["stamp"].nanoseconds();
   read.frame_id = header["frame_id"].text();
   return read;
 }
@@ -61,30 +63,24 @@ void add_tag(const std_msgs::Header& header, const DescribedMessage& id,
   tags->transforms.push_back(tag);
 }
 
-Tags apriltags_in(const DescribedMessage& message) {
-  Tags tags;
-  const std_msgs::Header header = header_of(message["header"]);
-  for (const DescribedMessage& seen : message["detections"].elements()) {
-    const auto& ids = seen["id"].elements();
-    if (ids.size() == 1) add_tag(header, ids.front(), seen["pose.pose.pose.position"], &tags);
-  }
-  return tags;
-}
+// Where a driver's message has its tags.
+struct TagFields {
+  const char* list;
+  const char* id;
+  bool id_is_list;  // of one; a detection with several ids is a bundle, which is no landmark
+  const char* place;
+};
+constexpr TagFields kInAprilTags{"detections", "id", true, "pose.pose.pose.position"};
+constexpr TagFields kInFiducials{"transforms", "fiducial_id", false, "transform.translation"};
+constexpr TagFields kInAruco{"markers", "id", false, "pose.pose.position"};
 
-Tags fiducials_in(const DescribedMessage& message) {
+Tags tags_in(const DescribedMessage& message, const TagFields& fields) {
   Tags tags;
   const std_msgs::Header header = header_of(message["header"]);
-  for (const DescribedMessage& seen : message["transforms"].elements()) {
-    add_tag(header, seen["fiducial_id"], seen["transform.translation"], &tags);
-  }
-  return tags;
-}
-
-Tags aruco_markers_in(const DescribedMessage& message) {
-  Tags tags;
-  const std_msgs::Header header = header_of(message["header"]);
-  for (const DescribedMessage& seen : message["markers"].elements()) {
-    add_tag(header, seen["id"], seen["pose.pose.position"], &tags);
+  for (const DescribedMessage& seen : message[fields.list].elements()) {
+    const DescribedMessage& id = seen[fields.id];
+    if (fields.id_is_list && id.elements().size() != 1) continue;
+    add_tag(header, fields.id_is_list ? id.elements().front() : id, seen[fields.place], &tags);
   }
   return tags;
 }
@@ -131,9 +127,9 @@ std::optional<int> id_of_detected_tag(const std::string& frame) {
 
 Landmarks landmarks_in(const topic_tools::ShapeShifter& message) {
   const std::string type = message.getDataType();
-  if (type == kAprilTags) return apriltags_in(described(message));
-  if (type == kFiducials) return fiducials_in(described(message));
-  if (type == kAruco) return aruco_markers_in(described(message));
+  if (type == kAprilTags) return tags_in(described(message), kInAprilTags);
+  if (type == kFiducials) return tags_in(described(message), kInFiducials);
+  if (type == kAruco) return tags_in(described(message), kInAruco);
   if (type == kMrptLandmarks) return mrpt_landmarks_in(described(message));
   throw Error("landmarks come as " + type + ", which is not known; see doc/other_drivers.md");
 }

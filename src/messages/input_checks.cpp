@@ -61,6 +61,10 @@ std::optional<Rejection> check(const ros::Time& stamp) {
     return rejection(RejectReason::impossible_stamp, "the stamp is ", stamp.sec,
                      " s, which is too large for ROS 1");
   }
+  if (stamp.nsec >= 1000000000U) {
+    return rejection(RejectReason::impossible_stamp, "the stamp has ", stamp.nsec,
+                     " nanoseconds, which is a second or more");
+  }
   return std::nullopt;
 }
 

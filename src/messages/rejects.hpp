@@ -24,7 +24,7 @@ enum class RejectReason {
   wrong_frame,        ///< frame other than the configured one
   unknown_frame,      ///< no transform from the base frame
   no_stamp,           ///< stamp zero
-  impossible_stamp,   ///< of 2038 or later: ROS cannot reckon with it
+  impossible_stamp,   ///< of 2038 or later, or with a second of nanoseconds or more
   out_of_order,       ///< odometry not newer than the last
   old,                ///< observation before what the filter has already used
   before_odometry,    ///< observation before the first odometry
