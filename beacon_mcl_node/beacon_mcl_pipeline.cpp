@@ -19,7 +19,7 @@ namespace {
 // Weight of a new range in the running means of a beacon, and what its squared innovation is
 // bounded by in them.
 constexpr double kHealthRate = 0.1;
-constexpr double kWildInnovation = 100.0;
+constexpr double kWildInnovation = 50.0;
 // Of the ids of beacons in a sentence, letters.
 constexpr std::size_t kLongestIds = 100;
 
@@ -149,7 +149,7 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
 
 void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double normalized_innovation) {
   BeaconHealth& health = beacon_health_[beacon];
-  // A single wild range says little.
+  // A single wild range says little: two make a misfit.
   const double bounded = std::min(normalized_innovation, kWildInnovation);
   health.normalized_innovation += kHealthRate * (bounded - health.normalized_innovation);
   if (!health.last.isZero() && stamp > health.last) {

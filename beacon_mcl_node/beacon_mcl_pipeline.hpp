@@ -82,6 +82,9 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
     double normalized_innovation = 1.0;  ///< squared innovation over its expected variance
     double period = 0.0;                 ///< s between its ranges; 0 until there were two
     ros::Time last;
+
+    bool is_silent(ros::Time now) const;
+    bool misfits() const;  ///< its ranges have not fitted the belief for a while
   };
 
   std::optional<Rejection> fault_in(const BeaconRange& range) const override;
@@ -102,6 +105,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
   std::string waits_for() const override;
+  void add_health(HealthInputs* inputs) const override;
   void diagnose(diagnostic_msgs::DiagnosticStatus* /*status*/) override {}
   void add_diagnostics(ros::Time stamp, diagnostic_msgs::DiagnosticArray* array) override;
 

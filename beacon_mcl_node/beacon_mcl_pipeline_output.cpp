@@ -68,6 +68,22 @@ std::string BeaconMclPipeline::waits_for() const {
   return belief_ ? "odometry" : "ranges to start from";
 }
 
+bool BeaconMclPipeline::BeaconHealth::is_silent(ros::Time now) const {
+  return period > 0.0 && (now - last).toSec() > kBeaconSilence + kSilentPeriods * period;
+}
+
+bool BeaconMclPipeline::BeaconHealth::misfits() const {
+  return normalized_innovation > kMisfitLimit;
+}
+
+void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
+  for (const auto& [id, health] : beacon_health_) {
+    if (health.misfits() && !health.is_silent(last_observation_)) {
+      inputs->misfit = "the ranges of a beacon";
+    }
+  }
+}
+
 // One that fails shows beside the others; when all do not fit, it is the belief that is wrong.
 void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::DiagnosticArray* array) {
   using diagnostic_msgs::DiagnosticStatus;
@@ -77,12 +93,11 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
     const std::string beacon = "beacon " + std::to_string(id);
     const double silence = (stamp - health.last).toSec();
     const bool others_are_heard = (stamp - last_observation_).toSec() < kBeaconSilence;
-    if (others_are_heard && health.period > 0.0 &&
-        silence > kBeaconSilence + kSilentPeriods * health.period) {
+    if (others_are_heard && health.is_silent(stamp)) {
       worsen(DiagnosticStatus::WARN,
              beacon + " has not been heard for " + number_text(silence) + " s", &status);
     }
-    if (!is_lost && health.normalized_innovation > kMisfitLimit) {
+    if (!is_lost && health.misfits()) {
       worsen(DiagnosticStatus::WARN,
              "the ranges of " + beacon + " do not fit: moved, reflected, or lying?", &status);
     }

@@ -258,6 +258,7 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   const std::string name = "beacon " + std::to_string(third);
   Rig lying;
   Rig silent;
+  Rig wild;  // one range of it, once
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
     const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
     const bool is_late = range != nullptr && (*range)->header.stamp.toSec() > kStart + 20.0;
@@ -265,9 +266,12 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
       BeaconRange lie = **range;
       lie.range += 5.0;
       lying.pipeline.handle(lie);
+      const bool is_first = (*range)->header.stamp.toSec() < kStart + 20.9;
+      wild.pipeline.handle(is_first ? lie : **range);
     } else {
       handle(message, &lying.pipeline);
       handle(message, &silent.pipeline);
+      handle(message, &wild.pipeline);
     }
   }
   EXPECT_NE(said(lying.out, "beacon_mcl: beacons").find(name + " do not fit"), std::string::npos)
@@ -278,6 +282,11 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   Rig good;
   good.feed(BeaconMclDrive::messages(60.0));
   EXPECT_EQ(said(good.out, "beacon_mcl: beacons"), "fine");
+  EXPECT_EQ(lying.out.statuses.back().health, "doubtful") << lying.out.statuses.back().health_text;
+  EXPECT_EQ(silent.out.statuses.back().health, "healthy");
+  const auto is_doubtful = [](const FilterStatus& status) { return status.health == "doubtful"; };
+  const auto& statuses = wild.out.statuses;
+  EXPECT_TRUE(std::none_of(statuses.begin(), statuses.end(), is_doubtful));
   // Neither is lost for it: the others hold the belief.
   EXPECT_LT(lying.error(), 1.0);
   EXPECT_LT(silent.error(), 0.5);

@@ -45,9 +45,9 @@ TEST(FilterHealth, SaysWhatTheNodeSays) {
   EXPECT_EQ(health.ancestors_text(), "480 of 1000, 12 since the start");
   const std::map<Health, Level> levels = {
       {Health::starting, Level::unknown},   {Health::lost, Level::bad},
-      {Health::converging, Level::warning}, {Health::degenerate, Level::warning},
-      {Health::depleted, Level::warning},   {Health::too_slow, Level::warning},
-      {Health::healthy, Level::good}};
+      {Health::converging, Level::warning}, {Health::doubtful, Level::warning},
+      {Health::degenerate, Level::warning}, {Health::depleted, Level::warning},
+      {Health::too_slow, Level::warning},   {Health::healthy, Level::good}};
   for (const Health said : all_values<Health>()) {
     status.health = to_string(said);
     status.health_text = "A sentence about " + to_string(said) + ".";

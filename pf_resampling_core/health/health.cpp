@@ -15,6 +15,7 @@ const EnumNames<Health> kNames{"health",
                                {{Health::starting, "starting"},
                                 {Health::lost, "lost"},
                                 {Health::converging, "converging"},
+                                {Health::doubtful, "doubtful"},
                                 {Health::degenerate, "degenerate"},
                                 {Health::depleted, "depleted"},
                                 {Health::too_slow, "too_slow"},
@@ -41,6 +42,10 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
             is_position ? "the position is uncertain by a good part of the scene"
                         : "the heading is uncertain by a good part of a turn",
             "Drive on until it is known, and do not rely on it before."};
+  }
+  if (!inputs.misfit.empty()) {
+    return {Health::doubtful, inputs.misfit + " do not fit the others: moved, reflected, or lying?",
+            "See which in /diagnostics, and do without until it is right again."};
   }
   if (inputs.sample_size < kFewParticles) {
     return {Health::degenerate, "few particles carry the weight",

@@ -76,6 +76,18 @@ TEST(Health, PositionAndHeadingAreJudgedTogether) {
   EXPECT_EQ(health_of(inputs), Health::healthy);
 }
 
+// Its belief may be that of the beacon that was moved.
+TEST(Health, WhatDoesNotFitTheOthersIsDoubtful) {
+  HealthInputs inputs;
+  inputs.misfit = "the ranges of a beacon";
+  inputs.sample_size = 0.01;
+  EXPECT_EQ(health_of(inputs), Health::doubtful);
+  EXPECT_EQ(judge_health(inputs).reason,
+            "the ranges of a beacon do not fit the others: moved, reflected, or lying?");
+  inputs.position_unknown = 0.6;
+  EXPECT_EQ(health_of(inputs), Health::converging);
+}
+
 // N_eff 1.0 of 500.
 TEST(Health, FewParticlesWithWeightAreADegeneratePopulation) {
   HealthInputs inputs;
@@ -119,7 +131,7 @@ TEST(Health, SlownessIsSaidWhenNothingElseIsWrong) {
 
 // Reasons stand in the diagnostics, where another text is another alarm: they hold no figures.
 TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
-  std::vector<HealthInputs> ill(7);
+  std::vector<HealthInputs> ill(8);
   ill[0].has_belief = false;
   ill[0].waits_for = "odometry";
   ill[1].lost = 1.0;
@@ -129,6 +141,7 @@ TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
   ill[5].histories = 0.0;
   ill[5].needs_past = true;
   ill[6].keeps_up = false;
+  ill[7].misfit = "the ranges of a beacon";
   std::set<std::string> reasons;
   std::set<Health> said = {Health::healthy};
   for (const HealthInputs& inputs : ill) {
