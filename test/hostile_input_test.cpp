@@ -225,6 +225,41 @@ TYPED_TEST(HostileInput, AClockFarAheadIsCountedAndNothingElse) {
   expect_good_again(&run, 20.0);
 }
 
+// ---- the same again ---------------------------------------------------------------------------
+
+// By two publishers, which number their messages on their own: it counts once.
+TYPED_TEST(HostileInput, WhatComesTwiceCountsOnce) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam once, twice;
+  std::uint64_t observations = 0;
+  for (const auto& message : Drive::messages(0.0, 20.0)) {
+    once.feed({message});
+    twice.feed({message});
+    std::visit(
+        [&](const auto& pointer) {
+          using Value = std::decay_t<decltype(*pointer)>;
+          if constexpr (std::is_same_v<Value, typename decltype(TypeParam::pipeline)::Message>) {
+            auto again = boost::make_shared<Value>(*pointer);
+            again->header.seq += 100;
+            twice.feed({again});
+            ++observations;
+          }
+        },
+        message);
+  }
+  ASSERT_GT(observations, 10u);
+  EXPECT_EQ(twice.pipeline.rejects().total(), observations);
+  EXPECT_EQ(twice.pipeline.rejects().count(decltype(twice.pipeline)::kObservations,
+                                           RejectReason::repeated),
+            observations);
+  ASSERT_EQ(once.out.poses.size(), twice.out.poses.size());
+  EXPECT_EQ(once.out.poses.back().pose, twice.out.poses.back().pose);
+  // A bag that is played again says what it said before.
+  twice.pipeline.reset();
+  twice.feed(Drive::messages(0.0, 20.0));
+  EXPECT_EQ(twice.pipeline.rejects().total(), observations);
+}
+
 // ---- odometry out of this world ----------------------------------------------------------------
 
 TYPED_TEST(HostileInput, OdometryOutOfThisWorldIsNotBelievedHoweverOftenItComes) {

@@ -24,6 +24,7 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                               {Reason::no_stamp, "no_stamp"},
                                               {Reason::impossible_stamp, "impossible_stamp"},
                                               {Reason::out_of_order, "out_of_order"},
+                                              {Reason::repeated, "repeated"},
                                               {Reason::old, "old"},
                                               {Reason::before_odometry, "before_odometry"},
                                               {Reason::ahead_of_odometry, "ahead_of_odometry"},

@@ -26,6 +26,7 @@ enum class RejectReason {
   no_stamp,           ///< stamp zero
   impossible_stamp,   ///< of 2038 or later, or with a second of nanoseconds or more
   out_of_order,       ///< odometry not newer than the last
+  repeated,           ///< an observation that came before, as it is
   old,                ///< observation before what the filter has already used
   before_odometry,    ///< observation before the first odometry
   ahead_of_odometry,  ///< observation too far ahead of the newest odometry

@@ -238,6 +238,8 @@ class FilterPipeline {
   void drop_oldest();
   void drop_late();
   bool is_covered(const Message& message) const;
+  bool came_before(const Message& message) const;
+  void note_used(const std::vector<Message>& group);
   void update(const std::vector<Message>& group);
   void move_on(const OdometryIncrement& motion, ros::Time stamp);
   void carry_belief_forward();
@@ -254,6 +256,7 @@ class FilterPipeline {
   std::string strategy_;
   std::string refused_;          // why parameters were refused last; empty once some were taken
   std::deque<Message> waiting_;  // in order of time
+  std::deque<Message> used_;     // of which another may come that is not too old
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
   /// Of an earlier run, and its file; until odometry and filter are there.
   std::optional<std::pair<SavedPose, std::string>> offered_pose_;

@@ -132,12 +132,37 @@ void FilterPipeline<Types>::handle(const Message& message) {
   if (const auto rejection = odometry_.check_ahead(stamp, options_.max_ahead)) {
     return reject(*rejection);
   }
+  if (came_before(message)) {
+    return reject({RejectReason::repeated,
+                   "the same came before, and counts once: does something "
+                   "else publish it, too?"});
+  }
   const auto place = std::upper_bound(
       waiting_.begin(), waiting_.end(), stamp,
       [](const ros::Time& earlier, const Message& other) { return earlier < other.header.stamp; });
   waiting_.insert(place, message);
   if (queued() > options_.queue_length) drop_oldest();
   process_ready();
+}
+
+// Twice the same would count as two measurements, and make a belief that is too sure.
+template <typename Types>
+bool FilterPipeline<Types>::came_before(const Message& message) const {
+  Message wanted = message;
+  const auto is_same = [&](const Message& other) {
+    if (other.header.stamp != message.header.stamp) return false;
+    wanted.header.seq = other.header.seq;  // of the publisher
+    return other == wanted;
+  };
+  return std::any_of(waiting_.begin(), waiting_.end(), is_same) ||
+         std::any_of(used_.begin(), used_.end(), is_same);
+}
+
+template <typename Types>
+void FilterPipeline<Types>::note_used(const std::vector<Message>& group) {
+  used_.insert(used_.end(), group.begin(), group.end());
+  const ros::Duration window(simultaneous().value_or(0.0));
+  while (used_.front().header.stamp + window < odometry_.used()) used_.pop_front();
 }
 
 template <typename Types>
@@ -295,6 +320,7 @@ void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
   pending_start_.reset();
   refuse_offered_pose("a checkpoint says more");
   waiting_.clear();
+  used_.clear();
   forget_observations();
   reported_weight_resets_ = 0;
   odometry_.resume(progress, noise());
@@ -494,6 +520,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   const double update_time = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
 
   odometry_.use_until(stamp, noise());
+  note_used(group);
   note_step(stamp);
   take_belief();
   timing_.add(update_time, stamp);
@@ -530,6 +557,7 @@ void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
         std::to_string(waiting_.size()) + " waiting " + Types::kNames.plural + " are dropped");
   }
   waiting_.clear();
+  used_.clear();
   if (jump.time_jumped) imu_heading_.clear();
   forget_observations();
   last_observation_ = ros::Time();
