@@ -121,7 +121,9 @@ TEST(FaultStudy, HealthIsWrongInBothWays) {
   FaultRun first, second;
   first.samples = {{0.0, 0.1, 0.0, 1.0, true}, {1.0, 5.0, 0.0, 9.1, true}};
   second.samples = {{0.0, 0.1, 0.0, 8.9, false}, {1.0, 5.0, 0.0, 20.0, false}};
-  const HealthCharacteristic health = health_of({first, second});
+  FaultRun at_start;  // where the frame is laid there is nothing to be judged
+  at_start.samples = {{0.0, 0.0, 0.0, std::nullopt, true}};
+  const HealthCharacteristic health = health_of({at_start, first, second});
   EXPECT_EQ(health.samples, 4);
   EXPECT_DOUBLE_EQ(health.healthy, 0.5);
   EXPECT_DOUBLE_EQ(health.wrong_when_healthy, 0.25);

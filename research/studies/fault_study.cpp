@@ -83,17 +83,31 @@ class Recorder {
   void judge() {
     const bool is_own = fault_.drive.beacons.empty() && !estimated_.empty();
     const Pose2 before = is_own ? frame_before_fault() : Pose2();
+    const std::optional<Pose2> of_start = is_own ? frame_of_start() : std::nullopt;
     for (std::size_t i = 0; i < estimated_.size(); ++i) {
       const Pose2 frame = is_own ? frames_[i].value_or(before) : Pose2();
-      const Eigen::Vector2d error = moved(estimated_[i], frame) - true_[i];
-      const Eigen::Matrix2d turn = Eigen::Rotation2Dd(frame.heading).toRotationMatrix();
-      run_->samples[i].error = error.norm();
-      run_->samples[i].normalized_squared =
-          normalized_squared(turn * covariances_[i] * turn.transpose(), error);
+      run_->samples[i].error = (moved(estimated_[i], frame) - true_[i]).norm();
+      if (!of_start || i > 0)
+        run_->samples[i].normalized_squared = normalized(i, of_start.value_or(frame));
     }
   }
 
  private:
+  /// The squared error of a sample in standard deviations, with the estimate laid on the truth so.
+  double normalized(std::size_t i, const Pose2& frame) const {
+    const Eigen::Matrix2d turn = Eigen::Rotation2Dd(frame.heading).toRotationMatrix();
+    return normalized_squared(turn * covariances_[i] * turn.transpose(),
+                              moved(estimated_[i], frame) - true_[i]);
+  }
+
+  /// Lays the first sample on the truth, if that has a heading. A covariance says how far the robot
+  /// may be from where it started, not from a map that is laid on the truth as it grows.
+  std::optional<Pose2> frame_of_start() const {
+    if (!first_heading_) return std::nullopt;
+    return compose({true_.front().x(), true_.front().y(), *first_heading_},
+                   relative(first_estimate_, {}));
+  }
+
   /// Laid on the truth where the path fits best before the fault.
   Pose2 frame_before_fault() const {
     std::vector<Eigen::Vector2d> from, to;
@@ -115,7 +129,11 @@ class Recorder {
     if (!samples.empty() && time - samples.back().time < kSamplePeriod) return;
     const auto truth = interpolate(fault_.drive.truth, time, max_gap_);
     if (!truth) return;
-    samples.push_back({time, 0.0, lost_(), 0.0, is_healthy_()});
+    if (samples.empty()) {
+      first_estimate_ = estimate.mean;
+      first_heading_ = truth->heading;
+    }
+    samples.push_back({time, 0.0, lost_(), std::nullopt, is_healthy_()});
     covariances_.resize(samples.size());
     covariances_.back() = estimate.covariance.topLeftCorner<2, 2>();
     estimated_.resize(samples.size());
@@ -149,6 +167,8 @@ class Recorder {
   std::vector<Eigen::Matrix2d> covariances_;       // as published
   std::vector<std::optional<Pose2>> frames_;       // of the map at every sample
   std::optional<Pose2> frame_;
+  Pose2 first_estimate_;
+  std::optional<double> first_heading_;  // the true one, rad
   double map_time_ = -std::numeric_limits<double>::infinity();
   std::set<std::string> usual_;
 };
@@ -326,7 +346,8 @@ HealthCharacteristic health_of(const std::vector<FaultRun>& runs) {
   HealthCharacteristic health;
   for (const FaultRun& run : runs) {
     for (const FaultRun::Sample& sample : run.samples) {
-      const bool is_inside = sample.normalized_squared <= kThreeSigmaSquared;
+      if (!sample.normalized_squared) continue;
+      const bool is_inside = *sample.normalized_squared <= kThreeSigmaSquared;
       ++health.samples;
       if (sample.is_healthy) health.healthy += 1.0;
       if (sample.is_healthy && !is_inside) health.wrong_when_healthy += 1.0;

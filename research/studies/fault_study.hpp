@@ -28,8 +28,9 @@ struct FaultRun {
     double time = 0.0;
     double error = 0.0;  ///< m
     double lost = 0.0;   ///< probability, as published
-    /// The error in standard deviations of the published covariance.
-    double normalized_squared = 0.0;
+    /// The squared error in standard deviations of the published covariance, in the frame that this
+    /// is stated in: that of beacons or of the robot's start, where nothing is to be found out.
+    std::optional<double> normalized_squared;
     bool is_healthy = true;  ///< as published: Health::healthy
   };
   struct Alarm {
