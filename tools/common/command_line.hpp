@@ -4,6 +4,7 @@
 #include <exception>
 #include <functional>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,12 @@ class CommandLine {
   template <typename T>
   void option(const std::string& name, const std::string& value_name, const T& default_value,
               const std::string& help) {
+    std::ostringstream text;  // 0.4, not 0.40000000000000002
+    text << default_value;
     add(name,
-        boost::program_options::value<T>()->default_value(default_value)->value_name(value_name),
+        boost::program_options::value<T>()
+            ->default_value(default_value, text.str())
+            ->value_name(value_name),
         help);
   }
 
