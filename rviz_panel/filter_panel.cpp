@@ -149,7 +149,7 @@ void FilterPanel::add_health(QVBoxLayout* layout) {
        "Ticks: renewals.",
        1.0});
   ancestors_strip_ =
-      add({"Distinct ancestors",
+      add({"Ancestors",
            "Particles that had descendants at the last renewal, as share of the "
            "particles.\nFew: the population is depleted. With a map it is those of the "
            "start, whose number can only fall.",
