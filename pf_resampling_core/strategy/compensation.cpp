@@ -11,6 +11,8 @@
 namespace pf_resampling {
 namespace {
 
+constexpr double kRounding = 1e-12;  // of weights that sum to one
+
 // Throws unless the weights are a distribution, up to their sum, which is returned.
 double checked_sum(ConstArray weights) {
   if (weights.size() < 1) throw Error("compensation: there are no weights; give at least one");
@@ -83,8 +85,11 @@ std::vector<std::size_t> partners(Pairing pairing, ConstArray weights,
   return ranks;
 }
 
-double share_of(double low, double high) {
-  return low + high > 0.0 ? low / (low + high) : 0.5;
+BlendPair pair_of(int low, int high, ConstArray weights, double sum, Blend blend) {
+  const double weak = weights[low];
+  const double strong = weights[high];
+  if (blend == Blend::literal) return {low, high, weak / sum, (weak + strong) / sum};
+  return {low, high, weak + strong > 0.0 ? weak / (weak + strong) : 0.5};
 }
 
 // Every pair, or strong particle with all its weak ones, gets the mean of its weights.
@@ -113,6 +118,12 @@ const EnumNames<Pairing>& names_of(Pairing) {
   return names;
 }
 
+const EnumNames<Blend>& names_of(Blend) {
+  static const EnumNames<Blend> names(
+      "blend", {{Blend::normalized, "normalized"}, {Blend::literal, "literal"}});
+  return names;
+}
+
 const EnumNames<CovarianceTreatment>& names_of(CovarianceTreatment) {
   static const EnumNames<CovarianceTreatment> names(
       "covariance treatment", {{CovarianceTreatment::keep, "keep"},
@@ -136,8 +147,13 @@ void add_parameters(CompensationOptions* options, ParameterList* parameters) {
       group + "ratio", &options->ratio, 0.0, 1.0, "",
       "Share of the weak half of the particles that is blended, weakest first."));
   parameters->push_back(choice_parameter(
-      group + "covariance", &options->covariance,
-      "Covariance of a blended landmark: kept, or matched to the moments of both."));
+      group + "blend", &options->blend,
+      "Shares of a pair: its weights divided by their sum, or equations 7 and 8 of Kwak (2008) as "
+      "printed, by which the filter diverges."));
+  parameters->push_back(
+      choice_parameter(group + "covariance", &options->covariance,
+                       "Covariance of what is blended besides the pose (landmarks, calibration): "
+                       "kept, or matched to the moments of both."));
   parameters->push_back(
       choice_parameter(group + "weights_after", &options->weights_after,
                        "Weights after compensation: all equal (reset), or the mean of each pair."));
@@ -161,9 +177,7 @@ CompensationResult compensate(const CompensationOptions& options, ConstArray wei
   CompensationResult result;
   result.pairs.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const int low = slots[i];
-    const int high = slots[ranks[i]];
-    result.pairs[i] = {low, high, share_of(weights[low], weights[high])};
+    result.pairs[i] = pair_of(slots[i], slots[ranks[i]], weights, sum, options.blend);
   }
 
   if (options.weights_after == CompensatedWeights::reset) {
@@ -186,8 +200,12 @@ void check_pairs(const std::vector<BlendPair>& pairs, int particles) {
     if (pair.low < 0 || pair.low >= particles || pair.high < 0 || pair.high >= particles) {
       bad_pair(pair, "there are " + std::to_string(particles) + " particles");
     }
-    if (!(pair.share >= 0.0 && pair.share <= 1.0)) {
-      bad_pair(pair, "its share is " + std::to_string(pair.share) + " and must be in [0, 1]");
+    if (!(pair.total >= 0.0 && pair.total <= 1.0 + kRounding)) {
+      bad_pair(pair, "their shares sum to " + std::to_string(pair.total) + ", more than 1");
+    }
+    if (!(pair.share >= 0.0 && pair.share <= pair.total)) {
+      bad_pair(pair, "its share is " + std::to_string(pair.share) + " and must be in [0, " +
+                         std::to_string(pair.total) + "]");
     }
     std::uint8_t& role_of_low = roles[static_cast<std::size_t>(pair.low)];
     std::uint8_t& role_of_high = roles[static_cast<std::size_t>(pair.high)];
@@ -207,11 +225,30 @@ void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArr
                 " headings; give as many of each as there are particles");
   }
   check_pairs(pairs, static_cast<int>(x.size()));
-  for (const auto& [low, high, share] : pairs) {
-    const double rest = 1.0 - share;
-    x[low] = share * x[low] + rest * x[high];
-    y[low] = share * y[low] + rest * y[high];
-    heading[low] = wrap_angle(heading[low] + rest * wrap_angle(heading[high] - heading[low]));
+  blend_means(pairs, x);
+  blend_means(pairs, y);
+  for (const BlendPair& pair : pairs) {
+    double& low = heading[pair.low];
+    const double towards = pair.total > 0.0 ? pair.share_of_high() / pair.total : 0.0;
+    low = wrap_angle(pair.total * (low + towards * wrap_angle(heading[pair.high] - low)));
+  }
+}
+
+void blend_means(const std::vector<BlendPair>& pairs, MutableArray values) {
+  for (const BlendPair& pair : pairs) {
+    values[pair.low] = pair.share * values[pair.low] + pair.share_of_high() * values[pair.high];
+  }
+}
+
+void blend_covariances(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment,
+                       ConstArray first, ConstArray second, MutableArray covariances) {
+  if (treatment == CovarianceTreatment::keep) return;
+  for (const BlendPair& pair : pairs) {
+    const double rest = pair.share_of_high();
+    const double apart =
+        (first[pair.high] - first[pair.low]) * (second[pair.high] - second[pair.low]);
+    covariances[pair.low] = pair.share * covariances[pair.low] + rest * covariances[pair.high] +
+                            pair.share * rest * apart;
   }
 }
 

@@ -117,6 +117,7 @@ class Twins {
     for (int i = 0; i < lows; ++i) {
       const int high = lows + (i * step) % (size - lows);
       pairs.push_back({i, high, 0.5 * bytes_->byte() / 255.0});
+      if (bytes_->flip()) pairs.back().total = pairs.back().share + 0.5 * bytes_->byte() / 255.0;
     }
     const auto treatment =
         bytes_->flip() ? CovarianceTreatment::moment_matched : CovarianceTreatment::keep;

@@ -157,6 +157,7 @@ class BeaconMcl {
   void weigh(const RangeObservation& range);
   void normalize_weights();
   void renew();
+  void blend(const std::vector<BlendPair>& pairs);
   bool recovery_is_due() const;
   void inject();
   void learn_range_noise(double nominal_variance, double variance, ConstArray innovation,

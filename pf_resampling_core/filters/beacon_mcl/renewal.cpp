@@ -14,16 +14,13 @@ void BeaconMcl::renew() {
     select_columns(ancestors, &particles_);
     ancestry_.select(ancestors);
   };
-  // The weak move towards the strong, and keep what they have learnt.
-  const auto blend = [this](const std::vector<BlendPair>& pairs) {
-    blend_poses(pairs, particles_.x, particles_.y, particles_.heading);
-  };
   // In a cloud that is all wrong every particle fits as badly as the others: their weights stay
   // equal, and N_eff says that all is well. So recovery may renew before it is due.
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, recovery_is_due(),
       [this](RandomPurpose purpose) { return stream(purpose); },
-      population_of(&particles_, select, blend));
+      population_of(&particles_, select,
+                    [this](const std::vector<BlendPair>& pairs) { blend(pairs); }));
   status_.renewed = outcome.renewed;
   if (!outcome.renewed) return;
   status_.renewals = strategy_.renewals();
@@ -32,6 +29,32 @@ void BeaconMcl::renew() {
   inject();
   vary_noise_factors();
   if (options_.adaptive_count.enabled) adapt_count();
+}
+
+// Pose, and what the particle has learnt: its Kalman filters, and its factors of the noise, which
+// are log-normal.
+void BeaconMcl::blend(const std::vector<BlendPair>& pairs) {
+  BeaconMclParticles& p = particles_;
+  const CovarianceTreatment treatment = options_.strategy.compensation.covariance;
+  blend_poses(pairs, p.x, p.y, p.heading);
+  blend_covariances(pairs, treatment, p.yaw_rate_bias, p.yaw_rate_bias, p.yaw_rate_bias_variance);
+  blend_means(pairs, p.yaw_rate_bias);
+  for (Eigen::ArrayXd* factor : {&p.translation_factor, &p.heading_factor}) {
+    for (const BlendPair& pair : pairs) {
+      double& low = (*factor)[pair.low];
+      low = std::exp(pair.share * std::log(low) +
+                     pair.share_of_high() * std::log((*factor)[pair.high]));
+    }
+  }
+  for (Eigen::Index radio = 0; radio < p.scale.cols(); ++radio) {
+    const auto scale = p.scale.col(radio);
+    const auto bias = p.bias.col(radio);
+    blend_covariances(pairs, treatment, scale, scale, p.scale_variance.col(radio));
+    blend_covariances(pairs, treatment, scale, bias, p.scale_bias_covariance.col(radio));
+    blend_covariances(pairs, treatment, bias, bias, p.bias_variance.col(radio));
+    blend_means(pairs, p.scale.col(radio));
+    blend_means(pairs, p.bias.col(radio));
+  }
 }
 
 bool BeaconMcl::recovery_is_due() const {

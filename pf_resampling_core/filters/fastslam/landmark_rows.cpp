@@ -31,7 +31,7 @@ PF_RESAMPLING_LANES void blend_lanes(const LoggedBlend& blend, const TileFields&
     const std::ptrdiff_t low = std::ptrdiff_t{blend.low[p]} * kLanes;
     const std::ptrdiff_t high = std::ptrdiff_t{blend.high[p]} * kLanes;
     const double share = blend.share[p];
-    const double rest = 1.0 - share;
+    const double rest = blend.rest[p];
     constexpr std::size_t kFields = with_covariances ? kMeansAndCovariances : kMeans;
     Doubles lows[kFields];
     Doubles highs[kFields];
@@ -157,7 +157,7 @@ void blend(const LoggedBlend& blend, RowMemory* row) {
     const int high = blend.high[p];
     if (!all_hold && !(held[low] != 0 && held[high] != 0)) continue;
     const double share = blend.share[p];
-    const double rest = 1.0 - share;
+    const double rest = blend.rest[p];
     if (moment_matched) {
       const double dx = x[high] - x[low];
       const double dy = y[high] - y[low];

@@ -127,10 +127,7 @@ void OdometryErrorEstimator::select(ConstIndices ancestors) {
 }
 
 void OdometryErrorEstimator::blend(const std::vector<BlendPair>& pairs) {
-  for (const BlendPair& pair : pairs) {
-    state_.means.row(pair.low) =
-        pair.share * state_.means.row(pair.low) + (1.0 - pair.share) * state_.means.row(pair.high);
-  }
+  for (Eigen::Index k = 0; k < state_.means.cols(); ++k) blend_means(pairs, state_.means.col(k));
 }
 
 }  // namespace pf_resampling

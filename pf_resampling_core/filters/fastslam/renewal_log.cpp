@@ -65,10 +65,12 @@ void RenewalLog::append_blend(const std::vector<BlendPair>& pairs, CovarianceTre
   blend.low.reserve(pairs.size());
   blend.high.reserve(pairs.size());
   blend.share.reserve(pairs.size());
+  blend.rest.reserve(pairs.size());
   for (const BlendPair& pair : pairs) {
     blend.low.push_back(pair.low);
     blend.high.push_back(pair.high);
     blend.share.push_back(pair.share);
+    blend.rest.push_back(pair.share_of_high());
   }
   blend.treatment = treatment;
   kept_blends_.push_back(std::move(blend));
@@ -151,7 +153,7 @@ ComposedSelection RenewalLog::selections_from(std::int64_t version) {
 std::size_t RenewalLog::memory() const {
   std::size_t bytes = steps_.size() * sizeof(Step);
   for (std::size_t i = 0; i < kept_blends_.size(); ++i) {
-    bytes += kept_blends_[i].low.size() * (2 * sizeof(int) + sizeof(double));
+    bytes += kept_blends_[i].low.size() * (2 * sizeof(int) + 2 * sizeof(double));
   }
   for (const Level& level : levels_) {
     for (std::size_t i = 0; i < level.maps.size(); ++i) bytes += level.maps[i].size() * sizeof(int);

@@ -14,6 +14,7 @@ struct LoggedBlend {
   std::vector<int> low;
   std::vector<int> high;
   std::vector<double> share;
+  std::vector<double> rest;  ///< share of the high one
   CovarianceTreatment treatment = CovarianceTreatment::keep;
 };
 

@@ -195,6 +195,37 @@ TEST(Compensation, SharesHoldForTheSmallestWeights) {
   EXPECT_NEAR(result.pairs[0].share, 0.25, 1e-12);
 }
 
+// Kwak eqs. 7 and 8 with the weights as they are: 0.1 of the weak and 0.4 of the strong pose.
+TEST(Compensation, LiteralPairsGoTowardsTheOrigin) {
+  CompensationOptions options;
+  options.blend = Blend::literal;
+  const auto result = compensate(options, 2.0 * array({0.1, 0.2, 0.3, 0.4}), test_stream(0));
+  ASSERT_EQ(result.pairs.size(), 2u);
+  expect_pair(result.pairs[0], 0, 3, 0.1);
+  EXPECT_DOUBLE_EQ(result.pairs[0].total, 0.5);
+  Eigen::ArrayXd x = array({10.0, 20.0, 30.0, 40.0}), y = -x, heading = array({0.1, 0.2, 0.3, 0.4});
+  blend_poses(result.pairs, x, y, heading);
+  EXPECT_TRUE(x.isApprox(array({17.0, 13.0, 30.0, 40.0}), 1e-15));
+  EXPECT_TRUE(y.isApprox(-x));
+  EXPECT_TRUE(heading.isApprox(array({0.17, 0.13, 0.3, 0.4}), 1e-14));
+}
+
+// By hand: (1, 2) and (5, 0) with shares 1/4 and 3/4 are (4, 0.5), and 3/16 of (4, -2) squared is
+// between them.
+TEST(Compensation, CovariancesAreKeptOrMatchTheMomentsOfBoth) {
+  const std::vector<BlendPair> pairs = {{0, 1, 0.25}};
+  const Eigen::ArrayXd x = array({1.0, 5.0}), y = array({2.0, 0.0});
+  Eigen::ArrayXd xx = array({0.4, 0.8}), xy = array({0.1, -0.1}), means = x;
+  blend_covariances(pairs, CovarianceTreatment::keep, x, x, xx);
+  EXPECT_TRUE((xx == array({0.4, 0.8})).all());
+  blend_covariances(pairs, CovarianceTreatment::moment_matched, x, x, xx);
+  blend_covariances(pairs, CovarianceTreatment::moment_matched, x, y, xy);
+  EXPECT_TRUE(xx.isApprox(array({0.7 + 3.0, 0.8}), 1e-15));
+  EXPECT_TRUE(xy.isApprox(array({-0.05 - 1.5, -0.1}), 1e-15));
+  blend_means(pairs, means);
+  EXPECT_TRUE((means == array({4.0, 5.0})).all());
+}
+
 TEST(Compensation, ResetGivesAllTheSameWeight) {
   const auto result = compensate_with(Pairing::rank, array({0.1, 0.2, 0.3, 0.4}));
   EXPECT_TRUE((result.log_weights == -std::log(4.0)).all());
@@ -228,6 +259,7 @@ TEST(Compensation, WeightsAreNormalizedAfterwards) {
     for (const Pairing pairing : all_values<Pairing>()) {
       for (const CompensatedWeights policy : all_values<CompensatedWeights>()) {
         CompensationOptions options;
+        options.blend = step % 2 == 0 ? Blend::normalized : Blend::literal;
         options.pairing = pairing;
         options.ratio = 1.0 / (1 + step % 4);
         options.weights_after = policy;

@@ -54,7 +54,7 @@ class EagerStore {
         const auto h = static_cast<std::size_t>(pair.high);
         if (row.held[l] == 0 || row.held[h] == 0) continue;
         const double a = pair.share;
-        const double b = 1.0 - pair.share;
+        const double b = pair.share_of_high();
         auto& [x, y, xx, xy, yy, log_odds] = row.fields;
         const double dx = x[h] - x[l];
         const double dy = y[h] - y[l];

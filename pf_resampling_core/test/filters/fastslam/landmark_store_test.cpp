@@ -139,6 +139,7 @@ class Twins {
       const double share = below(10) == 0 ? 0.0 : 0.5 * below(1000) / 999.0;
       pairs.push_back(
           {slots[static_cast<std::size_t>(i)], slots[static_cast<std::size_t>(high)], share});
+      if (below(4) == 0) pairs.back().total = share + 0.5 * below(1000) / 999.0;  // as printed
     }
     const auto treatment =
         below(3) == 0 ? CovarianceTreatment::moment_matched : CovarianceTreatment::keep;
