@@ -17,9 +17,10 @@ template class FilterPipeline<BeaconMclTypes>;
 namespace {
 
 // Weight of a new range in the running means of a beacon, and what its squared innovation is
-// bounded by in them.
+// bounded by in them; and from where on, squared, it does not fit.
 constexpr double kHealthRate = 0.1;
-constexpr double kWildInnovation = 50.0;
+constexpr double kWildInnovation = 100.0;
+constexpr double kThreeSigmaSquared = 9.0;
 // Of the ids of beacons in a sentence, letters.
 constexpr std::size_t kLongestIds = 100;
 
@@ -149,9 +150,11 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
 
 void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double normalized_innovation) {
   BeaconHealth& health = beacon_health_[beacon];
-  // A single wild range says little: two make a misfit.
+  // A single wild range says little.
   const double bounded = std::min(normalized_innovation, kWildInnovation);
   health.normalized_innovation += kHealthRate * (bounded - health.normalized_innovation);
+  const double misfit = normalized_innovation > kThreeSigmaSquared ? 1.0 : 0.0;
+  health.misfit_share += kHealthRate * (misfit - health.misfit_share);
   if (!health.last.isZero() && stamp > health.last) {
     const double period = (stamp - health.last).toSec();
     health.period =

@@ -83,8 +83,9 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
     double period = 0.0;                 ///< s between its ranges; 0 until there were two
     ros::Time last;
 
+    double misfit_share = 0.0;  ///< of its ranges, beyond three sigma
+
     bool is_silent(ros::Time now) const;
-    bool misfits() const;  ///< its ranges have not fitted the belief for a while
   };
 
   std::optional<Rejection> fault_in(const BeaconRange& range) const override;

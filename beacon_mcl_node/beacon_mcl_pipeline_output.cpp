@@ -72,13 +72,9 @@ bool BeaconMclPipeline::BeaconHealth::is_silent(ros::Time now) const {
   return period > 0.0 && (now - last).toSec() > kBeaconSilence + kSilentPeriods * period;
 }
 
-bool BeaconMclPipeline::BeaconHealth::misfits() const {
-  return normalized_innovation > kMisfitLimit;
-}
-
 void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
   for (const auto& [id, health] : beacon_health_) {
-    if (health.misfits() && !health.is_silent(last_observation_)) {
+    if (health.misfit_share > 0.5 && !health.is_silent(last_observation_)) {
       inputs->misfit = "the ranges of a beacon";
     }
   }
@@ -97,7 +93,7 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
       worsen(DiagnosticStatus::WARN,
              beacon + " has not been heard for " + number_text(silence) + " s", &status);
     }
-    if (!is_lost && health.misfits()) {
+    if (!is_lost && health.normalized_innovation > kMisfitLimit) {
       worsen(DiagnosticStatus::WARN,
              "the ranges of " + beacon + " do not fit: moved, reflected, or lying?", &status);
     }
