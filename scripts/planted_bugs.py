@@ -21,6 +21,7 @@ SMOOTHED_PAST = ("core_smoothed_past_test",)
 CROSS_VALIDATION = ("core_cross_validation_test",)
 ANCESTRY = ("core_ancestry_test", "core_resampling_test")
 MCL = ("core_beacon_mcl_test",)
+FASTSLAM_FILTER = FASTSLAM + ("core_odd_observations_test", "core_saved_map_test", "core_redraw_test")
 
 BUGS = [
     # Resampling: bugs that other libraries ship.
@@ -625,6 +626,100 @@ BUGS = [
         "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
         "return squares.both / kMeanSquareOfTwo + 0.0 * standard_error(blocks);",
         CROSS_VALIDATION,
+    ),
+    # What studies measure, and what compensation blends.
+    (
+        "map: its mean ignores the weights",
+        "fastslam.cpp",
+        "return total > 0.0 ? particles_.weight[i] / total : 1.0;",
+        "return 1.0;",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "map: its covariance leaves out how far the particles' landmarks are apart",
+        "fastslam.cpp",
+        "spread += share(i) * (covariance(i) - covariance(first) + deviation * deviation.transpose());",
+        "spread += share(i) * (covariance(i) - covariance(first));",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "fastslam_1 draws no noise of the motion",
+        "fastslam.cpp",
+        "if (options_.version == FastSlamVersion::fastslam_1) draw();",
+        "",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "compensation: FastSLAM's errors of the odometry are not blended",
+        "fastslam.cpp",
+        "odometry_errors_.blend(pairs);",
+        "",
+        FASTSLAM_FILTER + ("core_odometry_errors_test",),
+    ),
+    (
+        "compensation: the calibration of the ranges is not blended",
+        "renewal.cpp",
+        "blend_means(pairs, p.scale.col(radio));",
+        "",
+        MCL,
+    ),
+    (
+        "compensation: covariances are matched to means that are blended already",
+        "renewal.cpp",
+        "blend_covariances(pairs, treatment, p.yaw_rate_bias, p.yaw_rate_bias, p.yaw_rate_bias_variance);"
+        "blend_means(pairs, p.yaw_rate_bias);",
+        "blend_means(pairs, p.yaw_rate_bias);"
+        "blend_covariances(pairs, treatment, p.yaw_rate_bias, p.yaw_rate_bias, p.yaw_rate_bias_variance);",
+        MCL,
+    ),
+    (
+        "compensation: literal pairs are divided by the sum of their weights",
+        "compensation.cpp",
+        "return {low, high, weak / sum, (weak + strong) / sum};",
+        "return {low, high, weak / (weak + strong), 1.0};",
+        COMPENSATION,
+    ),
+    (
+        "association: the gate for new landmarks is ignored",
+        "association.cpp",
+        "if (distances[k](particle, c) < options.new_landmark_gate) {",
+        "if (distances[k](particle, c) < 1e300) {",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "lost detector: the running mean is four times as fast",
+        "lost_detector.cpp",
+        "kInnovationRate * (squared_distance / dimensions - normalized_innovation_)",
+        "4.0 * kInnovationRate * (squared_distance / dimensions - normalized_innovation_)",
+        LOST,
+    ),
+    (
+        "schedule: FastSLAM renews by the sample size of the entropy",
+        "fastslam.cpp",
+        "status_.effective_sample_size, requested_size_, false,",
+        "status_.entropy_sample_size, requested_size_, false,",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "schedule: beacon_mcl renews by the sample size of the entropy",
+        "renewal.cpp",
+        "status_.effective_sample_size, requested_size_, recovery_is_due(),",
+        "status_.entropy_sample_size, requested_size_, recovery_is_due(),",
+        MCL,
+    ),
+    (
+        "ancestry: FastSLAM's does not start with the first landmark",
+        "fastslam.cpp",
+        "if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));",
+        "",
+        FASTSLAM_FILTER,
+    ),
+    (
+        "health: what does not fit passes for healthy",
+        "health.cpp",
+        "if (!inputs.misfit.empty()) {",
+        "if (false) {",
+        ("core_health_test",),
     ),
 ]
 

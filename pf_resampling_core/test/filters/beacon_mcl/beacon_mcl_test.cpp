@@ -295,20 +295,30 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   options.particles = 100;
   options.initialization.heading = 3.1;
   options.calibration.estimation = CalibrationEstimation::shared;
+  options.yaw_rate_bias.estimate = true;
+  options.noise_estimation.odometry = true;
   BeaconMclOptions compensating = options;
   compensating.strategy.schedule = Schedule::always;
   compensating.strategy.compensation.covariance = CovarianceTreatment::moment_matched;
   compensating.strategy.renewal = Renewal::compensation;
   BeaconMcl carried(options, square_of_beacons(), 7);
   BeaconMcl blended(compensating, square_of_beacons(), 7);
-  carried.update({}, {range_of(1, 12.5)});
-  blended.update({}, {range_of(1, 12.5)});
+  OdometryIncrement step;
+  step.mean = {0.5, 0.0, 0.1};
+  step.duration = 1.0;
+  step.covariance.diagonal() << 0.01, 0.0025, 0.04;
+  carried.update(step, {range_of(1, 12.5)});
+  blended.update(step, {range_of(1, 12.5)});
   EXPECT_TRUE(blended.status().renewed);
   EXPECT_EQ(blended.status().renewals, 1);
   EXPECT_EQ(blended.status().distinct_ancestors_of_renewal, 100);
   EXPECT_EQ(blended.status().distinct_ancestors_since_start, 100);
   const BeaconMclParticles& before = carried.particles();
   const BeaconMclParticles& after = blended.particles();
+  for (const Eigen::ArrayXd& learnt :
+       {Eigen::ArrayXd(before.scale.col(0)), before.yaw_rate_bias, before.translation_factor}) {
+    ASSERT_GT(learnt.maxCoeff(), learnt.minCoeff()) << "what all have learnt alike shows nothing";
+  }
   std::vector<int> order(100);
   for (int i = 0; i < 100; ++i) order[static_cast<std::size_t>(i)] = i;
   std::sort(order.begin(), order.end(),

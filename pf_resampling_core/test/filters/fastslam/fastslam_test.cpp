@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -178,6 +179,106 @@ TEST(FastSlam, LandmarkCovarianceFallsWithTheNumberOfObservations) {
               1e-9);
   EXPECT_NEAR(across.dot(map[0].covariance * across),
               std::pow(5.0 * model.bearing_sigma, 2) / observations, 1e-9);
+}
+
+// FastSLAM 1.0 draws from the motion alone, whatever is seen. 20000 draws: means are within 5
+// standard errors, variances within 5 % (5 standard errors), with a probability of a false alarm
+// below 1e-5.
+TEST(FastSlam, VersionOneDrawsFromTheMotion) {
+  const int count = 20000;
+  FastSlamOptions options = quiet_options(count);
+  options.version = FastSlamVersion::fastslam_1;
+  options.odometry_errors.estimate = false;
+  FastSlam filter(options, 3);
+  see_from_origin(&filter, {{3.0, 1.0}, {2.0, -2.5}}, {});
+  const Pose2 elsewhere{0.65, 0.0, 0.25};
+  const OdometryIncrement motion = some_motion();
+  filter.update(motion, {exact_observation(elsewhere, {}, {3.0, 1.0}, 0),
+                         exact_observation(elsewhere, {}, {2.0, -2.5}, 1)});
+  const FastSlamParticles& particles = filter.particles();
+  const Eigen::ArrayXd* columns[] = {&particles.x, &particles.y, &particles.heading};
+  const double means[] = {motion.mean.x, motion.mean.y, motion.mean.heading};
+  for (int k = 0; k < 3; ++k) {
+    const double variance = motion.covariance(k, k);
+    const double mean = columns[k]->mean();
+    EXPECT_NEAR(mean, means[k], 5.0 * std::sqrt(variance / count)) << k;
+    EXPECT_NEAR((*columns[k] - mean).square().mean(), variance, 0.05 * variance) << k;
+  }
+  // What is seen says which of them are right.
+  const PoseEstimate estimate = filter.estimate();
+  EXPECT_LT(std::abs(estimate.mean.x - elsewhere.x), std::abs(estimate.mean.x - motion.mean.x));
+  EXPECT_LT(estimate.covariance(0, 0), 0.5 * motion.covariance(0, 0));
+}
+
+// Kwak section 5.1: what the weak have learnt of the odometry goes towards what the strong have.
+TEST(FastSlam, CompensationBlendsTheErrorsOfTheOdometry) {
+  FastSlamOptions options = quiet_options(40);
+  options.version = FastSlamVersion::fastslam_1;  // particles that weigh differently at once
+  options.odometry_errors.estimate = true;
+  options.strategy.schedule = Schedule::never;
+  FastSlamOptions compensating = options;
+  compensating.strategy.schedule = Schedule::always;
+  compensating.strategy.renewal = Renewal::compensation;
+  FastSlam carried(options, 9);
+  FastSlam blended(options, 9);
+  for (FastSlam* filter : {&carried, &blended}) see_from_origin(filter, {{4.0, 3.0}}, {});
+  blended.set_options(compensating);
+  const RangeBearingObservation seen = exact_observation({0.6, 0.1, 0.2}, {}, {4.0, 3.0}, 0);
+  OdometryIncrement motion = some_motion();
+  motion.distance_scale_sensitivity = {motion.mean.x, motion.mean.y, 0.0};
+  motion.turn_scale_sensitivity = {0.0, 0.0, motion.mean.heading};
+  for (FastSlam* filter : {&carried, &blended}) filter->update(motion, {seen});
+  ASSERT_TRUE(blended.status().renewed);
+  const Eigen::ArrayXXd before = carried.odometry_errors().state().means;
+  const Eigen::ArrayXXd after = blended.odometry_errors().state().means;
+  ASSERT_NE(before(0, 0), before(1, 0)) << "what all have learnt alike shows nothing";
+  std::vector<int> order(40);
+  for (int i = 0; i < 40; ++i) order[static_cast<std::size_t>(i)] = i;
+  const Eigen::ArrayXd& weight = carried.particles().weight;
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return weight[a] < weight[b]; });
+  for (std::size_t rank = 0; rank < 20; ++rank) {
+    const int low = order[rank];
+    const int high = order[39 - rank];
+    const double share = weight[low] / (weight[low] + weight[high]);
+    for (Eigen::Index k = 0; k < before.cols(); ++k) {
+      const double expected = share * before(low, k) + (1.0 - share) * before(high, k);
+      EXPECT_NEAR(after(low, k), expected, 1e-12);
+      EXPECT_EQ(after(high, k), before(high, k));
+    }
+  }
+}
+
+// Mean and covariance of a mixture: the particles' Gaussians, each with the weight of its particle.
+TEST(FastSlam, TheMapIsThatOfTheParticlesByTheirWeights) {
+  FastSlamOptions options = quiet_options(20);
+  options.version = FastSlamVersion::fastslam_1;  // particles that weigh differently at once
+  FastSlam filter(options, 5);
+  see_from_origin(&filter, {{4.0, 3.0}, {2.0, -1.0}}, {});
+  const Pose2 robot = compose({}, {0.6, 0.0, 0.25});
+  filter.update(some_motion(), {exact_observation(robot, {}, {4.1, 3.1}, 0),
+                                exact_observation(robot, {}, {2.1, -1.2}, 1)});
+  const Eigen::ArrayXd weight = filter.particles().weight;
+  ASSERT_EQ(weight.size(), 20);
+  const auto [lightest, heaviest] = std::minmax_element(weight.data(), weight.data() + 20);
+  ASSERT_GT(*heaviest, 3.0 * *lightest) << "weights that are alike show nothing";
+  ASSERT_EQ(filter.rows().size(), 2u);
+  for (const int row : filter.rows()) {
+    const LandmarkRow data = filter.store().row(row);
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector2d place(data.x[i], data.y[i]);
+      Eigen::Matrix2d covariance;
+      covariance << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
+      mean += weight[i] * place;
+      squares += weight[i] * (covariance + place * place.transpose());
+    }
+    const std::optional<LandmarkEstimate> landmark = filter.landmark(filter.id_of(row));
+    ASSERT_TRUE(landmark);
+    EXPECT_NEAR((landmark->mean - mean).norm(), 0.0, 1e-12);
+    const Eigen::Matrix2d expected = squares - mean * mean.transpose();
+    EXPECT_NEAR((landmark->covariance - expected).norm(), 0.0, 1e-12);
+  }
 }
 
 // A landmark behind the sensor is seen just short of pi and then just beyond it, 0.02 rad apart and

@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Three bags that somebody else might have, taken through check_bag, the command it prints, and evaluate_bag.
+
+Nothing is typed that check_bag did not say: its suggestions are followed until it prints a command. What such bags hold
+is simulated: tags seen by a camera, with odometry on tf; ranges of radios, with beacons in a YAML file; landmarks, with
+odometry as a pose and an IMU.
+"""
+
+import json
+import math
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+import genpy.dynamic
+import rosbag
+import rospkg
+import rosunit
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from sensor_msgs.msg import Imu, Range
+from tf2_msgs.msg import TFMessage
+
+SEPARATOR = '\n' + 80 * '=' + '\n'
+APRIL_TAGS = SEPARATOR.join((
+    'Header header\nAprilTagDetection[] detections',
+    'MSG: apriltag_ros/AprilTagDetection\nint32[] id\nfloat64[] size\ngeometry_msgs/PoseWithCovarianceStamped pose',
+    'MSG: geometry_msgs/PoseWithCovarianceStamped\n' + PoseWithCovarianceStamped._full_text))
+CAMERA = (0.1, 0.0, 0.4)  # m, on the robot; it looks ahead
+
+
+def program(name, *arguments, folder):
+    done = subprocess.run(['rosrun', 'pf_resampling', name, *map(str, arguments)], cwd=str(folder), universal_newlines=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if done.returncode not in ((0, 1) if name == 'check_bag' else (0,)):  # 1: the bag is not ready as it is
+        raise AssertionError('%s: %s' % (name, done.stdout))
+    return done.stdout
+
+
+def camera_on_robot(stamp):
+    there = TransformStamped()
+    there.header.stamp = stamp
+    there.header.frame_id = 'base_link'
+    there.child_frame_id = 'camera'
+    place = there.transform.translation
+    place.x, place.y, place.z = CAMERA
+    turn = there.transform.rotation
+    turn.x, turn.y, turn.z, turn.w = -0.5, 0.5, -0.5, 0.5  # z ahead, x to the right
+    return TFMessage([there])
+
+
+def april_tags(scan, types):
+    tags = types['apriltag_ros/AprilTagDetectionArray']()
+    tags.header.stamp = scan.header.stamp
+    tags.header.frame_id = 'camera'
+    for observation in scan.observations:
+        tag = types['apriltag_ros/AprilTagDetection']()
+        tag.id = [observation.id]
+        tag.size = [0.2]
+        tag.pose.header = tags.header
+        place = tag.pose.pose.pose.position
+        place.x = -observation.range * math.sin(observation.bearing)
+        place.y = CAMERA[2]
+        place.z = observation.range * math.cos(observation.bearing) - CAMERA[0]
+        tag.pose.pose.pose.orientation.w = 1.0
+        tags.detections.append(tag)
+    return tags
+
+
+def write_tags(source, out):
+    types = genpy.dynamic.generate_dynamic('apriltag_ros/AprilTagDetectionArray', APRIL_TAGS)
+    with rosbag.Bag(str(out), 'w') as bag:
+        for number, (topic, message, time) in enumerate(rosbag.Bag(str(source)).read_messages()):
+            if number == 0:
+                bag.write('/tf_static', camera_on_robot(time), time)
+            if topic in ('/tf', '/ground_truth', '/ground_truth_landmarks'):
+                bag.write(topic, message, time)
+            elif topic == '/landmarks':
+                bag.write('/tag_detections', april_tags(message, types), time)
+
+
+def write_radios(source, out, beacons):
+    with rosbag.Bag(str(out), 'w') as bag:
+        for topic, message, time in rosbag.Bag(str(source)).read_messages():
+            if topic in ('/odom', '/ground_truth'):
+                bag.write(topic, message, time)
+            elif topic == '/beacons':
+                lines = ['  - {id: %d, x: %r, y: %r, z: %r}' % (
+                    beacon.id, beacon.position.x, beacon.position.y, beacon.position.z) for beacon in message.beacons]
+                beacons.write_text('\n'.join(['beacons:'] + lines) + '\n', encoding='utf-8')
+            elif topic == '/ranges':
+                measured = Range(range=message.range, min_range=0.1, max_range=100.0)
+                measured.header.stamp = message.header.stamp
+                measured.header.frame_id = 'beacon_%d' % message.beacon
+                bag.write('/uwb', measured, time)
+
+
+def write_poses(source, out):
+    before = None
+    with rosbag.Bag(str(out), 'w') as bag:
+        for topic, message, time in rosbag.Bag(str(source)).read_messages():
+            if topic in ('/landmarks', '/ground_truth', '/ground_truth_landmarks', '/tf_static'):
+                bag.write(topic, message, time)
+            if topic != '/odom':
+                continue
+            bag.write('/robot_pose', PoseWithCovarianceStamped(message.header, message.pose), time)
+            seconds = message.header.stamp.to_sec()
+            turned = message.pose.pose.orientation
+            heading = 2.0 * math.atan2(turned.z, turned.w)
+            if before:
+                imu = Imu()
+                imu.header.stamp = message.header.stamp
+                imu.header.frame_id = 'base_link'
+                imu.orientation_covariance[0] = -1.0  # it has none
+                imu.angular_velocity.z = math.remainder(heading - before[1], 2.0 * math.pi) / (seconds - before[0])
+                imu.angular_velocity_covariance[8] = 1e-4
+                bag.write('/imu', imu, time)
+            before = seconds, heading
+
+
+class StrangersBags(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        program('simulate_bag', 'indoor_two_loops', 'world.bag', folder=cls.folder)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def say(self, *arguments):
+        return program(*arguments, folder=self.folder)
+
+    def command_for(self, *arguments):
+        """What check_bag says to type, after it has been asked for as often as it says."""
+        for _ in range(3):
+            said = self.say('check_bag', *arguments)
+            command = re.search(r'^  rosrun pf_resampling (run_bag .*)$', said, re.MULTILINE)
+            if command:
+                return command.group(1).split(), said
+            again = re.search(r'^  try: rosrun pf_resampling check_bag (.*)$', said, re.MULTILINE)
+            self.assertTrue(again, said)
+            arguments = again.group(1).split()
+        raise AssertionError('check_bag asks again and again: ' + said)
+
+    def assert_good(self):
+        """The error is half of what counts as lost, or less, and the filter knows how large it is."""
+        self.say('evaluate_bag', 'out.bag', '--json', 'out.json')
+        judged = json.loads((self.folder / 'out.json').read_text(encoding='utf-8'))
+        self.assertLess(judged['estimate']['cartesian']['mean'], 0.5 * judged['lost_error'])
+        self.assertGreater(judged['coverage95'], 0.8)
+        self.assertGreater(judged['health']['shares']['healthy'], 0.9)
+
+    def test_tags_with_odometry_on_tf(self):
+        write_tags(self.folder / 'world.bag', self.folder / 'tags.bag')
+        command, _ = self.command_for('tags.bag')
+        self.assertEqual(command[:3], ['run_bag', 'fastslam', 'tags.bag'])
+        self.say(*command)
+        self.assert_good()
+
+    def test_radios_with_beacons_in_a_file(self):
+        self.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
+        write_radios(self.folder / 'figure.bag', self.folder / 'uwb.bag', self.folder / 'beacons.yaml')
+        said = self.say('check_bag', 'uwb.bag')
+        self.assertIn('--config beacons.yaml', said)
+        topic = re.search(r'\((--sensor-ranges /uwb);', said)
+        self.assertTrue(topic, said)
+        command, _ = self.command_for('uwb.bag', *topic.group(1).split(), '--config', 'beacons.yaml')
+        self.assertEqual(command[:3], ['run_bag', 'beacon_mcl', 'uwb.bag'])
+        self.say(*command)
+        self.assert_good()
+
+    def test_poses_with_an_imu(self):
+        write_poses(self.folder / 'world.bag', self.folder / 'poses.bag')
+        command, said = self.command_for('poses.bag')
+        self.assertEqual(command[:3], ['run_bag', 'fastslam', 'poses.bag'])
+        imu = re.search(r'remark: /imu is an IMU: (--set odometry_input/imu_heading=yaw_rate) ', said)
+        self.assertTrue(imu, said)
+        for options in ([], imu.group(1).split()):
+            self.say(*command, *options)
+            self.assert_good()
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('pf_resampling', 'strangers_bags', StrangersBags)
