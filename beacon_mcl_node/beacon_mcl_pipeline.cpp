@@ -17,9 +17,11 @@ template class FilterPipeline<BeaconMclTypes>;
 namespace {
 
 // Weight of a new range in the running means of a beacon, and what its squared innovation is
-// bounded by in them; and from where on, squared, it does not fit.
+// bounded by in them.
 constexpr double kHealthRate = 0.1;
 constexpr double kWildInnovation = 100.0;
+// Of a range that is beyond three sigma, or is not, in the share of those that are.
+constexpr double kMisfitRate = 0.05;
 constexpr double kThreeSigmaSquared = 9.0;
 // Of the ids of beacons in a sentence, letters.
 constexpr std::size_t kLongestIds = 100;
@@ -154,7 +156,7 @@ void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double normaliz
   const double bounded = std::min(normalized_innovation, kWildInnovation);
   health.normalized_innovation += kHealthRate * (bounded - health.normalized_innovation);
   const double misfit = normalized_innovation > kThreeSigmaSquared ? 1.0 : 0.0;
-  health.misfit_share += kHealthRate * (misfit - health.misfit_share);
+  health.misfit_share += kMisfitRate * (misfit - health.misfit_share);
   if (!health.last.isZero() && stamp > health.last) {
     const double period = (stamp - health.last).toSec();
     health.period =

@@ -11,6 +11,9 @@ constexpr double kBeaconMarkerPeriod = 5.0;  // s
 // A running mean of squared innovations over their expected variance, 1 for a good beacon, that
 // says that its ranges do not fit.
 constexpr double kMisfitLimit = 6.0;
+// Share of a beacon's latest ranges beyond three sigma that no wild ranges explain. Seven in a row
+// make it so; with one in eight beyond, it is three standard deviations off.
+constexpr double kMisfitShare = 0.3;
 // A beacon is silent after so long, and so many of its usual periods.
 constexpr double kBeaconSilence = 5.0;  // s
 constexpr double kSilentPeriods = 8.0;
@@ -74,7 +77,7 @@ bool BeaconMclPipeline::BeaconHealth::is_silent(ros::Time now) const {
 
 void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
   for (const auto& [id, health] : beacon_health_) {
-    if (health.misfit_share > 0.5 && !health.is_silent(last_observation_)) {
+    if (health.misfit_share > kMisfitShare && !health.is_silent(last_observation_)) {
       inputs->misfit = "the ranges of a beacon";
     }
   }

@@ -259,7 +259,7 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   int lies = 0;
   Rig lying;
   Rig silent;
-  Rig wild;  // every third range of it
+  Rig wild;  // every fifth range of it
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
     const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
     const bool is_late = range != nullptr && (*range)->header.stamp.toSec() > kStart + 20.0;
@@ -267,7 +267,7 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
       BeaconRange lie = **range;
       lie.range += 5.0;
       lying.pipeline.handle(lie);
-      wild.pipeline.handle(++lies % 3 == 0 ? lie : **range);
+      wild.pipeline.handle(++lies % 5 == 0 ? lie : **range);
     } else {
       handle(message, &lying.pipeline);
       handle(message, &silent.pipeline);

@@ -12,7 +12,7 @@ enum class Health {
   starting,    ///< there is no belief yet
   lost,        ///< what is seen does not fit the belief
   converging,  ///< position or heading is not known yet, or no longer
-  doubtful,    ///< most of what a beacon says has not fitted the rest for a while
+  doubtful,    ///< much of what a beacon says has not fitted the rest for a while
   degenerate,  ///< few particles carry the weight: the belief is a picture of these few
   depleted,    ///< few are left of those that there were, so the belief is surer than it may be
   too_slow,    ///< updates take longer than the time between observations

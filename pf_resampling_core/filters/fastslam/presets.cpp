@@ -26,6 +26,7 @@ const Values kKwak2008 = {
     {"population/resampling/weights_after", "reset"},
     {"population/compensation/pairing", "rank"},
     {"population/compensation/ratio", "1"},
+    {"population/compensation/blend", "normalized"},
     {"population/compensation/covariance", "keep"},
     {"population/compensation/weights_after", "reset"},
     // Redraw is not the paper's; for comparison, with the noise as stated.

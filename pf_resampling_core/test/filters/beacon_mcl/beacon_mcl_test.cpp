@@ -297,6 +297,7 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   options.calibration.estimation = CalibrationEstimation::shared;
   options.yaw_rate_bias.estimate = true;
   options.noise_estimation.odometry = true;
+  options.noise_estimation.odometry_walk = 0.0;
   BeaconMclOptions compensating = options;
   compensating.strategy.schedule = Schedule::always;
   compensating.strategy.compensation.covariance = CovarianceTreatment::moment_matched;
@@ -307,6 +308,7 @@ TEST(BeaconMcl, CompensationBlendsTheWeakWithTheStrong) {
   step.mean = {0.5, 0.0, 0.1};
   step.duration = 1.0;
   step.covariance.diagonal() << 0.01, 0.0025, 0.04;
+  step.yaw_rate_sensitivity = {0.0, 0.0, step.duration};
   carried.update(step, {range_of(1, 12.5)});
   blended.update(step, {range_of(1, 12.5)});
   EXPECT_TRUE(blended.status().renewed);
