@@ -708,13 +708,6 @@ BUGS = [
         MCL,
     ),
     (
-        "ancestry: FastSLAM's does not start with the first landmark",
-        "fastslam.cpp",
-        "if (!has_landmarks_) ancestry_.start(static_cast<int>(particles_.size()));",
-        "",
-        FASTSLAM_FILTER,
-    ),
-    (
         "health: what does not fit passes for healthy",
         "health.cpp",
         "if (!inputs.misfit.empty()) {",

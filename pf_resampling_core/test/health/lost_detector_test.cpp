@@ -22,6 +22,13 @@ TEST(LostDetector, OneInnovationIsBayesRule) {
   }
 }
 
+// Over about the last 40: what is older has a weight of about e^-2 then, which is 0.135.
+TEST(LostDetector, TheMeanInnovationIsOfAboutTheLastForty) {
+  LostDetector detector;
+  for (int i = 0; i < 40; ++i) detector.observe(2.0 * 5.0, 2, 0.2);
+  EXPECT_NEAR(detector.normalized_innovation(), 5.0 - 4.0 * std::exp(-2.0), 0.1);
+}
+
 // With as good as no information, the share of time lost is that of the transition rates:
 // 60 / (3600 + 60).
 TEST(LostDetector, WithoutInformationItIsTheShareOfTimeLost) {

@@ -261,6 +261,25 @@ TEST(BeaconMcl, CountsAncestorsOfTheLastRenewalAndSinceTheStart) {
   EXPECT_LT(filter.status().distinct_ancestors_since_start, of_renewal);
 }
 
+// The schedule goes by 1 / (sum of squared weights), which is below the exponential of the entropy:
+// a threshold between the two renews.
+TEST(BeaconMcl, TheScheduleGoesByTheEffectiveSampleSize) {
+  BeaconMclOptions options = plain_options();
+  const auto after_a_range = [&] {
+    BeaconMcl filter(options, square_of_beacons(), 7);
+    filter.update({}, {range_of(1, 12.5)});
+    return filter.status();
+  };
+  const BeaconMclStatus status = after_a_range();
+  ASSERT_LT(status.effective_sample_size, status.entropy_sample_size - 1.0);
+  options.strategy.schedule = Schedule::effective_sample_size;
+  options.strategy.threshold =
+      0.5 * (status.effective_sample_size + status.entropy_sample_size) / status.particles;
+  EXPECT_TRUE(after_a_range().renewed);
+  options.strategy.threshold = (status.effective_sample_size - 1.0) / status.particles;
+  EXPECT_FALSE(after_a_range().renewed);
+}
+
 // Moments of a mixture of two, with the weights of their particles; `best` may be the particle.
 void expect_blended(const BeaconMclParticles& before, const BeaconMclParticles& after, int i,
                     int best) {

@@ -393,6 +393,43 @@ TEST(FastSlam, FindsTheLandmarksByLikelihood) {
   }
 }
 
+// The second of two equal observations differs from the first by sqrt(2) sigma; at six times that
+// it is of the same landmark, at ten times, beyond the outer gate of 64, of another.
+TEST(FastSlam, WhatIsBeyondTheOuterGateIsANewLandmark) {
+  for (const double deviations : {6.0, 10.0}) {
+    FastSlamOptions options = unknown_options(DataAssociation::maximum_likelihood);
+    ASSERT_EQ(options.association.new_landmark_gate, 64.0);
+    FastSlam filter(options, 1);
+    RangeBearingObservation seen = without_id(exact_observation({}, {}, {3.0, 0.0}, 0));
+    filter.update({}, {seen});
+    seen.range += deviations * std::sqrt(2.0) * options.sensor.range_sigma;
+    filter.update({}, {seen});
+    EXPECT_EQ(filter.outcomes()[0].is_new, deviations > 8.0);
+    EXPECT_EQ(filter.status().landmarks, deviations > 8.0 ? 2 : 1);
+  }
+}
+
+// The schedule goes by 1 / (sum of squared weights), which is below the exponential of the entropy:
+// a threshold between the two renews.
+TEST(FastSlam, TheScheduleGoesByTheEffectiveSampleSize) {
+  FastSlamOptions options = quiet_options(100);
+  options.version = FastSlamVersion::fastslam_1;  // particles that weigh differently at once
+  const auto after_two_scans = [&] {
+    FastSlam filter(options, 2);
+    see_from_origin(&filter, {{4.0, 3.0}}, {});
+    filter.update(some_motion(), {exact_observation({0.6, 0.1, 0.2}, {}, {4.0, 3.0}, 0)});
+    return filter.status();
+  };
+  const FastSlamStatus status = after_two_scans();
+  ASSERT_LT(status.effective_sample_size, status.entropy_sample_size - 1.0);
+  options.strategy.renewal = Renewal::resampling;
+  options.strategy.schedule = Schedule::effective_sample_size;
+  options.strategy.threshold = 0.005 * (status.effective_sample_size + status.entropy_sample_size);
+  EXPECT_TRUE(after_two_scans().renewed);
+  options.strategy.threshold = 0.01 * (status.effective_sample_size - 1.0);
+  EXPECT_FALSE(after_two_scans().renewed);
+}
+
 // Two landmarks 0.5 m apart, seen at once after one of them was known: with mutual exclusion the
 // second observation must not be taken as the first landmark.
 TEST(FastSlam, MutualExclusionGivesALandmarkOneObservationOfAScan) {
