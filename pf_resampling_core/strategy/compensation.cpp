@@ -104,6 +104,10 @@ void share_weights(const std::vector<BlendPair>& pairs, Eigen::ArrayXd* weights)
   for (const BlendPair& pair : pairs) (*weights)[pair.low] = (*weights)[pair.high];
 }
 
+double blended(const BlendPair& pair, double low, double high) {
+  return pair.share * low + pair.share_of_high() * high;
+}
+
 [[noreturn]] void bad_pair(const BlendPair& pair, const std::string& why) {
   throw Error("compensation: slot " + std::to_string(pair.low) + " cannot be blended with slot " +
               std::to_string(pair.high) + ": " + why);
@@ -225,9 +229,9 @@ void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArr
                 " headings; give as many of each as there are particles");
   }
   check_pairs(pairs, static_cast<int>(x.size()));
-  blend_means(pairs, x);
-  blend_means(pairs, y);
   for (const BlendPair& pair : pairs) {
+    x[pair.low] = blended(pair, x[pair.low], x[pair.high]);
+    y[pair.low] = blended(pair, y[pair.low], y[pair.high]);
     double& low = heading[pair.low];
     const double towards = pair.total > 0.0 ? pair.share_of_high() / pair.total : 0.0;
     low = wrap_angle(pair.total * (low + towards * wrap_angle(heading[pair.high] - low)));
@@ -236,7 +240,7 @@ void blend_poses(const std::vector<BlendPair>& pairs, MutableArray x, MutableArr
 
 void blend_means(const std::vector<BlendPair>& pairs, MutableArray values) {
   for (const BlendPair& pair : pairs) {
-    values[pair.low] = pair.share * values[pair.low] + pair.share_of_high() * values[pair.high];
+    values[pair.low] = blended(pair, values[pair.low], values[pair.high]);
   }
 }
 
@@ -244,11 +248,10 @@ void blend_covariances(const std::vector<BlendPair>& pairs, CovarianceTreatment 
                        ConstArray first, ConstArray second, MutableArray covariances) {
   if (treatment == CovarianceTreatment::keep) return;
   for (const BlendPair& pair : pairs) {
-    const double rest = pair.share_of_high();
     const double apart =
         (first[pair.high] - first[pair.low]) * (second[pair.high] - second[pair.low]);
-    covariances[pair.low] = pair.share * covariances[pair.low] + rest * covariances[pair.high] +
-                            pair.share * rest * apart;
+    covariances[pair.low] = blended(pair, covariances[pair.low], covariances[pair.high]) +
+                            pair.share * pair.share_of_high() * apart;
   }
 }
 

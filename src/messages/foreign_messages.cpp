@@ -126,7 +126,7 @@ std::optional<int> id_of_detected_tag(const std::string& frame) {
 }
 
 Landmarks landmarks_in(const topic_tools::ShapeShifter& message) {
-  const std::string type = message.getDataType();
+  const std::string& type = message.getDataType();
   if (type == kAprilTags) return tags_in(described(message), kInAprilTags);
   if (type == kFiducials) return tags_in(described(message), kInFiducials);
   if (type == kAruco) return tags_in(described(message), kInAruco);
@@ -136,7 +136,7 @@ Landmarks landmarks_in(const topic_tools::ShapeShifter& message) {
 
 BeaconRange range_in(const topic_tools::ShapeShifter& message, const std::string& antenna,
                      ros::Time arrival) {
-  const std::string type = message.getDataType();
+  const std::string& type = message.getDataType();
   BeaconRange range;
   range.header.frame_id = antenna;
   if (type == kUwbDriver) {
