@@ -192,15 +192,15 @@ BUGS = [
     (
         "compensation: the weak one keeps the strong one's share",
         "compensation.cpp",
-        "return low + high > 0.0 ? low / (low + high) : 0.5;",
-        "return low + high > 0.0 ? high / (low + high) : 0.5;",
+        "weak + strong > 0.0 ? weak / (weak + strong) : 0.5",
+        "weak + strong > 0.0 ? strong / (weak + strong) : 0.5",
         COMPENSATION,
     ),
     (
         "compensation: headings are blended as numbers, not on the circle",
         "compensation.cpp",
-        "heading[low] = wrap_angle(heading[low] + rest * wrap_angle(heading[high] - heading[low]));",
-        "heading[low] = wrap_angle(heading[low] + rest * (heading[high] - heading[low]));",
+        "low = wrap_angle(pair.total * (low + towards * wrap_angle(heading[pair.high] - low)));",
+        "low = wrap_angle(pair.total * (low + towards * (heading[pair.high] - low)));",
         COMPENSATION,
     ),
     (
@@ -539,8 +539,8 @@ BUGS = [
     (
         "reassociation: a landmark that was seen beside its double, once by mistake, stays",
         "smoothed_past.cpp",
-        "while (simplify(options, reassociation, &solution)) {",
-        "while (false) {",
+        "if (!simplify(options, reassociation, &solution)) break;",
+        "break;",
         SMOOTHED_PAST,
     ),
     (
