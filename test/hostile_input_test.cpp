@@ -260,6 +260,35 @@ TYPED_TEST(HostileInput, WhatComesTwiceCountsOnce) {
   EXPECT_EQ(twice.pipeline.rejects().total(), observations);
 }
 
+// All of one moment and all different: what is remembered of them is bounded, as the queue is.
+TYPED_TEST(HostileInput, ManyObservationsOfOneMomentAreNotAllRemembered) {
+  using Drive = typename TypeParam::Drive;
+  auto options = Drive::options();
+  options.queue_length = 5;
+  TypeParam run(options);
+  run.feed(Drive::messages(0.0, 20.0));
+  const ros::Time stamp = Drive::at(20.0);
+  const std::uint64_t before = run.pipeline.rejects().total();
+  const auto send = [&](std::uint32_t number) {
+    auto message = Drive::observation_at(stamp, 0);
+    // By a difference that the filter does not mind.
+    if constexpr (std::is_same_v<decltype(message), BeaconRange>) {
+      message.range += 1e-6 * number;
+    } else {
+      message.observations.front().range += 1e-6 * number;
+    }
+    run.pipeline.handle(message);
+  };
+  for (std::uint32_t number = 1; number <= 20; ++number) send(number);
+  EXPECT_EQ(run.pipeline.rejects().total(), before);
+  const char* const topic = decltype(run.pipeline)::kObservations;
+  send(20);
+  EXPECT_EQ(run.rejected(topic, RejectReason::repeated), 1u);
+  send(1);  // forgotten
+  EXPECT_EQ(run.rejected(topic, RejectReason::repeated), 1u);
+  expect_good_again(&run, 20.0);
+}
+
 // ---- odometry out of this world ----------------------------------------------------------------
 
 TYPED_TEST(HostileInput, OdometryOutOfThisWorldIsNotBelievedHoweverOftenItComes) {

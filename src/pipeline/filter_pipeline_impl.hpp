@@ -158,7 +158,12 @@ template <typename Types>
 void FilterPipeline<Types>::note_used(const std::vector<Message>& group) {
   used_.insert(used_.end(), group.begin(), group.end());
   const ros::Duration window(simultaneous().value_or(0.0));
-  while (used_.front().header.stamp + window < odometry_.used()) used_.pop_front();
+  const auto most = static_cast<std::size_t>(options_.queue_length);
+  // However many come of one moment.
+  while (!used_.empty() &&
+         (used_.size() > most || used_.front().header.stamp + window < odometry_.used())) {
+    used_.pop_front();
+  }
 }
 
 template <typename Types>
