@@ -1,0 +1,201 @@
+"""A document of headings, text, tables and pictures that is written as one HTML page and as Markdown.
+
+Text may hold `names as they are typed`, **what matters** and links [text](#anchor).
+"""
+import base64
+import html
+import re
+
+STYLE = """
+:root { color-scheme: light; }
+body { max-width: 900px; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a; background: #fff;
+  font: 16px/1.5 "DejaVu Sans", "Segoe UI", Helvetica, Arial, sans-serif; }
+h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.35rem; margin-top: 2.6rem; border-bottom: 1px solid #ccc; }
+h3 { font-size: 1.1rem; margin-top: 2rem; }
+h1, h2, h3 { break-after: avoid; }
+code { font: 0.92em "DejaVu Sans Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+a { color: #1667b7; }
+p, li { orphans: 3; widows: 3; }
+div.table { overflow-x: auto; margin: 1rem 0; }
+table { border-collapse: collapse; font-size: 0.78rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
+caption { text-align: left; caption-side: top; font-weight: bold; padding-bottom: 0.4rem; }
+th, td { padding: 0.22rem 0.5rem; text-align: right; vertical-align: top; border-bottom: 1px solid #e2e2e2; }
+thead th { border-bottom: 2px solid #888; vertical-align: bottom; }
+thead tr.groups th { border-bottom: 1px solid #bbb; text-align: center; }
+th.text, td.text { text-align: left; }
+tr.paper td { color: #6b4a00; background: #fdf8ec; }
+tr.paper td.first, td.paper { color: #6b4a00; }
+td.paper { background: #fdf8ec; }
+tr.more td { background: #f4f6f8; }
+tr.more td.paper { background: #f4f6f8; }
+tr.rule td { border-top: 2px solid #888; }
+td.holds { color: #0a6b44; font-weight: bold; } td.not { color: #a82418; font-weight: bold; }
+td.open { color: #444; font-style: italic; }
+figure { margin: 1.2rem 0; break-inside: avoid; } figure img { width: 100%; height: auto; }
+figcaption { font-size: 0.88rem; color: #333; }
+@page { size: A4; margin: 15mm 13mm; }
+@media print {
+  body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; }
+  div.table { overflow: visible; break-inside: avoid; } div.long { break-inside: auto; }
+  table { font-size: 7pt; } th, td { padding: 0.12rem 0.28rem; } tr { break-inside: avoid; } thead { display: table-header-group; }
+  figure img { max-height: 215mm; object-fit: contain; } a { color: inherit; text-decoration: none; }
+}
+"""
+LONG = 32  # rows: such a table does not fit on a page, and may be continued on the next
+
+
+def to_html(text):
+    """Inline markup as HTML; what stands between backticks is taken as it is."""
+    parts = re.split(r"`([^`]*)`", text)
+    for i, part in enumerate(parts):
+        part = html.escape(part, quote=False)
+        if i % 2:
+            parts[i] = f"<code>{part}</code>"
+            continue
+        part = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", part)
+        parts[i] = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', part)
+    return "".join(parts)
+
+
+def to_markdown(text):
+    parts = text.split("`")
+    parts[::2] = [part.replace("<", "&lt;").replace(">", "&gt;").replace("|", "\\|") for part in parts[::2]]
+    return "`".join(parts)
+
+
+class Heading:
+    def __init__(self, level, text, anchor=""):
+        self.level, self.text, self.anchor = level, text, anchor
+
+    def html(self):
+        anchor = f' id="{self.anchor}"' if self.anchor else ""
+        return f"<h{self.level}{anchor}>{to_html(self.text)}</h{self.level}>"
+
+    def markdown(self):
+        anchor = f'<a id="{self.anchor}"></a>\n\n' if self.anchor else ""
+        return f'{anchor}{"#" * self.level} {to_markdown(self.text)}'
+
+
+class Text:
+    def __init__(self, text):
+        self.text = " ".join(text.split())
+
+    def html(self):
+        return f"<p>{to_html(self.text)}</p>"
+
+    def markdown(self):
+        return to_markdown(self.text)
+
+
+class Bullets:
+    def __init__(self, items):
+        self.items = [" ".join(item.split()) for item in items]
+
+    def html(self):
+        return "<ul>\n" + "\n".join(f"<li>{to_html(item)}</li>" for item in self.items) + "\n</ul>"
+
+    def markdown(self):
+        return "\n".join(f"* {to_markdown(item)}" for item in self.items)
+
+
+class Cell:
+    """A cell of a table; its kind is how it looks: paper, holds, not, open."""
+
+    def __init__(self, text, kind=""):
+        self.text, self.kind = text, kind
+
+
+class Row:
+    """A row of a table. Kinds: paper, more (what the paper has not), rule (a line above it)."""
+
+    def __init__(self, cells, *kinds):
+        self.cells, self.kinds = cells, kinds
+
+
+class Table:
+    """`groups` are headings above headings, [(heading, number of columns)]. `texts` are the columns that hold text."""
+
+    def __init__(self, caption, headings, rows, groups=(), texts=(0,)):
+        self.caption, self.headings, self.groups, self.texts = caption, headings, groups, texts
+        self.rows = [row if isinstance(row, Row) else Row(row) for row in rows]
+        for row in self.rows:
+            row.cells = [cell if isinstance(cell, Cell) else Cell(cell) for cell in row.cells]
+            if len(row.cells) != len(headings):
+                raise ValueError(f"{caption}: a row of {len(row.cells)} cells under {len(headings)} headings")
+
+    def html(self):
+        def attribute(column, *kinds):
+            kinds = [*kinds, *(["text"] if column in self.texts else []), *(["first"] if column == 0 else [])]
+            kinds = " ".join(kind for kind in kinds if kind)
+            return f' class="{kinds}"' if kinds else ""
+
+        lines = [f'<div class="{"table long" if len(self.rows) > LONG else "table"}"><table>',
+                 f"<caption>{to_html(self.caption)}</caption>", "<thead>"]
+        if self.groups:
+            lines.append('<tr class="groups">' + "".join(
+                f'<th colspan="{width}">{to_html(heading)}</th>' for heading, width in self.groups) + "</tr>")
+        lines.append("<tr>" + "".join(
+            f"<th{attribute(i)}>{to_html(heading)}</th>" for i, heading in enumerate(self.headings)) + "</tr>")
+        lines.append("</thead>\n<tbody>")
+        for row in self.rows:
+            kinds = f' class="{" ".join(row.kinds)}"' if row.kinds else ""
+            lines.append(f"<tr{kinds}>" + "".join(
+                f"<td{attribute(i, cell.kind)}>{to_html(cell.text)}</td>" for i, cell in enumerate(row.cells)) + "</tr>")
+        return "\n".join([*lines, "</tbody></table></div>"])
+
+    def markdown(self):
+        above = [heading for heading, width in self.groups for _ in range(width)] or [""] * len(self.headings)
+        headings = [", ".join(part for part in pair if part) for pair in zip(above, self.headings)]
+        lines = ["| " + " | ".join(map(to_markdown, headings)) + " |",
+                 "|" + "|".join("---" if i in self.texts else "---:" for i in range(len(headings))) + "|"]
+        lines += ["| " + " | ".join(self._marked(cell) for cell in row.cells) + " |" for row in self.rows]
+        return f"**{to_markdown(self.caption)}**\n\n" + "\n".join(lines)
+
+    @staticmethod
+    def _marked(cell):
+        return f"**{to_markdown(cell.text)}**" if cell.kind in ("holds", "not") else to_markdown(cell.text)
+
+
+class Picture:
+    """A picture as SVG; `name` is that of its file beside the Markdown."""
+
+    def __init__(self, name, svg, caption):
+        self.name, self.svg, self.caption = name, svg, " ".join(caption.split())
+
+    def alternative(self):
+        return html.escape(re.sub(r"[*`]", "", self.caption.split(". ")[0]), quote=True)
+
+    def html(self):
+        data = base64.b64encode(self.svg).decode("ascii")
+        return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="data:image/svg+xml;base64,{data}">\n'
+                f"<figcaption>{to_html(self.caption)}</figcaption></figure>")
+
+    def markdown(self):
+        return f"![{self.alternative()}]({self.name}.svg)\n\n{to_markdown(self.caption)}"
+
+
+class Document:
+    def __init__(self, title):
+        self.title, self.blocks = title, []
+
+    def add(self, *blocks):
+        self.blocks += [block for block in blocks if block is not None]
+
+    def contents(self):
+        return Bullets([f"[{block.text}](#{block.anchor})" for block in self.blocks
+                        if isinstance(block, Heading) and block.level == 2])
+
+    def pictures(self):
+        return [block for block in self.blocks if isinstance(block, Picture)]
+
+    def html(self):
+        body = "\n".join(block.html() for block in self.blocks)
+        title = html.escape(self.title, quote=False)
+        return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+                f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
+                f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{self.contents().html()}\n{body}\n"
+                f"</body>\n</html>\n")
+
+    def markdown(self):
+        blocks = [f"# {to_markdown(self.title)}", self.contents().markdown(), *(block.markdown() for block in self.blocks)]
+        return "\n\n".join(blocks) + "\n"

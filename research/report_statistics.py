@@ -1,0 +1,142 @@
+"""Differences paired by seed: their p-values and intervals, and the correction for how many are looked at.
+
+Student's t comes from the incomplete beta function, so that no SciPy is needed. All p-values are two-sided.
+"""
+import math
+from collections import namedtuple
+
+CONFIDENCE = 0.99  # of all intervals of differences
+LEVEL = 0.01  # a corrected p-value below it decides
+
+# mean: of the differences. p: two-sided, that the true mean is zero. low, high: the 99 % interval. discordant: for runs that
+# are lost or not, (only lost in the first, only lost in the second).
+Difference = namedtuple("Difference", "mean standard_error count p low high discordant")
+
+
+def incomplete_beta(a, b, x):
+    """Regularized incomplete beta function I_x(a, b), by its continued fraction (Abramowitz and Stegun, 26.5.8)."""
+    if x <= 0.0 or x >= 1.0:
+        return 0.0 if x <= 0.0 else 1.0
+    if x > (a + 1.0) / (a + b + 2.0):  # where the fraction converges slowly
+        return 1.0 - incomplete_beta(b, a, 1.0 - x)
+    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)) / a
+    # Lentz's way from the front, in which no denominator may be zero.
+    tiny = 1e-300
+    c, d = 1.0, 1.0 / ((1.0 - (a + b) * x / (a + 1.0)) or tiny)
+    fraction = d
+    for m in range(1, 1000):
+        for term in (m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+                     -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))):
+            d = 1.0 / ((1.0 + term * d) or tiny)
+            c = (1.0 + term / c) or tiny
+            fraction *= c * d
+        if abs(c * d - 1.0) < 1e-15:
+            break
+    return front * fraction
+
+
+def t_two_sided(t, degrees):
+    """Probability that Student's t with so many degrees of freedom is farther from zero than t."""
+    if math.isinf(t):
+        return 0.0
+    return incomplete_beta(0.5 * degrees, 0.5, degrees / (degrees + t * t))
+
+
+def t_quantile(probability, degrees):
+    """The t that is exceeded with probability 1 - `probability` (above one half)."""
+    two_sided = 2.0 * (1.0 - probability)
+    low, high = 0.0, 1.0
+    while t_two_sided(high, degrees) > two_sided:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if t_two_sided(middle, degrees) > two_sided:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def normal_quantile(probability):
+    """The same of the normal distribution."""
+    low, high = -40.0, 40.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if 0.5 * math.erfc(-middle / math.sqrt(2.0)) < probability:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def mean_and_error(values):
+    """Mean, standard error and number of the values; the standard error of a single one is zero."""
+    values = [float(value) for value in values]
+    count = len(values)
+    mean = math.fsum(values) / count
+    if count < 2:
+        return mean, 0.0, count
+    variance = math.fsum((value - mean) ** 2 for value in values) / (count - 1)
+    error = math.sqrt(variance / count)
+    # What rounding leaves of equal values is no scatter.
+    return mean, error if error > 1e-13 * max(map(abs, values)) else 0.0, count
+
+
+def t_difference(differences):
+    """Of differences, one for each seed: Student's t test that their mean is zero. None without any; one alone decides
+    nothing."""
+    if len(differences) == 0:
+        return None
+    mean, error, count = mean_and_error(differences)
+    if count < 2:
+        return Difference(mean, 0.0, count, 1.0, -math.inf, math.inf, None)
+    if error == 0.0:  # the same difference with every seed
+        return Difference(mean, 0.0, count, 0.0 if mean else 1.0, mean, mean, None)
+    reach = t_quantile(0.5 + 0.5 * CONFIDENCE, count - 1) * error
+    return Difference(mean, error, count, t_two_sided(mean / error, count - 1), mean - reach, mean + reach, None)
+
+
+def mcnemar_p(only_first, only_second):
+    """McNemar's test in its exact form: the pairs that differ are heads and tails of a fair coin."""
+    count, fewer = only_first + only_second, min(only_first, only_second)
+    if count == 0:
+        return 1.0
+    tail = sum(math.factorial(count) // (math.factorial(k) * math.factorial(count - k)) for k in range(fewer + 1))
+    return min(1.0, 2 * tail / 2 ** count)
+
+
+def lost_difference(first, second):
+    """Difference of the share of runs lost, pairs of 0 or 1 by seed: exact McNemar test; the interval is that of Bonett and
+    Price (2012), which has a width even where no pair differs."""
+    count = len(first)
+    if count == 0:
+        return None
+    only_first = sum(1 for a, b in zip(first, second) if a and not b)
+    only_second = sum(1 for a, b in zip(first, second) if b and not a)
+    mean = (only_first - only_second) / count
+    error = math.sqrt(max(0.0, (only_first + only_second) / count - mean * mean) / count)
+    more, less = (only_first + 1.0) / (count + 2.0), (only_second + 1.0) / (count + 2.0)
+    reach = normal_quantile(0.5 + 0.5 * CONFIDENCE) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
+    return Difference(mean, error, count, mcnemar_p(only_first, only_second), max(-1.0, more - less - reach),
+                      min(1.0, more - less + reach), (only_first, only_second))
+
+
+def holm(p_values):
+    """p-values corrected for their number (Holm 1979), in the order given: below a level with the probability of that
+    level at most if all hypotheses are true, however they depend on each other."""
+    corrected, least = [0.0] * len(p_values), 0.0
+    for rank, index in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
+        least = max(least, min(1.0, (len(p_values) - rank) * p_values[index]))
+        corrected[index] = least
+    return corrected
+
+
+def share_explained(control, gain):
+    """Mean of `control` over mean of `gain`, pairs by seed, with its standard error by linearization; None without a
+    gain."""
+    control_mean, gain_mean = (math.fsum(values) / len(values) for values in (control, gain))
+    if gain_mean == 0.0:
+        return None
+    ratio = control_mean / gain_mean
+    _, error, _ = mean_and_error([a - ratio * b for a, b in zip(control, gain)])
+    return ratio, error / abs(gain_mean)

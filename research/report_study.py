@@ -1,0 +1,209 @@
+"""What a study has left in its folder: study.json and tables of trials, times, curves, paths and places.
+
+A figure is a number for each trial. Differences are taken between trials with the same seed.
+"""
+import csv
+import json
+import sys
+from collections import namedtuple
+
+try:
+    import numpy as np
+except ImportError as error:
+    sys.exit(f"{error.name} is missing: sudo apt-get install python3-numpy")
+
+from report_statistics import lost_difference, mean_and_error, t_difference
+
+Estimate = namedtuple("Estimate", "mean standard_error count")
+Curve = namedtuple("Curve", "time mean deviation count")
+# Figures that say something of a run that is lost, too; all others are of the runs that were not lost.
+OF_LOST_RUNS = ("lost", "lost_share", "converged_after", "processor_ms")
+# Settings that decide what a drive costs apart from the renewal: a step is timed against no renewal with the same ones.
+OF_COST = ("particles", "version", "excitation/method")
+# The schemes as the papers' tables call them; in scheme_times.csv they have the names of the setting.
+SCHEME_NAMES = {"residual_then_systematic": "RSR", "stratified": "Stratified", "residual": "Residual",
+                "systematic": "Systematic", "multinomial": "Multinomial"}
+
+
+class StudyError(Exception):
+    """A folder that holds no study."""
+
+
+def rows_of(path):
+    """Rows of a CSV file with its first row as names; none if there is no such file."""
+    if not path.exists():
+        return
+    with open(path, newline="", encoding="utf-8") as file:
+        yield from csv.DictReader(file)
+
+
+def number(text):
+    return float(text) if text else float("nan")
+
+
+class Study:
+    def __init__(self, folder):
+        if not (folder / "study.json").exists() or not (folder / "trials.csv").exists():
+            raise StudyError(f"{folder}: holds no study: study.json and trials.csv are not there")
+        about = json.loads((folder / "study.json").read_text(encoding="utf-8"))
+        if about.get("format") != 1:
+            raise StudyError(f'{folder}/study.json: format {about.get("format")} is unknown; this program reads format 1')
+        self.name, self.title = about["study"], about.get("title", about["study"])
+        self.filter, self.preset = about.get("filter", ""), about.get("preset", "")
+        self.settings, self.parameters = about.get("settings", {}), about.get("parameters", {})
+        self.trials, self.reference = about.get("trials", 0), about.get("reference", "")
+        self.problems = about["problems"]
+        self.filters = about["filters"]
+        self.figures, self.curves = about.get("figures", []), about.get("curves", [])
+        self._read_trials(folder)
+        self._read_curves(folder)
+        self._paths, self._places = {}, []
+        for row in rows_of(folder / "paths.csv"):
+            self._paths.setdefault((row["problem"], row["filter"]), []).append(
+                [number(row[name]) for name in ("time", "x", "y")])
+        for row in rows_of(folder / "places.csv"):
+            self._places.append((row["problem"], row["kind"], row["id"], number(row["x"]), number(row["y"])))
+
+    def _read_trials(self, folder):
+        """{(problem, filter): (seeds, {figure: values})}, by seed; NaN where a trial has no such figure."""
+        lists = {}
+        for row in rows_of(folder / "trials.csv"):
+            key = row.pop("problem"), row.pop("filter")
+            lists.setdefault(key, []).append((int(row.pop("seed")), [number(text) for text in row.values()], tuple(row)))
+        self._trials = {}
+        for key, trials in lists.items():
+            trials.sort()
+            table = np.array([values for _, values, _ in trials])
+            self._trials[key] = (np.array([seed for seed, _, _ in trials]),
+                                 {name: table[:, i] for i, name in enumerate(trials[0][2])})
+        times = {}
+        for row in rows_of(folder / "times.csv"):
+            times[row["problem"], row["filter"], int(row["seed"])] = number(row["processor_ms"])
+        for (problem, name), (seeds, figures) in self._trials.items():
+            figures["processor_ms"] = np.array([times.get((problem, name, int(seed)), float("nan")) for seed in seeds])
+        self._add_steps()
+        self.scheme_times = {}
+        for row in rows_of(folder / "scheme_times.csv"):
+            scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
+            self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = number(row["microseconds"])
+        for scheme, points in self.scheme_times.items():
+            sizes = np.array(sorted(points))
+            # In logarithms, so that a pair of schemes differs by a factor, and small counts weigh like large ones.
+            self._trials["one resampling", scheme] = (
+                sizes, {"log_time": np.log(np.array([points[size] for size in sizes]))})
+
+    def _add_steps(self):
+        """What the step of renewal costs: the filter's time minus that of no renewal, with the same seed."""
+        for (problem, name), (seeds, figures) in list(self._trials.items()):
+            base = self.no_renewal_beside(name)
+            if base is None or base == name or (problem, base) not in self._trials:
+                continue
+            base_seeds, base_figures = self._trials[problem, base]
+            base_times = dict(zip(base_seeds.tolist(), base_figures["processor_ms"].tolist()))
+            step = figures["processor_ms"] - np.array([base_times.get(seed, float("nan")) for seed in seeds.tolist()])
+            figures["step_ms"] = step
+            if "calls" in figures:
+                calls = np.where(figures["calls"] > 0.0, figures["calls"], float("nan"))
+                figures["step_us_per_call"] = 1000.0 * step / calls
+
+    def _read_curves(self, folder):
+        lists = {}
+        for row in rows_of(folder / "curves.csv"):
+            lists.setdefault((row["problem"], row["filter"]), []).append(row)
+        self._curves = {}
+        for key, rows in lists.items():
+            for name in [column[:-5] for column in rows[0] if column.endswith("_mean")]:
+                self._curves[key + (name,)] = Curve(*(
+                    np.array([number(row[column]) for row in rows])
+                    for column in ("time", f"{name}_mean", f"{name}_sd", "count")))
+
+    # ---- what there is
+
+    def settings_of(self, name):
+        """Settings of a filter on top of those of the study; none for what is no filter of it."""
+        return next((dict(each.get("settings", {})) for each in self.filters if each["name"] == name), {})
+
+    def groups(self):
+        """Groups of filters in their order: [(group, [names])]."""
+        found = {}
+        for each in self.filters:
+            found.setdefault(each.get("group", ""), []).append(each["name"])
+        return list(found.items())
+
+    def names(self, problem):
+        """The filters of a problem, in the order of study.json."""
+        return [each["name"] for each in self.filters if (problem, each["name"]) in self._trials]
+
+    def has(self, problem, name):
+        return (problem, name) in self._trials
+
+    def problem_like(self, word):
+        """The problem whose name contains this word, or None."""
+        return next((each for each in self.problems if word in each["name"]), None)
+
+    def is_lost_counted(self, problem, name):
+        return "lost" in self._trials.get((problem, name), (None, {}))[1]
+
+    def no_renewal_beside(self, name):
+        """The filter that renews nothing and is else the same, or None."""
+        def cost(settings):
+            return {key: str(settings[key]) for key in OF_COST if key in settings}
+
+        wanted = cost(self.settings_of(name))
+        for each in self.filters:
+            settings = each.get("settings", {})
+            is_plain = all(key == "population/renewal" or key in OF_COST for key in settings)
+            if settings.get("population/renewal") == "none" and is_plain and cost(settings) == wanted:
+                return each["name"]
+        return None
+
+    # ---- figures
+
+    def values(self, problem, name, figure):
+        """{seed: value} of the trials that have the figure; of a lost run there are no errors."""
+        seeds, figures = self._trials.get((problem, name), (np.array([]), {}))
+        if figure not in figures:
+            return {}
+        is_there = np.isfinite(figures[figure])
+        if "lost" in figures and figure not in OF_LOST_RUNS:
+            is_there &= ~(figures["lost"] > 0.0)
+        return dict(zip(seeds[is_there].tolist(), figures[figure][is_there].tolist()))
+
+    def estimate(self, problem, name, figure):
+        """Mean and standard error over the trials, or None."""
+        values = self.values(problem, name, figure)
+        return Estimate(*mean_and_error(values.values())) if values else None
+
+    def combination(self, problem, figure, terms, bound=0.0):
+        """Sum of weight times figure over the terms [(weight, filter)], minus a bound: [a number for each seed that all
+        have]. None if a filter has no such figure."""
+        lists = [self.values(problem, name, figure) for _, name in terms]
+        if not all(lists):
+            return None
+        seeds = sorted(set(lists[0]).intersection(*lists[1:]))
+        return [sum(weight * values[seed] for (weight, _), values in zip(terms, lists)) - bound for seed in seeds]
+
+    def difference(self, problem, figure, terms, bound=0.0):
+        """The test that such a sum is zero (report_statistics.Difference), or None."""
+        if figure == "lost" and len(terms) == 2:
+            lists = [self.values(problem, name, figure) for _, name in terms]
+            if not all(lists):
+                return None
+            seeds = sorted(set(lists[0]) & set(lists[1]))
+            return lost_difference(*([values[seed] > 0.0 for seed in seeds] for values in lists))
+        values = self.combination(problem, figure, terms, bound)
+        return None if values is None else t_difference(values)
+
+    # ---- curves, paths and places
+
+    def curve(self, problem, name, figure):
+        return self._curves.get((problem, name, figure))
+
+    def path(self, problem, name):
+        """Rows of time, x, y (s, m), or None."""
+        points = self._paths.get((problem, name))
+        return np.array(points) if points else None
+
+    def places(self, problem, kind):
+        """[(id, x, y)]"""
+        return [(name, x, y) for where, what, name, x, y in self._places if (where, what) == (problem, kind)]
