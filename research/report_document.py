@@ -30,6 +30,7 @@ tr.more td { background: #f4f6f8; }
 tr.more td.paper { background: #f4f6f8; }
 tr.rule td { border-top: 2px solid #888; }
 td.holds { color: #0a6b44; font-weight: bold; } td.not { color: #a82418; font-weight: bold; }
+td.sure { font-weight: bold; }
 td.open { color: #444; font-style: italic; }
 figure { margin: 1.2rem 0; break-inside: avoid; } figure img { width: 100%; height: auto; }
 figcaption { font-size: 0.88rem; color: #333; }
@@ -99,7 +100,7 @@ class Bullets:
 
 
 class Cell:
-    """A cell of a table; its kind is how it looks: paper, holds, not, open."""
+    """A cell of a table; its kind is how it looks: paper, holds, not, open, sure."""
 
     def __init__(self, text, kind=""):
         self.text, self.kind = text, kind
@@ -153,7 +154,7 @@ class Table:
 
     @staticmethod
     def _marked(cell):
-        return f"**{to_markdown(cell.text)}**" if cell.kind in ("holds", "not") else to_markdown(cell.text)
+        return f"**{to_markdown(cell.text)}**" if cell.kind in ("holds", "not", "sure") else to_markdown(cell.text)
 
 
 class Picture:

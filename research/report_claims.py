@@ -1,0 +1,138 @@
+"""What the papers claim, and what a study says of it.
+
+A claim is a conjunction of parts. A part is a sum of one figure over filters, paired by seed, that has to lie below or above
+a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. data/report_claims.json
+holds the claims, in families.
+
+Verdicts:
+
+* **holds**: all parts are on the claimed side. The claim's p-value is the largest of its parts (a conjunction is as certain as
+  its least certain part: the intersection-union test).
+* **does not hold**: a part is on the other side. The claim's p-value is the smallest of those parts, times the number of
+  parts (any of them could have been it).
+* **no difference found** if that p-value, corrected for the number of claims in the family (Holm), is not below 0.01.
+
+p-values are two-sided, so that a claim is wrongly decided, one way or the other, once in a hundred at most.
+"""
+import json
+from collections import namedtuple
+from pathlib import Path
+
+from report_document import Cell, Row, Table
+from report_measures import difference_text, distance_text, interval_text, measure, p_text
+from report_statistics import LEVEL, holm
+
+HOLDS, DOES_NOT_HOLD, NO_DIFFERENCE, MISSING = "holds", "does not hold", "no difference found", "not in this study"
+KINDS = {HOLDS: "holds", DOES_NOT_HOLD: "not", NO_DIFFERENCE: "open", MISSING: "open"}
+
+# differences: one for each part (report_statistics.Difference). p: of the claim; corrected: within its family. deciding: the
+# part that the verdict rests on, or at which the claim fails.
+Finding = namedtuple("Finding", "claim differences p corrected verdict deciding")
+
+
+def data_file(name):
+    """A file of figures: beside this program, as installed, or in data/ of the source tree."""
+    here = Path(__file__).resolve().parent
+    return next((path for path in (here / "data" / name, here / name) if path.exists()), here / "data" / name)
+
+
+def families():
+    return json.loads(data_file("report_claims.json").read_text(encoding="utf-8"))
+
+
+def side(part, difference):
+    """1 on the claimed side, -1 on the other, 0 on neither."""
+    sign = (difference.mean > 0.0) - (difference.mean < 0.0)
+    return sign if part["is"] == "above" else -sign
+
+
+def p_of_claim(parts, differences):
+    """The p-value of a claim and the part that it comes from."""
+    sides = [side(part, difference) for part, difference in zip(parts, differences)]
+    if -1 in sides:
+        against = [i for i, where in enumerate(sides) if where < 0]
+        deciding = min(against, key=lambda i: differences[i].p)
+        return min(1.0, len(parts) * differences[deciding].p), deciding
+    if 0 in sides:
+        return 1.0, sides.index(0)
+    deciding = max(range(len(parts)), key=lambda i: differences[i].p)
+    return differences[deciding].p, deciding
+
+
+def problem_of(study, part, problem):
+    """Name of the problem that a part is about; as given if the part names none."""
+    if "problem" not in part:
+        return problem
+    found = study.problem_like(part["problem"])
+    return found["name"] if found else part["problem"]
+
+
+def findings(study, family, problem):
+    """Of every claim of a family what the study says of it."""
+    claims = families()[family]["claims"]
+    found = []
+    for claim in claims:
+        differences = [study.difference(problem_of(study, part, problem), part["figure"],
+                                        [tuple(term) for term in part["terms"]], part.get("bound", 0.0))
+                       for part in claim["parts"]]
+        p, deciding = (None, None) if None in differences else p_of_claim(claim["parts"], differences)
+        found.append([claim, differences, p, deciding])
+    corrected = iter(holm([p for _, _, p, _ in found if p is not None]))
+    result = []
+    for claim, differences, p, deciding in found:
+        if p is None:
+            result.append(Finding(claim, differences, None, None, MISSING, None))
+            continue
+        of_family = next(corrected)
+        sides = [side(part, difference) for part, difference in zip(claim["parts"], differences)]
+        verdict = NO_DIFFERENCE
+        if of_family < LEVEL:
+            verdict = HOLDS if all(where > 0 for where in sides) else DOES_NOT_HOLD
+        result.append(Finding(claim, differences, p, of_family, verdict, deciding))
+    return result
+
+
+def part_text(study, part, problem):
+    """A part in words: `Eq. 5 (m): RSR − NR`."""
+    words = []
+    for weight, name in part["terms"]:
+        sign = ("−" if weight < 0 else "+") if words or weight < 0 else ""
+        factor = "" if abs(weight) == 1 else f"{abs(weight):g} × "
+        words.append(f"{sign} {factor}`{name}`".strip())
+    bound = f' − {part["bound"]:g}' if part.get("bound") else ""
+    where = f' ({problem_of(study, part, problem)})' if "problem" in part else ""
+    return f'{measure(part["figure"]).heading}{where}: {" ".join(words)}{bound} {"< 0" if part["is"] == "below" else "> 0"}'
+
+
+def verdict_cell(finding):
+    return Cell(finding.verdict, KINDS[finding.verdict])
+
+
+def verdict_text(finding):
+    """The verdict; where no difference was found, the interval of the part that fails."""
+    if finding.verdict != NO_DIFFERENCE:
+        return finding.verdict
+    figure = finding.claim["parts"][finding.deciding]["figure"]
+    return f"{finding.verdict}: 99 % interval {interval_text(finding.differences[finding.deciding], figure)}"
+
+
+def claims_table(study, found, problem, caption):
+    """A table of claims: a row for each part, the verdict beside the first; None without claims."""
+    rows = []
+    for finding in found:
+        for i, (part, difference) in enumerate(zip(finding.claim["parts"], finding.differences)):
+            cells = [finding.claim["claim"] if i == 0 else "", part_text(study, part, problem)]
+            if difference is None:
+                cells += ["–", "–", "–", "–"]
+            else:
+                mark = " ◂" if i == finding.deciding and len(finding.differences) > 1 else ""
+                cells += [difference_text(difference, part["figure"]), distance_text(difference), str(difference.count),
+                          p_text(difference.p) + mark]
+            is_first = i == 0
+            cells += [p_text(finding.corrected) if is_first and finding.corrected is not None else "",
+                      Cell(verdict_text(finding), KINDS[finding.verdict]) if is_first else ""]
+            rows.append(Row(cells, "rule") if is_first else Row(cells))
+    if not rows:
+        return None
+    return Table(caption, ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"],
+                 rows, texts=(0, 1, 7))

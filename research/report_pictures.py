@@ -1,0 +1,193 @@
+"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, bars, and points.
+
+The same figures give the same bytes: no dates, and names of parts that follow from what is drawn.
+"""
+import io
+import re
+import sys
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+except ImportError as error:
+    sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
+
+matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "path", "font.size": 10.0,
+                            "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,
+                            "path.simplify_threshold": 0.3, "font.family": "DejaVu Sans"})
+
+INK, GREY, BLUE, RED, GREEN, ORANGE, VIOLET = "#222222", "#8c8c8c", "#1667b7", "#c9362b", "#0a8f5b", "#d98200", "#7a3fa8"
+WIDTH = 9.0  # of a page, inches
+
+
+def svg_of(figure):
+    """The picture without what changes from run to run or loads something: comments, type and metadata."""
+    file = io.BytesIO()
+    figure.savefig(file, format="svg", bbox_inches="tight")
+    plt.close(figure)
+    text = file.getvalue().decode("utf-8")
+    for pattern in (r"<\?xml.*?\?>\s*", r"<!DOCTYPE.*?>\s*", r"\s*<metadata>.*?</metadata>", r"\s*<!--.*?-->"):
+        text = re.sub(pattern, "", text, flags=re.DOTALL)
+    return "\n".join(line.rstrip() for line in text.splitlines()).encode("utf-8") + b"\n"
+
+
+def mark_times(panel, marks):
+    """Upright lines where something happens: {name: time, s}."""
+    for name, when in marks.items():
+        panel.axvline(when, color="0.55", lw=0.9, ls="--", zorder=0)
+        panel.annotate(name, (when, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+                       color="0.35", ha="center", fontweight="bold")
+
+
+def draw_curves(panels, label, marks, top=None, columns=2, level=None):
+    """Curves with bands of one standard deviation over the trials.
+
+    `panels` are [(title, [(curve, name, colour, line)])]; `label` is that of the vertical axis, `top` its end, `level` a
+    line across: (value, name).
+    """
+    columns = min(columns, len(panels))
+    rows = -(-len(panels) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(WIDTH, 4.2 if rows * columns == 1 else 2.9 * rows + 0.3), sharex=True,
+                                sharey=True, squeeze=False, constrained_layout=True)
+    for panel, (title, curves) in zip(axes.flat, panels):
+        for curve, name, colour, line in curves:
+            panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=colour,
+                               alpha=0.13, lw=0.0)
+            panel.plot(curve.time, curve.mean, color=colour, ls=line, lw=1.6, label=name)
+        mark_times(panel, marks)
+        if level:
+            panel.axhline(level[0], color="0.4", lw=1.0)
+            panel.annotate(level[1], (1.0, level[0]), xycoords=("axes fraction", "data"), xytext=(-3, 2),
+                           textcoords="offset points", ha="right", va="bottom", color="0.35", fontsize=9)
+        if title:
+            panel.set_title(title, fontsize=10, loc="left")
+        if len(curves) > 1:
+            panel.legend(fontsize=8.5, framealpha=0.9, loc="best")
+    longest = max(float(curve.time[-1]) for _, curves in panels for curve, *_ in curves)
+    axes[0, 0].set_xlim(0.0, longest)
+    axes[0, 0].set_ylim(0.0, top)
+    for panel in axes[:, 0]:
+        panel.set_ylabel(label)
+    for panel in axes[-1]:
+        panel.set_xlabel("time (s)")
+    for panel in list(axes.flat)[len(panels):]:
+        panel.set_visible(False)
+    return svg_of(figure)
+
+
+def draw_systematic(weights, numbers, counts):
+    """Kwak's Figure 3: cumulative weights and the numbers that choose among them."""
+    figure, panel = plt.subplots(figsize=(WIDTH, 3.6), constrained_layout=True)
+    edges = np.concatenate([[0.0], np.cumsum(weights)])
+    for k, weight in enumerate(weights):
+        panel.plot([k + 0.5, k + 1.5], [edges[k + 1]] * 2, color=INK, lw=1.8)
+        panel.plot([k + 0.5] * 2, [edges[k], edges[k + 1]], color=INK, lw=1.8)
+    for i, number in enumerate(numbers):
+        chosen = int(np.searchsorted(edges, number)) - 1
+        panel.plot([0.2, chosen + 0.5], [number] * 2, color=BLUE, lw=1.0, ls=":")
+        panel.plot([chosen + 0.5], [number], "o", color=BLUE, ms=5)
+        panel.annotate(f"$U_{i + 1}$ = {number:.2f}", (0.2, number), xytext=(-4, 0), textcoords="offset points", ha="right",
+                       va="center", fontsize=8.5, color=BLUE)
+    panel.set_xticks(range(1, len(weights) + 1))
+    panel.set_xticklabels([f"[{k}]\nw = {w:g}\n× {n}" for k, (w, n) in enumerate(zip(weights, counts), 1)])
+    panel.set_yticks([0.0, 0.5, 1.0])
+    panel.yaxis.tick_right()
+    panel.set_xlim(0.2, len(weights) + 0.7)
+    panel.set_ylim(0.0, 1.03)
+    panel.set_ylabel("cumulative weight", labelpad=62)
+    panel.set_xlabel("particle, its weight, how often it is taken")
+    return svg_of(figure)
+
+
+def draw_ranks(lines):
+    """Kwak's Figure 4: {label: probabilities by rank}."""
+    figure, panel = plt.subplots(figsize=(WIDTH, 3.6), constrained_layout=True)
+    for (label, probabilities), colour in zip(lines, (GREY, GREEN, BLUE, ORANGE, RED)):
+        panel.plot(range(1, len(probabilities) + 1), probabilities, marker="o", ms=4, color=colour, label=label)
+    panel.set_xticks(range(1, len(lines[0][1]) + 1))
+    panel.set_ylim(bottom=0.0)
+    panel.set_xlabel("rank (1: the largest weight)")
+    panel.set_ylabel("probability of selection")
+    panel.legend(fontsize=9)
+    return svg_of(figure)
+
+
+def draw_paths(panels, height=4.6):
+    """Maps side by side: [(title, [(points, name, colour, line)], [(places, name, marker, colour)], [(name, x, y)])]."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, height), squeeze=False, constrained_layout=True)
+    for panel, (title, paths, places, notes) in zip(axes[0], panels):
+        for points, name, colour, line in paths:
+            panel.plot(points[:, 1], points[:, 2], color=colour, ls=line, lw=1.1 if line == "-" else 1.0, label=name)
+        for spots, name, marker, colour in places:
+            if spots:
+                panel.plot([x for _, x, _ in spots], [y for _, _, y in spots], marker, color=colour, ms=6, label=name)
+        for name, x, y in notes:
+            panel.plot([x], [y], "o", color=RED, ms=5)
+            panel.annotate(name, (x, y), xytext=(6, 6), textcoords="offset points", fontweight="bold", color=RED)
+        panel.set_aspect("equal", adjustable="datalim")
+        panel.set_title(title, fontsize=10, loc="left")
+        panel.set_xlabel("x (m)")
+    axes[0, 0].set_ylabel("y (m)")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9, frameon=False)
+    return svg_of(figure)
+
+
+def draw_bars(panels, label):
+    """Bars in groups: [(title, [group], [(name, colour, heights, errors)])]; a height of NaN is left out."""
+    figure, axes = plt.subplots(len(panels), 1, figsize=(WIDTH, 2.7 * len(panels)), squeeze=False, constrained_layout=True)
+    for panel, (title, groups, bars) in zip(axes[:, 0], panels):
+        width = 0.8 / max(1, len(bars))
+        for i, (name, colour, heights, errors) in enumerate(bars):
+            place = np.arange(len(groups)) + (i - 0.5 * (len(bars) - 1)) * width
+            panel.bar(place, heights, width * 0.92, yerr=errors, color=colour, label=name, capsize=2,
+                      error_kw={"lw": 0.9})
+        panel.set_xticks(range(len(groups)))
+        panel.set_xticklabels(groups, fontsize=8.5)
+        panel.set_ylabel(label)
+        panel.set_ylim(bottom=0.0)
+        panel.set_title(title, fontsize=10, loc="left")
+        panel.grid(axis="x", visible=False)
+    axes[0, 0].legend(fontsize=8.5, ncol=2)
+    return svg_of(figure)
+
+
+def draw_scheme_times(lines):
+    """Mahmoud's Figure 8: [(name, particles, microseconds)]."""
+    figure, panel = plt.subplots(figsize=(WIDTH, 4.2), constrained_layout=True)
+    colours = (BLUE, RED, GREEN, ORANGE, INK, VIOLET, GREY, "#4aa3a2", "#a0522d")
+    for (name, particles, times), colour, marker in zip(lines, colours, "osD^vX*Ph"):
+        panel.plot(particles, times, marker=marker, ms=4, color=colour, lw=1.4, label=name)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_xlabel("particles")
+    panel.set_ylabel("one resampling (µs)")
+    panel.legend(fontsize=9)
+    return svg_of(figure)
+
+
+def draw_points(points, labels, level):
+    """Points with crosses of standard errors: [(x, x error, y, y error, name or None, colour, marker)]; names are written
+    beside. `labels` are those of the axes, `level` an upright line (value, name)."""
+    figure, panel = plt.subplots(figsize=(WIDTH, 5.4), constrained_layout=True)
+    named = sorted((point for point in points if point[4]), key=lambda point: point[2])
+    for x, x_error, y, y_error, name, colour, marker in points:
+        panel.errorbar(x, y, xerr=x_error, yerr=y_error, color=colour, marker=marker, ms=6 if name else 4, lw=0.9, mec="white",
+                       mew=0.5, alpha=1.0 if name else 0.35, zorder=4 if name else 3)
+    span_y = max(p[2] for p in points) - min(p[2] for p in points) or 1.0
+    placed = []  # (x, y) of the labels, so that none is written over another
+    for x, _, y, _, name, colour, _ in named:
+        at = y
+        while any(abs(x - other_x) < 0.22 and abs(at - other) < 0.033 * span_y for other_x, other in placed):
+            at += 0.01 * span_y
+        placed.append((x, at))
+        panel.annotate(name, (x, y), xytext=(x + 0.012, at), textcoords="data", fontsize=8, color=colour, va="center")
+    panel.axvline(level[0], color="0.4", lw=1.0)
+    panel.annotate(level[1], (level[0], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -4), textcoords="offset points",
+                   rotation=90, ha="left", va="top", color="0.35", fontsize=9)
+    panel.set_xlabel(labels[0])
+    panel.set_ylabel(labels[1])
+    return svg_of(figure)

@@ -1,0 +1,519 @@
+#!/usr/bin/env python3
+"""Whether the report of a study gives the verdicts that made-up trials deserve, and shows every table and figure."""
+
+import base64
+import csv
+import html.parser
+import json
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+import rosunit
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / 'research'))
+
+import report_claims  # noqa: E402
+import report_document  # noqa: E402
+import report_kwak  # noqa: E402
+import report_measures  # noqa: E402
+import report_parts  # noqa: E402
+import report_statistics  # noqa: E402
+import report_study  # noqa: E402
+import report_tempering  # noqa: E402
+import study_report  # noqa: E402
+
+PAPERS = report_parts.papers()
+CURVES = ('feature_error', 'position_error', 'map_error', 'distinct', 'effective_sample_size', 'map_inside', 'calls')
+KWAK_FILTERS = {
+    'Resampling schemes': {'NR': {'population/renewal': 'none'}, 'RSR': {}, 'PR': {}, 'RBR': {}},
+    'Compensation: pairing and ratio': {
+        f'compensation{pairing}{ratio}': {'population/renewal': 'compensation'}
+        for pairing in ('', ' random', ' roulette') for ratio in ('', ' 10 %', ' 20 %', ' 50 %')},
+    'Compensation: literal': {'compensation literal': {'population/compensation/blend': 'literal'}},
+    'Threshold': {f'{name} T_N={value}': {'population/threshold': value}
+                  for name in ('RSR', 'compensation') for value in (0.25, 0.5, 1)},
+    'Particles': {f'{name} M={value}': {'particles': value} for name in ('RSR', 'compensation') for value in (10, 50, 500)},
+    'Parameters': {'RBR eta_max=1.1': {}, 'RBR eta_max=2': {}, 'PR T_h=1.5 T_l=0.5': {}},
+    'Excitation': {'RSR regularized': {'excitation/method': 'regularized'},
+                   'compensation regularized': {'excitation/method': 'regularized'}},
+    'Tempering': {'reset': {'population/weights': 'reset'}, 'RSR tempered 0.3': {'tempering': 0.3}, 'NR tempered 0.3': {'tempering': 0.3}},
+    'Beyond the papers': {'redraw': {'population/renewal': 'redraw'}, 'EKF-SLAM': {}}}
+KWAK_FIGURES = [name for name in report_measures.OF_FASTSLAM if name not in ('processor_ms', 'step_ms', 'step_us_per_call')]
+SCHEMES = ('RSR', 'Stratified', 'Residual', 'Systematic', 'Multinomial')
+MAHMOUD_FIGURES = ['lost', *(f'{axis}_{part}' for axis in ('cross_track', 'along_track', 'cartesian', 'heading')
+                             for part in ('mean', 'max', 'std')), 'coverage95', 'lost_share', 'converged_after']
+KWAK_PICTURES = ['kwak_figure_' + number for number in (
+    '03', '04', '05', '06', '07', '08', '09', '11', '12a', '12b', '13', '14', '15', '16')]
+MAHMOUD_PICTURES = [f'mahmoud_figure_{number:02d}' for number in range(1, 9)]
+
+
+def scatter(*of_what):
+    """A number between -1 and 1 that follows from what it is for, the same on every machine."""
+    value = 17
+    for character in repr(of_what):
+        value = (value * 31 + ord(character)) % 1000003
+    return 2.0 * ((value * 7919) % 100003) / 100003 - 1.0
+
+
+def write_rows(path, header, rows):
+    with open(path, 'w', newline='', encoding='utf-8') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+def write_study(folder, groups, figures, runs, times=None, **about):
+    """A folder as `study` fills it. `runs` are {(problem, filter): {figure: [of seed 1, of seed 2, ...]}}."""
+    folder = pathlib.Path(folder)
+    study = {'format': 1, 'study': 'made', 'title': 'A study made up', 'filter': 'fastslam', 'preset': 'kwak2008', 'settings': {},
+             'trials': 3, 'reference': 'RSR', 'figures': list(figures), 'curves': [],
+             'problems': [{'name': problem, 'kind': 'world'} for problem in dict.fromkeys(key[0] for key in runs)],
+             'filters': [{'name': name, 'group': group, 'settings': settings}
+                         for group, filters in groups.items() for name, settings in filters.items()]}
+    study.update(about)
+    (folder / 'study.json').write_text(json.dumps(study), encoding='utf-8')
+    rows = [[problem, name, seed, *(values[figure][seed - 1] if figure in values else '' for figure in figures)]
+            for (problem, name), values in runs.items() for seed in range(1, len(next(iter(values.values()))) + 1)]
+    write_rows(folder / 'trials.csv', ['problem', 'filter', 'seed', *figures], rows)
+    if times:
+        write_rows(folder / 'times.csv', ['problem', 'filter', 'seed', 'processor_ms'], times)
+    return folder
+
+
+def write_kwak(folder, count=12, without=()):
+    """A study of all of Kwak's filters but some, on one world."""
+    problem = 'indoor_two_loops'
+    groups = {group: {name: settings for name, settings in filters.items() if name not in without}
+              for group, filters in KWAK_FILTERS.items()}
+    names = [name for filters in groups.values() for name in filters]
+    trials = {(problem, name): {figure: [1.0 + 0.3 * scatter(name, figure) + 0.1 * scatter(seed, figure)
+                                         + 0.05 * scatter(name, figure, seed) for seed in range(count)]
+                                for figure in KWAK_FIGURES if name != 'EKF-SLAM' or figure not in ('calls', 'distinct')}
+              for name in names}
+    times = [(problem, name, seed + 1, 2.0 + 0.3 * scatter(name) + 0.01 * scatter(seed, name)) for name in names for seed in range(count)]
+    write_study(folder, groups, KWAK_FIGURES, trials, times, study='kwak', title='Kwak, number beside number', trials=count,
+                curves=CURVES, problems=[{'name': problem, 'kind': 'world', 'duration': 36.0, 'closures': {'B': 14.0, 'C': 30.0}}])
+    rows = []
+    for name in names:
+        for scan in range(60):
+            time = 0.6 * scan
+            rows.append([problem, name, time, count])
+            for curve in CURVES:
+                value = 0.3 + 0.1 * scatter(name, curve) + (0.2 if 9.0 <= time < 14.0 else 0.0) + 0.01 * scatter(scan, name)
+                rows[-1] += [value * {'distinct': 100.0, 'effective_sample_size': 100.0, 'calls': 2.0 * scan}.get(curve, 1.0), 0.05]
+    write_rows(pathlib.Path(folder) / 'curves.csv', ['problem', 'filter', 'time', 'count', *(
+        f'{curve}_{part}' for curve in CURVES for part in ('mean', 'sd'))], rows)
+    corners = [(0, 0), (18, 0), (18, 7), (0, 7), (0, 0)]
+    write_rows(pathlib.Path(folder) / 'paths.csv', ['problem', 'filter', 'time', 'x', 'y', 'heading'],
+               [[problem, 'truth', 9.0 * i, x, y, 0.0] for i, (x, y) in enumerate(corners)])
+    write_rows(pathlib.Path(folder) / 'places.csv', ['problem', 'kind', 'id', 'x', 'y'], [
+        [problem, 'landmark', 0, 3, 2], [problem, 'landmark', 1, 9, -2], [problem, 'closure', 'B', 0, 7], [problem, 'closure', 'C', 0, 1]])
+    return pathlib.Path(folder)
+
+
+def write_mahmoud(folder, count=12, without=(), problems=('circle', 'figure8')):
+    """A study of all of Mahmoud's filters but some; every third run without excitation is lost."""
+    filters = {**{scheme: {} for scheme in SCHEMES}, **{f'{scheme} gaussian': {'excitation/method': 'gaussian'} for scheme in SCHEMES},
+               **{f'Systematic {more}': {} for more in ('roughening', 'regularized', 'gaussian sigma=0.1', 'M=100')}, 'shipped': {}}
+    names = [name for name in filters if name not in without]
+    trials = {}
+    for problem in problems:
+        for name in names:
+            lost = [1.0 if seed % 3 == 0 and name in SCHEMES else 0.0 for seed in range(count)]
+            trials[problem, name] = {figure: lost if figure == 'lost' else [
+                '' if lost[seed] and figure not in ('lost_share', 'converged_after') else 0.2 + 0.05 * scatter(name, figure) + 0.01 * scatter(
+                    seed, figure, name) for seed in range(count)] for figure in MAHMOUD_FIGURES}
+        trials[problem, 'dead reckoning'] = {figure: [2.0 + 0.1 * scatter(seed) for seed in range(count)]
+                                             for figure in MAHMOUD_FIGURES if 'lost' not in figure and figure != 'coverage95'}
+    write_study(folder, {'Schemes': {name: filters[name] for name in names}}, MAHMOUD_FIGURES, trials, study='mahmoud',
+                title='Mahmoud, number beside number', filter='beacon_mcl', preset='mahmoud2012', trials=count, reference='Systematic',
+                problems=[{'name': problem, 'kind': 'world', 'duration': 1200.0, 'clip': 240.0, 'lost_error': 1.0} for problem in problems])
+    write_rows(pathlib.Path(folder) / 'paths.csv', ['problem', 'filter', 'time', 'x', 'y', 'heading'], [
+        [problem, name, i, 10.0 * math.cos(0.1 * i) + 0.1 * scatter(name, i), 10.0 * math.sin(0.1 * i), 0.0]
+        for problem in problems for name in ('truth', 'dead reckoning', *names) for i in range(64)])
+    write_rows(pathlib.Path(folder) / 'places.csv', ['problem', 'kind', 'id', 'x', 'y'],
+               [[problem, 'beacon', i, 15.0 * math.cos(i), 15.0 * math.sin(i)] for problem in problems for i in range(6)])
+    write_rows(pathlib.Path(folder) / 'scheme_times.csv', ['scheme', 'particles', 'microseconds'], [
+        [scheme, size, (1.0 + i) * 0.01 * size * (1.0 + 0.01 * scatter(scheme, size))]
+        for i, scheme in enumerate(('systematic', 'stratified', 'residual_then_systematic', 'residual', 'multinomial'))
+        for size in (100, 1000, 10000, 100000)])
+    return pathlib.Path(folder)
+
+
+class Balance(html.parser.HTMLParser):
+    """What is open in a page, and whether all is closed in its order."""
+
+    VOID = ('meta', 'img', 'br', 'link')
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.wrong, self.ids, self.links, self.loaded = [], [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.ids += [attributes['id']] if 'id' in attributes else []
+        self.links += [attributes['href']] if tag == 'a' else []
+        self.loaded += [attributes[name] for name in ('src', 'srcset', 'data') if name in attributes]
+        if tag in ('script', 'link', 'iframe', 'object'):
+            self.wrong.append(tag)
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.wrong.append(tag)
+
+
+class StudyReport(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def study(self, **values):
+        """A study of one figure, {filter: [of seed 1, of seed 2, ...]}; underscores in names are spaces."""
+        trials = {('world', name.replace('__', ' ')): {'feature_error': list(numbers)} for name, numbers in values.items()}
+        write_study(self.folder, {'All': {name: {} for _, name in trials}}, ['feature_error'], trials)
+        return report_study.Study(self.folder)
+
+    # ---- statistics
+
+    def test_quantiles_of_t_are_those_of_printed_tables(self):
+        # Abramowitz and Stegun (1964), Table 26.10.
+        for degrees, probability, printed in ((1, 0.995, 63.657), (2, 0.995, 9.925), (4, 0.975, 2.776), (5, 0.995, 4.032),
+                                              (10, 0.995, 3.169), (10, 0.9995, 4.587), (29, 0.995, 2.756), (30, 0.975, 2.042),
+                                              (120, 0.995, 2.617)):
+            self.assertAlmostEqual(report_statistics.t_quantile(probability, degrees), printed, delta=0.0006)
+        self.assertAlmostEqual(report_statistics.normal_quantile(0.995), 2.57583, places=5)
+
+    def test_tails_of_t_are_those_of_closed_forms(self):
+        for t in (0.0, 0.3, 1.0, 4.0, 300.0):
+            self.assertAlmostEqual(report_statistics.t_two_sided(t, 1), 1.0 - 2.0 / math.pi * math.atan(t), places=12)
+            self.assertAlmostEqual(report_statistics.t_two_sided(t, 2), 1.0 - t / math.sqrt(2.0 + t * t), places=12)
+        # Far out, where 1 minus a distribution would be nothing but rounding: F = 1 - t / sqrt(2 + t²) goes as 1 / t².
+        self.assertAlmostEqual(report_statistics.t_two_sided(1e8, 2) * 1e16, 1.0, places=6)
+
+    def test_holm_corrects_as_in_the_textbook(self):
+        # Four hypotheses: 4 x 0.005, 3 x 0.01, 2 x 0.03, and 0.04, which may not be below its predecessor.
+        for corrected, right in zip(report_statistics.holm([0.01, 0.04, 0.03, 0.005]), (0.03, 0.06, 0.06, 0.02)):
+            self.assertAlmostEqual(corrected, right)
+        self.assertEqual(report_statistics.holm([]), [])
+        self.assertEqual(report_statistics.holm([0.7, 0.8]), [1.0, 1.0])
+
+    def test_mcnemar_counts_the_pairs_that_differ(self):
+        # 1 and 8 of 9: 2 (1 + 9) / 512.
+        self.assertAlmostEqual(report_statistics.mcnemar_p(1, 8), 20.0 / 512.0)
+        self.assertEqual(report_statistics.mcnemar_p(3, 3), 1.0)
+        self.assertEqual(report_statistics.mcnemar_p(0, 0), 1.0)
+        found = report_statistics.lost_difference([True] * 8 + [False] * 12, [False] * 8 + [True] + [False] * 11)
+        self.assertEqual(found.discordant, (8, 1))
+        self.assertAlmostEqual(found.mean, 7.0 / 20.0)
+        self.assertAlmostEqual(found.p, 20.0 / 512.0)
+        # Bonett and Price: (9 - 2) / 22 ± 2.5758 sqrt((11 / 22 - (7 / 22)²) / 22).
+        reach = 2.575829 * math.sqrt((0.5 - (7.0 / 22.0) ** 2) / 22.0)
+        self.assertAlmostEqual(found.low, 7.0 / 22.0 - reach, places=5)
+        nothing = report_statistics.lost_difference([False] * 20, [False] * 20)
+        self.assertLess(nothing.low, 0.0)
+        self.assertGreater(nothing.high, 0.0)
+
+    def test_paired_difference_is_that_of_pairs(self):
+        found = report_statistics.t_difference([-0.12, -0.08, -0.12, -0.08])
+        self.assertAlmostEqual(found.mean, -0.1)
+        self.assertAlmostEqual(found.standard_error, 0.02 / math.sqrt(3.0))
+        # t = 5 sqrt(3) with three degrees of freedom, whose distribution has a closed form.
+        t = 5.0 * math.sqrt(3.0)
+        closed = 1.0 - 2.0 / math.pi * (math.atan(t / math.sqrt(3.0)) + math.sqrt(3.0) * t / (3.0 + t * t))
+        self.assertAlmostEqual(found.p, closed, places=12)
+        self.assertAlmostEqual(found.high - found.low, 2.0 * 5.841 * found.standard_error, places=4)
+
+    def test_equal_differences_are_certain_and_none_decides_nothing(self):
+        self.assertEqual(report_statistics.t_difference([0.1 + 0.2, 0.3, 0.3]).p, 0.0)
+        self.assertEqual(report_statistics.t_difference([0.0, 0.0]).p, 1.0)
+        self.assertEqual(report_statistics.t_difference([5.0]).p, 1.0)
+        self.assertIsNone(report_statistics.t_difference([]))
+
+    def test_share_of_a_gain(self):
+        share, error = report_statistics.share_explained([0.1, 0.2, 0.3], [0.2, 0.4, 0.6])
+        self.assertAlmostEqual(share, 0.5)
+        self.assertAlmostEqual(error, 0.0)
+        # Residues 0.1, -0.2, 0.1 of a ratio of 1: their standard error sqrt(0.06 / 2 / 3), over a mean of 0.2.
+        share, error = report_statistics.share_explained([0.3, 0.0, 0.3], [0.2, 0.2, 0.2])
+        self.assertAlmostEqual(share, 1.0)
+        self.assertAlmostEqual(error, 0.1 / 0.2)
+
+    # ---- verdicts
+
+    def verdicts(self, family, **values):
+        study = self.study(**values)
+        return {finding.claim['claim'][0]: finding for finding in report_claims.findings(study, family, 'world')}
+
+    def test_claim_that_holds_that_is_reversed_and_that_is_null(self):
+        base = [0.3 + 0.01 * scatter(seed) for seed in range(20)]
+        found = self.verdicts('five_points', RSR=base, compensation=[value - 0.1 - 0.01 * scatter(value) for value in base])
+        self.assertEqual(found['2'].verdict, 'holds')
+        self.assertEqual(found['5'].verdict, 'not in this study')
+        found = self.verdicts('five_points', RSR=base, compensation=[value + 0.1 + 0.01 * scatter(value) for value in base])
+        self.assertEqual(found['2'].verdict, 'does not hold')
+        # -0.2 standard errors: on the claimed side, and no finding.
+        differences = [1.0 if seed % 2 else -1.0 for seed in range(20)]
+        error = report_statistics.t_difference(differences).standard_error
+        found = self.verdicts('five_points', RSR=base, compensation=[
+            value + 0.01 * (each - 0.2 * error) for value, each in zip(base, differences)])['2']
+        self.assertAlmostEqual(found.differences[0].mean / found.differences[0].standard_error, -0.2)
+        self.assertEqual(found.verdict, 'no difference found')
+        self.assertIn('99 % interval −', report_claims.verdict_text(found))
+
+    def test_conjunction_is_as_certain_as_its_least_certain_part(self):
+        base = [0.3 + 0.01 * scatter(seed) for seed in range(20)]
+        ratios = {'compensation__10__%': base, 'compensation__20__%': [value - 0.1 + 0.01 * scatter(value, 1) for value in base]}
+        half = [value - 0.1 + 0.01 * scatter(value, 2) for value in ratios['compensation__20__%']]
+        weak = [value - 0.002 + 0.01 * scatter(value, 3) for value in half]
+        found = self.verdicts('five_points', compensation__50__=half, **ratios)
+        self.assertEqual(found['3'].verdict, 'not in this study')
+        study = self.study(**ratios, **{'compensation__50__%': half, 'compensation': weak})
+        found = report_claims.findings(study, 'five_points', 'world')[2]
+        self.assertEqual(found.deciding, 2)
+        self.assertEqual(found.p, max(difference.p for difference in found.differences))
+        # Alone in its family here, and not below 0.01.
+        self.assertEqual(found.corrected, found.p)
+        self.assertEqual(found.verdict, 'no difference found')
+
+    def test_part_on_the_other_side_counts_as_many_times_as_there_are_parts(self):
+        parts = [{'is': 'below'}, {'is': 'below'}, {'is': 'above'}]
+        make = report_statistics.t_difference
+        against = make([0.1, 0.2, 0.15])
+        p, deciding = report_claims.p_of_claim(parts, [make([-1.0, -1.1]), against, make([1.0, 1.1])])
+        self.assertEqual((p, deciding), (min(1.0, 3.0 * against.p), 1))
+        p, deciding = report_claims.p_of_claim(parts, [make([-1.0, -1.1]), make([0.0, 0.0]), make([1.0, 1.1])])
+        self.assertEqual((p, deciding), (1.0, 1))
+
+    def test_family_is_corrected_for_its_number(self):
+        base = [0.3 + 0.01 * scatter(seed) for seed in range(8)]
+        filters = {'RSR': base, 'compensation': [value - 0.02 - 0.012 * scatter(value) for value in base],
+                   'compensation__M=50': [value - 0.02 - 0.012 * scatter(value, 2) for value in base]}
+        found = self.verdicts('five_points', **filters)
+        raw = sorted(found[which].p for which in '25')
+        self.assertEqual(sorted(found[which].corrected for which in '25'), [2.0 * raw[0], max(2.0 * raw[0], raw[1])])
+
+    def test_twice_is_a_difference_with_a_factor_and_a_bound_is_taken_off(self):
+        trials = {('world', 'compensation'): {'calls': [10.0, 11.0, 10.5], 'feature_error_drop_at_C': [0.1, 0.2, 0.15]},
+                  ('world', 'compensation T_N=1'): {'calls': [30.0, 32.5, 31.0], 'feature_error_drop_at_C': [-0.1, -0.2, -0.15]},
+                  ('world', 'RSR'): {'feature_error_drop_at_B': [0.06, 0.08, 0.07], 'calls': [1.0] * 3}}
+        figures = ['calls', 'feature_error_drop_at_B', 'feature_error_drop_at_C']
+        write_study(self.folder, {'All': {name: {} for _, name in trials}}, figures, trials)
+        study = report_study.Study(self.folder)
+        found = report_claims.findings(study, 'five_points', 'world')[3]
+        self.assertAlmostEqual(found.differences[0].mean, 93.5 / 3.0 - 2.0 * 10.5)
+        self.assertAlmostEqual(found.differences[1].mean, -0.15)
+        self.assertEqual(found.verdict, 'no difference found')  # of three drives
+        text = report_claims.part_text(study, found.claim['parts'][0], 'world')
+        self.assertEqual(text, 'Calls: `compensation T_N=1` − 2 × `compensation` > 0')
+        self.assertAlmostEqual(study.difference('world', 'feature_error_drop_at_B', [(1.0, 'RSR')], 0.05).mean, 0.02)
+
+    def test_claims_name_known_figures_and_filters(self):
+        known = {name for filters in KWAK_FILTERS.values() for name in filters}
+        known |= {f'{scheme}{more}' for scheme in SCHEMES for more in ('', ' gaussian')}
+        known |= {'Systematic roughening', 'Systematic regularized', 'shipped'}
+        for family, group in report_claims.families().items():
+            for claim in group['claims']:
+                for part in claim['parts']:
+                    self.assertIn(part['figure'], report_measures.MEASURES)
+                    self.assertIn(part['is'], ('below', 'above'))
+                    self.assertLessEqual({name for _, name in part['terms']}, known, family)
+
+    # ---- the study
+
+    def test_step_is_timed_against_no_renewal_with_the_same_seed(self):
+        trials = {('world', name): {'calls': [10.0, 20.0]} for name in ('NR', 'RSR', 'RSR M=50')}
+        times = [('world', 'NR', 1, 1.0), ('world', 'NR', 2, 2.0), ('world', 'RSR', 2, 2.6), ('world', 'RSR', 1, 1.2),
+                 ('world', 'RSR M=50', 1, 0.5), ('world', 'RSR M=50', 2, 0.5)]
+        groups = {'All': {'NR': {'population/renewal': 'none'}, 'RSR': {}, 'RSR M=50': {'particles': 50}}}
+        study = report_study.Study(write_study(self.folder, groups, ['calls'], trials, times))
+        steps = study.values('world', 'RSR', 'step_ms')
+        self.assertAlmostEqual(steps[1], 0.2)
+        self.assertAlmostEqual(steps[2], 0.6)
+        self.assertAlmostEqual(study.values('world', 'RSR', 'step_us_per_call')[2], 30.0)
+        self.assertEqual(study.values('world', 'RSR M=50', 'step_ms'), {})  # there is no NR with 50 particles
+
+    def test_errors_are_of_the_runs_that_are_not_lost_and_pairs_of_both(self):
+        trials = {('circle', 'A'): {'lost': [1.0, 0.0, 0.0], 'cartesian_mean': [9.0, 0.2, 0.4]},
+                  ('circle', 'B'): {'lost': [0.0, 0.0, 1.0], 'cartesian_mean': [0.1, 0.1, '']}}
+        study = report_study.Study(write_study(self.folder, {'All': {'A': {}, 'B': {}}}, ['lost', 'cartesian_mean'], trials))
+        self.assertAlmostEqual(study.estimate('circle', 'A', 'cartesian_mean').mean, 0.3)
+        difference = study.difference('circle', 'cartesian_mean', [(1.0, 'A'), (-1.0, 'B')])
+        self.assertEqual(difference.count, 1)
+        self.assertAlmostEqual(difference.mean, 0.1)
+        self.assertEqual(study.difference('circle', 'lost', [(1.0, 'A'), (-1.0, 'B')]).discordant, (1, 1))
+        self.assertEqual(report_parts.lost_text(study, 'circle', 'A'), '1 of 3')
+
+    def test_folder_without_a_study_is_said_to_be_one(self):
+        done = subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('holds no study', done.stderr)
+
+    # ---- the papers
+
+    def test_papers_are_as_printed(self):
+        kwak, mahmoud = PAPERS['kwak']['tables'], PAPERS['mahmoud']['tables']
+        self.assertEqual([row['calls'] for row in kwak['III']['rows']], ['2296', '2301', '2670'])
+        self.assertEqual([row['run_time'] for row in kwak['III']['rows']], ['8.23', '11.62', '12.34'])
+        self.assertEqual(kwak['IV']['rows'][2]['distinct'], '26.3222')
+        self.assertEqual(kwak['V']['rows'][1], {'method': 'Roulette Wheel', 'filter': 'compensation roulette',
+                                                'effective_sample_size': '76.189', 'feature_error': '0.2547', 'run_time': '0.869'})
+        self.assertEqual([row['feature_error'] for row in kwak['VI']['rows']], ['0.3169', '0.2817', '0.2512', '0.2109'])
+        self.assertEqual(mahmoud['1']['rows']['XTE_abs_std'], ['1.5820', '0.5078', '0.5338', '0.5139', '0.4885', '0.4751'])
+        self.assertEqual(mahmoud['2']['rows']['Cartesian_abs_avg'][4], '0.7902')
+        self.assertEqual(mahmoud['3']['rows']['ATE_abs_avg'][4], '0.7443')
+
+    def test_papers_agree_with_themselves(self):
+        # The averages of Table IV are the sums of Table III over 50 runs, to the digits that are printed.
+        tables = PAPERS['kwak']['tables']
+        for total, mean in zip(tables['III']['rows'], tables['IV']['rows']):
+            self.assertAlmostEqual(float(total['run_time']) / 50.0, float(mean['run_time']), delta=0.00011)
+        self.assertEqual({key: tables['V']['rows'][2][key] for key in tables['V']['columns']},
+                         {key: tables['VI']['rows'][3][key] for key in tables['VI']['columns']})
+        for number in '123':
+            for name, row in PAPERS['mahmoud']['tables'][number]['rows'].items():
+                self.assertEqual(len(row), len(PAPERS['mahmoud']['columns']), name)
+        # Of a mean distance neither part is longer than the whole; dead reckoning is the same with and without excitation.
+        for number in '12':
+            rows = PAPERS['mahmoud']['tables'][number]['rows']
+            for cross, along, total in zip(*(rows[f'{axis}_abs_avg'] for axis in ('XTE', 'ATE', 'Cartesian'))):
+                self.assertGreater(float(total), max(float(cross), float(along)))
+                self.assertLess(float(total), float(cross) + float(along))
+        for name, row in PAPERS['mahmoud']['tables']['3']['rows'].items():
+            self.assertEqual(row[0], PAPERS['mahmoud']['tables']['1']['rows'][name][0])
+
+    def test_papers_have_the_numbers_of_the_older_documents(self):
+        # research/data/references.json holds a part of Kwak's tables for doc/study_compensation.md.
+        rows = json.loads((ROOT / 'research/data/references.json').read_text(encoding='utf-8')).get('kwak', {}).get('rows', [])
+        ours = {(number, row['filter']): row for number, table in PAPERS['kwak']['tables'].items() for row in table['rows']}
+        for row in rows:
+            found = ours[row['table'].split(', ')[-1], row['filter']]
+            self.assertEqual(float(found['feature_error']), row['feature_error'])
+            self.assertEqual(float(found['run_time']), row['seconds'])
+            self.assertEqual(float(found['effective_sample_size']), row['effective_sample_size'])
+
+    # ---- the page
+
+    def check_page(self, document):
+        """That a page is well-formed, loads nothing, and leads nowhere but to itself."""
+        text = document.html()
+        page = Balance()
+        page.feed(text)
+        self.assertEqual((page.open, page.wrong), ([], []))
+        self.assertEqual(len(page.ids), len(set(page.ids)))
+        for link in page.links:
+            self.assertIn(link.lstrip('#'), page.ids)
+        self.assertNotRegex(text, r'https?://|@import|url\(')
+        for source in page.loaded:
+            svg = base64.b64decode(source.split('base64,')[1]).decode('utf-8')
+            ElementTree.fromstring(svg)
+            self.assertEqual(re.findall(r'href="(?!#)[^"]*"', svg), [])
+            self.assertNotIn('<metadata', svg)
+        markdown = document.markdown()
+        for picture in document.pictures():
+            self.assertIn(f'({picture.name}.svg)', markdown)
+        for table in re.findall(r'(?m)(?:^\|.*\n)+', markdown):
+            self.assertEqual(len({len(re.findall(r'(?<!\\)\|', line)) for line in table.splitlines()}), 1, table)
+        return text
+
+    def test_page_of_kwak_has_all_tables_and_figures(self):
+        document = study_report.report_of(write_kwak(self.folder))
+        text = self.check_page(document)
+        names = [picture.name for picture in document.pictures()]
+        self.assertEqual([name for name in KWAK_PICTURES if name not in names], [])
+        for number, table in PAPERS['kwak']['tables'].items():
+            self.assertIn(f'Table {number} of Kwak', text)
+            for row in table['rows']:
+                for column in table['columns']:
+                    self.assertIn(f'>{row[column]}</td>', text)
+        self.assertIn('Taken are 1, 2, 2, 4, 5, 6; the paper says 1, 2, 2, 4, 5, 6. 5 of 6 particles stay distinct.', text)
+        self.assertIn('Figure 10 is a drawing', text)
+        for control in ('reset', 'RSR tempered 0.3', 'redraw', 'EKF-SLAM'):
+            self.assertGreaterEqual(text.count(f'<code>{control}</code>'), 4, control)
+
+    def test_page_of_kwak_finds_point_a(self):
+        study = report_study.Study(write_kwak(self.folder))
+        # The made-up curves rise by 0.2 at 9 s: within two seconds that hold it.
+        self.assertAlmostEqual(report_kwak.point_a(study, 'indoor_two_loops'), 9.0, delta=1.0)
+
+    def test_page_without_some_filters_says_so(self):
+        document = study_report.report_of(write_kwak(self.folder, without=('PR', 'NR', 'reset', 'compensation literal')))
+        text = self.check_page(document)
+        self.assertIn('Not in this study: <code>PR</code>', text)
+        self.assertIn('not in this study', text)
+        self.assertIn('No filter with the literal equations', text)
+        # Nor without curves, paths and times.
+        for name in ('curves.csv', 'paths.csv', 'places.csv', 'times.csv'):
+            (self.folder / name).unlink()
+        self.assertIn('This study has no such curves', self.check_page(study_report.report_of(self.folder)))
+
+    def test_page_of_mahmoud_has_all_tables_and_figures(self):
+        document = study_report.report_of(write_mahmoud(self.folder))
+        text = self.check_page(document)
+        self.assertEqual([picture.name for picture in document.pictures()], MAHMOUD_PICTURES)
+        for number, table in PAPERS['mahmoud']['tables'].items():
+            self.assertIn(f'Table {number} of Mahmoud', text)
+            for row in table['rows'].values():
+                self.assertIn(''.join(f'<td>{value}</td>' for value in row), text)
+        self.assertIn('<td>4 of 12</td>', text)  # lost, of seeds 0, 3, 6, 9
+        self.assertIn('<td>0 : 4</td>', text)  # with excitation and without
+        # Systematic resampling is the fastest by construction.
+        table = text[text.index('3. Systematic resampling takes'):]
+        self.assertIn('>holds</td>', table[:table.index('</tr>')])
+
+    def test_page_of_mahmoud_without_a_problem_and_filters_says_so(self):
+        text = self.check_page(study_report.report_of(write_mahmoud(self.folder, without=('RSR gaussian', 'shipped'), problems=('circle',))))
+        self.assertIn('Table 2: the figure of eight is not in this study.', text)
+        self.assertIn('Not in this study: <code>RSR gaussian</code>', text)
+
+    def test_page_of_mahmoud_shows_a_recording_without_the_papers_numbers(self):
+        text = self.check_page(study_report.report_of(write_mahmoud(self.folder, problems=('circle', 'figure8', 'plaza2'))))
+        self.assertIn('plaza2, without excitation', text)
+
+    def test_page_of_any_other_study(self):
+        trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3], 'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
+        write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, ['feature_error', 'mine'], trials, curves=['feature_error'])
+        write_rows(self.folder / 'curves.csv', ['problem', 'filter', 'time', 'count', 'feature_error_mean', 'feature_error_sd'],
+                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in ('RSR', 'A') for time in range(5)])
+        document = study_report.report_of(self.folder)
+        text = self.check_page(document)
+        self.assertIn('>2.333 ± 0.882</td>', text)
+        self.assertEqual(len(document.pictures()), 1)
+
+    def test_page_is_the_same_bytes_twice(self):
+        write_mahmoud(self.folder, count=4)
+        program = [sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)]
+        made = []
+        for _ in range(2):
+            subprocess.run(program, check=True, stdout=subprocess.DEVNULL)
+            made.append({path.name: path.read_bytes() for path in (self.folder / 'report').iterdir()})
+        self.assertEqual(sorted(made[0]), sorted(['report.html', 'report.md', *(f'{name}.svg' for name in MAHMOUD_PICTURES)]))
+        self.assertTrue(made[0] == made[1])
+
+    def test_text_is_escaped(self):
+        table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
+        self.assertIn('<code>p &lt; 0.1 | q</code> &amp; &lt;b&gt;', table.html())
+        self.assertIn('&lt;b&gt;', table.markdown())
+        with self.assertRaises(ValueError):
+            report_document.Table('rows', ['x', 'y'], [['1']])
+
+    def test_share_that_a_control_has(self):
+        trials = {('world', name): {'map_inside': values, 'map_error': [0.2, 0.3, 0.25, 0.2]} for name, values in (
+            ('RSR', [0.5, 0.4, 0.5, 0.4]), ('reset', [0.7, 0.6, 0.7, 0.6]), ('compensation 10 %', [0.9, 0.8, 0.9, 0.8]))}
+        study = report_study.Study(write_study(self.folder, {'All': {name: {} for _, name in trials}}, ['map_inside', 'map_error'], trials))
+        self.assertEqual(report_tempering.share_text(study, 'world', 'compensation 10 %', 'reset'), '50 ± 0 %')
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('pf_resampling', 'study_report', StudyReport)
