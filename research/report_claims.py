@@ -101,7 +101,8 @@ def part_text(study, part, problem):
         words.append(f"{sign} {factor}`{name}`".strip())
     bound = f' − {part["bound"]:g}' if part.get("bound") else ""
     where = f' ({problem_of(study, part, problem)})' if "problem" in part else ""
-    return f'{measure(part["figure"]).heading}{where}: {" ".join(words)}{bound} {"< 0" if part["is"] == "below" else "> 0"}'
+    claimed = "<\u00a00" if part["is"] == "below" else ">\u00a00"
+    return f'{measure(part["figure"]).heading}{where}: {" ".join(words)}{bound} {claimed}'
 
 
 def verdict_cell(finding):
@@ -125,7 +126,7 @@ def claims_table(study, found, problem, caption):
             if difference is None:
                 cells += ["–", "–", "–", "–"]
             else:
-                mark = " ◂" if i == finding.deciding and len(finding.differences) > 1 else ""
+                mark = "\u00a0◂" if i == finding.deciding and len(finding.differences) > 1 else ""
                 cells += [difference_text(difference, part["figure"]), distance_text(difference), str(difference.count),
                           p_text(difference.p) + mark]
             is_first = i == 0
@@ -134,5 +135,5 @@ def claims_table(study, found, problem, caption):
             rows.append(Row(cells, "rule") if is_first else Row(cells))
     if not rows:
         return None
-    return Table(caption, ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"],
-                 rows, texts=(0, 1, 7))
+    headings = ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"]
+    return Table(caption, headings, rows, texts=(0, 1, 7))

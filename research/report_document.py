@@ -14,12 +14,13 @@ h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.35rem; margin-top
 h3 { font-size: 1.1rem; margin-top: 2rem; }
 h1, h2, h3 { break-after: avoid; }
 code { font: 0.92em "DejaVu Sans Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+td code, th code { overflow-wrap: normal; } td.settings code { overflow-wrap: anywhere; }
 a { color: #1667b7; }
 p, li { orphans: 3; widows: 3; }
 div.table { overflow-x: auto; margin: 1rem 0; }
-table { border-collapse: collapse; font-size: 0.78rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; font-size: 0.74rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
 caption { text-align: left; caption-side: top; font-weight: bold; padding-bottom: 0.4rem; }
-th, td { padding: 0.22rem 0.5rem; text-align: right; vertical-align: top; border-bottom: 1px solid #e2e2e2; }
+th, td { padding: 0.22rem 0.42rem; text-align: right; vertical-align: top; border-bottom: 1px solid #e2e2e2; }
 thead th { border-bottom: 2px solid #888; vertical-align: bottom; }
 thead tr.groups th { border-bottom: 1px solid #bbb; text-align: center; }
 th.text, td.text { text-align: left; }
@@ -38,7 +39,8 @@ figcaption { font-size: 0.88rem; color: #333; }
 @media print {
   body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; }
   div.table { overflow: visible; break-inside: avoid; } div.long { break-inside: auto; }
-  table { font-size: 7pt; } th, td { padding: 0.12rem 0.28rem; } tr { break-inside: avoid; } thead { display: table-header-group; }
+  table { font-size: 7pt; } th, td { padding: 0.12rem 0.28rem; }
+  tr { break-inside: avoid; } thead { display: table-header-group; }
   figure img { max-height: 215mm; object-fit: contain; } a { color: inherit; text-decoration: none; }
 }
 """

@@ -2,10 +2,11 @@
 import numpy as np
 
 import report_pictures as pictures
-from report_document import Bullets, Cell, Heading, Picture, Row, Table, Text
-from report_measures import decided_cell, difference_text, interval_text, signed, with_error
-from report_parts import (Claims, add_filters, add_groups, add_reading, add_settings, difference_cell, differences_to, interval_words,
-                          listed, more_rows, papers, plain_row)
+from report_document import Bullets, Cell, Heading, Picture, Table, Text
+from report_measures import difference_text, with_error
+from report_parts import (Claims, add_filters, add_groups, add_reading, add_settings, difference_cell, differences_to,
+                          interval_words, listed, more_rows, papers, plain_row)
+from report_statistics import LEVEL
 from report_tempering import add_tempering
 
 FAMILIES = ("five_points", "kwak", "honesty")
@@ -13,7 +14,8 @@ FAMILIES = ("five_points", "kwak", "honesty")
 NR, RSR = ("NR", "no renewal (NR)", pictures.GREY, "-"), ("RSR", "RSR", pictures.INK, "-")
 PR, RBR = ("PR", "PR", pictures.ORANGE, "-"), ("RBR", "RBR", pictures.GREEN, "-")
 COMPENSATION = ("compensation", "compensation", pictures.RED, "-")
-THRESHOLDS = [("compensation T_N=0.25", "T_N = 0.25", pictures.GREEN, "-"), ("compensation T_N=0.5", "T_N = 0.5", pictures.BLUE, "-"),
+THRESHOLDS = [("compensation T_N=0.25", "T_N = 0.25", pictures.GREEN, "-"),
+              ("compensation T_N=0.5", "T_N = 0.5", pictures.BLUE, "-"),
               ("compensation", "T_N = 0.75", pictures.RED, "-"), ("compensation T_N=1", "T_N = 1", pictures.ORANGE, "-")]
 SIZES = [("compensation M=10", "compensation, M = 10", pictures.GREEN, "-"),
          ("compensation M=50", "compensation, M = 50", pictures.BLUE, "-"),
@@ -57,9 +59,10 @@ class KwakReport:
 
     def add_curves(self, name, figure, panels, caption, marks=None, **options):
         """A picture of curves; those that the study lacks are named below it."""
-        curves = [(title, [(self.study.curve(self.name, each[0], figure), *each[1:]) for each in filters
-                           if self.study.curve(self.name, each[0], figure) is not None]) for title, filters in panels]
-        missing = [each[0] for _, filters in panels for each in filters if self.study.curve(self.name, each[0], figure) is None]
+        drawn = {each[0]: self.study.curve(self.name, each[0], figure) for _, filters in panels for each in filters}
+        missing = [name for name, curve in drawn.items() if curve is None]
+        curves = [(title, [(drawn[each[0]], *each[1:]) for each in filters if drawn[each[0]] is not None])
+                  for title, filters in panels]
         curves = [(title, filters) for title, filters in curves if filters]
         note = f" Not in this study: {listed(sorted(set(missing)))}." if missing else ""
         if not curves:
@@ -67,8 +70,8 @@ class KwakReport:
             return
         trials = int(max(np.max(curve.count) for _, filters in curves for curve, *_ in filters))
         svg = pictures.draw_curves(curves, LABELS[figure], self.marks if marks is None else marks, **options)
-        self.document.add(Picture(name, svg, f"{caption} Means over {trials} drives; bands: ± one standard deviation over the "
-                                  f"drives.{note}"))
+        self.document.add(Picture(name, svg, f"""{caption} Means over {trials} drives; bands: ± one standard deviation over the
+                                  drives.{note}"""))
 
     # ---- tables
 
@@ -81,12 +84,12 @@ class KwakReport:
         groups, headings = [("", 1)], ["Filter"]
         if number == "III":
             groups += [("Complexity", 1), ("Calls", 3), ("Run time of the step", 5)]
-            headings += ["paper", "paper, sum", "paper, per drive", "ours, per drive", "paper, sum (s)", "paper, per drive (s)",
-                         "ours, per drive (ms)", "paper, per call (ms)", "ours, per call (µs)"]
+            headings += ["paper", "paper, sum", "paper, per drive", "ours, per drive", "paper, sum (s)",
+                         "paper, per drive (s)", "ours, per drive (ms)", "paper, per call (ms)", "ours, per call (µs)"]
         else:
             groups += [(PRINTED[figure], 2) for figure in printed] + [("Run time of the step", 3), ("Not in the paper", 2)]
-            headings += ["paper", "ours"] * len(printed) + ["paper, per drive (s)", "ours, per drive (ms)", "ours, per call (µs)",
-                                                            "Map (m)", "Landmarks inside"]
+            headings += ["paper", "ours"] * len(printed)
+            headings += ["paper, per drive (s)", "ours, per drive (ms)", "ours, per call (µs)", "Map (m)", "Landmarks inside"]
 
         def ours(name, figure):
             return with_error(study.estimate(self.name, name, figure), figure)
@@ -119,15 +122,16 @@ class KwakReport:
     def beside(self):
         """What stands below the paper's rows: no renewal, plain resampling, the controls and what goes beyond the papers."""
         groups = dict(self.study.groups())
-        return ["NR", "RSR", "compensation", "compensation 10 %", *groups.get("Tempering", []), *groups.get("Beyond the papers", [])]
+        return ["NR", "RSR", "compensation", "compensation 10 %", *groups.get("Tempering", []),
+                *groups.get("Beyond the papers", [])]
 
     # ---- sections
 
     def add_all(self):
         document, study = self.document, self.study
-        document.add(Text(f"""This page sets the tables and figures of {self.paper['source']} beside what this package measures.
-            The paper prints averages of {self.paper['runs']} runs in a world that is not available; ours is one of the same
-            kind (Figure 5), so what can be compared is order and size, not digits."""))
+        document.add(Text(f"""This page sets the tables and figures of {self.paper['source'].rstrip('.')}, beside what this
+            package measures. The paper prints averages of {self.paper['runs']} runs in a world that is not available; ours is
+            one of the same kind (Figure 5), so what can be compared is order and size, not digits."""))
         document.add(Heading(2, "In short", "short"))
         document.add(Text(f"""Of the five points that this study has to show and the claims of the paper, taken together:
             {self.claims.counts('five_points', 'kwak')}. The five points first; every other claim stands below its table or
@@ -135,10 +139,10 @@ class KwakReport:
         document.add(self.claims.of("five_points", "The five points: claims and verdicts"))
         index = len(document.blocks)  # of the list of what is where, known at the end
         add_settings(document, study, self.paper)
-        document.add(Text("""**Compensation.** Equations 7 and 8 are built with weights normalised over the pair, a = w_l / (w_l +
-            w_h) and b = 1 − a: as printed the two weights do not add up to one, so the blend is no mean of the two particles
-            but is drawn towards the origin of the coordinates. Which particles are low and which high the paper does not say:
-            the split at the median weight is our reading. The rows `literal` show what the printed equations do."""))
+        document.add(Text("""**Compensation.** Equations 7 and 8 are built with weights normalised over the pair, a = w_l /
+            (w_l + w_h) and b = 1 − a: as printed the two weights do not add up to one, so the blend is no mean of the two
+            particles but is drawn towards the origin of the coordinates. Which particles are low and which high the paper does
+            not say: the split at the median weight is our reading. The rows `literal` show what the printed equations do."""))
         add_reading(document, study)
         self.add_resampling()
         self.add_compensation()
@@ -148,6 +152,7 @@ class KwakReport:
         self.add_parameters()
         self.add_absent()
         document.add(Heading(2, "All filters", "all"))
+        document.add(Text("Differences are bold if their p-value, corrected for the number of filters (Holm), is below 0.01."))
         figures = list(study.figures) + ["processor_ms", "step_ms", "step_us_per_call"]
         for problem in study.problems:
             document.add(Heading(3, f'On {problem["name"]}') if len(study.problems) > 1 else None)
@@ -160,35 +165,32 @@ class KwakReport:
             Bullets([f"[{text}](#{anchor})" for text, anchor in self.found]),
             Text("[Figures 1, 2 and 10, Tables I and II](#absent): what has no counterpart, and why.")]
 
+    def figure(self, number, title, figure, panels, caption, after=None, **options):
+        """A figure of the paper with its heading, what is said after it, and its claims."""
+        self.heading(f"Figure {number}: {title}", f"figure-{number}")
+        self.add_curves(f"kwak_figure_{int(number):02d}", figure, panels, f"**Figure {number}.** {caption}", **options)
+        if after:
+            after()
+        self.document.add(self.claims.at(f"Figure {number}"))
+
     def add_resampling(self):
-        document = self.document
+        document, schemes = self.document, [("", [NR, RSR, PR, RBR])]
         document.add(Heading(2, "Resampling (sections 3 and 4 of the paper)", "resampling"))
         self.add_figure_3()
         self.add_figure_4()
         self.add_figure_5()
-        self.heading("Figure 6: distinct particles", "figure-6")
-        self.add_curves("kwak_figure_06", "distinct", [("", [NR, RSR, PR, RBR])], "**Figure 6.** Number of distinct particles: "
-                        "ancestors that survive since the first landmark.")
-        self.add_left_after_b()
-        document.add(self.claims.at("Figure 6"))
-        self.heading("Figure 7: effective sample size", "figure-7")
-        self.add_curves("kwak_figure_07", "effective_sample_size", [(name, [each]) for name, each in
-                                                                    zip("(a) NR,(b) RSR,(c) PR,(d) RBR".split(","), (NR, RSR, PR, RBR))],
-                        "**Figure 7.** Effective sample size, before the renewal.", top=100.0)
-        document.add(self.claims.at("Figure 7"))
-        self.heading("Figure 8: RMS feature error", "figure-8")
-        self.add_curves("kwak_figure_08", "feature_error", [("", [NR, RSR, PR, RBR])], "**Figure 8.** RMS feature error, eq. 5.",
-                        marks=self.marks_with_a())
-        document.add(self.claims.at("Figure 8"))
-        self.heading("Figure 9: RMS position error", "figure-9")
-        self.add_curves("kwak_figure_09", "position_error", [("", [NR, RSR, PR, RBR])], "**Figure 9.** RMS position error, eq. 6.")
-        self.add_position_at_end()
-        document.add(self.claims.at("Figure 9"))
+        self.figure("6", "distinct particles", "distinct", schemes,
+                    "Number of distinct particles: ancestors that survive since the first landmark.", self.add_left_after_b)
+        self.figure("7", "effective sample size", "effective_sample_size",
+                    [("(a) NR", [NR]), ("(b) RSR", [RSR]), ("(c) PR", [PR]), ("(d) RBR", [RBR])],
+                    "Effective sample size, before the renewal.", top=100.0)
+        self.figure("8", "RMS feature error", "feature_error", schemes, "RMS feature error, eq. 5.", marks=self.marks_with_a())
+        self.figure("9", "RMS position error", "position_error", schemes, "RMS position error, eq. 6.", self.add_position_at_end)
         self.heading("Table III: calls and run time", "table-3")
         document.add(Text("""The paper's run time is that of the step alone. Ours is the processor time of the filter minus that
-            of the same filter without renewal (NR), paired by seed, because maps are copied only when they are next looked
-            at, so that a step's cost comes later and cannot be timed within the step. In the paper a step copies the maps,
-            O(MN); here it notes who descends from whom, O(M)."""))
+            of the same filter without renewal (NR), paired by seed, because maps are copied only when they are next looked at, so
+            that a step's cost comes later and cannot be timed within the step. In the paper a step copies the maps, O(MN); here it
+            notes who descends from whom, O(M)."""))
         self.table("III")
         document.add(self.claims.at("Table III"))
         self.heading("Table IV: performance", "table-4")
@@ -217,10 +219,12 @@ class KwakReport:
         lines = []
         for text in self.paper["eta_max"]:
             eta = float(text)
-            lines.append((f"$\\eta_{{max}}$ = {text}", [(eta - (eta - (2.0 - eta)) * rank / (size - 1)) / size for rank in range(size)]))
+            smallest = 2.0 - eta
+            lines.append((f"$\\eta_{{max}}$ = {text}",
+                          [(eta - (eta - smallest) * rank / (size - 1)) / size for rank in range(size)]))
         self.heading("Figure 4: selection by rank", "figure-4")
-        self.document.add(Picture("kwak_figure_04", pictures.draw_ranks(lines),
-                                  f"**Figure 4.** Probability of selection over the rank, eq. 3, for the {size} particles of the example."))
+        self.document.add(Picture("kwak_figure_04", pictures.draw_ranks(lines), f"""**Figure 4.** Probability of selection over
+                                  the rank, eq. 3, for the {size} particles of the example."""))
 
     def add_figure_5(self):
         study, name = self.study, self.name
@@ -238,35 +242,36 @@ class KwakReport:
         paths = [(truth, "true path of the first drive", pictures.BLUE, "-")] if truth is not None else []
         self.document.add(Picture(
             "kwak_figure_05", pictures.draw_paths([("", paths, [(landmarks, "landmark", "x", pictures.INK)], notes)]),
-            f"**Figure 5.** The world: {len(landmarks)} landmarks. The geometry is our own, since that of the paper is not "
-            f"available; it has an inner loop that closes at B and an outer one that closes at C, too.{text} {closures or ''}."))
+            f"""**Figure 5.** The world: {len(landmarks)} landmarks. The geometry is our own, since that of the paper is not
+            available; it has an inner loop that closes at B and an outer one that closes at C, too.{text}
+            {closures + '.' if closures else ''}"""))
 
     def add_left_after_b(self):
         curve = self.study.curve(self.name, "RSR", "distinct")
         if curve is None or "B" not in self.marks:
             return
         left = float(np.interp(self.marks["B"] + RISE, curve.time, curve.mean))
-        self.document.add(Text(f"""The paper says that soon after B a single particle is left with RSR. Here, {RISE:g} s after B,
-            it is {left:.1f} on average."""))
+        self.document.add(Text(f"""The paper says that soon after B a single particle is left with RSR. Here, {RISE:g} s after
+            B, it is {left:.1f} on average."""))
 
     def add_position_at_end(self):
         said = self.paper["said"]["position_error_end"]
         ends = {each[0]: self.study.curve(self.name, each[0], "position_error") for each in (RSR, PR, RBR)}
         ends = [f"`{name}` {curve.mean[-1]:.3f} m" for name, curve in ends.items() if curve is not None]
         if ends:
-            self.document.add(Text(f"""The paper says that eq. 6 goes to about {said['value']} {said['unit']} after the outer loop
-                ({said['where']}). Here it is at the end: {', '.join(ends)}."""))
+            self.document.add(Text(f"""The paper says that eq. 6 goes to about {said['value']} {said['unit']} after the outer
+                loop ({said['where']}). Here it is at the end: {', '.join(ends)}."""))
 
     def add_compensation(self):
         document = self.document
         document.add(Heading(2, "Compensation (section 5 of the paper)", "compensation"))
-        self.heading("Figure 11: effective sample size of compensation", "figure-11")
-        self.add_curves("kwak_figure_11", "effective_sample_size", [("", [COMPENSATION, RSR])], "**Figure 11.** Effective sample size "
-                        "of compensation. RSR is added.", top=100.0)
-        document.add(self.claims.at("Figure 11"))
+        self.figure("11", "effective sample size of compensation", "effective_sample_size", [("", [COMPENSATION, RSR])],
+                    "Effective sample size of compensation. RSR is added.", top=100.0)
         self.heading("Figure 12: errors of compensation and RSR", "figure-12")
-        for letter, figure, title in (("a", "feature_error", "RMS feature error, eq. 5"), ("b", "position_error", "RMS position error, eq. 6")):
-            self.add_curves(f"kwak_figure_12{letter}", figure, [("", [RSR, COMPENSATION])], f"**Figure 12 ({letter}).** {title}.")
+        for letter, figure, title in (("a", "feature_error", "RMS feature error, eq. 5"),
+                                      ("b", "position_error", "RMS position error, eq. 6")):
+            self.add_curves(f"kwak_figure_12{letter}", figure, [("", [RSR, COMPENSATION])],
+                            f"**Figure 12 ({letter}).** {title}.")
         document.add(Text("The claim on eq. 5 is the second of the five points."))
         document.add(self.claims.at("Figure 12"))
         self.heading("Table V: selection of pairs", "table-5")
@@ -276,26 +281,23 @@ class KwakReport:
         self.table("VI")
         document.add(Text("The claim on eq. 5 is the third of the five points."))
         document.add(self.claims.at("Table VI"))
-        self.heading("Figure 13: effective sample size and threshold", "figure-13")
-        self.add_curves("kwak_figure_13", "effective_sample_size", [(f"({letter}) {each[1]}", [each]) for letter, each in
-                                                                    zip("abcd", THRESHOLDS)],
-                        "**Figure 13.** Effective sample size of compensation with four thresholds.", top=100.0)
-        document.add(self.claims.at("Figure 13"))
-        self.heading("Figure 14: feature error and threshold", "figure-14")
-        self.add_curves("kwak_figure_14", "feature_error", [("", THRESHOLDS)], "**Figure 14.** RMS feature error, eq. 5, of compensation "
-                        "with four thresholds.")
-        document.add(Text("That T_N = 1 does not lower eq. 5 at C is part of the fourth of the five points."))
-        document.add(self.claims.at("Figure 14"))
-        self.heading("Figure 15: calls and threshold", "figure-15")
-        self.add_curves("kwak_figure_15", "calls", [("", THRESHOLDS)], "**Figure 15.** Number of calls so far, of compensation with four "
-                        "thresholds. The claim on them is part of the fourth of the five points.")
-        self.heading("Figure 16: number of particles", "figure-16")
-        self.add_curves("kwak_figure_16", "feature_error", [("", SIZES)], "**Figure 16.** RMS feature error, eq. 5, of compensation with "
-                        "fewer particles, and of RSR. That 50 particles beat RSR with 100 is the fifth of the five points.")
+        self.figure("13", "effective sample size and threshold", "effective_sample_size",
+                    [(f"({letter}) {each[1]}", [each]) for letter, each in zip("abcd", THRESHOLDS)],
+                    "Effective sample size of compensation with four thresholds.", top=100.0)
+        self.figure("14", "feature error and threshold", "feature_error", [("", THRESHOLDS)], """RMS feature error, eq. 5, of
+                    compensation with four thresholds. That T_N = 1 does not lower it at C is part of the fourth of the five
+                    points.""")
+        self.figure("15", "calls and threshold", "calls", [("", THRESHOLDS)], """Number of calls so far, of compensation with four
+                    thresholds. The claim on them is part of the fourth of the five points.""")
+        self.figure("16", "number of particles", "feature_error", [("", SIZES)], """RMS feature error, eq. 5, of compensation with
+                    fewer particles, and of RSR. That 50 particles beat RSR with 100 is the fifth of the five points.""",
+                    self.add_similar)
+
+    def add_similar(self):
         similar = self.study.difference(self.name, "feature_error", [(1.0, "compensation M=50"), (-1.0, "compensation")])
         if similar is not None:
-            document.add(Text(f"""The paper says that 50 particles are similar to 100. Eq. 5 with 50 minus eq. 5 with 100, paired by
-                drive, is {interval_words(similar, 'feature_error')}: this is how similar they are."""))
+            self.document.add(Text(f"""The paper says that 50 particles are similar to 100. Eq. 5 with 50 minus eq. 5 with 100,
+                paired by drive, is {interval_words(similar, 'feature_error')}: this is how similar they are."""))
 
     def add_literal(self):
         study, name = self.study, self.name
@@ -310,27 +312,30 @@ class KwakReport:
                 for pair in pairs for each in reversed(pair)]
         headings = ["Eq. 5 (m)", "Eq. 6 (m)", "Map (m)", "Landmarks inside", "Pose (m)"]
         self.document.add(Table("Weights normalised over the pair, and as printed", ["Filter", *headings], rows))
-        rows = [[f"`{each}` − `{normalised}`", *(difference_text(study.difference(name, figure, [(1.0, each), (-1.0, normalised)]), figure)
-                                                  for figure in figures)] for each, normalised in pairs]
+        rows = []
+        for each, normalised in pairs:
+            changes = [study.difference(name, figure, [(1.0, each), (-1.0, normalised)]) for figure in figures]
+            rows.append([f"`{each}` − `{normalised}`", *map(difference_text, changes, figures)])
         self.document.add(Table("What the printed equations change, paired by drive", ["Difference", *headings], rows))
 
     def add_honesty(self):
         document = self.document
         document.add(Heading(2, "What the paper does not look at", "honesty"))
-        document.add(Text("""Eq. 5 takes the error over all particles, without their weights. So it holds the error of the map and
-            the spread of the particles, and whatever shrinks the cloud lowers it. What a user gets is the weighted-mean map and
-            its covariance. A 95 % ellipse that can be believed contains the truth 95 % of the time."""))
-        self.add_curves("kwak_beyond_map", "map_error", [("", BEYOND)], "**Beyond the paper: the map.** RMS error of the weighted-mean "
-                        "map over the drive.")
-        self.add_curves("kwak_beyond_inside", "map_inside", [("", BEYOND)], "**Beyond the paper: honesty.** Share of the landmarks inside "
-                        "their 95 % ellipse over the drive.", top=1.05, level=(0.95, "honest"))
+        document.add(Text("""Eq. 5 takes the error over all particles, without their weights. So it holds the error of the map
+            and the spread of the particles, and whatever shrinks the cloud lowers it. What a user gets is the weighted-mean
+            map and its covariance. A 95 % ellipse that can be believed contains the truth 95 % of the time."""))
+        self.add_curves("kwak_beyond_map", "map_error", [("", BEYOND)], """**Beyond the paper: the map.** RMS error of the
+                        weighted-mean map over the drive.""")
+        self.add_curves("kwak_beyond_inside", "map_inside", [("", BEYOND)], """**Beyond the paper: honesty.** Share of the
+                        landmarks inside their 95 % ellipse over the drive.""", top=1.05, level=(0.95, "honest"))
         document.add(self.claims.at("honesty"))
 
     def add_parameters(self):
         study, name = self.study, self.name
         self.document.add(Heading(2, "Parameters that the paper names and does not vary", "parameters"))
-        for title, first, begin in (("Slope of rank-based resampling, η_max; `RBR` has the paper's 1.5", "RBR", "RBR eta_max"),
-                                    ("Thresholds of partial resampling, T_h and T_l; `PR` has 2 / M and 0.5 / M", "PR", "PR T_")):
+        for title, first, begin in (
+                ("Slope of rank-based resampling, η_max; `RBR` has the paper's 1.5", "RBR", "RBR eta_max"),
+                ("Thresholds of partial resampling, T_h and T_l; `PR` has 2 / M and 0.5 / M", "PR", "PR T_")):
             names = [each for each in study.names(name) if each == first or each.startswith(begin)]
             if len(names) < 2:
                 self.document.add(Text(f"{title}: not in this study."))
@@ -338,10 +343,13 @@ class KwakReport:
             figures = ("calls", "distinct", "effective_sample_size", "feature_error", "map_error", "map_inside")
             found = {figure: differences_to(study, name, names, first, figure) for figure in figures}
             headings = ["Calls", "Distinct", "N_eff", "Eq. 5 (m)", "Map (m)", "Landmarks inside"]
-            rows = [[f"`{each}`", *(with_error(study.estimate(name, each, figure), figure) for figure in figures)] for each in names]
+            rows = [[f"`{each}`", *(with_error(study.estimate(name, each, figure), figure) for figure in figures)]
+                    for each in names]
             self.document.add(Table(title, ["Filter", *headings], rows))
-            rows = [[f"`{each}`", *(difference_cell(found[figure], each, figure) for figure in figures)] for each in names if each != first]
-            self.document.add(Table(f"Minus `{first}`, paired by drive; bold: corrected p below 0.01", ["Filter", *headings], rows))
+            rows = [[f"`{each}`", *(difference_cell(found[figure], each, figure) for figure in figures)]
+                    for each in names if each != first]
+            caption = f"Minus `{first}`, paired by drive; bold: corrected p below {LEVEL:g}"
+            self.document.add(Table(caption, ["Filter", *headings], rows))
 
     def add_absent(self):
         self.document.add(Heading(2, "What has no counterpart, and why", "absent"))
@@ -349,9 +357,9 @@ class KwakReport:
             "Figure 1 is a drawing of how FastSLAM 2.0 goes on with two particles: a concept, with nothing measured.",
             "Figure 2 is a family tree of resampling algorithms: a concept.",
             "Figure 10 is a drawing of what a particle holds: a concept.",
-            "Tables I and II are listings; the schemes are `systematic` and `residual_systematic`. The bracket in Table II is read as "
-            "the integer below.",
-            "Figure 5 is our own world of the same kind: the paper's map is not available. Point A is therefore where our own curve rises "
-            "most.",
-            "The ranges of the vertical axes cannot be told from the paper at hand, which has no pictures; effective sample sizes are "
-            "drawn from 0 to the number of particles."]))
+            """Tables I and II are listings; the schemes are `systematic` and `residual_systematic`. The bracket in Table II is
+            read as the integer below.""",
+            """Figure 5 is our own world of the same kind: the paper's map is not available. Point A is therefore where our own
+            curve rises most.""",
+            """The ranges of the vertical axes cannot be told from the paper at hand, which has no pictures; effective sample sizes
+            are drawn from 0 to the number of particles."""]))

@@ -1,11 +1,11 @@
-"""The report of the study of Mahmoud et al. (2012): its tables and figures beside ours, runs lost, and its three conclusions."""
+"""The report of the study of Mahmoud et al. (2012): its tables and figures beside ours, runs lost, its three conclusions."""
 import math
 
 import report_pictures as pictures
 from report_document import Bullets, Cell, Heading, Picture, Row, Table, Text
-from report_measures import AXES, PARTS, difference_text, distance_text, measure, p_text, with_error
-from report_parts import (Claims, add_filters, add_groups, add_reading, add_settings, figure_text, interval_words, listed, lost_text,
-                          papers)
+from report_measures import AXES, PARTS, difference_text, distance_text, p_text, with_error
+from report_parts import (Claims, add_filters, add_groups, add_reading, add_settings, figure_text, interval_words, listed,
+                          lost_text, papers, plain_row)
 from report_statistics import LEVEL, holm
 
 SCHEMES = ("RSR", "Stratified", "Residual", "Systematic", "Multinomial")
@@ -41,13 +41,14 @@ class MahmoudReport:
                 title = f"{short}_abs_{ending}"
                 if printed and title in printed:
                     rows.append(Row([f"{title}, paper", *printed[title]], "paper", "rule"))
+                figure = f"{axis}_{part}"
                 rows.append(Row([f"{title}, ours" if printed else title,
-                                 *(with_error(study.estimate(problem, name, f"{axis}_{part}"), f"{axis}_{part}") for name in names)],
-                                *([] if printed and title in printed else ["more"] if printed else [])))
+                                 *(with_error(study.estimate(problem, name, figure), figure) for name in names)],
+                                *(["more"] if printed and title not in printed else [])))
         reference = f"{REFERENCE} {excitation}".strip()
         figures = [("Inside own 95 % region (%)", "coverage95"), ("**Runs lost**", "lost")]
-        rows += [Row([title, *(figure_text(study, problem, name, figure) for name in names)], "more", *(["rule"] if i == 0 else []))
-                 for i, (title, figure) in enumerate(figures)]
+        for i, (title, figure) in enumerate(figures):
+            rows.append(plain_row([title, *(figure_text(study, problem, name, figure) for name in names)], i == 0))
         rows += [Row(cells, "more") for cells in self.lost_rows(problem, names, reference)]
         self.document.add(Table(caption, ["Error (m)", "Dead reckoning", *SCHEMES], rows))
         if missing:
@@ -56,7 +57,8 @@ class MahmoudReport:
     def lost_rows(self, problem, names, reference):
         """Rows of the tests on what was lost, and of the error where neither was: each scheme beside the reference."""
         study = self.study
-        lost = {name: study.difference(problem, "lost", [(1.0, name), (-1.0, reference)]) for name in names[1:] if name != reference}
+        lost = {name: study.difference(problem, "lost", [(1.0, name), (-1.0, reference)])
+                for name in names[1:] if name != reference}
         tested = [name for name, difference in lost.items() if difference is not None]
         p = dict(zip(tested, holm([lost[name].p for name in tested])))
         error = {name: study.difference(problem, "cartesian_mean", [(1.0, name), (-1.0, reference)]) for name in tested}
@@ -87,8 +89,9 @@ class MahmoudReport:
                  distance_text(lost), Cell(p_text(corrected), "sure" if corrected < LEVEL else ""),
                  "–" if error is None else f"{difference_text(error, 'cartesian_mean')} ({error.count})"]
                 for (name, other, lost, error), corrected in zip(pairs, p)]
-        return Table(caption, ["Filter", "Beside", "Lost", "Lost, beside", "Lost only here : only beside", "p (McNemar, exact; Holm)",
-                               "Cartesian_abs_avg, difference (pairs with neither lost)"], rows, texts=(0, 1))
+        return Table(caption, ["Filter", "Beside", "Lost", "Lost, beside", "Lost only here : only beside",
+                               "p (McNemar, exact; Holm)", "Cartesian_abs_avg, difference (pairs with neither lost)"],
+                     rows, texts=(0, 1))
 
     def beside_systematic(self, problem, names, caption):
         study, pairs = self.study, []
@@ -103,17 +106,19 @@ class MahmoudReport:
 
     def add_all(self):
         document, study = self.document, self.study
-        document.add(Text(f"""This page sets the tables and figures of {self.paper['source']} beside what this package measures.
-            The recordings of the paper (Kurth 2004) cannot be obtained. The circle and the figure of eight here are simulated
-            drives among beacons in an area of the same size, so what can be compared is order, not digits."""))
+        document.add(Text(f"""This page sets the tables and figures of {self.paper['source'].rstrip('.')}, beside what this
+            package measures. The recordings of the paper (Kurth 2004) cannot be obtained. The circle and the figure of eight
+            here are simulated drives among beacons in an area of the same size, so what can be compared is order, not
+            digits."""))
         document.add(Heading(2, "In short", "short"))
         document.add(Text(f"""The paper draws three conclusions: about schemes, about excitation and about run time. Here:
-            {self.claims.counts('mahmoud')}. The second is taken apart, for an error that is averaged over the runs that were not
-            lost says nothing of those that were."""))
+            {self.claims.counts('mahmoud')}. The second is taken apart, for an error that is averaged over the runs that were
+            not lost says nothing of those that were."""))
         document.add(self.claims.of("mahmoud", "The paper's conclusions: claims and verdicts"))
-        document.add(Text("""RSR (residual, then systematic on the residue) and systematic resampling take the same particles for the same
-            random number, so with the same seed their columns here are equal. That RSR and systematic resampling differ in the paper's
-            tables is due to random numbers, not to the schemes. So RSR is no part of the first claim."""))
+        document.add(Text("""RSR (residual, then systematic on the residue) and systematic resampling take the same particles
+            for the same random number, so with the same seed their columns here are equal. That RSR and systematic resampling
+            differ in the paper's tables is due to random numbers, not to the schemes. So RSR is no part of the first
+            claim."""))
         self.add_largest_difference()
         index = len(document.blocks)
         add_settings(document, study, self.paper)
@@ -126,17 +131,19 @@ class MahmoudReport:
         self.add_recordings()
         document.add(Heading(2, "What has no counterpart, and why", "absent"))
         document.add(Bullets([
-            "The recordings: Kurth's data of 2004 cannot be obtained. The importer takes their layout, so that they can be put in the "
-            "place of the simulated drives.",
+            """The recordings: Kurth's data of 2004 cannot be obtained. The importer takes their layout, so that they can be put in
+            the place of the simulated drives.""",
             "Figure 2 also shows particles and measured ranges at one moment; here the estimated path is drawn.",
             "The caption of Figure 3 is missing in the copy at hand; of the five schemes it is the one left, RSR.",
             "Figure 7 has no numbers besides those of Tables 1 and 3; the paper's bars are drawn from these.",
             "The ranges of the axes cannot be told from the copy at hand, which has no pictures."]))
         document.add(Heading(2, "All filters", "all"))
+        document.add(Text("Differences are bold if their p-value, corrected for the number of filters (Holm), is below 0.01."))
         for problem in study.problems:
             document.add(Heading(3, f'On {problem["name"]}'))
-            add_groups(document, study, problem["name"], study.figures, ("cartesian_mean", "cross_track_mean", "along_track_mean", "lost",
-                                                                         "coverage95", "converged_after"), level=4)
+            add_groups(document, study, problem["name"], study.figures,
+                       ("cartesian_mean", "cross_track_mean", "along_track_mean", "lost", "coverage95", "converged_after"),
+                       level=4)
         add_filters(document, study)
         document.blocks[index:index] = [Heading(3, "Where each table and figure is"),
                                         Bullets([f"[{text}](#{anchor})" for text, anchor in self.found])]
@@ -153,10 +160,10 @@ class MahmoudReport:
         if not found:
             return
         _, problem, first, second, difference = max(found, key=lambda each: each[0])
-        self.document.add(Text(f"""The paper itself adds that the difference among the schemes is not significant. No test can show that
-            there is none, but its size can be bounded: the largest of all pairs of schemes here is that of `{first}` and `{second}` on
-            {problem}, {interval_words(difference, 'cartesian_mean')}, in m, over {difference.count} pairs of runs that were not
-            lost."""))
+        self.document.add(Text(f"""The paper itself adds that the difference among the schemes is not significant. No test can
+            show that there is none, but its size can be bounded: the largest of all pairs of schemes here is that of `{first}`
+            and `{second}` on {problem}, {interval_words(difference, 'cartesian_mean')}, in m, over {difference.count} pairs of
+            runs that were not lost."""))
 
     def add_size_of_errors(self):
         """Why the paper's errors are so much larger."""
@@ -170,12 +177,12 @@ class MahmoudReport:
         if None in ours:
             return
         self.document.add(Text(f"""**Why our errors are smaller.** With systematic resampling on the circle the paper has
-            {total:.2f} m, we have {ours[2].mean:.2f} m. In the paper the error along the track is {along / cross:.1f} times that across
-            it; here it is {ours[1].mean / ours[0].mean:.1f} times. Noise of ranges from beacons all around does not make one
-            direction so much worse than the other; a delay between ranges, odometry and truth does, and so does a wrong scale of the
-            odometry or of the ranges. The paper says nothing of how its ranges were calibrated or its clocks compared. In the simulation
-            there are no delays, and the filter knows the true noise of the ranges. So the size of the errors cannot be compared, only what
-            schemes and excitation change about them."""))
+            {total:.2f} m, we have {ours[2].mean:.2f} m. In the paper the error along the track is {along / cross:.1f} times
+            that across it; here it is {ours[1].mean / ours[0].mean:.1f} times. Noise of ranges from beacons all around does
+            not make one direction so much worse than the other; a delay between ranges, odometry and truth does, and so does a
+            wrong scale of the odometry or of the ranges. The paper says nothing of how its ranges were calibrated or its
+            clocks compared. In the simulation there are no delays, and the filter is given the calibration of the ranges. So
+            the size of the errors cannot be compared, only what schemes and excitation change about them."""))
 
     def add_paths(self):
         document, study = self.document, self.study
@@ -187,8 +194,8 @@ class MahmoudReport:
             self.heading(f"Figure {number}: {scheme} resampling", f"figure-{number}")
             if any(study.path(problem, scheme) is not None for problem in self.problems.values()):
                 self.add_path_figure(number, [(scheme, f"estimated, {scheme}", pictures.RED, "-")],
-                                     f"**Figure {number}.** The path that the filter with {scheme} resampling estimates, with the first "
-                                     f"seed. The robot starts from anywhere, so the path begins with jumps. Without excitation some runs are lost.")
+                                     f"""**Figure {number}.** The path that the filter with {scheme} resampling estimates, with the
+                                     first seed. The filter is not told where it starts, so the path begins with jumps.""")
             else:
                 document.add(Text(f"Figure {number}: no path of `{scheme}` is in this study."))
 
@@ -209,16 +216,18 @@ class MahmoudReport:
     def add_tables(self):
         document = self.document
         document.add(Heading(2, "Errors", "errors"))
-        document.add(Text("""XTE is the error across the track, ATE along it; avg, max and std are of the absolute value. **Our errors are
-            means over the runs that were not lost**; the number of runs lost stands below, with a test on it: of the pairs with the same
-            seed those count in which one scheme is lost and the other is not."""))
+        document.add(Text("""XTE is the error across the track, ATE along it; avg, max and std are of the absolute value. **Our
+            errors are means over the runs that were not lost**; the number of runs lost stands below, with a test on it: of
+            the pairs with the same seed those count in which one scheme is lost and the other is not."""))
         for number, excitation in (("1", ""), ("2", ""), ("3", "gaussian")):
             table = self.paper["tables"][number]
-            self.heading(f"Table {number}: {TITLES[table['problem']]}{', with excitation' if excitation else ''}", f"table-{number}")
+            title = TITLES[table["problem"]] + (", with excitation" if excitation else "")
+            self.heading(f"Table {number}: {title}", f"table-{number}")
             if table["problem"] not in self.problems:
                 document.add(Text(f"Table {number}: the {TITLES[table['problem']]} is not in this study."))
                 continue
-            self.errors_table(f"Table {number} of Mahmoud: {table['title']}", self.problems[table["problem"]], excitation, table["rows"])
+            self.errors_table(f"Table {number} of Mahmoud: {table['title']}", self.problems[table["problem"]], excitation,
+                              table["rows"])
             document.add(self.claims.at(f"Table {number}"))
 
     def add_excitation(self):
@@ -226,14 +235,15 @@ class MahmoudReport:
         document.add(Heading(2, "Excitation", "excitation"))
         for word, problem in self.problems.items():
             document.add(self.excitation_table(problem, "gaussian"))
-        document.add(Text("""The paper adds a Gaussian around each particle and does not say how wide. `roughening` takes its width from
-            the range of the particles, `regularized` from their covariance; both become narrow as the filter converges. The scan of widths
-            says where the paper's form of excitation helps, if anywhere."""))
+        document.add(Text("""The paper adds a Gaussian around each particle and does not say how wide. `roughening` takes its
+            width from the range of the particles, `regularized` from their covariance; both become narrow as the filter
+            converges. The scan of widths says where the paper's form of excitation helps, if anywhere."""))
         for problem in self.problems.values():
-            names = [name for name in study.names(problem) if name.startswith(f"{REFERENCE} ") and " M=" not in name or name == "shipped"]
-            document.add(self.beside_systematic(problem, names, f"Excitations, widths and controls beside {REFERENCE}, {problem}"))
-            names = [name for name in study.names(problem) if name.startswith(f"{REFERENCE} M=")]
-            document.add(self.beside_systematic(problem, names, f"Number of particles, {problem}"))
+            names = [name for name in study.names(problem) if name.startswith(f"{REFERENCE} ") or name == "shipped"]
+            sizes = [name for name in names if " M=" in name]
+            others = [name for name in names if name not in sizes]
+            document.add(self.beside_systematic(problem, others, f"Excitations, widths and controls, {problem}"),
+                         self.beside_systematic(problem, sizes, f"Number of particles, {problem}"))
         self.heading("Figure 7: with and without excitation", "figure-7")
         self.add_figure_7()
         document.add(self.claims.at("Figure 7"))
@@ -241,25 +251,25 @@ class MahmoudReport:
     def add_figure_7(self):
         printed = {number: self.paper["tables"][number]["rows"] for number in "13"}
         columns = [self.paper["columns"].index(scheme) for scheme in SCHEMES]
-        groups = [f"{short}\n{scheme}" for _, short, _ in AXES for scheme in SCHEMES]
+        groups = [(short, scheme) for _, short, _ in AXES for scheme in SCHEMES]
         kinds = (("without excitation", pictures.GREY, "1", ""), ("with excitation", pictures.BLUE, "3", " gaussian"))
-        panels = [("the paper, circle", groups, [
-            (name, colour, [float(printed[number][f"{short}_abs_avg"][column]) for _, short, _ in AXES for column in columns], None)
-            for name, colour, number, _ in kinds])]
+        of_paper = {number: [float(rows[f"{short}_abs_avg"][column]) for _, short, _ in AXES for column in columns]
+                    for number, rows in printed.items()}
+        panels = [("the paper, circle", groups, [(name, colour, of_paper[number], None) for name, colour, number, _ in kinds])]
         for word, problem in self.problems.items():
             bars = []
             for name, colour, _, ending in kinds:
-                estimates = [self.study.estimate(problem, scheme + ending, f"{axis}_mean") for axis, _, _ in AXES for scheme in SCHEMES]
+                estimates = [self.study.estimate(problem, scheme + ending, f"{axis}_mean")
+                             for axis, _, _ in AXES for scheme in SCHEMES]
                 if any(estimates):
                     bars.append((name, colour, [each.mean if each else math.nan for each in estimates],
                                  [each.standard_error if each else math.nan for each in estimates]))
             if bars:
                 panels.append((f"ours, {TITLES[word]}, runs not lost", groups, bars))
-        panels = [(title, [group.replace("Multinomial", "Multin.").replace("Systematic", "System.") for group in groups], bars)
-                  for title, groups, bars in panels]
         self.document.add(Picture("mahmoud_figure_07", pictures.draw_bars(panels, "mean error (m)"),
-                                  "**Figure 7.** Mean errors with and without excitation (`gaussian`). Top: the paper's, from its Tables 1 and 3. "
-                                  "Below: ours, with standard errors, over the runs that were not lost; mind the scales."))
+                                  """**Figure 7.** Mean errors with and without excitation (`gaussian`). Top: the paper's, from its
+                                  Tables 1 and 3. Below: ours, with standard errors, over the runs that were not lost; mind the
+                                  scales."""))
 
     def add_times(self):
         document, times = self.document, self.study.scheme_times
@@ -270,13 +280,14 @@ class MahmoudReport:
             return
         lines = [(name, sorted(points), [points[size] for size in sorted(points)]) for name, points in times.items()]
         document.add(Picture("mahmoud_figure_08", pictures.draw_scheme_times(lines),
-                             "**Figure 8.** Time of one resampling over the number of particles: medians of many, by the clock, of this "
-                             "machine. The paper's times are those of a Matlab program."))
+                             """**Figure 8.** Time of one resampling over the number of particles: medians of many, by the clock,
+                             of the machine that ran the study. The paper's times are those of a Matlab program."""))
         sizes = sorted({size for points in times.values() for size in points})
-        document.add(Table("Time of one resampling (µs)", ["Particles", *times], [
-            [str(size), *(f"{points[size]:.2f}" if size in points else "–" for points in times.values())] for size in sizes]))
-        document.add(Text("""A pair in the test is a number of particles, its difference that of the logarithms of the times; so the test
-            says whether one scheme is faster over the whole range."""))
+        rows = [[str(size), *(f"{points[size]:.2f}" if size in points else "–" for points in times.values())]
+                for size in sizes]
+        document.add(Table("Time of one resampling (µs)", ["Particles", *times], rows))
+        document.add(Text("""A pair in the test is a number of particles, its difference that of the logarithms of the times;
+            so the test says whether one scheme is faster over the whole range."""))
         document.add(self.claims.at("Figure 8"))
 
     def add_recordings(self):
@@ -291,8 +302,3 @@ class MahmoudReport:
                     words = f"with `{excitation}`" if excitation else "without excitation"
                     self.errors_table(f"{each['name']}, {words}", each["name"], excitation)
             self.document.add(self.excitation_table(each["name"], "gaussian"))
-
-
-def headings_of_errors():
-    """Headings of the errors that the paper's tables have."""
-    return [measure(f"{axis}_{part}").heading for axis, _, _ in AXES for part, _, _ in PARTS]

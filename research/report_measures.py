@@ -2,15 +2,13 @@
 import math
 from collections import namedtuple
 
-from report_document import Cell
-
 Measure = namedtuple("Measure", "heading digits factor definition")
 TOO_LARGE = 10000.0  # for a table: as the NEES of copies of one particle
 
 OF_FASTSLAM = {
     "calls": Measure("Calls", 1, 1.0, "How often the particles were renewed (resampled or compensated) in a drive."),
-    "effective_sample_size": Measure("N_eff", 2, 1.0, "Effective sample size 1 / Σ w², Kwak's eq. 4, before the renewal; mean "
-                                     "over the scans that saw landmarks."),
+    "effective_sample_size": Measure("N_eff", 2, 1.0, "Effective sample size 1 / Σ w², Kwak's eq. 4, before the renewal; "
+                                     "mean over the scans that saw landmarks."),
     "distinct": Measure("Distinct", 2, 1.0, "Ancestors that survive since the first landmark, after the renewal; mean "
                         "over the scans that saw landmarks. Compensation rejects none, so the count says nothing of it."),
     "distinct_end": Measure("Distinct, end", 2, 1.0, "The same at the end of the drive."),
@@ -18,15 +16,16 @@ OF_FASTSLAM = {
                              "unweighted. It holds the error of the map and the spread of the particles: whatever pulls the "
                              "particles together lowers it, whether or not the map gets better."),
     "feature_error_end": Measure("Eq. 5, end (m)", 4, 1.0, "The same at the end."),
-    "feature_error_drop_at_B": Measure("Fall of eq. 5 at B (m)", 4, 1.0, "Mean of eq. 5 in the second before the inner loop "
-                                       "closes, minus its mean from one to two seconds after."),
+    "feature_error_drop_at_B": Measure("Fall of eq. 5 at B (m)", 4, 1.0, "Mean of eq. 5 from four to three seconds before the "
+                                       "inner loop closes, minus its mean from one to two seconds after. The robot sees old "
+                                       "landmarks again up to three seconds before it passes the point."),
     "feature_error_drop_at_C": Measure("Fall of eq. 5 at C (m)", 4, 1.0, "The same for the outer loop."),
     "position_error_drop_at_B": Measure("Fall of eq. 6 at B (m)", 4, 1.0, "The same of eq. 6."),
     "position_error_drop_at_C": Measure("Fall of eq. 6 at C (m)", 4, 1.0, "The same of eq. 6 for the outer loop."),
     "effective_sample_size_drop_at_B": Measure("Fall of N_eff at B", 2, 1.0, "The same of N_eff."),
     "effective_sample_size_drop_at_C": Measure("Fall of N_eff at C", 2, 1.0, "The same of N_eff for the outer loop."),
-    "position_error": Measure("Eq. 6 (m)", 4, 1.0, "RMS position error, Kwak's eq. 6, mean over the drive: over all particles, "
-                              "unweighted."),
+    "position_error": Measure("Eq. 6 (m)", 4, 1.0, "RMS position error, Kwak's eq. 6, mean over the drive: over all "
+                              "particles, unweighted."),
     "map_error": Measure("Map (m)", 4, 1.0, "RMS error of the weighted-mean map, mean over the drive: what a user gets."),
     "map_error_aligned": Measure("Map, aligned (m)", 4, 1.0, "The same after the best turn and shift of the whole map."),
     "map_error_end": Measure("Map, end (m)", 4, 1.0, "Error of the weighted-mean map at the end."),
@@ -87,7 +86,7 @@ def with_error(estimate, figure):
     digits = max(digits - 1, 0) if estimate.count > 1 else digits
     digits = digits_for(error, digits)
     text = f"{mean:.{digits}f}".replace("-", "−")
-    return text + (f" ± {error:.{digits}f}" if estimate.count > 1 else "")
+    return text + (f" ±\u00a0{error:.{digits}f}" if estimate.count > 1 else "")
 
 
 def signed(value, digits):
@@ -107,7 +106,7 @@ def difference_text(difference, figure):
     factor, digits = measure(figure).factor, difference_digits(difference, figure)
     if abs(factor * difference.mean) > TOO_LARGE:
         return f"> {TOO_LARGE:.0f}" if difference.mean > 0.0 else f"< −{TOO_LARGE:.0f}"
-    return f"{signed(factor * difference.mean, digits)} ± {factor * difference.standard_error:.{digits}f}"
+    return f"{signed(factor * difference.mean, digits)} ±\u00a0{factor * difference.standard_error:.{digits}f}"
 
 
 def interval_text(difference, figure):
@@ -119,7 +118,7 @@ def interval_text(difference, figure):
 
 
 def p_text(p):
-    return "< 0.0001" if p < 0.0001 else f"{p:.4f}"
+    return "<\u00a00.0001" if p < 0.0001 else f"{p:.4f}"
 
 
 def distance_text(difference):
@@ -130,8 +129,3 @@ def distance_text(difference):
         return "–" if difference.count < 2 or difference.mean == 0.0 else "all the same"
     distance = difference.mean / difference.standard_error
     return signed(distance, 1)
-
-
-def decided_cell(text, sign):
-    """A cell for what is better (1), worse (-1) or neither."""
-    return Cell(text, {1: "holds", -1: "not"}.get(sign, ""))

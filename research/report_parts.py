@@ -56,17 +56,18 @@ def problem_text(problem):
     if problem.get("clip"):
         text += f', of which the first {problem["clip"]:g} s are left out of the errors'
     if problem.get("lost_error"):
-        text += f'; a run is lost if its error is above {problem["lost_error"]:.2f} m for more than a tenth of the time that counts'
+        text += f'; a run is lost if its error is above {problem["lost_error"]:.2f} m for more than a tenth of what counts'
     if kind == "world":
         return text + ". Every seed has a drive of its own, so the scatter is that of drives and filter."
-    return text + ". All seeds share this one drive: the scatter is that of the filter's random numbers and says nothing of other drives."
+    return text + (". All seeds share this one drive: the scatter is that of the filter's random numbers and says nothing of "
+                   "other drives.")
 
 
 def add_settings(document, study, paper=None):
     document.add(Heading(2, "Settings", "settings"))
     document.add(Text(f"""The filter is `{study.filter}` with the preset `{study.preset or 'none'}`. On top of it, for all
-        filters of the study: {settings_text(study.settings)}. Each filter has at most {study.trials} trials, with seeds from 1;
-        filters with the same seed share their drive. Differences are taken to `{study.reference}` unless said otherwise.
+        filters of the study: {settings_text(study.settings)}. Each filter has at most {study.trials} trials, with seeds from
+        1; filters with the same seed share their drive. Differences are taken to `{study.reference}` unless said otherwise.
         The last section lists what each filter sets."""))
     document.add(Bullets([problem_text(problem) for problem in study.problems]))
     if not paper:
@@ -83,18 +84,19 @@ def add_settings(document, study, paper=None):
 
 def add_reading(document, study):
     document.add(Heading(2, "How to read it", "reading"))
-    document.add(Text("""**Numbers.** A figure is the mean over the trials ± its standard error (s.e.). Numbers of the paper are
-        on yellow, as printed; the papers give no standard errors. Rows and columns that the paper does not have are on grey."""))
+    document.add(Text("""**Numbers.** A figure is the mean over the trials ± its standard error (s.e.). Numbers of the paper
+        are on yellow, as printed (where `per drive` or `per call` is said, divided by us); the papers give no standard errors.
+        Rows and columns that the paper does not have are on grey."""))
     document.add(Text(f"""**Verdicts.** A claim is a set of differences, each with a direction, paired by seed: what the drives
         have in common cancels. Each difference is tested by Student's t, shares of lost runs by McNemar's exact test; all
-        p-values are two-sided. A claim holds if all its differences are on the claimed side: its p-value is then the largest of
-        them. It does not hold if one is on the other side: its p-value is then the smallest of those, times the number of
-        differences in the claim. The p-values of all claims of a family are corrected for their number (Holm). Below
-        {LEVEL:g} the claim **holds** or **does not hold**; otherwise **no difference** was **found**, and the 99 % interval of
-        the difference at which the claim fails says how large it may be. So the chance that any verdict of a family is wrong
-        is at most {LEVEL:g}. ◂ marks the difference that decides."""))
-    shown = [figure for figure in MEASURES if figure in study.figures or figure in ("processor_ms", "step_ms", "step_us_per_call")
-             and study.filter == "fastslam"]
+        p-values are two-sided. A claim holds if all its differences are on the claimed side: its p-value is then the largest
+        of them. It does not hold if one is on the other side: its p-value is then the smallest of those, times the number of
+        differences in the claim. The p-values of all claims of a family are corrected for their number (Holm). Below {LEVEL:g}
+        the claim **holds** or **does not hold**; otherwise there is **no difference found**, and the 99 % interval of the
+        difference at which the claim fails says how large it may be. So the chance that a family has any wrong "holds" or
+        "does not hold" is at most {LEVEL:g}. ◂ marks the difference that decides."""))
+    timed = ("processor_ms", "step_ms", "step_us_per_call") if study.filter == "fastslam" else ()
+    shown = [figure for figure in MEASURES if figure in study.figures or figure in timed]
     if shown:
         document.add(Text("**Measures.**"))
         document.add(Bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in shown]))
@@ -103,7 +105,7 @@ def add_reading(document, study):
 def lost_text(study, problem, name):
     """19 of 30"""
     values = study.values(problem, name, "lost")
-    return f"{sum(1 for value in values.values() if value > 0.0)} of {len(values)}" if values else "–"
+    return f"{sum(1 for value in values.values() if value > 0.0)} of\u00a0{len(values)}" if values else "–"
 
 
 def figure_text(study, problem, name, figure):
@@ -140,7 +142,8 @@ def add_groups(document, study, problem, figures, compared, level=3):
         shown = names if study.reference in names or not study.has(problem, study.reference) else [study.reference, *names]
         for first in range(0, len(figures), COLUMNS):
             part = figures[first:first + COLUMNS]
-            document.add(Table(f"{group or 'Filters'}: means ± s.e.", ["Filter", *(measure(figure).heading for figure in part)],
+            document.add(Table(f"{group or 'Filters'}: means ± s.e.",
+                               ["Filter", *(measure(figure).heading for figure in part)],
                                [[f"`{name}`", *(figure_text(study, problem, name, figure) for figure in part)]
                                 for name in shown]))
         others = [name for name in names if name != study.reference]
@@ -158,7 +161,7 @@ def add_filters(document, study):
     document.add(Text("""Each trial can be repeated alone: `rosrun pf_resampling study trial DIR PROBLEM FILTER SEED`. A filter
         is the preset, the settings of the study and these on top."""))
     document.add(Table("Settings of each filter", ["Filter", "Group", "Settings"],
-                       [[f"`{each['name']}`", each.get("group", ""), settings_text(each.get("settings", {}))]
+                       [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
                         for each in study.filters], texts=(0, 1, 2)))
 
 

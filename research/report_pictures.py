@@ -137,21 +137,28 @@ def draw_paths(panels, height=4.6):
 
 
 def draw_bars(panels, label):
-    """Bars in groups: [(title, [group], [(name, colour, heights, errors)])]; a height of NaN is left out."""
-    figure, axes = plt.subplots(len(panels), 1, figsize=(WIDTH, 2.7 * len(panels)), squeeze=False, constrained_layout=True)
+    """Bars in groups: [(title, [(section, group)], [(name, colour, heights, errors)])]; a height of NaN is left out."""
+    figure, axes = plt.subplots(len(panels), 1, figsize=(WIDTH, 2.9 * len(panels)), squeeze=False, constrained_layout=True)
     for panel, (title, groups, bars) in zip(axes[:, 0], panels):
         width = 0.8 / max(1, len(bars))
+        sections = list(dict.fromkeys(section for section, _ in groups))
+        places = np.array([i + 0.7 * sections.index(section) for i, (section, _) in enumerate(groups)])
         for i, (name, colour, heights, errors) in enumerate(bars):
-            place = np.arange(len(groups)) + (i - 0.5 * (len(bars) - 1)) * width
+            place = places + (i - 0.5 * (len(bars) - 1)) * width
             panel.bar(place, heights, width * 0.92, yerr=errors, color=colour, label=name, capsize=2,
                       error_kw={"lw": 0.9})
-        panel.set_xticks(range(len(groups)))
-        panel.set_xticklabels(groups, fontsize=8.5)
+        panel.set_xticks(places)
+        panel.set_xticklabels([group for _, group in groups], fontsize=7.5, rotation=20, ha="right", rotation_mode="anchor")
+        for section in sections:
+            middle = np.mean([place for place, (of, _) in zip(places, groups) if of == section])
+            panel.annotate(section, (middle, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+                           textcoords="offset points", ha="center", fontweight="bold", fontsize=9)
         panel.set_ylabel(label)
         panel.set_ylim(bottom=0.0)
-        panel.set_title(title, fontsize=10, loc="left")
+        panel.set_title(title, fontsize=10, loc="left", pad=17)
         panel.grid(axis="x", visible=False)
-    axes[0, 0].legend(fontsize=8.5, ncol=2)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, fontsize=9, frameon=False)
     return svg_of(figure)
 
 
@@ -177,14 +184,18 @@ def draw_points(points, labels, level):
     for x, x_error, y, y_error, name, colour, marker in points:
         panel.errorbar(x, y, xerr=x_error, yerr=y_error, color=colour, marker=marker, ms=6 if name else 4, lw=0.9, mec="white",
                        mew=0.5, alpha=1.0 if name else 0.35, zorder=4 if name else 3)
-    span_y = max(p[2] for p in points) - min(p[2] for p in points) or 1.0
-    placed = []  # (x, y) of the labels, so that none is written over another
+    low, high = panel.get_ylim()
+    step = 0.036 * (high - low)  # height of a line of text
+    right = max(point[0] for point in points)
+    ends = {"left": -1e9, "right": -1e9}  # where the last label of each column ends
     for x, _, y, _, name, colour, _ in named:
-        at = y
-        while any(abs(x - other_x) < 0.22 and abs(at - other) < 0.033 * span_y for other_x, other in placed):
-            at += 0.01 * span_y
-        placed.append((x, at))
-        panel.annotate(name, (x, y), xytext=(x + 0.012, at), textcoords="data", fontsize=8, color=colour, va="center")
+        # To the left of its point in the right half, where there is no room at the other side.
+        column = "right" if x > 0.5 * (right + min(point[0] for point in points)) else "left"
+        at = max(y, ends[column] + step)
+        ends[column] = at
+        shift = -0.02 if column == "right" else 0.012
+        panel.annotate(name, (x, y), xytext=(x + shift, at), textcoords="data", fontsize=8, color=colour, va="center",
+                       ha=column, zorder=5, arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6})
     panel.axvline(level[0], color="0.4", lw=1.0)
     panel.annotate(level[1], (level[0], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -4), textcoords="offset points",
                    rotation=90, ha="left", va="top", color="0.35", fontsize=9)

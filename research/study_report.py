@@ -17,6 +17,7 @@ from report_kwak import KwakReport  # noqa: E402
 from report_mahmoud import MahmoudReport  # noqa: E402
 from report_measures import measure  # noqa: E402
 from report_parts import add_filters, add_groups, add_reading, add_settings  # noqa: E402
+from report_statistics import LEVEL  # noqa: E402
 from report_study import Study, StudyError  # noqa: E402
 
 REPORTS = {"kwak": KwakReport, "mahmoud": MahmoudReport}
@@ -34,8 +35,8 @@ class GeneralReport:
         add_reading(document, study)
         for problem in study.problems:
             document.add(Heading(2, f'On {problem["name"]}', f'problem-{study.problems.index(problem) + 1}'))
-            document.add(Text(f"""Differences to `{study.reference}` are paired by seed. They are bold if their p-value, corrected for the
-                number of filters (Holm), is below 0.01."""))
+            document.add(Text(f"""Differences to `{study.reference}` are paired by seed. They are bold if their p-value, corrected
+                for the number of filters (Holm), is below {LEVEL:g}."""))
             add_groups(document, study, problem["name"], study.figures, study.figures)
             self.add_curves(problem)
         add_filters(document, study)
