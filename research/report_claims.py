@@ -1,7 +1,7 @@
 """What the papers claim, and what a study says of it.
 
 A claim is a conjunction of parts. A part is a sum of one figure over filters, paired by seed, that has to lie below or above
-a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. data/report_claims.json
+a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. It may also have to be so many standard errors away. data/report_claims.json
 holds the claims, in families.
 
 Verdicts:
@@ -41,9 +41,11 @@ def families():
 
 
 def side(part, difference):
-    """1 on the claimed side, -1 on the other, 0 on neither."""
+    """1 on the claimed side, -1 on the other, 0 on neither: a difference of zero, or of fewer standard errors than claimed."""
     sign = (difference.mean > 0.0) - (difference.mean < 0.0)
-    return sign if part["is"] == "above" else -sign
+    where = sign if part["is"] == "above" else -sign
+    is_short = abs(difference.mean) <= part.get("standard_errors", 0.0) * difference.standard_error
+    return 0 if where > 0 and is_short else where
 
 
 def p_of_claim(parts, differences):

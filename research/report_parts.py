@@ -72,14 +72,18 @@ def add_settings(document, study, paper=None):
     document.add(Bullets([problem_text(problem) for problem in study.problems]))
     if not paper:
         return
+    values = {**study.parameters, **study.settings}
     rows = []
     for setting in paper["settings"]:
-        ours = study.parameters.get(setting.get("parameter", ""), "")
-        rows.append([setting["name"], Cell(setting["value"], "paper"), setting["where"], str(ours)])
-    has_ours = any(row[-1] for row in rows)
-    headings = ["Setting", "In the paper", "Where"] + (["Here"] if has_ours else [])
-    document.add(Table("What the paper says of its settings", headings, [row[:len(headings)] for row in rows],
-                       texts=range(len(headings))))
+        ours = {name: values[name] for name in setting.get("parameters", []) if name in values}
+        rows.append([setting["name"], Cell(setting["value"], "paper"), setting["where"],
+                     Cell(settings_text(ours) if ours else "", "settings"), setting.get("why", "")])
+    if not any(row[3].text for row in rows):  # the study does not say what it has set
+        rows = [row[:3] + row[4:] for row in rows]
+    headings = ["Setting", "In the paper", "Where", "Here", "Where it is ours: why"]
+    if len(rows[0]) < len(headings):
+        headings.remove("Here")
+    document.add(Table("Settings: what the paper says, and what is ours", headings, rows, texts=range(len(headings))))
 
 
 def add_reading(document, study):

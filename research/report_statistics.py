@@ -2,6 +2,7 @@
 
 Student's t comes from the incomplete beta function, so that no SciPy is needed. All p-values are two-sided.
 """
+import functools
 import math
 from collections import namedtuple
 
@@ -42,6 +43,7 @@ def t_two_sided(t, degrees):
     return incomplete_beta(0.5 * degrees, 0.5, degrees / (degrees + t * t))
 
 
+@functools.lru_cache(maxsize=None)
 def t_quantile(probability, degrees):
     """The t that is exceeded with probability 1 - `probability` (above one half)."""
     two_sided = 2.0 * (1.0 - probability)

@@ -307,6 +307,13 @@ class StudyReport(unittest.TestCase):
         p, deciding = report_claims.p_of_claim(parts, [make([-1.0, -1.1]), make([0.0, 0.0]), make([1.0, 1.1])])
         self.assertEqual((p, deciding), (1.0, 1))
 
+    def test_difference_of_fewer_standard_errors_than_claimed_is_none(self):
+        part = {'is': 'below', 'standard_errors': 3}
+        make = report_statistics.Difference
+        self.assertEqual(report_claims.side(part, make(-0.31, 0.1, 50, 0.003, 0.0, 0.0, None)), 1)
+        self.assertEqual(report_claims.side(part, make(-0.29, 0.1, 50, 0.006, 0.0, 0.0, None)), 0)
+        self.assertEqual(report_claims.side(part, make(0.1, 0.1, 50, 0.3, 0.0, 0.0, None)), -1)
+
     def test_family_is_corrected_for_its_number(self):
         base = [0.3 + 0.01 * scatter(seed) for seed in range(8)]
         filters = {'RSR': base, 'compensation': [value - 0.02 - 0.012 * scatter(value) for value in base],
@@ -457,6 +464,16 @@ class StudyReport(unittest.TestCase):
         self.assert_has('Figure 10 is a drawing', text)
         for control in ('reset', 'RSR tempered 0.3', 'redraw', 'EKF-SLAM'):
             self.assertGreaterEqual(text.count(f'<code>{control}</code>'), 4, control)
+
+    def test_page_says_which_settings_are_ours(self):
+        about = {'study': 'kwak', 'preset': 'kwak2008', 'parameters': {'particles': 100, 'population/threshold': 0.75},
+                 'settings': {'population/threshold': 0.5}}
+        trials = {('world', name): {'feature_error': [0.1, 0.2]} for name in ('RSR', 'PR')}
+        text = self.check_page(study_report.report_of(write_study(
+            self.folder, {'All': {'RSR': {}, 'PR': {}}}, ['feature_error'], trials, **about)))
+        self.assert_has('<code>particles: 100</code>', text)
+        self.assert_has('<code>population/threshold: 0.5</code>', text)
+        self.assert_has('split at the median weight', text)
 
     def test_page_of_kwak_finds_point_a(self):
         study = report_study.Study(write_kwak(self.folder))
