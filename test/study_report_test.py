@@ -322,6 +322,26 @@ class StudyReport(unittest.TestCase):
         raw = sorted(found[which].p for which in '25')
         self.assertEqual(sorted(found[which].corrected for which in '25'), [2.0 * raw[0], max(2.0 * raw[0], raw[1])])
 
+    def test_verdict_is_that_of_the_corrected_p(self):
+        base = [0.3 + 0.01 * scatter(seed) for seed in range(8)]
+        # A mean of 1.417 with deviations of 1 and -1: 1.417 sqrt(7) = 3.75 standard errors, 7 degrees of freedom, p = 0.0072.
+        better = [value - 0.01 * (1.417 + (1.0 if seed % 2 else -1.0)) for seed, value in enumerate(base)]
+        self.assertEqual(self.verdicts('five_points', RSR=base, compensation=better)['2'].verdict, 'holds')
+        found = self.verdicts('five_points', **{'RSR': base, 'compensation': better, 'compensation__M=50': better})
+        for which in '25':
+            self.assertAlmostEqual(found[which].p, 0.0072, places=4)
+            self.assertAlmostEqual(found[which].corrected, 0.0144, delta=0.0001)
+            self.assertEqual(found[which].verdict, 'no difference found')
+
+    def test_claim_with_a_bound_needs_more_than_the_bound(self):
+        for fall, verdict in ((0.04, 'does not hold'), (0.06, 'holds')):
+            falls = [fall + 0.001 * scatter(seed) for seed in range(20)]
+            trials = {('world', name): {'feature_error_drop_at_B': falls} for name in ('RSR', 'PR')}
+            write_study(self.folder, {'All': {'RSR': {}, 'PR': {}}}, ['feature_error_drop_at_B'], trials)
+            found = report_claims.findings(report_study.Study(self.folder), 'kwak', 'world')
+            found = [each.verdict for each in found if 'more than 5 cm' in each.claim['claim']]
+            self.assertEqual(found, [verdict])
+
     def test_twice_is_a_difference_with_a_factor_and_a_bound_is_taken_off(self):
         trials = {('world', 'compensation'): {'calls': [10.0, 11.0, 10.5], 'feature_error_drop_at_C': [0.1, 0.2, 0.15]},
                   ('world', 'compensation T_N=1'): {'calls': [30.0, 32.5, 31.0], 'feature_error_drop_at_C': [-0.1, -0.2, -0.15]},
