@@ -1,8 +1,8 @@
 """What the papers claim, and what a study says of it.
 
 A claim is a conjunction of parts. A part is a sum of one figure over filters, paired by seed, that has to lie below or above
-a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. It may also have to be so many standard errors away. data/report_claims.json
-holds the claims, in families.
+a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. It may also have to be
+so many standard errors away. data/report_claims.json holds the claims, in families.
 
 Verdicts:
 
@@ -20,7 +20,7 @@ from pathlib import Path
 
 from report_document import Cell, Row, Table
 from report_measures import difference_text, distance_text, interval_text, measure, p_text
-from report_statistics import LEVEL, holm
+from report_statistics import LEVEL, holm, interval
 
 HOLDS, DOES_NOT_HOLD, NO_DIFFERENCE, MISSING = "holds", "does not hold", "no difference found", "not in this study"
 KINDS = {HOLDS: "holds", DOES_NOT_HOLD: "not", NO_DIFFERENCE: "open", MISSING: "open"}
@@ -112,11 +112,13 @@ def verdict_cell(finding):
 
 
 def verdict_text(finding):
-    """The verdict; where no difference was found, the interval of the part that fails."""
+    """The verdict; where no difference was found, the interval of the part that fails, corrected as the p-value is."""
     if finding.verdict != NO_DIFFERENCE:
         return finding.verdict
-    figure = finding.claim["parts"][finding.deciding]["figure"]
-    return f"{finding.verdict}: 99 % interval {interval_text(finding.differences[finding.deciding], figure)}"
+    difference, figure = finding.differences[finding.deciding], finding.claim["parts"][finding.deciding]["figure"]
+    times = max(1.0, finding.corrected / difference.p) if difference.p > 0.0 else 1.0
+    low, high = interval(difference.mean, difference.standard_error, difference.count, difference.discordant, times)
+    return f"{finding.verdict}: 99 % interval {interval_text(difference._replace(low=low, high=high), figure)}"
 
 
 def claims_table(study, found, problem, caption):

@@ -97,8 +97,8 @@ def add_reading(document, study):
         of them. It does not hold if one is on the other side: its p-value is then the smallest of those, times the number of
         differences in the claim. The p-values of all claims of a family are corrected for their number (Holm). Below {LEVEL:g}
         the claim **holds** or **does not hold**; otherwise there is **no difference found**, and the 99 % interval of the
-        difference at which the claim fails says how large it may be. So the chance that a family has any wrong "holds" or
-        "does not hold" is at most {LEVEL:g}. ◂ marks the difference that decides."""))
+        difference at which the claim fails, widened by the same correction, says how large it may be. So the chance that a
+        family has any wrong "holds" or "does not hold" is at most {LEVEL:g}. ◂ marks the difference that decides."""))
     timed = ("processor_ms", "step_ms", "step_us_per_call") if study.filter == "fastslam" else ()
     shown = [figure for figure in MEASURES if figure in study.figures or figure in timed]
     if shown:

@@ -84,6 +84,18 @@ def mean_and_error(values):
     return mean, error if error > 1e-13 * max(map(abs, values)) else 0.0, count
 
 
+def interval(mean, error, count, discordant=None, times=1.0):
+    """The 99 % interval of a mean difference. `times` is what its p-value is multiplied with when it is corrected for the
+    number of claims: it widens the interval likewise, so that zero is inside if the corrected p-value is above 0.01."""
+    upper = 1.0 - 0.5 * (1.0 - CONFIDENCE) / times
+    if discordant is None:
+        reach = t_quantile(upper, count - 1) * error if count > 1 else math.inf
+        return mean - reach, mean + reach
+    more, less = ((pairs + 1.0) / (count + 2.0) for pairs in discordant)
+    reach = normal_quantile(upper) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
+    return max(-1.0, more - less - reach), min(1.0, more - less + reach)
+
+
 def t_difference(differences):
     """Of differences, one for each seed: Student's t test that their mean is zero. None without any; one alone decides
     nothing."""
@@ -94,8 +106,8 @@ def t_difference(differences):
         return Difference(mean, 0.0, count, 1.0, -math.inf, math.inf, None)
     if error == 0.0:  # the same difference with every seed
         return Difference(mean, 0.0, count, 0.0 if mean else 1.0, mean, mean, None)
-    reach = t_quantile(0.5 + 0.5 * CONFIDENCE, count - 1) * error
-    return Difference(mean, error, count, t_two_sided(mean / error, count - 1), mean - reach, mean + reach, None)
+    p = t_two_sided(mean / error, count - 1)
+    return Difference(mean, error, count, p, *interval(mean, error, count), None)
 
 
 def mcnemar_p(only_first, only_second):
@@ -117,10 +129,8 @@ def lost_difference(first, second):
     only_second = sum(1 for a, b in zip(first, second) if b and not a)
     mean = (only_first - only_second) / count
     error = math.sqrt(max(0.0, (only_first + only_second) / count - mean * mean) / count)
-    more, less = (only_first + 1.0) / (count + 2.0), (only_second + 1.0) / (count + 2.0)
-    reach = normal_quantile(0.5 + 0.5 * CONFIDENCE) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
-    return Difference(mean, error, count, mcnemar_p(only_first, only_second), max(-1.0, more - less - reach),
-                      min(1.0, more - less + reach), (only_first, only_second))
+    discordant = (only_first, only_second)
+    return Difference(mean, error, count, mcnemar_p(*discordant), *interval(mean, error, count, discordant), discordant)
 
 
 def holm(p_values):

@@ -332,6 +332,9 @@ class StudyReport(unittest.TestCase):
             self.assertAlmostEqual(found[which].p, 0.0072, places=4)
             self.assertAlmostEqual(found[which].corrected, 0.0144, delta=0.0001)
             self.assertEqual(found[which].verdict, 'no difference found')
+        # Alone the interval would not hold zero: 3.499 standard errors for 99 %. With the level halved it does.
+        self.assertLess(found['2'].differences[0].high, 0.0)
+        self.assertRegex(report_claims.verdict_text(found['2']), r'99 % interval −0\.0\d+ to \+0\.00\d')
 
     def test_claim_with_a_bound_needs_more_than_the_bound(self):
         for fall, verdict in ((0.04, 'does not hold'), (0.06, 'holds')):
