@@ -213,6 +213,19 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
   return summary;
 }
 
+static double log_of_sum(ConstArray log_weights) {
+  const double largest = log_weights.maxCoeff();
+  return largest + std::log((log_weights - largest).exp().sum());
+}
+
+double temper(double share, ConstArray before, MutableArray log_weights) {
+  if (share >= 1.0 || !is_normalizable(log_weights)) return 0.0;
+  const double all = log_of_sum(log_weights);
+  // A weight of zero stays one.
+  log_weights = (before > -kInfinity).select(before + share * (log_weights - before), before);
+  return all - log_of_sum(log_weights);
+}
+
 double effective_sample_size(ConstArray linear) {
   double squares = 0.0;
   sum_of_squares(linear.data(), linear.size(), &squares);

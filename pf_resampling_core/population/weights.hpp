@@ -24,6 +24,13 @@ bool is_normalizable(ConstArray log_weights);
 /// before anything is changed, when !is_normalizable(log_weights).
 WeightSummary normalize(MutableArray log_weights, MutableArray linear);
 
+/// Takes up a share of what was added to the log-weights since `before`: before + share *
+/// (log_weights
+/// - before), with `share` in (0, 1]; 1 changes nothing. Sizes equal. Returns the log of how much
+/// the sum of the weights became smaller, which is 0 for log-weights that are not normalizable:
+/// these stay as they are.
+double temper(double share, ConstArray before, MutableArray log_weights);
+
 /// Kwak eq. 4 for normalised linear weights.
 double effective_sample_size(ConstArray linear);
 

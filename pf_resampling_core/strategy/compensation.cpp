@@ -147,9 +147,10 @@ void add_parameters(CompensationOptions* options, ParameterList* parameters) {
   parameters->push_back(
       choice_parameter(group + "pairing", &options->pairing,
                        "How a weak particle finds the strong particle that it is blended with."));
-  parameters->push_back(real_above_parameter(
-      group + "ratio", &options->ratio, 0.0, 1.0, "",
-      "Share of the weak half of the particles that is blended, weakest first."));
+  parameters->push_back(
+      real_parameter(group + "ratio", &options->ratio, 0.0, 1.0, "",
+                     "Share of the weak half of the particles that is blended, weakest first. 0: "
+                     "none, only the weights change."));
   parameters->push_back(choice_parameter(
       group + "blend", &options->blend,
       "Shares of a pair: its weights divided by their sum, or equations 7 and 8 of Kwak (2008) as "
@@ -165,16 +166,17 @@ void add_parameters(CompensationOptions* options, ParameterList* parameters) {
 
 CompensationResult compensate(const CompensationOptions& options, ConstArray weights,
                               const RandomStream& stream) {
-  if (!(options.ratio > 0.0 && options.ratio <= 1.0)) {
+  if (!(options.ratio >= 0.0 && options.ratio <= 1.0)) {
     throw Error("compensation: ratio is " + std::to_string(options.ratio) +
-                "; it must be in (0, 1]");
+                "; it must be in [0, 1]");
   }
   const double sum = checked_sum(weights);
   const std::vector<int> slots = ranking(weights);
   const std::size_t weak = slots.size() / 2;
   const auto wanted =
       static_cast<std::size_t>(std::round(options.ratio * static_cast<double>(weak)));
-  const std::size_t count = std::min(weak, std::max<std::size_t>(wanted, 1));
+  const std::size_t least = options.ratio > 0.0 ? 1 : 0;
+  const std::size_t count = std::min(weak, std::max(wanted, least));
   const std::vector<std::size_t> ranks =
       partners(options.pairing, weights, slots, weak, count, stream);
 

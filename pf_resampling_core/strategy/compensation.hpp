@@ -42,8 +42,9 @@ const EnumNames<CompensatedWeights>& names_of(CompensatedWeights);
 
 struct CompensationOptions {
   Pairing pairing = Pairing::rank;
-  /// Share of the weak half that is compensated, worst first, in (0, 1] (Kwak Table VI); rounded to
-  /// the nearest whole number of particles, and at least one.
+  /// Share of the weak half that is compensated, worst first, in [0, 1] (Kwak Table VI); rounded to
+  /// the nearest whole number of particles, and at least one unless it is 0: then none is, and the
+  /// weights alone change, which is the control for what is said of compensation.
   double ratio = 1.0;
   Blend blend = Blend::normalized;
   CovarianceTreatment covariance = CovarianceTreatment::keep;

@@ -40,6 +40,10 @@ void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewa
   parameters->push_back(
       integer_parameter("population/every_n", &options->every_n, 1, 1000000,
                         "every_n: number of observations from one renewal to the next."));
+  parameters->push_back(real_above_parameter(
+      "population/tempering", &options->tempering, 0.0, 1.0, "",
+      "Share of what the observations say that the weights take up; below 1 only to compare with "
+      "(redraw has its own)."));
   const bool can_redraw = std::count(renewals.begin(), renewals.end(), Renewal::redraw) > 0;
   parameters->push_back(choice_parameter(
       "population/renewal", &options->renewal, renewals,
@@ -84,10 +88,14 @@ Strategy::Strategy(const StrategyOptions& options)
     throw Error("strategy: every_n is " + std::to_string(options.every_n) +
                 ", has to be at least 1");
   }
-  const double ratio = options.compensation.ratio;
-  if (!(ratio > 0.0 && ratio <= 1.0)) {
-    throw Error("strategy: the compensation's ratio is " + std::to_string(ratio) +
+  if (!(options.tempering > 0.0 && options.tempering <= 1.0)) {
+    throw Error("strategy: tempering is " + std::to_string(options.tempering) +
                 ", has to be in (0, 1]");
+  }
+  const double ratio = options.compensation.ratio;
+  if (!(ratio >= 0.0 && ratio <= 1.0)) {
+    throw Error("strategy: the compensation's ratio is " + std::to_string(ratio) +
+                ", has to be in [0, 1]");
   }
 }
 

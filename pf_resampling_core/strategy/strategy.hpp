@@ -46,6 +46,10 @@ struct StrategyOptions {
   /// T_N of Kwak section 5.2, share of M, in (0, 1]; 1 means after every observation.
   double threshold = 0.5;
   int every_n = 1;  ///< observations between renewals under Schedule::every_n, >= 1
+  /// Share of what the observations say that the weights take up, in (0, 1]. Less than 1 makes any
+  /// filter less sure of itself: the control for what is said of a renewal. Under Renewal::redraw
+  /// RedrawOptions::tempering counts instead.
+  double tempering = 1.0;
   Renewal renewal = Renewal::resampling;
   ResamplingOptions resampling;
   CompensationOptions compensation;

@@ -176,6 +176,9 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   }
 
   const Eigen::Index count = particles_.size();
+  const double share = options_.strategy.tempering;
+  Eigen::ArrayXd log_weights_before;
+  if (share < 1.0) log_weights_before = particles_.log_weight;
   work_.resize(std::max<Eigen::Index>(work_.size(), 3 * count));
   double* innovations = work_.data();
   double* variances = innovations + count;
@@ -202,7 +205,7 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   status_.innovation = pooled_innovation.mean;
   status_.innovation_sigma = pooled_innovation.sigma;
 
-  normalize_weights();
+  normalize_weights(share < 1.0 ? temper(share, log_weights_before, particles_.log_weight) : 0.0);
 
   if (options_.noise_estimation.ranges) {
     learn_range_noise(base_variance, range.variance, innovation, variance,
@@ -221,10 +224,11 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   fast_likelihood_ += fast * (relative - fast_likelihood_);
 }
 
-void BeaconMcl::normalize_weights() {
+void BeaconMcl::normalize_weights(double left_out) {
   const bool is_usable = is_normalizable(particles_.log_weight);
   WeightSummary summary;
   if (is_usable) summary = normalize(particles_.log_weight, particles_.weight);
+  summary.log_sum += left_out;
   // Where no particle can explain the range all likelihoods are the smallest there is.
   if (!is_usable || summary.log_sum < kernels::kSmallestLogLikelihood + 1e-6) {
     ++status_.weight_resets;

@@ -155,7 +155,7 @@ class BeaconMcl {
 
   void move(const OdometryIncrement& odometry);
   void weigh(const RangeObservation& range);
-  void normalize_weights();
+  void normalize_weights(double left_out);
   void renew();
   void blend(const std::vector<BlendPair>& pairs);
   bool recovery_is_due() const;

@@ -5,8 +5,21 @@ namespace {
 
 // The particle filter of Mahmoud et al. (2012): it moves the particles, weighs them, resamples and
 // excites them, and does nothing else. It starts from anywhere, injects no particles and estimates
-// nothing while it runs, so it needs the calibration of the ranges.
+// nothing while it runs, so it needs the calibration of the ranges. The paper states neither a
+// number of particles nor the noise; it resamples always ("resampling is always necessary"), knows
+// no outliers, and perturbs by a Gaussian of a width that it does not state.
 const std::map<std::string, std::string> kMahmoud2012 = {
+    {"particles", "1000"},
+    {"population/schedule", "always"},
+    {"population/tempering", "1"},
+    {"population/renewal", "resampling"},
+    {"population/resampling/scheme", "systematic"},
+    {"excitation/method", "none"},
+    {"excitation/bandwidth_scale", "1"},  // Silverman's own
+    {"excitation/duplicates_only", "false"},
+    {"ranges/outlier_share", "0"},
+    {"ranges/non_line_of_sight_share", "0"},
+    {"adaptive_count/enabled", "false"},
     {"recovery/enabled", "false"},          {"calibration/estimation", "off"},
     {"yaw_rate_bias/estimate", "false"},    {"noise_estimation/ranges", "false"},
     {"noise_estimation/odometry", "false"}, {"initialization/method", "uniform"}};

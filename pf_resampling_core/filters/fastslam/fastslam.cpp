@@ -168,8 +168,9 @@ void FastSlam::update(const OdometryIncrement& odometry,
   std::vector<RangeBearingObservation> corrected;
   if (is_kept) corrected = with_found_noise(measured);
   const std::vector<RangeBearingObservation>& observations = is_kept ? corrected : measured;
+  const double share = is_kept ? options_.strategy.redraw.tempering : options_.strategy.tempering;
   Eigen::ArrayXd log_weights_before;
-  if (is_kept) log_weights_before = particles_.log_weight;
+  if (share < 1.0) log_weights_before = particles_.log_weight;
   const Eigen::Index count = particles_.size();
   const kernels::PoseGaussians pose = proposal();
   odometry_errors_.predict(with_found_noise(odometry));
@@ -223,8 +224,9 @@ void FastSlam::update(const OdometryIncrement& odometry,
     return;
   }
 
-  status_.log_likelihood = 0.0;
-  if (is_kept) temper(log_weights_before);
+  // The likelihood that the status states is that of all that was observed.
+  status_.log_likelihood =
+      share < 1.0 ? temper(share, log_weights_before, particles_.log_weight) : 0.0;
   normalize_weights();
   note_outcomes(observations);
   if (is_kept) note_past(odometry, measured, sensor);
@@ -307,18 +309,6 @@ void FastSlam::normalize_weights() {
   status_.log_likelihood += summary.log_sum;
   status_.effective_sample_size = summary.effective_sample_size;
   status_.entropy_sample_size = summary.entropy_sample_size;
-}
-
-// Takes up a share of what the observations say; the likelihood of all of it is kept.
-void FastSlam::temper(ConstArray before) {
-  const double share = options_.strategy.redraw.tempering;
-  if (share >= 1.0 || !is_normalizable(particles_.log_weight)) return;
-  const double largest = particles_.log_weight.maxCoeff();
-  const double likelihood = largest + std::log((particles_.log_weight - largest).exp().sum());
-  particles_.log_weight = before + share * (particles_.log_weight - before);
-  const double tempered = particles_.log_weight.maxCoeff();
-  const double sum = tempered + std::log((particles_.log_weight - tempered).exp().sum());
-  status_.log_likelihood += likelihood - sum;
 }
 
 void FastSlam::renew_if_due(DueRedraw due) {

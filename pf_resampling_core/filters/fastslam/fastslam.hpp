@@ -236,7 +236,6 @@ class FastSlam {
   void renew(DueRedraw due);
   void renew_if_due(DueRedraw due);
   void intervene();
-  void temper(ConstArray before);
   bool keeps_past() const;
   SensorConstants prior_sigma() const;
   OdometryIncrement with_found_noise(OdometryIncrement odometry) const;

@@ -16,6 +16,7 @@ const Values kKwak2008 = {
     {"version", "fastslam_2"},
     {"population/schedule", "effective_sample_size"},
     {"population/threshold", "0.75"},  // T_N
+    {"population/tempering", "1"},
     {"population/renewal", "resampling"},
     {"population/resampling/scheme", "residual_systematic"},
     {"population/resampling/inner_scheme", "systematic"},

@@ -129,6 +129,38 @@ TEST(Normalize, RefusesWhatIsNoDistributionAndChangesNothing) {
   EXPECT_THROW(normalize(three, four), Error);
 }
 
+// Weights 0.1, 0.2, 0.7 that likelihoods 3, 1, 0 come to, with a share of one half.
+TEST(Temper, TakesUpAShareOfTheLikelihoods) {
+  const double none = -kInfinity;
+  const Eigen::ArrayXd before = Eigen::Array3d(0.1, 0.2, 0.7).log();
+  Eigen::ArrayXd after = before + Eigen::Array3d(std::log(3.0), 0.0, none);
+  const double left = temper(0.5, before, after);
+  EXPECT_NEAR(after[0], std::log(0.1 * std::sqrt(3.0)), 1e-14);
+  EXPECT_NEAR(after[1], std::log(0.2), 1e-14);
+  EXPECT_EQ(after[2], none);
+  EXPECT_NEAR(left, std::log(0.5 / (0.1 * std::sqrt(3.0) + 0.2)), 1e-14);
+
+  Eigen::ArrayXd whole = before + 1.0;
+  EXPECT_EQ(temper(1.0, before, whole), 0.0);
+  EXPECT_TRUE((whole == before + 1.0).all());
+}
+
+TEST(Temper, AWeightOfZeroStaysOne) {
+  const double none = -kInfinity;
+  const Eigen::ArrayXd before = Eigen::Array2d(0.0, none);
+  Eigen::ArrayXd after = Eigen::Array2d(-1.0, none);
+  EXPECT_NEAR(temper(0.25, before, after), -0.75, 1e-14);
+  EXPECT_NEAR(after[0], -0.25, 1e-14);
+  EXPECT_EQ(after[1], none);
+}
+
+TEST(Temper, LeavesWhatIsNoDistribution) {
+  const Eigen::ArrayXd before = Eigen::ArrayXd::Zero(2);
+  Eigen::ArrayXd after = Eigen::ArrayXd::Constant(2, -kInfinity);
+  EXPECT_EQ(temper(0.5, before, after), 0.0);
+  EXPECT_TRUE((after == -kInfinity).all());
+}
+
 TEST(EffectiveSampleSize, IsOneOverTheSumOfSquares) {
   Eigen::ArrayXd weights(11);
   weights << 0.5, 0.1, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.025, 0.025;

@@ -115,6 +115,15 @@ TEST(Compensation, TheRatioIsOfTheWeakHalfWorstFirst) {
   }
 }
 
+// The control: what resetting the weights does by itself.
+TEST(Compensation, AtARatioOfZeroTheWeightsAloneChange) {
+  for (const Pairing pairing : all_values<Pairing>()) {
+    const auto result = compensate_with(pairing, array({0.4, 0.3, 0.2, 0.1}), 0.0);
+    EXPECT_TRUE(result.pairs.empty());
+    EXPECT_TRUE((result.log_weights == -std::log(4.0)).all());
+  }
+}
+
 TEST(Compensation, RandomTakesEachStrongOneAlike) {
   const Eigen::ArrayXd weights = array({.02, .3, .04, .1, .06, .11, .08, .12, .07, .1});
   constexpr int kSteps = 20000;
@@ -283,7 +292,7 @@ TEST(Compensation, RefusesWhatIsNoDistribution) {
         array({infinity, 1.0}), array({1e308, 1e308})}) {
     EXPECT_THROW(compensate({}, weights, test_stream(0)), Error);
   }
-  for (const double ratio : {0.0, -0.5, 1.0001, nan}) {
+  for (const double ratio : {-0.5, 1.0001, nan}) {
     EXPECT_THROW(compensate_with(Pairing::rank, array({0.4, 0.6}), ratio), Error) << ratio;
   }
 }

@@ -166,7 +166,12 @@ TEST(Strategy, RefusesImpossibleOptionsAndKeepsTheOldOnes) {
   StrategyOptions nested;
   nested.resampling.inner_scheme = ResamplingScheme::partial;
   expect_refused(nested, "inner_scheme");
-  for (const double ratio : {0.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double tempering : {0.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    StrategyOptions tempered;
+    tempered.tempering = tempering;
+    expect_refused(tempered, "tempering");
+  }
+  for (const double ratio : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
     StrategyOptions compensating;
     compensating.compensation.ratio = ratio;
     expect_refused(compensating, "ratio");

@@ -89,6 +89,19 @@ TEST(BeaconMcl, WeightsAreTheProductOfLikelihoods) {
   EXPECT_EQ(filter.status().updates, 2);
 }
 
+// From equal weights, tempering by 0.3 gives the power 0.3 of the weights; the likelihood that is
+// stated is that of the whole range.
+TEST(BeaconMcl, TemperingTakesUpAShareOfTheLikelihood) {
+  BeaconMclOptions options = plain_options();
+  BeaconMcl whole(options, square_of_beacons(), 3);
+  options.strategy.tempering = 0.3;
+  BeaconMcl tempered(options, square_of_beacons(), 3);
+  for (BeaconMcl* filter : {&whole, &tempered}) filter->update({}, {range_of(3, 14.0)});
+  const Eigen::ArrayXd power = whole.particles().weight.pow(0.3);
+  EXPECT_LT((tempered.particles().weight - power / power.sum()).abs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(tempered.status().log_likelihood, whole.status().log_likelihood, 1e-9);
+}
+
 // One place, so that the likelihood of the filter is that of the place.
 TEST(BeaconMcl, DetoursAreLikelyOnOneSideOnly) {
   BeaconMclOptions options = known_pose_options();

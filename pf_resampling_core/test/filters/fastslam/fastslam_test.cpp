@@ -181,6 +181,27 @@ TEST(FastSlam, LandmarkCovarianceFallsWithTheNumberOfObservations) {
               std::pow(5.0 * model.bearing_sigma, 2) / observations, 1e-9);
 }
 
+// From equal weights, tempering by 0.3 gives the power 0.3 of the weights; the likelihood that is
+// stated is that of all that was seen.
+TEST(FastSlam, TemperingTakesUpAShareOfTheLikelihood) {
+  const auto after_two_scans = [](double tempering) {
+    FastSlamOptions options = quiet_options(100);
+    options.version = FastSlamVersion::fastslam_1;  // particles that weigh differently at once
+    options.strategy.renewal = Renewal::none;
+    options.strategy.tempering = tempering;
+    FastSlam filter(options, 2);
+    see_from_origin(&filter, {{4.0, 3.0}}, {});
+    filter.update(some_motion(), {exact_observation({0.6, 0.1, 0.2}, {}, {4.0, 3.0}, 0)});
+    return filter;
+  };
+  const FastSlam whole = after_two_scans(1.0);
+  const FastSlam tempered = after_two_scans(0.3);
+  const Eigen::ArrayXd power = whole.particles().weight.pow(0.3);
+  ASSERT_GT(whole.particles().weight.maxCoeff(), 0.015);
+  EXPECT_LT((tempered.particles().weight - power / power.sum()).abs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(tempered.status().log_likelihood, whole.status().log_likelihood, 1e-9);
+}
+
 // FastSLAM 1.0 draws from the motion alone, whatever is seen. 20000 draws: means are within 5
 // standard errors, variances within 5 % (5 standard errors), with a probability of a false alarm
 // below 1e-5.
