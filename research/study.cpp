@@ -1,11 +1,17 @@
-// Repeats comparisons of the papers: many filters, many seeds; figures as table, JSON and CSV.
+// Runs studies: many filters, many seeds; a folder of figures, and the page that shows them.
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <thread>
 
-#include "research/studies/compensation_study.hpp"
 #include "research/studies/fault_study.hpp"
-#include "research/studies/resampling_study.hpp"
+#include "research/studies/report.hpp"
+#include "research/studies/study_folder.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/command_line.hpp"
@@ -17,33 +23,9 @@
 
 namespace pf_resampling {
 
-/// Of a filter without a pipeline, which is that of Kwak (2008) with some values changed.
-static void apply(const Configuration& configuration, FastSlamOptions* options) {
-  Configuration values = configuration;
-  const auto preset = values.values.find("preset");
-  if (preset != values.values.end()) {
-    if (preset->second != "kwak2008") {
-      throw Error("parameter preset is '" + preset->second +
-                  "', has to be kwak2008, which this study is about; set single values instead");
-    }
-    values.values.erase(preset);
-  }
-  apply_values(values, parameters_of(options));
-}
-
 namespace {
 
-std::vector<std::string> split(const std::string& list) {
-  std::vector<std::string> words(1);
-  for (const char character : list) {
-    if (character == ',') {
-      words.emplace_back();
-    } else {
-      words.back() += character;
-    }
-  }
-  return words;
-}
+constexpr const char* kPython = "/usr/bin/python3";
 
 /// What every study can be told.
 void add_study_options(CommandLine* line, int seeds) {
@@ -71,111 +53,139 @@ std::string file_name(const std::string& path) {
   return path.substr(path.find_last_of('/') + 1);
 }
 
-ResamplingStudyOptions read_resampling_options(const CommandLine& line) {
-  ResamplingStudyOptions options;
-  apply_filter_options(line, &options.pipeline);
-  options.schemes = schemes_of_mahmoud();
-  if (line.has("schemes")) {
-    options.schemes.clear();
-    for (const std::string& name : split(line.text("schemes"))) {
-      options.schemes.push_back(from_string<ResamplingScheme>(name));
-    }
+StudyShard shard_of(const CommandLine& line) {
+  StudyShard shard;
+  if (!line.has("shard")) return shard;
+  const std::string text = line.text("shard");
+  char rest = 0;
+  const bool is_read = std::sscanf(text.c_str(), "%d/%d%c", &shard.index, &shard.count, &rest) == 2;
+  if (!is_read || shard.index < 1 || shard.index > shard.count) {
+    throw UsageError("--shard is '" + text +
+                     "': it has to be I/N, for instance 3/10, I from 1 to N");
   }
-  for (const std::string& name : split(line.text("excitations"))) {
-    options.excitations.push_back(from_string<Excitation>(name));
-  }
-  options.seeds = line.get<int>("seeds");
-  options.jobs = jobs_of(line);
-  options.errors.clip = line.get<double>("clip");
-  options.errors.lost_error = line.get<double>("lost-error");
-  return options;
+  --shard.index;
+  return shard;
 }
 
-int study_resampling(const std::vector<std::string>& arguments) {
+/// A recording beside the problems of the study.
+void add_bag(const CommandLine& line, StudyDefinition* study) {
+  if (!line.has("bag")) return;
+  StudyProblem problem;
+  problem.bag = line.text("bag");
+  problem.name = file_name(problem.bag);
+  problem.name = problem.name.substr(0, problem.name.rfind('.'));
+  if (line.has("config")) problem.config = line.text("config");
+  study->problems.push_back(problem);
+}
+
+void run(StudyFolder* folder, const StudyShard& shard, int jobs) {
+  const std::uint64_t drives = folder->drives(shard);
+  if (drives == 0) return;
+  ProgressBar bar("study", drives);
+  folder->run(shard, jobs, [&](std::uint64_t done) { bar.update(done); });
+}
+
+int study_of(const std::string& name, const std::vector<std::string>& arguments) {
   CommandLine line(
-      "study resampling",
-      "Compares the resampling schemes of Mahmoud et al. (2012), without and with excitation, on\n"
-      "one recording, each with the same seeds.");
-  line.positional("bag", "a recording with odometry, ranges, beacons and ground truth");
-  line.option<std::string>("schemes", "A,B",
-                           "resampling schemes; the five of Mahmoud et al. if not given");
-  line.option<std::string>("excitations", "A,B", "none,regularized", "excitations");
-  line.option<double>(
-      "clip", "SHARE", 0.2,
-      "share of the time at the start that does not count for the errors; in [0, 1)");
-  line.option<double>(
-      "lost-error", "METRES", 0.0,
-      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
-  line.topic("truth", "/ground_truth", "ground truth");
-  add_study_options(&line, 30);
-  add_filter_options(&line);
-  add_beacon_mcl_topics(&line);
-  line.example("study resampling plaza2.bag --seeds 30 --csv plaza2.csv");
-  line.example("study resampling plaza2.bag --config mahmoud2012.yaml --config calibration.yaml");
-  line.example("study resampling plaza2.bag --set particles=200 --schemes systematic,ssp");
+      "study " + name,
+      "Runs a study, problems x filters x seeds, and keeps every trial in a folder. What "
+      "is there already is not run again: a study that was interrupted, or is to have "
+      "more trials, goes on with the same command.");
+  line.positional("folder", "where the study is, or is to be");
+  line.option<int>("trials", "N", "seeds 1 to N, instead of those of the study");
+  line.option<int>("jobs", "N", "drives at a time (default: the number of processors)");
+  line.option<std::string>(
+      "shard", "I/N",
+      "run part I of N alone, on one of several machines that share the folder; "
+      "`study merge` puts the parts together");
+  line.option<std::string>("bag", "FILE",
+                           "a recording with truth, beside the study's own problems");
+  line.option<std::string>("config", "FILE",
+                           "YAML file of parameters and lists for it (calibration)");
+  for (const char* read : {"bag", "config"}) line.reads(read);
+  line.example("study " + name + " my_study --trials 100");
+  line.example("study " + name + " my_study --shard 3/10");
   if (!line.parse(arguments)) return 0;
-  const auto path = line.text("bag");
-  const ResamplingStudyOptions options = read_resampling_options(line);
-
-  const BeaconMclTopics topics = beacon_mcl_topics(line);
-  const std::vector<BeaconMclMessage> messages =
-      load_beacon_mcl_messages(path, topics, options.pipeline.beacons.empty());
-  const rosbag::Bag bag = open_bag(path);
-  const std::string truth_topic = line.topic("truth");
-  require_topics(bag, path, {{truth_topic, truth_types(), "--truth"}});
-  const std::vector<EstimatedPose> odometry = read_poses(bag, topics.odom);
-  const std::vector<TruePose> truth = truth_while_recording(read_truth(bag, truth_topic), odometry);
-
-  ResamplingStudy result;
-  {
-    ProgressBar bar("study", options.schemes.size() * options.excitations.size() *
-                                 static_cast<std::uint64_t>(std::max(0, options.seeds)));
-    result = run_resampling_study(file_name(path), messages, truth, odometry, options,
-                                  [&](std::uint64_t done) { bar.update(done); });
+  StudyDefinition study = load_study(name);
+  if (line.has("trials")) study.trials = line.get<int>("trials");
+  add_bag(line, &study);
+  const int jobs = jobs_of(line);
+  const StudyShard shard = shard_of(line);
+  StudyFolder folder(line.text("folder"), study);
+  run(&folder, shard, jobs);
+  const std::size_t missing = folder.missing().size();
+  if (missing > 0) {
+    std::printf(
+        "%zu blocks are missing; when all shards are done: rosrun pf_resampling study merge %s\n",
+        missing, line.text("folder").c_str());
+    return 0;
   }
-  write(line, report_of(result));
+  folder.merge();
+  std::printf(
+      "%s: %d trials of %zu filters on %zu problems in trials.csv\n"
+      "look at it: rosrun pf_resampling study report %s\n",
+      line.text("folder").c_str(), study.trials, study.filters.size(), study.problems.size(),
+      line.text("folder").c_str());
   return 0;
 }
 
-FastSlamOptions read_fastslam_options(const CommandLine& line) {
-  FastSlamOptions options = kwak2008_options();
-  apply_filter_options(line, &options);
-  return options;
+int study_merge(const std::vector<std::string>& arguments) {
+  CommandLine line("study merge", "Puts the parts of a study together, which shards have run.");
+  line.positional("folder", "the study's folder");
+  line.example("study merge my_study");
+  if (!line.parse(arguments)) return 0;
+  const std::string folder = line.text("folder");
+  StudyFolder(folder, definition_in(folder)).merge();
+  std::printf("%s: trials.csv and the other tables are written\n", folder.c_str());
+  return 0;
 }
 
-int study_compensation(const std::vector<std::string>& arguments) {
-  CommandLine line(
-      "study compensation",
-      "Compares compensation with resampling in FastSLAM, as Kwak, Kim and Lee (2008) do, on\n"
-      "simulated drives through one world, each filter on the same drives. The filter is theirs\n"
-      "(the preset kwak2008). It expects the noise of the world indoor_two_loops;\n"
-      "for another world set its noise with --set.");
-  line.optional_positional("world", "name of a world, or its YAML file; indoor_two_loops");
-  line.option<std::string>("variants", "A,B",
-                           "filters to compare, by their names in the tables; by default all");
-  add_study_options(&line, 100);
-  line.repeatable_option(
-      "config", "FILE",
-      "YAML file of parameters that override theirs; may be repeated, later ones win");
-  line.reads("config");
-  line.repeatable_option("set", "NAME=VALUE",
-                         "one parameter, for instance sensor/range_sigma=0.2; may be repeated");
-  line.example("study compensation --json study.json");
-  line.example("study compensation --seeds 1000 --variants RSR,compensation");
-  if (!line.parse(arguments)) return 0;
-  CompensationStudyOptions options;
-  options.base = read_fastslam_options(line);
-  options.variants = line.has("variants") ? compensation_variants(split(line.text("variants")))
-                                          : all_compensation_variants();
-  options.drives = line.get<int>("seeds");
-  options.jobs = jobs_of(line);
-  const World world = load_world(line.has("world") ? line.text("world") : "indoor_two_loops");
-  CompensationStudy result;
-  {
-    ProgressBar bar("study", static_cast<std::uint64_t>(std::max(0, options.drives)));
-    result = run_compensation_study(world, options, [&](std::uint64_t done) { bar.update(done); });
+/// Goes on as a Python script: the one beside this program, as installed, or in the source tree
+/// that the program was built from.
+[[noreturn]] void become_script(const std::string& name, const std::string& argument) {
+  namespace fs = std::filesystem;
+  const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path() / name;
+  const fs::path source = fs::path(PF_RESAMPLING_RESEARCH) / name;
+  for (const fs::path& path : {source, beside}) {
+    if (!fs::exists(path)) continue;
+    execl(kPython, kPython, path.c_str(), argument.c_str(), static_cast<char*>(nullptr));
+    throw Error(std::string(kPython) + ": cannot be run: " + std::strerror(errno));
   }
-  write(line, report_of(result));
+  throw Error(name + " is neither at " + beside.string() + " nor at " + source.string() +
+              ": install pf_resampling again");
+}
+
+int study_report(const std::vector<std::string>& arguments) {
+  CommandLine line(
+      "study report",
+      "Writes report/report.html and report.md into a study's folder: tables beside the "
+      "paper's, figures, verdicts.");
+  line.positional("folder", "the study's folder");
+  line.example("study report my_study");
+  if (!line.parse(arguments)) return 0;
+  const std::string folder = line.text("folder");
+  definition_in(folder);  // says what is wrong, if it is no study
+  become_script("study_report.py", folder);
+}
+
+int study_trial(const std::vector<std::string>& arguments) {
+  CommandLine line("study trial",
+                   "Runs one trial again, and prints its row of trials.csv: the same bytes.");
+  line.positional("folder", "the study's folder");
+  line.positional("problem", "the first cell of the row");
+  line.positional("filter", "the second");
+  line.positional("seed", "the third");
+  line.example("study trial my_study indoor_two_loops \"compensation 20 %\" 17");
+  if (!line.parse(arguments)) return 0;
+  const std::string folder = line.text("folder");
+  const std::string seed = line.text("seed");
+  char* end = nullptr;
+  const std::uint64_t number = std::strtoull(seed.c_str(), &end, 10);
+  if (seed.empty() || *end != 0 || number < 1 || seed.front() == '-') {
+    throw UsageError("seed is '" + seed + "': it has to be a whole number from 1");
+  }
+  const StudyFolder study(folder, definition_in(folder));
+  std::printf("%s", study.row_of(line.text("problem"), line.text("filter"), number).c_str());
   return 0;
 }
 
@@ -213,19 +223,25 @@ int study_faults(const std::vector<std::string>& arguments) {
 }
 
 const char* const kHelp =
-    "Usage: rosrun pf_resampling study STUDY [arguments]\n"
+    "Usage: rosrun pf_resampling study STUDY FOLDER [options]\n"
+    "       rosrun pf_resampling study COMMAND [arguments]\n"
     "\n"
-    "Repeats comparisons of the papers: many filters, many seeds, one table.\n"
+    "Runs many filters with many seeds, and shows what came of it.\n"
     "\n"
     "Studies (study STUDY --help says more):\n"
-    "  resampling     resampling schemes in range-beacon localization, on a recording (Mahmoud "
-    "2012)\n"
-    "  compensation   compensation and resampling in FastSLAM, on simulated drives (Kwak 2008)\n"
-    "  faults         what filters do, and say, when something goes wrong on a recording\n";
+    "  kwak        compensation and resampling in FastSLAM (Kwak, Kim and Lee 2008)\n"
+    "  mahmoud     resampling schemes in range-beacon localization (Mahmoud et al. 2012)\n"
+    "  FILE.yaml   one of your own; research/studies/kwak.yaml explains the file\n"
+    "\n"
+    "Commands:\n"
+    "  report      a page of tables, figures and verdicts from a study's folder\n"
+    "  merge       puts together what shards have run\n"
+    "  trial       runs one trial again\n"
+    "  faults      what filters do, and say, when something goes wrong on a recording\n";
 
 int study(const std::vector<std::string>& arguments) {
   if (arguments.empty()) {
-    throw UsageError("which study? resampling, compensation or faults; see study --help");
+    throw UsageError("which study? kwak, mahmoud or FILE.yaml; see study --help");
   }
   const std::string& name = arguments.front();
   if (name == "--help") {
@@ -233,10 +249,11 @@ int study(const std::vector<std::string>& arguments) {
     return 0;
   }
   const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
-  if (name == "resampling") return study_resampling(rest);
-  if (name == "compensation") return study_compensation(rest);
   if (name == "faults") return study_faults(rest);
-  throw UsageError("study '" + name + "' is unknown; known: resampling, compensation, faults");
+  if (name == "merge") return study_merge(rest);
+  if (name == "trial") return study_trial(rest);
+  if (name == "report") return study_report(rest);
+  return study_of(name, rest);
 }
 
 }  // namespace
