@@ -110,6 +110,7 @@ int study_of(const std::string& name, const std::vector<std::string>& arguments)
   if (line.has("trials")) study.trials = line.get<int>("trials");
   add_bag(line, &study);
   const int jobs = jobs_of(line);
+  if (jobs < 1) throw Error("--jobs is " + std::to_string(jobs) + ": it has to be at least 1");
   const StudyShard shard = shard_of(line);
   StudyFolder folder(line.text("folder"), study);
   run(&folder, shard, jobs);

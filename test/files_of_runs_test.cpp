@@ -108,12 +108,8 @@ TEST_F(FilesOfRuns, WhatIsReadIsNotWritten) {
   expect_refused("dataset_to_bag csv c c", {"out.bag c", "DIRECTORY c"});
   expect_refused("evaluate_bag x.bag --json x.bag", {"--json x.bag", "bag x.bag"});
   expect_refused("calibrate_ranges ranges.bag --output ranges.bag", {"--output", "bag ranges.bag"});
-  expect_refused("study resampling ranges.bag --seeds 1 --json ranges.bag",
-                 {"--json", "bag ranges"});
   expect_refused("study faults ranges.bag --seeds 1 --csv ranges.bag", {"--csv", "bag ranges"});
-  expect_refused("study compensation w.yaml --seeds 1 --csv w.yaml",
-                 {"--csv w.yaml", "world w.yaml"});
-  expect_refused("study compensation --config my.yaml --seeds 1 --csv my.yaml",
+  expect_refused("study faults ranges.bag --config my.yaml --seeds 1 --csv my.yaml",
                  {"--csv", "--config"});
 }
 
@@ -123,7 +119,7 @@ TEST_F(FilesOfRuns, NothingIsWrittenTwice) {
   expect_refused(slam + "--save-map m --save-checkpoint ./m",
                  {"--save-checkpoint ./m", "--save-map"});
   expect_refused("evaluate_bag x.bag --json x.png --plot x.png", {"--plot x.png", "--json x.png"});
-  expect_refused("study compensation --seeds 1 --json s --csv s", {"--csv s", "--json s"});
+  expect_refused("study faults ranges.bag --seeds 1 --json s --csv s", {"--csv s", "--json s"});
 }
 
 // A FIFO stands for /dev/null, which nobody wants to lose to a test; as root a device like it is
@@ -143,8 +139,8 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
           "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
           "run_bag fastslam y.bag o.bag --save-map ", "simulate_bag beacons_circle ",
           "dataset_to_bag plaza p.mat ", "evaluate_bag x.bag --json ",
-          "calibrate_ranges ranges.bag --output ", "study compensation --seeds 1 --json ",
-          "study compensation --seeds 1 --csv "}) {
+          "calibrate_ranges ranges.bag --output ", "study faults ranges.bag --seeds 1 --json ",
+          "study faults ranges.bag --seeds 1 --csv "}) {
       expect_refused(command + name, {name, why});
     }
   }
@@ -177,7 +173,7 @@ TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
         "run_bag fastslam --parameters", "check_bag drive.bag", "evaluate_bag x.bag",
         "calibrate_ranges ranges.bag", "simulate_bag beacons_circle s.bag --duration 5",
         "dataset_to_bag plaza p.mat s.bag", "run_bag beacon_mcl ranges.bag s.bag",
-        "study compensation --seeds 2 --variants RSR --set particles=20"}) {
+        "study kwak --help"}) {
     const std::string tool = std::string(command).substr(0, std::string(command).find(' '));
     for (const char* out : {" > /dev/full", " >&-"}) {
       const ProgramResult result = program(command + std::string(out));

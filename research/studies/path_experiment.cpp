@@ -230,7 +230,11 @@ std::vector<Options> options_of(const StudyDefinition& study, const StudyProblem
     }
     try {
       apply(values, &options);
-      if (!problem.config.empty()) apply(read_configuration(problem.config), &options);
+      if (!problem.config.empty()) {
+        Configuration config = read_configuration(problem.config);
+        if (!filter.is_calibrated) config.calibration.clear();
+        apply(config, &options);
+      }
     } catch (const Error& error) {
       throw Error("filter " + filter.name + ": " + error.what());
     }

@@ -37,7 +37,7 @@ struct StudyFilter {
   std::string group;  ///< of rows in a table
   Estimator estimator = Estimator::filter;
   Settings settings;  ///< on top of the study's
-  /// Whether it is given the calibration of a problem that is calibrated.
+  /// Whether it is given the calibration of a problem: the fitted one, or that of its config.
   bool is_calibrated = true;
 };
 
