@@ -17,8 +17,8 @@ OF_FASTSLAM = {
                              "particles together lowers it, whether or not the map gets better."),
     "feature_error_end": Measure("Eq. 5, end (m)", 4, 1.0, "The same at the end."),
     "feature_error_drop_at_B": Measure("Fall of eq. 5 at B (m)", 4, 1.0, "Mean of eq. 5 over the second before the inner "
-                                       "loop closes, minus its mean over the second from then on. A loop closes with the scan "
-                                       "that sees a landmark again that was out of view for longest."),
+                                       "loop closes, minus its mean over the second from then on. A loop closes with the first "
+                                       "scan that sees a landmark again that was out of view for long."),
     "feature_error_drop_at_C": Measure("Fall of eq. 5 at C (m)", 4, 1.0, "The same for the outer loop."),
     "position_error_drop_at_B": Measure("Fall of eq. 6 at B (m)", 4, 1.0, "The same of eq. 6."),
     "position_error_drop_at_C": Measure("Fall of eq. 6 at C (m)", 4, 1.0, "The same of eq. 6 for the outer loop."),

@@ -115,7 +115,7 @@ class Study:
             for name in [column[:-5] for column in rows[0] if column.endswith("_mean")]:
                 self._curves[key + (name,)] = Curve(*(
                     np.array([number(row[column]) for row in rows])
-                    for column in ("time", f"{name}_mean", f"{name}_sd", "count")))
+                    for column in ("time", f"{name}_mean", f"{name}_sd", f"{name}_count")))
 
     # ---- what there is
 

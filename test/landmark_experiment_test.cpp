@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/statistics.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
 #include "research/studies/study_trials.hpp"
 #include "tools/worlds/world_file.hpp"
@@ -156,6 +157,62 @@ TEST(LandmarkExperiment, EkfSlamMapsBetterThanResampling) {
   }
   EXPECT_LT(difference, 0.0);
   EXPECT_GT(inside, 0.8);
+}
+
+/// What a program of its own found, which was thrown away: the same world, 100 drives, code and
+/// random numbers of its own. Columns of kFiguresOfPrototype.
+struct OfPrototype {
+  const char* filter;
+  double figures[6];
+};
+const char* const kFiguresOfPrototype[] = {"calls",          "feature_error", "map_error",
+                                           "position_error", "map_inside",    "pose_inside"};
+const OfPrototype kPrototype[] = {
+    {"NR", {0.0, 0.357, 0.251, 0.468, 0.469, 0.369}},
+    {"RSR", {59.3, 0.286, 0.244, 0.349, 0.505, 0.565}},
+    {"multinomial", {58.5, 0.274, 0.242, 0.333, 0.454, 0.516}},
+    {"PR", {60.6, 0.275, 0.229, 0.336, 0.538, 0.626}},
+    {"RBR", {72.1, 0.288, 0.198, 0.367, 0.840, 0.880}},
+    {"RBR unbiased", {99.2, 0.276, 0.230, 0.345, 0.524, 0.584}},
+    {"compensation", {55.6, 0.228, 0.215, 0.278, 0.384, 0.375}},
+    {"compensation 20 %", {71.1, 0.281, 0.208, 0.355, 0.788, 0.837}},
+    {"compensation moment_matched", {54.9, 0.230, 0.216, 0.284, 0.559, 0.404}},
+    {"compensation T_N=1", {180.2, 0.227, 0.226, 0.272, 0.255, 0.078}},
+    {"compensation M=10", {48.0, 0.263, 0.255, 0.321, 0.296, 0.195}},
+};
+
+// 62 differences, each over its standard error, of 60 drives here and 100 there: one beyond 4.5 has
+// a probability of 4e-4.
+TEST(LandmarkExperiment, AgreesWithAnIndependentProgram) {
+  constexpr int kDrives = 60;
+  constexpr double kDrivesOfPrototype = 100.0;
+  std::vector<std::string> names;
+  for (const OfPrototype& each : kPrototype) names.emplace_back(each.filter);
+  const StudyDefinition study = kwak_with(names);
+  const Experiment experiment = landmark_experiment(study, study.problems[0]);
+  std::vector<std::vector<Trial>> drives;
+  for (int seed = 1; seed <= kDrives; ++seed) {
+    drives.push_back(experiment.run(static_cast<std::uint64_t>(seed), nullptr));
+  }
+  for (std::size_t f = 0; f < names.size(); ++f) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto place =
+          std::find(experiment.figures.begin(), experiment.figures.end(), kFiguresOfPrototype[k]);
+      std::vector<double> values;
+      for (const std::vector<Trial>& drive : drives) {
+        values.push_back(
+            drive[f].figures[static_cast<std::size_t>(place - experiment.figures.begin())]);
+      }
+      const MeanEstimate ours = mean_of(values);
+      const double error = ours.standard_error * std::sqrt(1.0 + kDrives / kDrivesOfPrototype);
+      const double theirs = kPrototype[f].figures[k];
+      // Figures are rounded to three digits after the point. In their drives a scan more or less
+      // may see nothing.
+      const double rounding = k == 0 ? 0.5 : 5e-4;
+      EXPECT_NEAR(ours.mean, theirs, 4.5 * error + rounding)
+          << names[f] << ", " << kFiguresOfPrototype[k] << ", standard error " << error;
+    }
+  }
 }
 
 TEST(LandmarkExperiment, NeedsLandmarks) {

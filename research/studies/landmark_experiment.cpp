@@ -39,30 +39,40 @@ struct Drive {
   std::map<std::string, double> closures;  ///< name, s
 };
 
-/// When each loop closes: on the way to the way-point that marks it, the scan that sees a landmark
-/// again that was out of view for longer than any other.
+/// When each loop closes: on the way to the way-point that marks it, the first scan that sees a
+/// landmark again that was out of view for long, which is half as long as any other there.
 std::map<std::string, double> closing_times(const std::vector<Step>& steps,
                                             const std::map<std::string, double>& waypoints) {
+  struct Return {
+    double time = 0.0;
+    double absence = 0.0;  // s
+  };
+  std::vector<Return> returns;
+  std::map<int, double> seen;
+  for (const Step& step : steps) {
+    for (const RangeBearingObservation& observation : step.observations) {
+      const auto before = seen.find(observation.id);
+      if (before != seen.end()) returns.push_back({step.time, step.time - before->second});
+      seen[observation.id] = step.time;
+    }
+  }
   std::map<std::string, double> closures;
   for (const auto& [name, marked] : waypoints) {
     double begin = 0.0;  // of the way to it: the way-point before
     for (const auto& other : waypoints) {
       if (other.second < marked) begin = std::max(begin, other.second);
     }
-    std::map<int, double> seen;
+    const auto is_on_way = [begin, end = marked](const Return& each) {
+      return each.time > begin && each.time <= end;
+    };
     double longest = 0.0;
-    closures[name] = marked;
-    for (const Step& step : steps) {
-      if (step.time > marked) break;
-      for (const RangeBearingObservation& observation : step.observations) {
-        const auto before = seen.find(observation.id);
-        if (before != seen.end() && step.time > begin && step.time - before->second > longest) {
-          longest = step.time - before->second;
-          closures[name] = step.time;
-        }
-        seen[observation.id] = step.time;
-      }
+    for (const Return& each : returns) {
+      if (is_on_way(each)) longest = std::max(longest, each.absence);
     }
+    const auto first = std::find_if(returns.begin(), returns.end(), [&](const Return& each) {
+      return is_on_way(each) && each.absence >= 0.5 * longest;
+    });
+    closures[name] = first == returns.end() ? marked : first->time;
   }
   return closures;
 }
@@ -428,9 +438,11 @@ Experiment landmark_experiment(const StudyDefinition& study, const StudyProblem&
     experiment.places.push_back(
         {"landmark", std::to_string(id), world.landmarks[id].x(), world.landmarks[id].y()});
   }
-  for (const auto& [name, index] : world.closures) {
-    const Eigen::Vector2d& place = world.waypoints[static_cast<std::size_t>(index)];
-    experiment.places.push_back({"closure", name, place.x(), place.y()});
+  for (const auto& [name, time] : first.closures) {
+    const auto step = std::find_if(first.steps.begin(), first.steps.end(),
+                                   [end = time](const Step& each) { return each.time >= end; });
+    const Pose2 place = compose(world.start, step->truth);
+    experiment.places.push_back({"closure", name, place.x, place.y});
   }
   experiment.run = [=, truth = true_map(world), filters = study.filters](
                        std::uint64_t seed, std::vector<DrawnPath>* paths) {

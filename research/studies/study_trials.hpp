@@ -28,7 +28,7 @@ struct DrawnPath {
   std::vector<EstimatedPose> poses;  ///< without covariances
 };
 
-/// A place of the world, true: of a landmark, a beacon, or a way-point that closes a loop.
+/// A place of the world, true: of a landmark, a beacon, or the robot where it closes a loop.
 struct DrawnPlace {
   std::string kind;  ///< landmark, beacon, closure
   std::string id;
