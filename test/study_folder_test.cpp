@@ -214,6 +214,17 @@ TEST_F(StudyFolderTest, RefusesAFolderOfAnotherStudy) {
   EXPECT_TRUE(
       contains(error_of([&] { StudyFolder(full.path(), small_study()); }), "neither empty"));
   EXPECT_TRUE(contains(error_of([&] { definition_in(full.path()); }), "no study"));
+  EXPECT_TRUE(contains(error_of([&] { StudyFolder(full.file("mine.txt"), small_study()); }),
+                       "neither empty"));
+}
+
+TEST_F(StudyFolderTest, BeginsAFolderThatAnotherShardIsBeginning) {
+  const TemporaryDirectory begun;
+  begun.write("study.json.part-1-1", "{");
+  std::filesystem::create_directory(begun.file("blocks"));
+  begun.write("blocks/shard-1-of-2", "");
+  StudyFolder(begun.path(), small_study());
+  EXPECT_EQ(definition_in(begun.path()).name, "small");
 }
 
 TEST_F(StudyFolderTest, RefusesWhatWasDamaged) {

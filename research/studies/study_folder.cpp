@@ -98,6 +98,19 @@ std::string file_of(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
 }
 
+/// Whether there is something that is neither a study nor what another shard begins one with.
+bool is_foreign(const std::string& folder) {
+  if (!fs::is_directory(folder)) return fs::exists(folder);
+  const std::string being_written = std::string(kStudyFile) + ".part-";
+  bool is_other = false;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name == kStudyFile) return false;
+    is_other = is_other || (name != "blocks" && name.rfind(being_written, 0) != 0);
+  }
+  return is_other;
+}
+
 json read_study(const std::string& folder) {
   const std::string path = file_of(folder, kStudyFile);
   if (!fs::exists(path)) {
@@ -308,6 +321,9 @@ StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& defin
     : folder_(folder), definition_(definition) {
   check(definition);
   json about = to_json(definition);
+  if (is_foreign(folder)) {
+    throw Error(folder + " is neither empty nor does it hold a study; take another folder");
+  }
   if (fs::exists(file_of(folder, kStudyFile))) {
     json there = read_study(folder);
     for (const auto& [key, value] : about.items()) {
@@ -323,8 +339,6 @@ StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& defin
                     " differ. Take another folder, or remove this one");
       }
     }
-  } else if (fs::exists(folder) && !fs::is_empty(folder)) {
-    throw Error(folder + " is neither empty nor does it hold a study; take another folder");
   }
   definition_ = with_usual_estimators(definition);
   for (const StudyProblem& problem : definition_.problems) {
