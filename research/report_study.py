@@ -149,6 +149,8 @@ class Study:
         def cost(settings):
             return {key: str(settings[key]) for key in OF_COST if key in settings}
 
+        if any(each["name"] == name and each.get("estimator", "filter") != "filter" for each in self.filters):
+            return None  # it renews nothing, and costs something else
         wanted = cost(self.settings_of(name))
         for each in self.filters:
             settings = each.get("settings", {})

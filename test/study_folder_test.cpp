@@ -170,6 +170,12 @@ TEST_F(StudyFolderTest, GoesOnWhereItWasInterrupted) {
   EXPECT_EQ(folder.drives({}), 5u);
   run_all(path, small_study());
   expect_same_tables(whole(), path);
+  // Paths that were lost come back with their block.
+  std::filesystem::remove(path + "/blocks/short-paths");
+  EXPECT_EQ(StudyFolder(path, small_study()).missing(),
+            std::vector<std::string>{"short-0000001-0000002"});
+  run_all(path, small_study());
+  expect_same_tables(whole(), path);
   // A block that was lost is run alone.
   std::filesystem::remove(path + "/blocks/longer-0000003-0000004");
   StudyFolder again(path, small_study());
@@ -208,6 +214,9 @@ TEST_F(StudyFolderTest, RefusesAFolderOfAnotherStudy) {
   EXPECT_TRUE(contains(error_of([&] { StudyFolder(whole(), other); }), "another study"));
   other = small_study();
   other.problems[0].duration = 5.0;
+  EXPECT_TRUE(contains(error_of([&] { StudyFolder(whole(), other); }), "problems differ"));
+  other = small_study();
+  other.problems[0].config = "other.yaml";
   EXPECT_TRUE(contains(error_of([&] { StudyFolder(whole(), other); }), "problems differ"));
   const TemporaryDirectory full;
   full.write("mine.txt", "keep");

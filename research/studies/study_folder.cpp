@@ -128,6 +128,30 @@ json read_study(const std::string& folder) {
   }
 }
 
+/// With files found from wherever the study goes on.
+StudyDefinition with_whole_paths(StudyDefinition study) {
+  for (StudyProblem& problem : study.problems) {
+    const bool is_file = problem.world.find_first_of("/.") != std::string::npos;
+    for (std::string* path : {&problem.bag, &problem.config, is_file ? &problem.world : nullptr}) {
+      if (path == nullptr || path->empty()) continue;
+      *path = fs::absolute(*path).lexically_normal().string();
+    }
+  }
+  return study;
+}
+
+/// Problems without what was found of them, and without the folders their files are in: a study may
+/// be moved, and is still the same.
+json without_places(json problems) {
+  for (json& problem : problems) {
+    for (const char* found : {"duration", "closures", "lost_error"}) problem.erase(found);
+    for (const char* path : {"source", "config"}) {
+      problem[path] = fs::path(problem.at(path).get<std::string>()).filename().string();
+    }
+  }
+  return problems;
+}
+
 // ---- Numbers as text ---------------------------------------------------------------------------
 
 /// An empty cell where there is no figure.
@@ -318,29 +342,25 @@ StudyDefinition definition_in(const std::string& folder) {
 }
 
 StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& definition)
-    : folder_(folder), definition_(definition) {
+    : folder_(folder), definition_(with_whole_paths(definition)) {
   check(definition);
-  json about = to_json(definition);
+  json about = to_json(definition_);
   if (is_foreign(folder)) {
     throw Error(folder + " is neither empty nor does it hold a study; take another folder");
   }
   if (fs::exists(file_of(folder, kStudyFile))) {
-    json there = read_study(folder);
+    const json there = read_study(folder);
     for (const auto& [key, value] : about.items()) {
       if (key == "trials" || !there.contains(key)) continue;
-      json before = there[key];
-      if (key == "problems") {
-        for (json& problem : before) {
-          for (const char* found : {"duration", "closures", "lost_error"}) problem.erase(found);
-        }
-      }
-      if (before != value) {
+      const bool is_same = key == "problems" ? without_places(there[key]) == without_places(value)
+                                             : there[key] == value;
+      if (!is_same) {
         throw Error(folder + " holds another study: its " + key +
                     " differ. Take another folder, or remove this one");
       }
     }
   }
-  definition_ = with_usual_estimators(definition);
+  definition_ = with_usual_estimators(definition_);
   for (const StudyProblem& problem : definition_.problems) {
     experiments_.push_back(experiment_of(definition_, problem));
   }
@@ -384,7 +404,12 @@ std::vector<StudyFolder::Block> StudyFolder::missing_blocks(const StudyShard& sh
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_of_shard =
         static_cast<int>(i % static_cast<std::size_t>(shard.count)) == shard.index;
-    if (is_of_shard && !fs::exists(path_of(all[i]))) missing.push_back(all[i]);
+    if (!is_of_shard) continue;
+    // The first seed's paths stand beside its block.
+    const std::string paths =
+        file_of(folder_, "blocks/" + definition_.problems[all[i].problem].name + "-paths");
+    const bool is_there = fs::exists(path_of(all[i])) && (all[i].first > 1 || fs::exists(paths));
+    if (!is_there) missing.push_back(all[i]);
   }
   return missing;
 }
