@@ -88,8 +88,8 @@ class StudyDocuments(unittest.TestCase):
                 if heading not in figures or not number:
                     continue
                 figure, factor = figures[heading]
-                found = [factor * of_problem[name][figure]['mean'] for of_problem in filters
-                         if figure in of_problem.get(name, {})]
+                found = [of_problem[name][figure] for of_problem in filters if figure in of_problem.get(name, {})]
+                found = [factor * each['mean'] if isinstance(each, dict) else each for each in found]
                 if not found:
                     continue  # by the clock, or of a difference
                 value = float(number.group().replace('−', '-'))
