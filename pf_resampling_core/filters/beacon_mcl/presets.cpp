@@ -20,9 +20,12 @@ const std::map<std::string, std::string> kMahmoud2012 = {
     {"ranges/outlier_share", "0"},
     {"ranges/non_line_of_sight_share", "0"},
     {"adaptive_count/enabled", "false"},
-    {"recovery/enabled", "false"},          {"calibration/estimation", "off"},
-    {"yaw_rate_bias/estimate", "false"},    {"noise_estimation/ranges", "false"},
-    {"noise_estimation/odometry", "false"}, {"initialization/method", "uniform"}};
+    {"recovery/enabled", "false"},
+    {"calibration/estimation", "off"},
+    {"yaw_rate_bias/estimate", "false"},
+    {"noise_estimation/ranges", "false"},
+    {"noise_estimation/odometry", "false"},
+    {"initialization/method", "uniform"}};
 
 }  // namespace
 
