@@ -9,10 +9,15 @@ namespace pf_resampling {
 namespace {
 
 bool is_finite(const FilterStatus& status) {
-  bool finite = std::isfinite(status.effective_sample_size) &&
-                std::isfinite(status.entropy_sample_size) && std::isfinite(status.log_likelihood) &&
-                std::isfinite(status.innovation) && std::isfinite(status.innovation_sigma) &&
-                std::isfinite(status.yaw_rate_bias) && std::isfinite(status.yaw_rate_bias_sigma);
+  bool finite = true;
+  for (const double number :
+       {status.effective_sample_size, status.entropy_sample_size, status.range_noise_scale,
+        status.bearing_noise_scale, status.odometry_noise_scale, status.log_likelihood,
+        status.innovation, status.innovation_sigma, status.update_time, status.latency, status.lost,
+        status.normalized_innovation, status.other_weight, status.yaw_rate_bias,
+        status.yaw_rate_bias_sigma, status.redraw_time, status.redraw_innovation}) {
+    finite = finite && std::isfinite(number);
+  }
   for (const CalibrationStatus& radio : status.calibration) {
     finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
              std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);

@@ -1,0 +1,181 @@
+#include "src/pipeline/belief_publisher.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "src/messages/conversions.hpp"
+#include "test/pipeline_outputs.hpp"
+
+// What a robot is driven by must be a number: whatever is not is held back, and counted.
+namespace pf_resampling {
+namespace {
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kInfinity = std::numeric_limits<double>::infinity();
+const Pose2 kThere = {1.0, 2.0, 0.5};
+
+PoseEstimate sure(const Pose2& mean) {
+  return {mean, 0.01 * Eigen::Matrix3d::Identity()};
+}
+
+struct Publisher {
+  explicit Publisher(const OutputOptions& options = {}) : belief(FrameNames(), options, &sinks) {
+    connect(&out, &sinks);
+    sinks.estimate = [this](ros::Time, const PoseEstimate&) { ++estimates; };
+  }
+
+  Outputs out;
+  int estimates = 0;
+  PipelineSinks sinks;
+  BeliefPublisher belief;
+};
+
+TEST(BeliefPublisher, APoseThatIsNotFiniteIsHeldBackAndCounted) {
+  OutputOptions options;
+  options.path_period = 0.0;
+  Publisher publisher(options);
+  std::vector<PoseEstimate> bad(3, sure(kThere));
+  bad[0].mean.x = kNan;
+  bad[1].mean.heading = kInfinity;
+  bad[2].covariance(0, 1) = kNan;
+  for (const PoseEstimate& estimate : bad)
+    publisher.belief.publish_pose(ros::Time(1.0), estimate, {});
+  publisher.belief.publish_path(ros::Time(1.0));
+  EXPECT_EQ(publisher.belief.held_back(), 3u);
+  EXPECT_TRUE(publisher.out.poses.empty());
+  EXPECT_TRUE(publisher.out.transforms.empty());
+  EXPECT_TRUE(publisher.out.paths.empty());
+  EXPECT_EQ(publisher.estimates, 0);
+  publisher.belief.publish_pose(ros::Time(2.0), sure(kThere), {});
+  publisher.belief.publish_path(ros::Time(2.0));
+  EXPECT_EQ(publisher.belief.held_back(), 3u);
+  EXPECT_EQ(publisher.out.poses.size(), 1u);
+  EXPECT_EQ(publisher.out.transforms.size(), 1u);
+  ASSERT_EQ(publisher.out.paths.size(), 1u);
+  EXPECT_EQ(publisher.out.paths[0].poses.size(), 1u);
+  EXPECT_EQ(publisher.estimates, 1);
+}
+
+TEST(BeliefPublisher, OneParticleThatIsNotFiniteHoldsBothCloudsBack) {
+  OutputOptions options;
+  options.cloud_period = 0.0;
+  Publisher publisher(options);
+  const Eigen::ArrayXd good = Eigen::ArrayXd::Constant(4, 0.25);
+  Eigen::ArrayXd bad = good;
+  bad[2] = kNan;
+  const Eigen::ArrayXi ancestors = Eigen::ArrayXi::Zero(4);
+  publisher.belief.publish_clouds(ros::Time(1.0), {good, bad, good, good, ancestors}, {});
+  EXPECT_EQ(publisher.belief.held_back(), 2u);
+  EXPECT_TRUE(publisher.out.pose_arrays.empty());
+  EXPECT_TRUE(publisher.out.clouds.empty());
+  // Weights are in one of them only.
+  publisher.belief.publish_clouds(ros::Time(2.0), {good, good, good, bad, ancestors}, {});
+  EXPECT_EQ(publisher.belief.held_back(), 3u);
+  EXPECT_EQ(publisher.out.pose_arrays.size(), 1u);
+  EXPECT_TRUE(publisher.out.clouds.empty());
+  publisher.belief.publish_clouds(ros::Time(3.0), {good, good, good, good, ancestors}, {});
+  EXPECT_EQ(publisher.belief.held_back(), 3u);
+  EXPECT_EQ(publisher.out.clouds.size(), 1u);
+}
+
+TEST(BeliefPublisher, AMarkerThatIsNotFiniteIsLeftOut) {
+  Publisher publisher;
+  visualization_msgs::MarkerArray array;
+  array.markers.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    array.markers[i].id = static_cast<int>(i);
+    array.markers[i].pose = to_pose_message(kThere);
+    array.markers[i].points.resize(2);
+  }
+  array.markers[0].pose.position.z = kNan;
+  array.markers[2].points[1].y = kInfinity;
+  publisher.belief.publish_markers(array);
+  EXPECT_EQ(publisher.belief.held_back(), 2u);
+  ASSERT_EQ(publisher.out.markers.size(), 1u);
+  ASSERT_EQ(publisher.out.markers[0].markers.size(), 1u);
+  EXPECT_EQ(publisher.out.markers[0].markers[0].id, 1);
+}
+
+TEST(BeliefPublisher, AStatusWithANumberThatIsNoneIsHeldBack) {
+  const std::vector<std::function<void(FilterStatus*)>> faults = {
+      [](FilterStatus* status) { status->effective_sample_size = kNan; },
+      [](FilterStatus* status) { status->entropy_sample_size = kNan; },
+      [](FilterStatus* status) { status->range_noise_scale = kNan; },
+      [](FilterStatus* status) { status->bearing_noise_scale = kNan; },
+      [](FilterStatus* status) { status->odometry_noise_scale = kInfinity; },
+      [](FilterStatus* status) { status->log_likelihood = -kInfinity; },
+      [](FilterStatus* status) { status->innovation = kNan; },
+      [](FilterStatus* status) { status->innovation_sigma = kInfinity; },
+      [](FilterStatus* status) { status->update_time = kNan; },
+      [](FilterStatus* status) { status->latency = kNan; },
+      [](FilterStatus* status) { status->lost = kNan; },
+      [](FilterStatus* status) { status->normalized_innovation = kInfinity; },
+      [](FilterStatus* status) { status->other_weight = kNan; },
+      [](FilterStatus* status) { status->redraw_time = kNan; },
+      [](FilterStatus* status) { status->redraw_innovation = kNan; },
+      [](FilterStatus* status) { status->yaw_rate_bias = kNan; },
+      [](FilterStatus* status) { status->yaw_rate_bias_sigma = kNan; },
+      [](FilterStatus* status) { status->calibration.back().scale = kNan; },
+      [](FilterStatus* status) { status->calibration.back().scale_sigma = kNan; },
+      [](FilterStatus* status) { status->calibration.back().bias = kNan; },
+      [](FilterStatus* status) { status->calibration.back().bias_sigma = kNan; },
+      [](FilterStatus* status) { status->hypotheses.back().weight = kNan; },
+      [](FilterStatus* status) { status->hypotheses.back().pose.pose.position.x = kNan; },
+      [](FilterStatus* status) { status->hypotheses.back().pose.covariance[0] = kNan; },
+  };
+  FilterStatus good;
+  good.calibration.resize(2);
+  good.hypotheses.resize(2);
+  Publisher publisher;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    FilterStatus bad = good;
+    faults[i](&bad);
+    publisher.belief.publish_status(bad);
+    EXPECT_EQ(publisher.belief.held_back(), i + 1) << "fault " << i;
+  }
+  EXPECT_TRUE(publisher.out.statuses.empty());
+  publisher.belief.publish_status(good);
+  EXPECT_EQ(publisher.out.statuses.size(), 1u);
+}
+
+TEST(BeliefPublisher, APathThatIsNotFiniteIsHeldBack) {
+  OutputOptions options;
+  options.path_period = 0.0;
+  Publisher publisher(options);
+  const std::vector<ros::Time> stamps = {ros::Time(1.0), ros::Time(2.0)};
+  publisher.belief.publish_path(ros::Time(2.0), stamps, [] {
+    return std::vector<Pose2>{kThere, {kNan, 0.0, 0.0}};
+  });
+  EXPECT_EQ(publisher.belief.held_back(), 1u);
+  EXPECT_TRUE(publisher.out.paths.empty());
+}
+
+// It may drive for days: every other pose goes, the first and the last drive on, and the steps
+// between are twice as long from then on.
+TEST(BeliefPublisher, APathThatGetsTooLongIsThinned) {
+  OutputOptions options;
+  options.path_period = 0.0;
+  options.path_spacing = 0.5;
+  options.path_length = 10;
+  Publisher publisher(options);
+  for (int step = 0; step < 200; ++step) {
+    publisher.belief.publish_pose(ros::Time(1.0 + step), sure({0.5 * step, 0.0, 0.0}), {});
+    publisher.belief.publish_path(ros::Time(1.0 + step));
+    ASSERT_LE(publisher.out.paths.back().poses.size(), 10u) << step;
+  }
+  const auto& poses = publisher.out.paths.back().poses;
+  EXPECT_GE(poses.size(), 5u);
+  EXPECT_EQ(poses.front().pose.position.x, 0.0);
+  EXPECT_GT(poses.back().pose.position.x, 80.0);
+  const double spacing = poses[1].pose.position.x - poses[0].pose.position.x;
+  EXPECT_GE(spacing, 8.0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    EXPECT_EQ(poses[i].pose.position.x - poses[i - 1].pose.position.x, spacing) << i;
+  }
+}
+
+}  // namespace
+}  // namespace pf_resampling
