@@ -266,6 +266,51 @@ TEST(CheckpointKeeper, AFileThatCannotBeReadIsToldOfAndTheNodeStarts) {
   EXPECT_EQ(kept.value("failed"), "1");
 }
 
+// As a node does it, with either filter.
+template <typename AnyRig>
+void expect_kept() {
+  const TemporaryDirectory directory;
+  CheckpointOptions options;
+  options.file = directory.file("robot.checkpoint");
+  options.period = 0.0;
+  Kept kept(options);
+  AnyRig run;
+  const std::string asked = directory.file("asked.checkpoint");
+  kept.keeper.write_when_due(&run.pipeline);
+  try {
+    kept.keeper.save(asked, &run.pipeline);
+    ADD_FAILURE() << "nothing was saved";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "checkpoint: there is nothing to save yet; wait for the first pose");
+  }
+  EXPECT_EQ(directory.listing(), "");
+
+  run.feed(AnyRig::Drive::messages(10.0));
+  EXPECT_NE(kept.keeper.save(asked, &run.pipeline).find(asked), std::string::npos);
+  kept.keeper.write_when_due(&run.pipeline);
+  kept.wait();
+  EXPECT_EQ(directory.listing(), "asked.checkpoint robot.checkpoint");
+  diagnostic_msgs::DiagnosticArray array;
+  kept.keeper.report("robot1/filter: checkpoint", &array);
+  ASSERT_EQ(array.status.size(), 1u);
+  EXPECT_EQ(array.status[0].name, "robot1/filter: checkpoint");
+  EXPECT_EQ(value_of(array, "file"), options.file);
+  for (const std::string& file : {asked, options.file}) {
+    AnyRig next;
+    next.pipeline.resume(file);
+    ASSERT_TRUE(next.pipeline.estimate()) << file;
+    EXPECT_EQ(distance(next.pipeline.estimate()->mean, run.pipeline.estimate()->mean), 0.0) << file;
+  }
+}
+
+TEST(CheckpointKeeper, KeepsWhatEitherPipelineKnows) {
+  expect_kept<Rig>();
+  expect_kept<FastSlamRig>();
+  diagnostic_msgs::DiagnosticArray nothing;
+  Kept(CheckpointOptions()).keeper.report("checkpoint", &nothing);
+  EXPECT_TRUE(nothing.status.empty());
+}
+
 // And nothing of the user's, even if it has a name that looks much the same.
 TEST(CheckpointKeeper, WhatAKilledProcessLeftIsRemoved) {
   const TemporaryDirectory directory;

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <sstream>
+#include <string>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
@@ -105,6 +107,29 @@ TEST(Configuration, TheParameterServerGivesTheSame) {
   EXPECT_EQ(options.filter.calibration.estimation, CalibrationEstimation::off);
 }
 
+// Anybody may have put anything there.
+TEST(Configuration, WhatTheParameterServerGivesInVainIsNamed) {
+  const auto error_of_server = [](const std::function<void(XmlRpc::XmlRpcValue*)>& set) {
+    XmlRpc::XmlRpcValue parameters;
+    set(&parameters);
+    try {
+      configuration_of(parameters);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using Value = XmlRpc::XmlRpcValue;
+  expect_words(error_of_server([](Value* value) { (*value)["particles"][0] = 3; }),
+               {"parameter 'particles'", "not a number, a word, true or false"});
+  expect_words(error_of_server([](Value* value) { (*value)["beacons"] = 3; }),
+               {"parameter 'beacons' has to be a list"});
+  expect_words(error_of_server([](Value* value) { (*value)["beacons"][0] = 3; }),
+               {"parameter 'beacons', element 0", "an element has to be {key: value, ...}"});
+  expect_words(error_of_server([](Value* value) { (*value)["beacons"][0]["id"][0] = 3; }),
+               {"parameter 'beacons', element 0, id", "not a number, a word, true or false"});
+}
+
 TEST(Configuration, LaterFilesWin) {
   BeaconMclPipelineOptions options;
   apply(parse_configuration("particles: 1\nseed: 2\ncalibration: [{beacon: 1, scale: 1.1}]", "a"),
@@ -134,6 +159,10 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
   expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});
   expect_words(error_of("frames: {map: ''}"), {"frames/map", "empty"});
+  for (const char* const element : {"3", "[1, 2]", "{id: [1]}", "{[1]: 2}"}) {
+    expect_words(error_of(std::string("beacons:\n- ") + element),
+                 {"file.yaml:2", "beacons", "an element has to be {key: value, ...}"});
+  }
   EXPECT_THROW(parse_assignment("particles"), Error);
   EXPECT_THROW(read_configuration("/nowhere/at/all.yaml"), Error);
 }

@@ -67,6 +67,51 @@ TEST(DescribedMessage, ReadsWhatTheGeneratedCodeWrites) {
   EXPECT_EQ(of_filter["observation"].number(), -1.0);
 }
 
+TEST(DescribedMessage, ReadsEveryTypeOfNumber) {
+  std::vector<std::uint8_t> bytes;
+  const auto add = [&](const auto& number) {
+    const auto* const begin = reinterpret_cast<const std::uint8_t*>(&number);
+    bytes.insert(bytes.end(), begin, begin + sizeof number);
+  };
+  std::string definition;
+  const auto field = [&](const std::string& type, const auto& number) {
+    definition += type + " of_" + type + "\n";
+    add(number);
+  };
+  field("bool", std::uint8_t{1});
+  field("char", std::uint8_t{200});
+  field("byte", std::int8_t{-100});
+  field("int8", std::int8_t{-128});
+  field("uint8", std::uint8_t{255});
+  field("int16", std::int16_t{-32768});
+  field("uint16", std::uint16_t{65535});
+  field("int32", std::int32_t{-2147483647});
+  field("uint32", std::uint32_t{4294967295u});
+  field("int64", std::int64_t{-(1LL << 50)});
+  field("uint64", std::uint64_t{1ULL << 63});
+  field("float32", -0.25f);
+  field("float64", 1e-300);
+  definition += "duration of_duration\n";
+  add(std::int32_t{-2});
+  add(std::int32_t{500000000});
+  const DescribedMessage read =
+      DescribedMessage::read("a/B", definition, bytes.data(), bytes.size());
+  EXPECT_EQ(read["of_bool"].number(), 1.0);
+  EXPECT_EQ(read["of_char"].number(), 200.0);
+  EXPECT_EQ(read["of_byte"].number(), -100.0);
+  EXPECT_EQ(read["of_int8"].number(), -128.0);
+  EXPECT_EQ(read["of_uint8"].number(), 255.0);
+  EXPECT_EQ(read["of_int16"].number(), -32768.0);
+  EXPECT_EQ(read["of_uint16"].number(), 65535.0);
+  EXPECT_EQ(read["of_int32"].number(), -2147483647.0);
+  EXPECT_EQ(read["of_uint32"].number(), 4294967295.0);
+  EXPECT_EQ(read["of_int64"].number(), -std::ldexp(1.0, 50));
+  EXPECT_EQ(read["of_uint64"].number(), std::ldexp(1.0, 63));
+  EXPECT_EQ(read["of_float32"].number(), -0.25);
+  EXPECT_EQ(read["of_float64"].number(), 1e-300);
+  EXPECT_EQ(read["of_duration"].number(), -1.5);
+}
+
 TEST(DescribedMessage, RefusesWhatTheDefinitionDoesNotDescribe) {
   std::vector<std::uint8_t> bytes = bytes_of(sensor_msgs::Imu());
   const DescribedMessage read = described<sensor_msgs::Imu>(bytes);

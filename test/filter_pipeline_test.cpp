@@ -471,6 +471,39 @@ TEST(FilterPipeline, TwoPlacesThatFitAreTwoHypotheses) {
   EXPECT_NE(gone, run.out.markers.end());
 }
 
+// ---- what comes in -----------------------------------------------------------------------------
+
+TYPED_TEST(FilterPipelineOf, AnImuAndATypeThatAreOfNoUseAreCounted) {
+  auto options = TypeParam::Drive::options();
+  options.odometry_input.imu_heading = ImuUse::yaw_rate;
+  TypeParam run(options);
+  run.feed(TypeParam::Drive::messages(5.0));
+  sensor_msgs::Imu imu;
+  imu.header.frame_id = "nowhere";
+  imu.header.stamp = TypeParam::Drive::at(5.0);
+  run.pipeline.handle(imu);
+  EXPECT_EQ(run.rejected("imu", RejectReason::unknown_frame), 1u);
+  run.pipeline.note_unreadable("odom", "odometry comes as std_msgs/Int16");
+  EXPECT_EQ(run.rejected("odom", RejectReason::unreadable), 1u);
+  EXPECT_TRUE(run.has_said("odometry comes as std_msgs/Int16"));
+  run.feed(TypeParam::Drive::messages(5.1, 8.0));
+  EXPECT_LT(run.error(), kLost);
+}
+
+TEST(FilterPipeline, WithoutAMapARobotIsNotLookedForInIt) {
+  FastSlamRig run;
+  try {
+    run.pipeline.global_localization();
+    ADD_FAILURE() << "it was begun";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(),
+                 "global_localization: there is no map yet in which the robot could be found; load "
+                 "one, or give initialpose");
+  }
+  run.feed(FastSlamDrive::messages(20.0));
+  EXPECT_LT(run.error(), kLost) << "and the drive goes on as if nothing had been asked";
+}
+
 // ---- parameters -------------------------------------------------------------------------------
 
 TYPED_TEST(FilterPipelineOf, RefusedParametersChangeNothingAndSayWhy) {

@@ -198,6 +198,20 @@ TEST(StaticFrames, NamesWithoutEndTakeNoMoreMemory) {
   EXPECT_TRUE(frames.add(transform("sensor_5"))) << "one that is known may move";
 }
 
+TEST(StaticFrames, WhatGoesInACircleIsNowhere) {
+  StaticFrames frames;
+  const auto join = [&](const std::string& parent, const std::string& child) {
+    return frames.add(transform_of(parent, child, Eigen::Isometry3d::Identity(), ros::Time(1.0)));
+  };
+  ASSERT_TRUE(join("mast", "camera"));
+  ASSERT_TRUE(join("arm", "mast"));
+  ASSERT_TRUE(join("camera", "arm"));
+  EXPECT_FALSE(frames.pose("base_link", "camera"));
+  EXPECT_FALSE(frames.origin("base_link", "mast"));
+  ASSERT_TRUE(join("base_link", "arm")) << "the circle is broken";
+  EXPECT_TRUE(frames.pose("base_link", "camera"));
+}
+
 TEST(TagScans, WhatIsNoDetectionIsNoTag) {
   const auto is_tag = [](const std::string& parent, const std::string& child,
                          const std::string& pattern = kPattern) {

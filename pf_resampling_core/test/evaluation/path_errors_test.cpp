@@ -323,5 +323,27 @@ TEST(PathErrors, RefusesWhatItCannotJudge) {
   EXPECT_THROW(evaluate_path(truth, broken), Error);
 }
 
+TEST(PathErrors, NamesTheOptionItsValueAndWhatItHasToBe) {
+  const auto said = [](const PathErrorOptions& options) -> std::string {
+    try {
+      check_options(options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  PathErrorOptions options;
+  EXPECT_EQ(said(options), "nothing");
+  options.clip = 1.5;
+  EXPECT_EQ(said(options),
+            "clip is 1.500000: it is the share of the time that is left out, in [0, 1)");
+  options = {};
+  options.max_gap = -0.5;
+  EXPECT_EQ(said(options), "max_gap is -0.500000 s: it has to be >= 0");
+  options = {};
+  options.lost_error = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(said(options), "lost_error is nan m: it has to be >= 0");
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -120,6 +120,17 @@ TEST(FitRanges, RefusesWhatItCannotFit) {
   RangeFitOptions options;
   options.least_samples = 2;
   EXPECT_THROW(fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options), Error);
+  options = {};
+  options.outlier_threshold = 1.0;
+  EXPECT_THROW(fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options), Error);
+  options = {};
+  options.scale_tolerance = 0.0;
+  try {
+    fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options);
+    ADD_FAILURE() << "no tolerance was taken";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "scale_tolerance is 0.000000: it has to be > 0");
+  }
 }
 
 TEST(FitRangesPerBeacon, SeparatesBeaconsAndLendsTheSharedFitToRareOnes) {

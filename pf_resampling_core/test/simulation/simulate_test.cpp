@@ -201,6 +201,9 @@ TEST(CheckWorld, NamesWhatMakesNoSense) {
   world.beacons[1].beacon.id = 10;
   expect_refused(world, "beacon 10 is given twice");
   world = square_world();
+  world.beacons[1].beacon.position.y() = std::nan("");
+  expect_refused(world, "has a position that is not finite");
+  world = square_world();
   world.beacons[2].errors.scale = 0.0;
   expect_refused(world, "beacon 12 scale");
   world = square_world();

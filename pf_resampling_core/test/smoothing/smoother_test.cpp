@@ -277,6 +277,29 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   graph = drive.graph;
   graph.constants[SensorConstant::range_scale] = -1.0;
   EXPECT_NE(message_of(graph).find("no scale below -0.5"), std::string::npos);
+  graph = drive.graph;
+  graph.unassigned = {graph.sightings[3]};
+  EXPECT_EQ(message_of(graph), "");
+  graph.unassigned[0].pose = 60;
+  EXPECT_NE(message_of(graph).find("sighting 0 of no landmark from pose 60"), std::string::npos);
+  graph.unassigned[0].pose = 3;
+  graph.unassigned[0].bearing = std::numeric_limits<double>::infinity();
+  EXPECT_NE(message_of(graph).find("has to be finite"), std::string::npos);
+}
+
+TEST(Smoother, ForgetsNeitherNoPoseNorAll) {
+  RingDrive drive(60, 8, 1, no_constants());
+  for (const int poses : {-1, 0, 60, 61}) {
+    SmoothingGraph graph = drive.graph;
+    try {
+      forget_oldest(poses, 2.0, &graph);
+      ADD_FAILURE() << poses << " poses were forgotten";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(), "smoothing: " + std::to_string(poses) +
+                                  " poses to forget of 60; at least one of each has to be");
+    }
+    EXPECT_EQ(graph.poses.size(), 60u);
+  }
 }
 
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.

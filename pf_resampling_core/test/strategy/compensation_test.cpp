@@ -315,6 +315,9 @@ TEST(CheckPairs, RefusesSlotsAndSharesOutOfRange) {
   EXPECT_THROW(check_pairs({{3, 0, 0.5}}, 3), Error);
   EXPECT_THROW(check_pairs({{-1, 0, 0.5}}, 3), Error);
   EXPECT_THROW(check_pairs({{0, -1, 0.5}}, 3), Error);
+  for (const double total : {-0.1, 1.1, nan}) {
+    EXPECT_THROW(check_pairs({{0, 1, 0.0, total}}, 3), Error) << total;
+  }
   for (const double share : {-0.1, 1.1, nan}) {
     EXPECT_THROW(check_pairs({{0, 1, share}}, 3), Error) << share;
   }

@@ -584,6 +584,24 @@ TEST(FastSlam, LandmarksFoundWithoutIdsAreNotKnownByIdsLater) {
   EXPECT_EQ(filter.association(), DataAssociation::maximum_likelihood);
 }
 
+// Between the two gates an observation would be of no landmark, known or new.
+TEST(FastSlam, TheGateOfNewLandmarksIsNotBelowThatOfKnownOnes) {
+  FastSlamOptions options;
+  options.association.gate = 20.0;
+  options.association.new_landmark_gate = 19.5;
+  try {
+    const FastSlam filter(options, 1);
+    ADD_FAILURE() << "it was taken";
+  } catch (const Error& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("association/new_landmark_gate is 19.5"), std::string::npos) << said;
+    EXPECT_NE(said.find("has to be at least association/gate, which is 20.0"), std::string::npos)
+        << said;
+  }
+  options.association.new_landmark_gate = 20.0;
+  EXPECT_NO_THROW(FastSlam(options, 1));
+}
+
 TEST(FastSlam, SameSeedSameBytesOtherSeedOtherBytes) {
   const auto run = [](std::uint64_t seed) {
     FastSlamOptions options;

@@ -480,6 +480,49 @@ TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
   }
 }
 
+// Of what a reader of lines never gets to see: the words that name it, and the remedy.
+TEST_F(MapFile, SaysWhatIsWrongWithAMapInMemory) {
+  const struct {
+    std::function<void(SavedMap*)> damage;
+    std::string said;
+  } cases[] = {
+      {[](SavedMap* map) { map->landmarks[0].estimate.id = -7; },
+       "landmark id -7 is not in [0, 2^62]"},
+      {[](SavedMap* map) { map->next_id = -1; }, "the next id is not in [0, 2^62 + 1]"},
+      {[](SavedMap* map) { map->observations_since_renewal = -1; },
+       "the scans since the last renewal are negative"},
+      {[](SavedMap* map) { map->observations_since_redraw = -1; },
+       "the scans since the last redraw are negative"},
+      {[](SavedMap* map) { map->pose.covariance(1, 1) = 1e19; }, "the covariance of the pose"},
+      {[](SavedMap* map) { map->particles.y[1] = std::nan(""); }, "particle 1: "},
+      {[](SavedMap* map) {
+         map->particles.weight.setConstant(0.3);
+         map->particles.log_weight.setConstant(std::log(0.3));
+       },
+       "the weights do not add up to 1"},
+      {[](SavedMap* map) { map->odometry_errors.means.conservativeResize(1, Eigen::NoChange); },
+       "numbers per particle"},
+      {[](SavedMap* map) { map->odometry_errors.means(1, 0) = HUGE_VAL; },
+       "the errors of the odometry are not finite"},
+      {[](SavedMap* map) { map->odometry_errors.velocity[2] = std::nan(""); },
+       "the errors of the odometry are not finite"},
+      {[](SavedMap* map) { map->odometry_errors.covariance(0, 1) += 1e-3; },
+       "is not positive semidefinite"},
+  };
+  for (const auto& test : cases) {
+    SavedMap bad = small_map();
+    test.damage(&bad);
+    try {
+      check_saved_map(bad);
+      ADD_FAILURE() << "taken: " << test.said;
+    } catch (const Error& error) {
+      const std::string said = error.what();
+      EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
+      EXPECT_NE(said.find("save the map again or repair it"), std::string::npos) << said;
+    }
+  }
+}
+
 // A factor of 1e300 would leave no finite variance, one of 1e-300 none at all.
 TEST_F(MapFile, RefusesNoiseThatNoRedrawFinds) {
   SavedMap map = small_map();

@@ -1,0 +1,103 @@
+#include "src/node/service_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "pf_resampling_core/error.hpp"
+#include "test/temporary_directory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+std::string refusal(const ServiceFolder& folder, const std::string& name) {
+  try {
+    folder.path_of(name);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// A variable of the environment, as long as this lives.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* const before = std::getenv(name)) before_ = before;
+    value != nullptr ? setenv(name, value, 1) : unsetenv(name);
+  }
+  ~Variable() { before_.empty() ? unsetenv(name_) : setenv(name_, before_.c_str(), 1); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+  std::string before_;
+};
+
+TEST(ServiceFolder, IsMadeWhenAFileIsNamed) {
+  const TemporaryDirectory directory;
+  const ServiceFolder folder(directory.file("a/b"));
+  EXPECT_EQ(directory.listing(), "");
+  EXPECT_EQ(folder.path_of("my.map"), directory.file("a/b/my.map"));
+  EXPECT_EQ(folder.path_of("site/my.map"), directory.file("a/b/site/my.map"));
+  EXPECT_EQ(folder.path_of(directory.file("a/b/my.map")), directory.file("a/b/my.map"));
+  EXPECT_TRUE(std::filesystem::is_directory(directory.file("a/b")));
+}
+
+TEST(ServiceFolder, BeginsAtTheHomeOfTheUser) {
+  const TemporaryDirectory directory;
+  {
+    const Variable home("HOME", directory.path().c_str());
+    EXPECT_EQ(ServiceFolder("~/maps").path(), directory.file("maps"));
+    EXPECT_EQ(ServiceFolder("~").path(), directory.path());
+    EXPECT_EQ(ServiceFolder("/a/~/b").path(), "/a/~/b");
+  }
+  // A service of the system may have no such variable.
+  const passwd* const user = getpwuid(geteuid());
+  ASSERT_NE(user, nullptr);
+  for (const char* const none : {static_cast<const char*>(nullptr), ""}) {
+    const Variable home("HOME", none);
+    EXPECT_EQ(ServiceFolder("~/maps").path(), std::string(user->pw_dir) + "/maps");
+  }
+}
+
+TEST(ServiceFolder, NothingOutsideOfItIsNamed) {
+  const TemporaryDirectory directory;
+  directory.write("secret", "mine");
+  const ServiceFolder folder(directory.file("maps"));
+  folder.path_of("first.map");
+  std::filesystem::create_directory_symlink(directory.path(), directory.file("maps/way"));
+  for (const std::string& name :
+       {std::string("../secret"), std::string("a/../../secret"), std::string("way/secret"),
+        directory.file("secret"), std::string("/dev/null"), std::string("."), std::string("/"),
+        std::string("a\nb"), std::string("a\0b", 3), directory.file("maps_too/x")}) {
+    const std::string said = refusal(folder, name);
+    EXPECT_NE(said.find(" is not in " + directory.file("maps")), std::string::npos)
+        << name << ": " << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos);
+  }
+  EXPECT_EQ(refusal(folder, ""), "no file is given; give a name in " + directory.file("maps"));
+}
+
+TEST(ServiceFolder, AFolderThatCannotBeMadeIsNamedWithTheParameter) {
+  const TemporaryDirectory directory;
+  directory.write("maps", "a file in the way");
+  const std::string said = refusal(ServiceFolder(directory.file("maps/of/robot")), "my.map");
+  EXPECT_EQ(said.rfind("the folder " + directory.file("maps/of/robot") + " cannot be made: ", 0),
+            0u)
+      << said;
+  EXPECT_NE(said.find("; set map_file/directory to one that can"), std::string::npos) << said;
+}
+
+TEST(ServiceFolder, NodesInNamespacesHaveFilesOfTheirOwn) {
+  EXPECT_EQ(file_name_of("fastslam"), "fastslam");
+  EXPECT_EQ(file_name_of("robot1/fastslam"), "robot1_fastslam");
+}
+
+}  // namespace
+}  // namespace pf_resampling
