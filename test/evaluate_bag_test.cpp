@@ -252,6 +252,35 @@ TEST_F(EvaluateBag, RefusesBadInputInOneLine) {
   }
 }
 
+TEST_F(EvaluateBag, ComparesWithTheBatchSolutionOfRanges) {
+  const std::string bag = directory_.file("figure8.bag");
+  ASSERT_EQ(run_program("simulate_bag beacons_figure8 " + bag + " --duration 60").exit_code, 0);
+  // The dead reckoning as the "filter": it says nothing of where the beacons are.
+  const std::string arguments = bag + " --pose /odom --clip 0.2 --batch --batch-online";
+  const json result = evaluate(arguments);
+  const json batch = result["batch"];
+  // Ranges of 0.4 m, six a second: the path is good to a few decimetres, on line as well.
+  EXPECT_LT(batch["cartesian"]["mean"], 0.3);
+  EXPECT_LT(batch["online"]["cartesian"]["mean"], 0.4);
+  EXPECT_GT(batch["online"]["cartesian"]["mean"], batch["cartesian"]["mean"]);
+  EXPECT_EQ(batch["online"]["refused"], 0);
+  EXPECT_EQ(batch["observations"], 360);
+  ASSERT_EQ(batch["ranges"]["radios"].size(), 6u);
+  EXPECT_EQ(batch["ranges"]["radios"][0]["beacon"], 1);
+  EXPECT_GT(batch["online"]["ratio"], 2.0);
+  const ProgramResult text = run_program("evaluate_bag " + arguments);
+  for (const char* said :
+       {"batch solution of the same data", "it found: ranges to", "on-line bound"}) {
+    EXPECT_NE(text.out.find(said), std::string::npos) << said << "\n" << text.out;
+  }
+
+  // Neither landmarks nor ranges.
+  const ProgramResult nothing = run_program("evaluate_bag " + bag_with({}) + " --batch");
+  EXPECT_EQ(nothing.exit_code, 1);
+  EXPECT_TRUE(nothing.is_one_line_error("evaluate_bag")) << nothing.error;
+  EXPECT_NE(nothing.error.find("/landmarks"), std::string::npos) << nothing.error;
+}
+
 TEST_F(EvaluateBag, SaysThatTheEstimateIsNotFinite) {
   BagOptions options;
   options.x_of_last_pose = std::numeric_limits<double>::quiet_NaN();

@@ -11,6 +11,7 @@
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
+#include "tools/common/batch_ranges.hpp"
 #include "tools/common/batch_slam.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/evaluation_report.hpp"
@@ -44,7 +45,7 @@ CommandLine command_line() {
       "default ground_truth if that frame exists, otherwise base_link");
   line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
   line.topic("odom", kUsualOdometry, "dead reckoning, if it is there; 'none' leaves it out");
-  line.topic("beacons", "/beacons", "beacons, for the picture");
+  line.topic("beacons", "/beacons", "beacons, for the picture and --batch");
   line.option<double>(
       "lost-error", "METRES", 0.0,
       "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
@@ -54,6 +55,8 @@ CommandLine command_line() {
   line.topic("landmark-map", "/landmark_map", "estimated map; its last message is evaluated");
   line.topic("true-landmarks", "/ground_truth_landmarks", "true map");
   line.topic("landmarks", "/landmarks", "observations, for --batch");
+  line.topic("ranges", "/ranges",
+             "ranges to the beacons, for --batch where nothing is in landmarks");
   line.topic("path", "/path",
              "the whole path as the filter believes it at the end; its last message is evaluated");
   line.topic("status", "/status", "the filter's status, for its particles");
@@ -72,7 +75,8 @@ CommandLine command_line() {
       "begun "
       "at nothing (no /initialpose, no map loaded): start, or fit without true headings");
   line.flag("batch",
-            "compare with the least-squares solution of odometry and observations with ids");
+            "compare with the least-squares solution of odometry and observations with ids, or of "
+            "odometry and ranges to beacons");
   line.flag("batch-online",
             "with --batch: also solve at every observation with the data until then, which is all "
             "that a filter knows; takes minutes for a long drive");
@@ -94,7 +98,7 @@ struct Request {
   bool is_quiet = false;
   std::optional<std::string> truth_frame, json, plot;
   std::string truth, pose, odom, beacons, landmark_map, true_landmarks, landmarks, path, status,
-      particle_errors;  // topics
+      particle_errors, ranges;  // topics
 };
 
 LandmarkMatching matching_from(const std::string& name) {
@@ -135,6 +139,7 @@ Request request_from(const CommandLine& line) {
   request.landmark_map = line.topic("landmark-map");
   request.true_landmarks = line.topic("true-landmarks");
   request.landmarks = line.topic("landmarks");
+  request.ranges = line.topic("ranges");
   request.path = line.topic("path");
   request.status = line.topic("status");
   request.particle_errors = line.topic("particle-errors");
@@ -153,13 +158,21 @@ bool is_for_paths_alone(const rosbag::Bag& bag, const Request& request) {
   return request.plot && !request.json && !has_topic(bag, request.truth);
 }
 
+/// Whether the batch solution is that of ranges to beacons.
+bool is_of_ranges(const rosbag::Bag& bag, const Request& request) {
+  return !has_topic(bag, request.landmarks) && has_topic(bag, request.ranges);
+}
+
 void require_topics(const rosbag::Bag& bag, const Request& request) {
   std::vector<NeededTopic> needed = {{request.pose, pose_types(), "--pose"}};
   if (request.with_odometry) needed.push_back({request.odom, pose_types(), "--odom"});
   if (!is_for_paths_alone(bag, request)) {
     needed.push_back({request.truth, truth_types(), "--truth"});
   }
-  if (request.with_batch) {
+  if (request.with_batch && is_of_ranges(bag, request)) {
+    needed.push_back({request.ranges, {"pf_resampling/BeaconRange"}, "--ranges"});
+    needed.push_back({request.beacons, {"pf_resampling/BeaconArray"}, "--beacons"});
+  } else if (request.with_batch) {
     needed.push_back(
         {request.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
   }
@@ -271,6 +284,22 @@ BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   return problem;
 }
 
+/// The solution begins to look for the robot where the truth begins.
+RangeProblem range_problem_of(const rosbag::Bag& bag, const Request& request, const Recorded& run) {
+  RangeProblem problem;
+  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry_noise = read_odometry_noise(bag, request.odom);
+  problem.ranges = read_ranges(bag, request.ranges);
+  problem.beacons = run.beacons;
+  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
+    problem.antennas[name] = frame.translation();
+  }
+  problem.antennas[""] = Eigen::Vector3d::Zero();
+  const Pose2 first = align_at_start(run.dead_reckoning, run.truth).front().pose;
+  problem.start = compose(first, relative(run.place, {}));
+  return problem;
+}
+
 /// Brings a solution, which begins at its origin, to the truth's frame as the estimate was.
 FrameChoice frame_of_solution(const std::vector<EstimatedPose>& path,
                               const std::string& frame_of_estimate, const Recorded& run,
@@ -316,16 +345,15 @@ void add_ratios(const Evaluation& evaluation, BatchComparison* batch) {
   }
 }
 
-/// What least squares says while the robot drives, judged as the poses that the filter gave out.
-OnlineBound judge_online(const BatchProblem& problem, const Recorded& run,
+/// What least squares says while the robot drives, judged as the poses that the filter gave out;
+/// `alignment` brings its path to the truth's frame.
+OnlineBound judge_online(const OnlineSolution& solution, const std::vector<EstimatedPose>& path,
+                         const Pose2& alignment, const Recorded& run,
                          const PathErrorOptions& options, const Evaluation& evaluation) {
-  const OnlineSolution solution = solve_online(problem);
-  const std::vector<EstimatedPose> path = path_of_place(solution.path, run.place);
-  const FrameChoice frame = frame_of_solution(path, evaluation.frame, run, options);
   OnlineBound bound;
   bound.solutions = solution.solutions;
   bound.refused = solution.refused;
-  bound.errors = evaluate_path(run.truth, moved(path, frame.alignment), options);
+  bound.errors = evaluate_path(run.truth, moved(path, alignment), options);
   bound.aligned = evaluate_aligned_path(run.truth, path, options);
   bound.ratio = ratio(evaluation.estimate.cartesian.mean, bound.errors.cartesian.mean);
   bound.aligned_ratio =
@@ -345,7 +373,34 @@ BatchComparison compare_with_batch(const BatchProblem& problem, const Recorded& 
   }
   add_ratios(evaluation, &batch);
   if (request.with_online) {
-    batch.online = judge_online(problem, run, request.path_options, evaluation);
+    const OnlineSolution online = solve_online(problem);
+    const std::vector<EstimatedPose> path = path_of_place(online.path, run.place);
+    const FrameChoice frame = frame_of_solution(path, evaluation.frame, run, request.path_options);
+    batch.online =
+        judge_online(online, path, frame.alignment, run, request.path_options, evaluation);
+  }
+  return batch;
+}
+
+/// The same of odometry and ranges: the beacons' frame is the truth's.
+BatchComparison compare_with_batch(const RangeProblem& problem, const Recorded& run,
+                                   const Request& request, const Evaluation& evaluation) {
+  const PathErrorOptions& options = request.path_options;
+  const RangeSolution solution = solve_ranges(problem);
+  const std::vector<EstimatedPose> path = path_of_place(solution.path, run.place);
+  BatchComparison batch;
+  batch.errors = evaluate_path(run.truth, path, options);
+  batch.aligned = evaluate_aligned_path(run.truth, path, options);
+  batch.distance_scale = solution.distance_scale;
+  batch.yaw_scale = solution.yaw_scale;
+  batch.observations = solution.ranges;
+  batch.outliers = solution.outliers;
+  batch.radios = RadioComparison{solution.radios, solution.scales, solution.yaw_rate_bias};
+  add_ratios(evaluation, &batch);
+  if (request.with_online) {
+    const OnlineSolution online = solve_ranges_online(problem, solution.scales);
+    batch.online = judge_online(online, path_of_place(online.path, run.place), Pose2{}, run,
+                                options, evaluation);
   }
   return batch;
 }
@@ -458,7 +513,9 @@ Evaluation judged(const rosbag::Bag& bag, const Request& request, Recorded* run)
   evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
   if (request.with_batch) {
     evaluation.batch =
-        compare_with_batch(batch_problem_of(bag, request), *run, request, evaluation);
+        is_of_ranges(bag, request)
+            ? compare_with_batch(range_problem_of(bag, request, *run), *run, request, evaluation)
+            : compare_with_batch(batch_problem_of(bag, request), *run, request, evaluation);
   }
   return evaluation;
 }

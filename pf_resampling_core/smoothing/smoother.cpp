@@ -154,6 +154,9 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   const auto is_kept = [&](const SightingFactor& sighting) { return sighting.pose >= poses; };
   const auto kept = std::find_if(graph->sightings.begin(), graph->sightings.end(), is_kept);
   old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
+  const auto ranges = std::find_if(graph->ranges.begin(), graph->ranges.end(),
+                                   [&](const RangeFactor& range) { return range.pose >= poses; });
+  old.ranges.resize(static_cast<std::size_t>(ranges - graph->ranges.begin()));
   NormalEquations equations(old);
   equations.linearize(old, robust_width);
   if (!equations.factorize(0.0)) return false;
@@ -165,6 +168,7 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   GaussianPrior prior;
   prior.pose = old.poses.back();
   prior.landmarks = old.landmarks;
+  prior.radios = old.radios;
   prior.constants = old.constants;
   prior.landmarks_given_path = equations.landmarks_given_path();
   prior.odometry_given_path = equations.odometry_given_path();
@@ -180,10 +184,12 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   graph->poses.erase(graph->poses.begin(), graph->poses.begin() + poses);
   graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
   graph->sightings.erase(graph->sightings.begin(), kept);
+  graph->ranges.erase(graph->ranges.begin(), ranges);
   std::vector<SightingFactor>& unassigned = graph->unassigned;
   unassigned.erase(unassigned.begin(), std::find_if(unassigned.begin(), unassigned.end(), is_kept));
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
   for (SightingFactor& sighting : unassigned) sighting.pose -= poses;
+  for (RangeFactor& range : graph->ranges) range.pose -= poses;
   return true;
 }
 
@@ -196,7 +202,8 @@ Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
     covariance.block<2, 2>(2 * l, 2 * l) -=
         belief.landmarks_given_path[static_cast<std::size_t>(l)];
   }
-  covariance.block<kOdometryConstants, kOdometryConstants>(2 * landmarks, 2 * landmarks) -=
+  const Eigen::Index constants = size - 3 - kSensorConstants;
+  covariance.block<kOdometryConstants, kOdometryConstants>(constants, constants) -=
       belief.odometry_given_path;
   // What is known exactly, and what rounding leaves below zero, gets no spread.
   const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);

@@ -27,11 +27,17 @@ bool is_usable(const SightingFactor& sighting) {
          is_finite(sighting.sensor);
 }
 
+bool is_usable(const RangeFactor& range) {
+  return std::isfinite(range.range) && range.variance > 0.0 && std::isfinite(range.variance) &&
+         std::isfinite(range.height) && range.beacon.allFinite() && range.antenna.allFinite();
+}
+
 // The prior of what is left once some of its landmarks are integrated out.
 GaussianPrior without(const GaussianPrior& prior, const std::vector<bool>& is_removed) {
   std::vector<Eigen::Index> kept, removed;
   GaussianPrior left;
   left.pose = prior.pose;
+  left.radios = prior.radios;
   left.constants = prior.constants;
   left.odometry_given_path = prior.odometry_given_path;
   for (Eigen::Index i = 0; i < 3; ++i) kept.push_back(i);
@@ -44,7 +50,8 @@ GaussianPrior without(const GaussianPrior& prior, const std::vector<bool>& is_re
     left.landmarks_given_path.push_back(prior.landmarks_given_path[l]);
   }
   if (removed.empty()) return prior;
-  for (Eigen::Index i = prior.size() - kSensorConstants; i < prior.size(); ++i) kept.push_back(i);
+  const Eigen::Index others = 3 + 2 * static_cast<Eigen::Index>(prior.landmarks.size());
+  for (Eigen::Index i = others; i < prior.size(); ++i) kept.push_back(i);
   const auto part = [&](const std::vector<Eigen::Index>& rows,
                         const std::vector<Eigen::Index>& columns) {
     Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()),
@@ -77,12 +84,30 @@ GaussianPrior without(const GaussianPrior& prior, const std::vector<bool>& is_re
 }  // namespace
 
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
+  return prior_among_radios(first, Eigen::Vector3d::Constant(kFixed), sigma, 0, {});
+}
+
+GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& first_sigma,
+                                 const SensorConstants& sigma, int radios,
+                                 const RadioPrior& prior_of_radios) {
   GaussianPrior prior;
   prior.pose = first;
-  prior.information.setZero(prior.size(), prior.size());
-  prior.information.diagonal().head<3>().setConstant(1.0 / (kFixed * kFixed));
-  prior.information.diagonal().tail<kSensorConstants>() =
-      sigma.array().max(kSmallestPrior).square().inverse();
+  prior.radios.assign(static_cast<std::size_t>(radios), Eigen::Vector2d::Zero());
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Ones(prior.size());
+  sigmas.head<3>() = first_sigma;
+  sigmas.tail<kSensorConstants>() = sigma.cwiseMax(kSmallestPrior);
+  prior.information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
+  // The inverse of own²·I + common²·(all ones), by Sherman and Morrison's formula.
+  const Eigen::Array2d own = prior_of_radios.own.array().square();
+  const Eigen::Array2d common = prior_of_radios.common.array().square();
+  const Eigen::Array2d shared = common / (own * (own + radios * common));
+  for (Eigen::Index i = 0; i < radios; ++i) {
+    for (Eigen::Index j = 0; j < radios; ++j) {
+      prior.information.block<2, 2>(3 + 2 * i, 3 + 2 * j) = (-shared).matrix().asDiagonal();
+      if (i != j) continue;
+      prior.information.diagonal().segment<2>(3 + 2 * i) += own.inverse().matrix();
+    }
+  }
   prior.gradient.setZero(prior.size());
   prior.odometry_given_path =
       prior.information.bottomRightCorner<kSensorConstants, kSensorConstants>()
@@ -154,6 +179,12 @@ void check(const SmoothingGraph& graph) {
       !are_finite(graph.landmarks, [](const Eigen::Vector2d& one) { return one.allFinite(); })) {
     throw Error("smoothing: the estimate of every pose and landmark has to be finite");
   }
+  if (!are_finite(graph.radios, [](const Eigen::Vector2d& one) { return one.allFinite(); }) ||
+      graph.prior.radios.size() != graph.radios.size()) {
+    throw Error(
+        "smoothing: the errors of every radio have to be finite, and the prior has to have "
+        "as many radios as the graph");
+  }
   if (!are_plausible(graph.constants)) {
     throw Error("smoothing: the sensors' constants have to be finite, and no scale below -0.5");
   }
@@ -179,6 +210,16 @@ void check(const SmoothingGraph& graph) {
                   std::to_string(sighting.pose) +
                   " has to be finite, with positive variances, of a pose and a landmark of the "
                   "graph");
+    }
+  }
+  for (std::size_t i = 0; i < graph.ranges.size(); ++i) {
+    const RangeFactor& range = graph.ranges[i];
+    if (!is_usable(range) || !is_there(range.pose, graph.poses.size()) ||
+        !is_there(range.radio, graph.radios.size())) {
+      throw Error(
+          "smoothing: range " + std::to_string(i) + " of radio " + std::to_string(range.radio) +
+          " from pose " + std::to_string(range.pose) +
+          " has to be finite, with a positive variance, of a pose and a radio of the graph");
     }
   }
   for (std::size_t i = 0; i < graph.unassigned.size(); ++i) {

@@ -51,6 +51,19 @@ struct SightingFactor {
   Pose2 sensor;
 };
 
+/// A range from a pose to a radio at a known place:
+///   range = (1 + scale)·distance + bias + noise,
+/// with the radio's own scale and bias, which are unknowns of the graph.
+struct RangeFactor {
+  int pose = 0;
+  int radio = 0;
+  Eigen::Vector2d beacon = Eigen::Vector2d::Zero();   ///< m, map frame
+  Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m, where it sits on the robot
+  double height = 0.0;                                ///< m, between beacon and antenna
+  double range = 0.0;                                 ///< m
+  double variance = 0.0;                              ///< m^2, > 0
+};
+
 /// Factors of the standard deviations as stated: errors of real sensors last, and so many count for
 /// less than as many that do not. Within [1, kLargestNoiseScale].
 struct NoiseScales {
@@ -61,11 +74,12 @@ struct NoiseScales {
 inline constexpr double kLargestNoiseScale = 20.0;
 
 /// What is known from elsewhere (a belief at the start, data that have left the window) about the
-/// first pose, the first landmarks and the constants, in this order: the cost
+/// first pose, the first landmarks, the radios and the constants, in this order: the cost
 ///   ½ dᵀ·information·d + gradientᵀ·d, with d the difference to where it was linearised.
 struct GaussianPrior {
   Pose2 pose;
   std::vector<Eigen::Vector2d> landmarks;
+  std::vector<Eigen::Vector2d> radios;  ///< all of the graph
   SensorConstants constants = SensorConstants::Zero();
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
@@ -75,13 +89,26 @@ struct GaussianPrior {
   OdometryInformation odometry_given_path = OdometryInformation::Zero();
 
   Eigen::Index size() const {
-    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
+    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size() + radios.size()) + kSensorConstants;
   }
 };
 
 /// The first pose is known to 1e-6 (m, rad), the constants to these standard deviations (at least
 /// 1e-9), nothing of landmarks.
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
+
+/// Standard deviations of the errors of radios of one make, scale and bias (m): of what they have
+/// in common, and of how each differs from that; > 0.
+struct RadioPrior {
+  Eigen::Vector2d common = {0.05, 0.5};
+  Eigen::Vector2d own = {0.01, 0.1};
+};
+
+/// For a drive among so many radios: the first pose with these standard deviations (m, m, rad, >
+/// 0), the constants as prior_at() does, and the radios' errors about 0.
+GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& first_sigma,
+                                 const SensorConstants& sigma, int radios,
+                                 const RadioPrior& prior_of_radios);
 
 /// A Gaussian belief: `covariance` over pose, landmarks and constants about these means, and the
 /// covariances of landmarks and of the odometry's constants that are left given the path. Nothing
@@ -93,11 +120,12 @@ std::optional<GaussianPrior> prior_of(const Pose2& pose,
                                       const std::vector<Eigen::Matrix2d>& landmarks_given_path,
                                       const OdometryInformation& odometry_given_path);
 
-/// The data of a drive and the present estimate of all there is to know: poses, landmarks and the
-/// sensors' constants. Grows at its end.
+/// The data of a drive and the present estimate of all there is to know: poses, landmarks, the
+/// errors of radios and the sensors' constants. Grows at its end.
 struct SmoothingGraph {
   std::vector<Pose2> poses;                ///< m, rad; map frame
   std::vector<Eigen::Vector2d> landmarks;  ///< m
+  std::vector<Eigen::Vector2d> radios;     ///< scale, and bias in m
   SensorConstants constants = SensorConstants::Zero();
 
   GaussianPrior prior;
@@ -106,6 +134,7 @@ struct SmoothingGraph {
   /// What is of no landmark as far as is known, and takes no part: without a landmark, poses
   /// ascending.
   std::vector<SightingFactor> unassigned;
+  std::vector<RangeFactor> ranges;  ///< poses ascending
 
   NoiseScales noise;
 };
@@ -121,9 +150,10 @@ Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& consta
 /// the prior says of the others stays (Schur complement).
 void remove_landmarks(const std::vector<bool>& is_removed, SmoothingGraph* graph);
 
-/// Throws Error for an estimate of a pose or landmark that is not finite; naming the factor, for
-/// one that is not, has no positive variance or names a pose or landmark that is not there; and
-/// unless there is one motion less than there are poses.
+/// Throws Error for an estimate of a pose, landmark or radio that is not finite; naming the factor,
+/// for one that is not, has no positive variance or names a pose, landmark or radio that is not
+/// there; unless there is one motion less than there are poses; and unless the prior has all
+/// radios.
 void check(const SmoothingGraph& graph);
 
 }  // namespace pf_resampling

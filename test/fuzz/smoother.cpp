@@ -40,6 +40,7 @@ class GraphMaker {
         if (kind == 3) graph.unassigned.back().landmark = -1;
       }
     }
+    add_radios(&graph);
     if (bytes_->below(8) == 0) graph.noise.range = number(1.0);
     // A pose or landmark that is not there, or a motion too few.
     if (bytes_->below(16) == 0 && !graph.sightings.empty()) {
@@ -50,6 +51,30 @@ class GraphMaker {
   }
 
  private:
+  // Last, and none where the bytes are used up: so that older corpora say what they said.
+  void add_radios(SmoothingGraph* graph) {
+    const int radios = bytes_->below(4);
+    if (radios == 0) return;
+    RadioPrior own;
+    own.common = {number(0.05), number(0.5)};
+    SensorConstants sigma;
+    for (double& value : sigma) value = number(0.01);
+    graph->prior = prior_among_radios(graph->prior.pose, {number(1.0), number(1.0), number(1.0)},
+                                      sigma, radios, own);
+    graph->radios.assign(static_cast<std::size_t>(radios), {number(0.0), number(0.0)});
+    for (int i = 0; i < static_cast<int>(graph->poses.size()); ++i) {
+      RangeFactor range;
+      range.pose = i;
+      range.radio = bytes_->below(radios);
+      range.beacon = {number(5.0), number(-4.0)};
+      range.antenna = {number(0.1), number(0.2)};
+      range.height = number(1.0);
+      range.range = number(6.0);
+      range.variance = number(0.01);
+      graph->ranges.push_back(range);
+    }
+  }
+
   double number(double usual) {
     if (wild_) return bytes_->number();
     const int kind = bytes_->below(16);
@@ -91,6 +116,7 @@ bool is_finite(const SmoothingGraph& graph) {
         finite && std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
   }
   for (const Eigen::Vector2d& landmark : graph.landmarks) finite = finite && landmark.allFinite();
+  for (const Eigen::Vector2d& radio : graph.radios) finite = finite && radio.allFinite();
   return finite;
 }
 
@@ -100,7 +126,7 @@ bool same_estimate(const SmoothingGraph& a, const SmoothingGraph& b) {
            std::equal_to<>()(left.heading, right.heading);
   };
   return std::equal(a.poses.begin(), a.poses.end(), b.poses.begin(), b.poses.end(), same) &&
-         a.landmarks == b.landmarks && a.constants == b.constants;
+         a.landmarks == b.landmarks && a.radios == b.radios && a.constants == b.constants;
 }
 
 void go_on(Bytes* bytes, const SmoothingOptions& options, const SmoothingResult& result,

@@ -1,7 +1,6 @@
 #include "tools/common/batch_slam.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,26 +12,28 @@
 namespace pf_resampling {
 namespace {
 
-// s: between two poses of the graph the odometry turns by so little that its scales act on the
-// chord.
-constexpr double kLongestStep = 0.5;
 constexpr double kOutlier = 4.0;  // standard deviations
 // m or rad per sqrt(s): where none is stated for an axis, the problem would have no solution.
 constexpr double kLeastNoise = 1e-4;
-// The loss, in standard deviations, narrowed from solution to solution: at first every observation
-// pulls, so that loops close from afar; at last misread ones hardly do.
-constexpr std::array<double, 4> kLossWidths = {30.0, 10.0, 4.0, 2.0};
-constexpr int kIterations = 100;
+GaussianPrior prior_of(const BatchNoise& noise) {
+  SensorConstants sigma = SensorConstants::Zero();
+  sigma[SensorConstant::distance_scale] = noise.distance_scale;
+  sigma[SensorConstant::turn_scale] = noise.yaw_scale;
+  return prior_at(Pose2{}, sigma);
+}
 
 /// The data of a drive up to a time, as a graph. Its first pose is the origin.
-class Drive {
+class DriveAmongLandmarks {
  public:
-  Drive(const BatchProblem& problem, const BatchNoise& noise)
-      : problem_(problem), noise_(noise), scans_(problem.scans) {
-    check_path(problem.odometry, "odometry");
+  DriveAmongLandmarks(const BatchProblem& problem, const BatchNoise& noise)
+      : drive(
+            problem.odometry, [this](double from, double to) { return motion_between(from, to); },
+            prior_of(noise)),
+        problem_(problem),
+        noise_(noise),
+        scans_(problem.scans) {
     const double begin = problem.odometry.front().time;
     const double end = problem.odometry.back().time;
-    if (!(end > begin)) throw Error("the odometry has no duration: it needs two stamps");
     const auto is_of_no_use = [&](StampedScan& scan) {
       std::vector<SeenLandmark>& seen = scan.landmarks;
       seen.erase(std::remove_if(seen.begin(), seen.end(),
@@ -49,26 +50,9 @@ class Drive {
     }
     std::stable_sort(scans_.begin(), scans_.end(),
                      [](const StampedScan& a, const StampedScan& b) { return a.time < b.time; });
-    SensorConstants sigma = SensorConstants::Zero();
-    sigma[SensorConstant::distance_scale] = noise.distance_scale;
-    sigma[SensorConstant::turn_scale] = noise.yaw_scale;
-    graph.prior = prior_at(Pose2{}, sigma);
-    graph.poses = {Pose2{}};
-    times = {begin};
   }
-
-  /// Poses up to `time`, by odometry as it is now believed; none is far from the next.
-  void drive_to(double time) {
-    const double last = times.back();
-    const int steps = static_cast<int>(std::ceil((time - last) / kLongestStep));
-    for (int step = 1; step <= steps; ++step) {
-      const double next = step == steps ? time : last + (time - last) * step / steps;
-      graph.motions.push_back(motion_between(times.back(), next));
-      graph.poses.push_back(
-          compose(graph.poses.back(), corrected_motion(graph.motions.back(), graph.constants)));
-      times.push_back(next);
-    }
-  }
+  DriveAmongLandmarks(const DriveAmongLandmarks&) = delete;
+  DriveAmongLandmarks& operator=(const DriveAmongLandmarks&) = delete;
 
   /// From the newest pose.
   void see(const StampedScan& scan) {
@@ -80,7 +64,7 @@ class Drive {
     for (const SeenLandmark& seen : scan.landmarks) {
       const auto [landmark, is_new] = numbers_.emplace(seen.id, static_cast<int>(ids.size()));
       SightingFactor sighting;
-      sighting.pose = static_cast<int>(graph.poses.size()) - 1;
+      sighting.pose = drive.newest();
       sighting.landmark = landmark->second;
       sighting.range = seen.range;
       sighting.bearing = seen.bearing;
@@ -92,16 +76,16 @@ class Drive {
       sighting.sensor = sensor->second;
       if (is_new) {
         ids.push_back(seen.id);
-        graph.landmarks.push_back(place_of(sighting));
+        drive.graph.landmarks.push_back(place_of(sighting));
       }
-      graph.sightings.push_back(sighting);
+      drive.graph.sightings.push_back(sighting);
     }
   }
 
   /// Where a sighting has its landmark.
   Eigen::Vector2d place_of(const SightingFactor& sighting) const {
     const Pose2 from =
-        compose(graph.poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
+        compose(drive.graph.poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
     const double direction = from.heading + sighting.bearing;
     return {from.x + sighting.range * std::cos(direction),
             from.y + sighting.range * std::sin(direction)};
@@ -111,23 +95,24 @@ class Drive {
   /// they can the first.
   void place_landmarks() {
     std::vector<std::vector<double>> x(ids.size()), y(ids.size());
-    for (const SightingFactor& sighting : graph.sightings) {
+    for (const SightingFactor& sighting : drive.graph.sightings) {
       const Eigen::Vector2d place = place_of(sighting);
       x[static_cast<std::size_t>(sighting.landmark)].push_back(place.x());
       y[static_cast<std::size_t>(sighting.landmark)].push_back(place.y());
     }
     for (std::size_t l = 0; l < ids.size(); ++l) {
-      graph.landmarks[l] = {median(x[l]), median(y[l])};
+      drive.graph.landmarks[l] = {median(x[l]), median(y[l])};
     }
   }
 
   /// How many of the sightings from the pose `first` on are far from the estimate.
   int outliers(int first) const {
     int count = 0;
-    for (auto s = graph.sightings.rbegin(); s != graph.sightings.rend() && s->pose >= first; ++s) {
+    for (auto s = drive.graph.sightings.rbegin();
+         s != drive.graph.sightings.rend() && s->pose >= first; ++s) {
       const SightingResidual residual = sighting_residual(
-          *s, graph.noise, graph.poses[static_cast<std::size_t>(s->pose)],
-          graph.landmarks[static_cast<std::size_t>(s->landmark)], graph.constants);
+          *s, drive.graph.noise, drive.graph.poses[static_cast<std::size_t>(s->pose)],
+          drive.graph.landmarks[static_cast<std::size_t>(s->landmark)], drive.graph.constants);
       if (residual.value.norm() > kOutlier) ++count;
     }
     return count;
@@ -161,17 +146,9 @@ class Drive {
     return motion;
   }
 
-  /// The oldest leave once there are half as many poses more than `window`.
-  void bound(int window, double robust_width) {
-    const int surplus = static_cast<int>(graph.poses.size()) - window;
-    if (2 * surplus <= window || !forget_oldest(surplus, robust_width, &graph)) return;
-    times.erase(times.begin(), times.begin() + surplus);
-  }
-
   const std::vector<StampedScan>& scans() const { return scans_; }
 
-  SmoothingGraph graph;
-  std::vector<double> times;      ///< of the poses
+  BatchDrive drive;
   std::vector<std::int32_t> ids;  ///< of the landmarks
 
  private:
@@ -185,112 +162,43 @@ class Drive {
   std::map<std::int32_t, int> numbers_;
 };
 
-SmoothingResult smooth_narrowing(SmoothingGraph* graph) {
-  SmoothingResult result;
-  for (const double width : kLossWidths) result = smooth({kIterations, width}, graph);
-  return result;
-}
-
-/// With the final loss at once and with one that is narrowed; the better.
-SmoothingResult smooth_both_ways(SmoothingGraph* graph) {
-  SmoothingGraph narrowed = *graph;
-  const SmoothingResult direct = smooth({kIterations, kLossWidths.back()}, graph);
-  const SmoothingResult other = smooth_narrowing(&narrowed);
-  if (other.fault != SmoothingFault::none) return direct;
-  if (direct.fault == SmoothingFault::none && direct.cost <= other.cost) return direct;
-  *graph = std::move(narrowed);
-  return other;
-}
-
-EstimatedPose stamped(double time, const Pose2& pose) {
-  EstimatedPose estimate;
-  estimate.time = time;
-  estimate.pose = pose;
-  return estimate;
-}
-
-/// At each stamp of the odometry: from the pose before by the scaled odometry, and what is then
-/// missing to the pose after, in proportion to the time.
-std::vector<EstimatedPose> path_of(const Drive& drive, const std::vector<EstimatedPose>& odometry) {
-  const SmoothingGraph& graph = drive.graph;
-  const std::vector<double>& times = drive.times;
-  std::vector<EstimatedPose> path;
-  std::size_t before = 0;
-  for (const EstimatedPose& stamp : odometry) {
-    while (before + 2 < times.size() && times[before + 1] <= stamp.time) ++before;
-    const auto by_odometry = [&](double time) {
-      return compose(graph.poses[before],
-                     corrected_motion(drive.motion_between(times[before], time), graph.constants));
-    };
-    const double share = (stamp.time - times[before]) / (times[before + 1] - times[before]);
-    const Pose2 missing = relative(by_odometry(times[before + 1]), graph.poses[before + 1]);
-    path.push_back(stamped(
-        stamp.time, compose(by_odometry(stamp.time),
-                            {share * missing.x, share * missing.y, share * missing.heading})));
-  }
-  return path;
-}
-
 }  // namespace
 
 BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) {
-  Drive drive(problem, noise);
-  for (const StampedScan& scan : drive.scans()) {
-    drive.drive_to(scan.time);
-    drive.see(scan);
+  DriveAmongLandmarks data(problem, noise);
+  for (const StampedScan& scan : data.scans()) {
+    data.drive.drive_to(scan.time);
+    data.see(scan);
   }
-  drive.drive_to(problem.odometry.back().time);
-  drive.place_landmarks();
-  const SmoothingResult result = smooth_both_ways(&drive.graph);
+  data.drive.drive_to(problem.odometry.back().time);
+  data.place_landmarks();
+  const SmoothingResult result = smooth_both_ways(&data.drive.graph);
   if (result.fault != SmoothingFault::none) {
     throw Error("the batch solution failed: " + to_string(result.fault));
   }
-  const SmoothingGraph& graph = drive.graph;
+  const SmoothingGraph& graph = data.drive.graph;
   BatchSolution solution;
-  solution.path = path_of(drive, problem.odometry);
-  for (std::size_t l = 0; l < drive.ids.size(); ++l) {
+  solution.path = data.drive.path_at(problem.odometry);
+  for (std::size_t l = 0; l < data.ids.size(); ++l) {
     PointLandmark landmark;
-    landmark.id = drive.ids[l];
+    landmark.id = data.ids[l];
     landmark.position = graph.landmarks[l];
     solution.landmarks.push_back(landmark);
   }
   solution.distance_scale = 1.0 / (1.0 + graph.constants[SensorConstant::distance_scale]);
   solution.yaw_scale = 1.0 / (1.0 + graph.constants[SensorConstant::turn_scale]);
   solution.observations = static_cast<int>(graph.sightings.size());
-  solution.outliers = drive.outliers(0);
+  solution.outliers = data.outliers(0);
   return solution;
 }
 
 OnlineSolution solve_online(const BatchProblem& problem, const BatchNoise& noise, int window) {
-  Drive drive(problem, noise);
-  OnlineSolution solution;
-  auto stamp = problem.odometry.begin();
-  // Poses by odometry from the newest on, up to a time.
-  const auto go_on = [&](const auto& is_before) {
-    for (; stamp != problem.odometry.end() && is_before(stamp->time); ++stamp) {
-      if (stamp->time - drive.times.back() > kLongestStep) drive.drive_to(stamp->time);
-      const MotionFactor motion = drive.motion_between(drive.times.back(), stamp->time);
-      solution.path.push_back(stamped(
-          stamp->time,
-          compose(drive.graph.poses.back(), corrected_motion(motion, drive.graph.constants))));
-    }
-  };
-  for (const StampedScan& scan : drive.scans()) {
-    go_on([&](double time) { return time < scan.time; });
-    drive.drive_to(scan.time);
-    drive.see(scan);
-    SmoothingResult result = smooth({kIterations, kLossWidths.back()}, &drive.graph);
-    const int newest = static_cast<int>(drive.graph.poses.size()) - 1;
-    // A loop that closes from afar looks like a misread id at first.
-    if (result.fault != SmoothingFault::none || drive.outliers(newest) > 0) {
-      result = smooth_both_ways(&drive.graph);
-    }
-    ++solution.solutions;
-    if (result.fault != SmoothingFault::none) ++solution.refused;
-    drive.bound(window, kLossWidths.back());
-  }
-  go_on([](double) { return true; });
-  return solution;
+  DriveAmongLandmarks data(problem, noise);
+  std::vector<double> times;
+  for (const StampedScan& scan : data.scans()) times.push_back(scan.time);
+  return solve_along(
+      problem.odometry, times, [&](std::size_t i) { data.see(data.scans()[i]); },
+      [&] { return data.outliers(data.drive.newest()) > 0; }, window, &data.drive);
 }
 
 }  // namespace pf_resampling

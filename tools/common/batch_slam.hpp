@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/common/bag_contents.hpp"
+#include "tools/common/batch_drive.hpp"
 
 namespace pf_resampling {
 
@@ -46,15 +47,10 @@ struct BatchSolution {
 /// is nowhere on the robot.
 BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise = {});
 
-struct OnlineSolution {
-  std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; the first is the origin
-  int solutions = 0;
-  int refused = 0;  ///< of these; the estimate stayed as the odometry had it
-};
-
 /// What can be known while the robot drives, on the same model: solved anew after every scan with
 /// landmarks, from the last solution on, with all data up to then. The path is that of the newest
-/// poses: of each solution the newest, and from there by odometry until the next. Once there are
+/// poses: of each solution the newest, and from there by odometry until the next; its first pose is
+/// the origin. Once there are
 /// half as many poses more than `window`, the oldest are solved for no more, and what they say
 /// stays as a Gaussian: the default is more than half an hour at a pose every half second. Throws
 /// Error as solve_batch() does.

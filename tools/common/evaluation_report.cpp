@@ -72,6 +72,18 @@ json to_json(const ParticleErrorSummary& particles) {
           {"updates", particles.updates}};
 }
 
+json to_json(const RadioComparison& comparison) {
+  json radios = json::array();
+  for (const auto& [beacon, radio] : comparison.radios) {
+    radios.push_back({{"beacon", beacon}, {"scale", radio.scale}, {"bias", radio.bias}});
+  }
+  return {{"radios", radios},
+          {"sigma", comparison.scales.sigma},
+          {"translation_factor", comparison.scales.translation},
+          {"heading_factor", comparison.scales.heading},
+          {"yaw_rate_bias", comparison.yaw_rate_bias}};
+}
+
 json to_json(const BatchComparison& batch) {
   return {{"cartesian", to_json(batch.errors.cartesian)},
           {"cartesian_aligned", to_json(batch.aligned.cartesian)},
@@ -81,6 +93,7 @@ json to_json(const BatchComparison& batch) {
           {"map_ratio", to_json(batch.map_ratio)},
           {"distance_scale", batch.distance_scale},
           {"yaw_scale", batch.yaw_scale},
+          {"ranges", batch.radios ? to_json(*batch.radios) : json(nullptr)},
           {"observations", batch.observations},
           {"outliers", batch.outliers}};
 }
@@ -158,8 +171,10 @@ void print(const ParticleErrorSummary& particles) {
 }
 
 void print(const BatchComparison& batch) {
-  std::printf("  batch solution of the same data:           path aligned %s",
-              metres(batch.aligned.cartesian.mean).c_str());
+  std::printf("  batch solution of the same data:           path ");
+  // Ranges say where the path lies; where landmarks have it is chance.
+  if (batch.radios) std::printf("%s, ", metres(batch.errors.cartesian.mean).c_str());
+  std::printf("aligned %s", metres(batch.aligned.cartesian.mean).c_str());
   if (batch.map) std::printf(", map aligned %s", metres(batch.map->rms_aligned).c_str());
   const auto text_of = [](const std::optional<double>& ratio) {
     return ratio ? fixed(*ratio, 2) : std::string("-");
@@ -168,6 +183,17 @@ void print(const BatchComparison& batch) {
               text_of(batch.path_ratio).c_str(), text_of(batch.online_ratio).c_str());
   if (batch.map_ratio) std::printf(", map %s", fixed(*batch.map_ratio, 2).c_str());
   std::printf("\n");
+  if (batch.radios) {
+    const RangeBatchScales& scales = batch.radios->scales;
+    std::printf("  it found: ranges to %s, odometry's noise x %s (distance), x %s (heading);",
+                metres(scales.sigma).c_str(), fixed(scales.translation, 2).c_str(),
+                fixed(scales.heading, 2).c_str());
+    for (const auto& [beacon, radio] : batch.radios->radios) {
+      std::printf(" %d: %s d %+.2f m;", beacon, fixed(radio.scale, 3).c_str(), radio.bias);
+    }
+    std::printf(" yaw rate %+.1e rad/s, distance x %s\n", batch.radios->yaw_rate_bias,
+                fixed(batch.distance_scale, 3).c_str());
+  }
   if (batch.online) {
     const OnlineBound& online = *batch.online;
     std::printf("  on-line bound (%d solutions, %d refused):  as given %s, aligned %s\n",

@@ -9,6 +9,7 @@
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "tools/common/bag_contents.hpp"
+#include "tools/common/batch_ranges.hpp"
 
 namespace pf_resampling {
 
@@ -22,6 +23,13 @@ struct OnlineBound {
   /// The filter's mean Cartesian error over this one: as given, and both aligned.
   std::optional<double> ratio;
   std::optional<double> aligned_ratio;
+};
+
+/// What the solution found of radios and gyro where it was one of ranges.
+struct RadioComparison {
+  std::vector<std::pair<int, RangeCalibration>> radios;  ///< by id of the beacon
+  RangeBatchScales scales;
+  double yaw_rate_bias = 0.0;  ///< rad/s, measured less true
 };
 
 /// The least-squares solution of the same data, judged in the same way, beside the filter.
@@ -40,6 +48,7 @@ struct BatchComparison {
   std::optional<double> map_ratio;
   double distance_scale = 1.0;  ///< of the odometry, measured over true
   double yaw_scale = 1.0;
+  std::optional<RadioComparison> radios;
   int observations = 0;
   int outliers = 0;
 };

@@ -19,6 +19,7 @@ RingDrive drive_of(int poses) {
   sigma << 0.02, 0.02, 0.01, 0.01, 0.05, 0.02, 0.02;
   RingDrive drive(poses, 20, 7, sigma);
   drive.graph.prior.information.topLeftCorner<3, 3>() = 100.0 * Eigen::Matrix3d::Identity();
+  add_radios(8, {}, &drive);
   return drive;
 }
 
@@ -87,8 +88,9 @@ TEST_P(DrivesOf, LeaveTheInformationOfWhatAFilterGoesOnWith) {
   ASSERT_TRUE(equations.factorize(0.0));
   const Eigen::MatrixXd hessian = dense_hessian(equations, drive.graph);
   const Eigen::Index kept = equations.trailing_size();
-  ASSERT_EQ(kept,
-            2 * static_cast<Eigen::Index>(drive.graph.landmarks.size()) + kSensorConstants + 3);
+  ASSERT_EQ(kept, 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size() +
+                                                drive.graph.radios.size()) +
+                      kSensorConstants + 3);
   // The covariance of some of the unknowns is a block of that of all.
   const Eigen::MatrixXd covariance =
       hessian.llt().solve(Eigen::MatrixXd::Identity(hessian.rows(), hessian.cols()));

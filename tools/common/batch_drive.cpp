@@ -1,0 +1,138 @@
+#include "tools/common/batch_drive.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// s: between two poses of the graph the odometry turns by so little that its scales act on the
+// chord.
+constexpr double kLongestStep = 0.5;
+// The loss, in standard deviations, narrowed from solution to solution: at first every observation
+// pulls, so that loops close from afar; at last misread ones hardly do.
+constexpr std::array<double, 4> kLossWidths = {30.0, 10.0, 4.0, kBatchRobustWidth};
+constexpr int kIterations = 100;
+
+SmoothingResult solve(double robust_width, SmoothingGraph* graph) {
+  SmoothingOptions options;
+  options.iterations = kIterations;
+  options.robust_width = robust_width;
+  options.with_belief = false;
+  return smooth(options, graph);
+}
+
+SmoothingResult smooth_narrowing(SmoothingGraph* graph) {
+  SmoothingResult result;
+  for (const double width : kLossWidths) result = solve(width, graph);
+  return result;
+}
+
+EstimatedPose stamped(double time, const Pose2& pose) {
+  EstimatedPose estimate;
+  estimate.time = time;
+  estimate.pose = pose;
+  return estimate;
+}
+
+}  // namespace
+
+BatchDrive::BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
+                       GaussianPrior prior)
+    : motion_between_(std::move(motion_between)) {
+  check_path(odometry, "odometry");
+  if (!(odometry.back().time > odometry.front().time)) {
+    throw Error("the odometry has no duration: it needs two stamps");
+  }
+  graph.prior = std::move(prior);
+  graph.poses = {graph.prior.pose};
+  graph.radios = graph.prior.radios;
+  times = {odometry.front().time};
+}
+
+void BatchDrive::drive_to(double time) {
+  const double last = times.back();
+  const int steps = static_cast<int>(std::ceil((time - last) / kLongestStep));
+  for (int step = 1; step <= steps; ++step) {
+    const double next = step == steps ? time : last + (time - last) * step / steps;
+    graph.motions.push_back(motion_between_(times.back(), next));
+    graph.poses.push_back(
+        compose(graph.poses.back(), corrected_motion(graph.motions.back(), graph.constants)));
+    times.push_back(next);
+  }
+}
+
+EstimatedPose BatchDrive::newest_at(double time) const {
+  const MotionFactor motion = motion_between_(times.back(), time);
+  return stamped(time, compose(graph.poses.back(), corrected_motion(motion, graph.constants)));
+}
+
+std::vector<EstimatedPose> BatchDrive::path_at(const std::vector<EstimatedPose>& stamps) const {
+  std::vector<EstimatedPose> path;
+  std::size_t before = 0;
+  for (const EstimatedPose& stamp : stamps) {
+    while (before + 2 < times.size() && times[before + 1] <= stamp.time) ++before;
+    const auto by_odometry = [&](double time) {
+      return compose(graph.poses[before],
+                     corrected_motion(motion_between_(times[before], time), graph.constants));
+    };
+    const double share = (stamp.time - times[before]) / (times[before + 1] - times[before]);
+    const Pose2 missing = relative(by_odometry(times[before + 1]), graph.poses[before + 1]);
+    path.push_back(stamped(
+        stamp.time, compose(by_odometry(stamp.time),
+                            {share * missing.x, share * missing.y, share * missing.heading})));
+  }
+  return path;
+}
+
+void BatchDrive::bound(int window) {
+  const int surplus = static_cast<int>(graph.poses.size()) - window;
+  if (2 * surplus <= window || !forget_oldest(surplus, kBatchRobustWidth, &graph)) return;
+  times.erase(times.begin(), times.begin() + surplus);
+}
+
+SmoothingResult smooth_both_ways(SmoothingGraph* graph) {
+  SmoothingGraph narrowed = *graph;
+  const SmoothingResult direct = solve(kBatchRobustWidth, graph);
+  const SmoothingResult other = smooth_narrowing(&narrowed);
+  if (other.fault != SmoothingFault::none) return direct;
+  if (direct.fault == SmoothingFault::none && direct.cost <= other.cost) return direct;
+  *graph = std::move(narrowed);
+  return other;
+}
+
+OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
+                           const std::vector<double>& times,
+                           const std::function<void(std::size_t)>& observe,
+                           const std::function<bool()>& is_surprising, int window,
+                           BatchDrive* drive) {
+  OnlineSolution solution;
+  auto stamp = odometry.begin();
+  // Poses by odometry from the newest on, up to a time.
+  const auto go_on = [&](const auto& is_before) {
+    for (; stamp != odometry.end() && is_before(stamp->time); ++stamp) {
+      if (stamp->time - drive->times.back() > kLongestStep) drive->drive_to(stamp->time);
+      solution.path.push_back(drive->newest_at(stamp->time));
+    }
+  };
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    go_on([&](double time) { return time < times[i]; });
+    drive->drive_to(times[i]);
+    observe(i);
+    SmoothingResult result = solve(kBatchRobustWidth, &drive->graph);
+    // A loop that closes from afar looks like a misread id at first.
+    if (result.fault != SmoothingFault::none || is_surprising()) {
+      result = smooth_both_ways(&drive->graph);
+    }
+    ++solution.solutions;
+    if (result.fault != SmoothingFault::none) ++solution.refused;
+    drive->bound(window);
+  }
+  go_on([](double) { return true; });
+  return solution;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "pf_resampling_core/smoothing/smoother.hpp"
+
+namespace pf_resampling {
+
+// What the least-squares solutions for landmarks (batch_slam) and for ranges (batch_ranges) share.
+
+/// Width of the robust loss in the end, in standard deviations.
+inline constexpr double kBatchRobustWidth = 2.0;
+
+/// The odometry between two times, with covariance and sensitivities.
+using OdometryBetween = std::function<MotionFactor(double from, double to)>;
+
+/// A drive up to a time: the poses of a graph, with their times, joined by odometry. What was
+/// observed from them is the caller's to add.
+class BatchDrive {
+ public:
+  /// Begins at the prior's pose, at the first stamp of the odometry (in a frame of its own). Throws
+  /// Error for odometry that is no path or has no duration.
+  BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
+             GaussianPrior prior);
+
+  /// Poses up to `time`, by odometry as it is now believed; none is far from the next.
+  void drive_to(double time);
+
+  /// The newest pose, brought to a time after it by odometry.
+  EstimatedPose newest_at(double time) const;
+
+  /// At each of these stamps: from the pose before by odometry, and what is then missing to the
+  /// pose after, in proportion to the time.
+  std::vector<EstimatedPose> path_at(const std::vector<EstimatedPose>& stamps) const;
+
+  /// The oldest leave once there are half as many poses more than `window`.
+  void bound(int window);
+
+  int newest() const { return static_cast<int>(graph.poses.size()) - 1; }
+
+  SmoothingGraph graph;
+  std::vector<double> times;  ///< of the poses, s
+
+ private:
+  OdometryBetween motion_between_;
+};
+
+/// With the final loss at once, and with one that is narrowed to it; the better.
+SmoothingResult smooth_both_ways(SmoothingGraph* graph);
+
+struct OnlineSolution {
+  std::vector<EstimatedPose> path;  ///< at the stamps of the odometry
+  int solutions = 0;
+  int refused = 0;  ///< of these; the estimate stayed as the odometry had it
+};
+
+/// What least squares says while the robot drives. `observe` adds what was observed at the i-th of
+/// these times, ascending, to the newest pose; `is_surprising`: whether the newest observations are
+/// far from the solution, which then is looked for both ways.
+OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
+                           const std::vector<double>& times,
+                           const std::function<void(std::size_t)>& observe,
+                           const std::function<bool()>& is_surprising, int window,
+                           BatchDrive* drive);
+
+}  // namespace pf_resampling
