@@ -265,6 +265,21 @@ TEST(FastSlamPipeline, RecoveryCanBeSwitchedWhileItRuns) {
   EXPECT_LT(distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + ahead)), kLost);
 }
 
+TEST(FastSlamPipeline, GlobalLocalizationLooksForTheRobotInTheWholeMap) {
+  FastSlamRig run;
+  EXPECT_THROW(run.pipeline.global_localization(), Error);
+  run.feed(Drive::messages(45.0));
+  run.pipeline.global_localization();
+  EXPECT_TRUE(run.has_said("the robot is looked for in the whole map"));
+  // Over 20 m of map: nobody knows where it is.
+  const Eigen::Matrix3d spread = run.pipeline.estimate()->covariance;
+  EXPECT_GT(spread(0, 0) + spread(1, 1), 4.0);
+  run.feed(Drive::messages(45.1, 60.0));
+  EXPECT_LT(run.error(), kLost);
+  run.pipeline.publish_results();
+  EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
+}
+
 // The map is 20 m wide at most; a deviation of 5 m in x and y is a third of that.
 TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
   FastSlamRig run;

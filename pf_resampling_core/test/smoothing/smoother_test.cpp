@@ -319,6 +319,7 @@ TEST(Smoother, RefusesWhatCannotBeSolved) {
   const double x = graph.poses[30].x;
   EXPECT_EQ(smooth({8, 0.0}, &graph).fault, SmoothingFault::not_finite);
   EXPECT_EQ(graph.poses[30].x, x) << "a graph without a solution stays as it was";
+  EXPECT_EQ(to_string(SmoothingFault::not_finite), "not finite");
 
   graph = drive.graph;
   graph.prior.information(0, 0) = -1e12;

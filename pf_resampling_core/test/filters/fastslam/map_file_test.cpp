@@ -138,6 +138,8 @@ std::string content_of(const std::string& path) {
 }
 
 void write(const std::string& path, const std::string& content) {
+  // A file that is cut to nothing and written again some file systems bring to the disk each time.
+  std::filesystem::remove(path);
   std::ofstream(path, std::ios::binary) << content;
 }
 
@@ -319,6 +321,34 @@ end 67 7410d78f209eaea1
   EXPECT_EQ(map.past.windows[0].at(1).by_motions(1, 1), 3.0);
   write_map_file(path_, map);
   EXPECT_EQ(content_of(path_), documented);
+}
+
+// Of a long drive the oldest poses have left the window: the prior then is about landmarks, too.
+TEST_F(MapFile, APriorAboutLandmarksComesBack) {
+  SavedMap map = small_map();
+  SmoothingGraph& graph = map.past.graph;
+  graph.poses = {{1.0 / 3.0, -0.5, 0.1}};
+  graph.landmarks = {{1.0, 2.0 / 7.0}, {-3.0, 4.0}};
+  map.past.landmark_ids = {3, 11};
+  map.past.last_seen = {0, 0};
+  map.past.is_dormant = {false, true};
+  GaussianPrior& prior = graph.prior;
+  prior.pose = {0.5, -1.0 / 9.0, 2.0};
+  prior.landmarks = graph.landmarks;
+  prior.landmarks_given_path = {2.0 * Eigen::Matrix2d::Identity(),
+                                (Eigen::Matrix2d() << 3.0, 0.1, 0.1, 1.0 / 3.0).finished()};
+  const Eigen::MatrixXd root = Eigen::MatrixXd::Constant(14, 14, 1.0 / 3.0) +
+                               5.0 * Eigen::MatrixXd(Eigen::MatrixXd::Identity(14, 14));
+  ASSERT_EQ(prior.size(), 14);
+  prior.information = root;
+  prior.gradient = Eigen::VectorXd::LinSpaced(14, -1.0, 1.0 / 7.0);
+  write_map_file(path_, map);
+  const GaussianPrior read = read_map_file(path_).past.graph.prior;
+  EXPECT_EQ(read.pose.y, -1.0 / 9.0);
+  EXPECT_EQ(read.landmarks, prior.landmarks);
+  EXPECT_EQ(read.landmarks_given_path, prior.landmarks_given_path);
+  EXPECT_EQ(read.information, prior.information);
+  EXPECT_EQ(read.gradient, prior.gradient);
 }
 
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
