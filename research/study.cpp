@@ -92,7 +92,9 @@ int study_of(const std::string& name, const std::vector<std::string>& arguments)
       "is there already is not run again: a study that was interrupted, or is to have "
       "more trials, goes on with the same command.");
   line.positional("folder", "where the study is, or is to be");
-  line.option<int>("trials", "N", "seeds 1 to N, instead of those of the study");
+  line.option<int>("trials", "N",
+                   "seeds 1 to N, instead of those of the study; never fewer than the folder was "
+                   "to have before");
   line.option<int>("jobs", "N", "drives at a time (default: the number of processors)");
   line.option<std::string>(
       "shard", "I/N",
@@ -125,7 +127,7 @@ int study_of(const std::string& name, const std::vector<std::string>& arguments)
   std::printf(
       "%s: %d trials of %zu filters on %zu problems in trials.csv\n"
       "look at it: rosrun pf_resampling study report %s\n",
-      line.text("folder").c_str(), study.trials, study.filters.size(), study.problems.size(),
+      line.text("folder").c_str(), folder.trials(), study.filters.size(), study.problems.size(),
       line.text("folder").c_str());
   return 0;
 }

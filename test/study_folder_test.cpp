@@ -197,6 +197,17 @@ TEST_F(StudyFolderTest, MoreTrialsKeepTheFirst) {
   EXPECT_TRUE(contains(read_file(path + "/trials.csv"), before.substr(before.find('\n'), 200)));
 }
 
+// A shard that was given fewer trials than the others once took theirs out of the study.
+TEST_F(StudyFolderTest, FewerTrialsTakeNoneAway) {
+  const std::string path = file("fewer");
+  StudyDefinition study = small_study();
+  run_all(path, study);
+  study.trials = 2;
+  run_all(path, study);
+  expect_same_tables(whole(), path);
+  EXPECT_EQ(definition_in(path).trials, small_study().trials);
+}
+
 TEST_F(StudyFolderTest, AnyRowIsRunAgainAlone) {
   const StudyFolder folder(whole(), definition_in(whole()));
   const std::string trials = read_file(whole() + "/trials.csv");

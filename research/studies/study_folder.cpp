@@ -359,6 +359,9 @@ StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& defin
                     " differ. Take another folder, or remove this one");
       }
     }
+    // Trials that are there, or that another shard was told to run, stay part of the study.
+    definition_.trials = std::max(definition_.trials, there.value("trials", 0));
+    about["trials"] = definition_.trials;
   }
   definition_ = with_usual_estimators(definition_);
   for (const StudyProblem& problem : definition_.problems) {

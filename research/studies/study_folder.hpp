@@ -44,6 +44,9 @@ class StudyFolder {
   /// Drives of a shard that have not been run yet.
   std::uint64_t drives(const StudyShard& shard) const;
 
+  /// Of the study: as many as the folder was ever to have.
+  int trials() const { return definition_.trials; }
+
   /// Names of the blocks that are missing.
   std::vector<std::string> missing() const;
 
