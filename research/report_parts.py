@@ -42,9 +42,11 @@ class Claims:
     def counts(self, *families):
         """How often which verdict is given: `12 hold, ...`."""
         verdicts = [finding.verdict for family in families for finding in self.found[family]]
-        words = (("holds", "hold"), ("does not hold", "do not hold"), ("no difference found", "show no difference"),
-                 ("not in this study", "are not in this study"))
-        return ", ".join(f"{verdicts.count(verdict)} {text}" for verdict, text in words if verdict in verdicts)
+        words = (("holds", "holds", "hold"), ("does not hold", "does not hold", "do not hold"),
+                 ("no difference found", "shows no difference", "show no difference"),
+                 ("not in this study", "is not in this study", "are not in this study"))
+        return ", ".join(f"{verdicts.count(verdict)} {one if verdicts.count(verdict) == 1 else many}"
+                         for verdict, one, many in words if verdict in verdicts)
 
 
 def problem_text(problem):
