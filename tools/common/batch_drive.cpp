@@ -96,8 +96,8 @@ void BatchDrive::bound(int window) {
 
 SmoothingResult smooth_both_ways(SmoothingGraph* graph) {
   SmoothingGraph narrowed = *graph;
-  const SmoothingResult direct = solve(kBatchRobustWidth, graph);
-  const SmoothingResult other = smooth_narrowing(&narrowed);
+  SmoothingResult direct = solve(kBatchRobustWidth, graph);
+  SmoothingResult other = smooth_narrowing(&narrowed);
   if (other.fault != SmoothingFault::none) return direct;
   if (direct.fault == SmoothingFault::none && direct.cost <= other.cost) return direct;
   *graph = std::move(narrowed);
