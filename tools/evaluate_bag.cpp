@@ -83,6 +83,7 @@ CommandLine command_line() {
   line.flag("quiet", "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");
+  line.example("evaluate_bag plaza2.bag --pose /odom --clip 0.2 --batch --batch-online");
   return line;
 }
 
