@@ -107,14 +107,14 @@ TEST(SolveRanges, RangesThatAreWrongHardlyPull) {
   EXPECT_LT(mean_error(problem, recording, solution.path, 0.0), 0.05);
 }
 
-// Of Gaussian noise the loss, (1 + r^2 / 4 s^2)^-2 over s, is most probable at s = 0.687 of its
-// standard deviation: where the mean of 4 r^2 / (4 s^2 + r^2) is one. Steps of 1.4 find it to 20 %.
+// Of Gaussian noise the loss, (1 + r^2 / 9 s^2)^-4.5 over s, is most probable at s = 0.849 of its
+// standard deviation: where the mean of 9 r^2 / (9 s^2 + r^2) is one. Steps of 1.4 find it to 20 %.
 TEST(SolveRanges, FindsHowLargeTheNoiseIs) {
   World world = exact_world();
   for (auto& beacon : world.beacons) beacon.errors.sigma = 0.4;
   const RangeSolution solution = solve_ranges(problem_of(simulated_recording(world, 2)));
-  EXPECT_GT(solution.scales.sigma, 0.687 * 0.4 / 1.3);
-  EXPECT_LT(solution.scales.sigma, 0.687 * 0.4 * 1.3);
+  EXPECT_GT(solution.scales.sigma, 0.849 * 0.4 / 1.3);
+  EXPECT_LT(solution.scales.sigma, 0.849 * 0.4 * 1.3);
 }
 
 TEST(SolveRanges, AntennasSitAnywhereOnTheRobot) {

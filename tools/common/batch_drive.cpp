@@ -14,21 +14,15 @@ namespace {
 constexpr double kLongestStep = 0.5;
 // The loss, in standard deviations, narrowed from solution to solution: at first every observation
 // pulls, so that loops close from afar; at last misread ones hardly do.
-constexpr std::array<double, 4> kLossWidths = {30.0, 10.0, 4.0, kBatchRobustWidth};
+constexpr std::array<double, 3> kLossWidths = {30.0, 10.0, 4.0};
 constexpr int kIterations = 100;
 
-SmoothingResult solve(double robust_width, SmoothingGraph* graph) {
+SmoothingResult smooth_with(double robust_width, SmoothingGraph* graph) {
   SmoothingOptions options;
   options.iterations = kIterations;
   options.robust_width = robust_width;
   options.with_belief = false;
   return smooth(options, graph);
-}
-
-SmoothingResult smooth_narrowing(SmoothingGraph* graph) {
-  SmoothingResult result;
-  for (const double width : kLossWidths) result = solve(width, graph);
-  return result;
 }
 
 EstimatedPose stamped(double time, const Pose2& pose) {
@@ -41,8 +35,8 @@ EstimatedPose stamped(double time, const Pose2& pose) {
 }  // namespace
 
 BatchDrive::BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
-                       GaussianPrior prior)
-    : motion_between_(std::move(motion_between)) {
+                       GaussianPrior prior, double robust_width)
+    : motion_between_(std::move(motion_between)), robust_width_(robust_width) {
   check_path(odometry, "odometry");
   if (!(odometry.back().time > odometry.front().time)) {
     throw Error("the odometry has no duration: it needs two stamps");
@@ -90,17 +84,22 @@ std::vector<EstimatedPose> BatchDrive::path_at(const std::vector<EstimatedPose>&
 
 void BatchDrive::bound(int window) {
   const int surplus = static_cast<int>(graph.poses.size()) - window;
-  if (2 * surplus <= window || !forget_oldest(surplus, kBatchRobustWidth, &graph)) return;
+  if (2 * surplus <= window || !forget_oldest(surplus, robust_width_, &graph)) return;
   times.erase(times.begin(), times.begin() + surplus);
 }
 
-SmoothingResult smooth_both_ways(SmoothingGraph* graph) {
-  SmoothingGraph narrowed = *graph;
-  SmoothingResult direct = solve(kBatchRobustWidth, graph);
-  SmoothingResult other = smooth_narrowing(&narrowed);
+SmoothingResult BatchDrive::solve() {
+  return smooth_with(robust_width_, &graph);
+}
+
+SmoothingResult BatchDrive::solve_both_ways() {
+  SmoothingGraph narrowed = graph;
+  SmoothingResult direct = solve();
+  for (const double width : kLossWidths) smooth_with(width, &narrowed);
+  SmoothingResult other = smooth_with(robust_width_, &narrowed);
   if (other.fault != SmoothingFault::none) return direct;
   if (direct.fault == SmoothingFault::none && direct.cost <= other.cost) return direct;
-  *graph = std::move(narrowed);
+  graph = std::move(narrowed);
   return other;
 }
 
@@ -122,10 +121,10 @@ OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
     go_on([&](double time) { return time < times[i]; });
     drive->drive_to(times[i]);
     observe(i);
-    SmoothingResult result = solve(kBatchRobustWidth, &drive->graph);
+    SmoothingResult result = drive->solve();
     // A loop that closes from afar looks like a misread id at first.
     if (result.fault != SmoothingFault::none || is_surprising()) {
-      result = smooth_both_ways(&drive->graph);
+      result = drive->solve_both_ways();
     }
     ++solution.solutions;
     if (result.fault != SmoothingFault::none) ++solution.refused;

@@ -10,9 +10,6 @@ namespace pf_resampling {
 
 // What the least-squares solutions for landmarks (batch_slam) and for ranges (batch_ranges) share.
 
-/// Width of the robust loss in the end, in standard deviations.
-inline constexpr double kBatchRobustWidth = 2.0;
-
 /// The odometry between two times, with covariance and sensitivities.
 using OdometryBetween = std::function<MotionFactor(double from, double to)>;
 
@@ -20,10 +17,16 @@ using OdometryBetween = std::function<MotionFactor(double from, double to)>;
 /// observed from them is the caller's to add.
 class BatchDrive {
  public:
-  /// Begins at the prior's pose, at the first stamp of the odometry (in a frame of its own). Throws
-  /// Error for odometry that is no path or has no duration.
+  /// Begins at the prior's pose, at the first stamp of the odometry (in a frame of its own).
+  /// `robust_width`: of the loss of what is observed, in standard deviations. Throws Error for
+  /// odometry that is no path or has no duration.
   BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
-             GaussianPrior prior);
+             GaussianPrior prior, double robust_width);
+
+  /// From the estimate as it is.
+  SmoothingResult solve();
+  /// With the loss at once, and with one that is narrowed to it; the better.
+  SmoothingResult solve_both_ways();
 
   /// Poses up to `time`, by odometry as it is now believed; none is far from the next.
   void drive_to(double time);
@@ -45,10 +48,8 @@ class BatchDrive {
 
  private:
   OdometryBetween motion_between_;
+  double robust_width_;
 };
-
-/// With the final loss at once, and with one that is narrowed to it; the better.
-SmoothingResult smooth_both_ways(SmoothingGraph* graph);
 
 struct OnlineSolution {
   std::vector<EstimatedPose> path;  ///< at the stamps of the odometry

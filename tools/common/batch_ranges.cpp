@@ -11,6 +11,8 @@
 namespace pf_resampling {
 namespace {
 
+// Wide, as the noise is found together with it: most ranges count as of Gaussian noise.
+constexpr double kRobustWidth = 3.0;  // standard deviations
 constexpr double kOutlier = 4.0;      // standard deviations
 constexpr double kLeastNoise = 1e-4;  // m or rad per sqrt(s), where none is stated for an axis
 // Of the search for the noise: factors tried, and how small it may be found, as exact data have
@@ -27,7 +29,7 @@ class DriveAmongRadios {
                    const RangeBatchScales& scales)
       : drive(
             problem.odometry, [this](double from, double to) { return motion_between(from, to); },
-            prior_of(problem, noise)),
+            prior_of(problem, noise), kRobustWidth),
         problem_(problem),
         noise_(noise),
         scales_(scales),
@@ -194,8 +196,8 @@ RangeSolution solution_of(const DriveAmongRadios& data, const RangeProblem& prob
 /// Logarithm of how probable the data and the factors of the odometry's noise are, but for a
 /// constant; moves the graph to its solution. Nothing if there is none.
 std::optional<double> log_evidence(double spread, DriveAmongRadios* data) {
-  SmoothingGraph& graph = data->drive.graph;
-  const SmoothingResult result = smooth_both_ways(&graph);
+  const SmoothingResult result = data->drive.solve_both_ways();
+  const SmoothingGraph& graph = data->drive.graph;
   if (result.fault != SmoothingFault::none) return std::nullopt;
   const double log_translation = std::log(data->scales().translation) / spread;
   const double log_heading = std::log(data->scales().heading) / spread;
@@ -247,12 +249,12 @@ RangeSolution solve_ranges(const RangeProblem& problem, const RangeBatchNoise& n
     data.drive.drive_to(time);
     data.hear();
     if (time < solved + kSolvedEvery) continue;
-    smooth_both_ways(&data.drive.graph);
+    data.drive.solve_both_ways();
     solved = time;
   }
   data.drive.drive_to(problem.odometry.back().time);
   find_scales(noise.odometry_spread, &data);
-  const SmoothingResult result = smooth_both_ways(&data.drive.graph);
+  const SmoothingResult result = data.drive.solve_both_ways();
   if (result.fault != SmoothingFault::none) {
     throw Error("the batch solution failed: " + to_string(result.fault));
   }

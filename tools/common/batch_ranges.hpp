@@ -25,7 +25,7 @@ struct RangeBatchNoise {
 
 /// How large the noise is, as found from the data.
 struct RangeBatchScales {
-  /// m, of the ranges, as the robust loss takes it: 0.69 of the standard deviation of Gaussian
+  /// m, of the ranges, as the robust loss takes it: 0.85 of the standard deviation of Gaussian
   /// noise.
   double sigma = 1.0;
   double translation = 1.0;  ///< factor of the standard deviation of the odometry's distances

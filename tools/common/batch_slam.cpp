@@ -12,7 +12,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kOutlier = 4.0;  // standard deviations
+constexpr double kRobustWidth = 2.0;  // standard deviations: misread ids are far off
+constexpr double kOutlier = 4.0;      // standard deviations
 // m or rad per sqrt(s): where none is stated for an axis, the problem would have no solution.
 constexpr double kLeastNoise = 1e-4;
 GaussianPrior prior_of(const BatchNoise& noise) {
@@ -28,7 +29,7 @@ class DriveAmongLandmarks {
   DriveAmongLandmarks(const BatchProblem& problem, const BatchNoise& noise)
       : drive(
             problem.odometry, [this](double from, double to) { return motion_between(from, to); },
-            prior_of(noise)),
+            prior_of(noise), kRobustWidth),
         problem_(problem),
         noise_(noise),
         scans_(problem.scans) {
@@ -172,7 +173,7 @@ BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) 
   }
   data.drive.drive_to(problem.odometry.back().time);
   data.place_landmarks();
-  const SmoothingResult result = smooth_both_ways(&data.drive.graph);
+  const SmoothingResult result = data.drive.solve_both_ways();
   if (result.fault != SmoothingFault::none) {
     throw Error("the batch solution failed: " + to_string(result.fault));
   }
