@@ -49,14 +49,14 @@ class Claims:
                          for verdict, one, many in words if verdict in verdicts)
 
 
-def problem_text(problem):
-    """A problem in a sentence: what it is, how long, and what its scatter says."""
+def problem_text(problem, filter_name):
+    """A problem in a sentence: what it is, how long, and what its scatter says. Errors of maps leave nothing out."""
     kind = problem.get("kind", "world")
     text = f'`{problem["name"]}`: ' + ("a simulated drive" if kind == "world" else "a recording")
     if problem.get("duration"):
         text += f' of {problem["duration"]:g} s'
-    if problem.get("clip"):
-        text += f', of which the first {problem["clip"]:g} s are left out of the errors'
+    if filter_name == "beacon_mcl" and problem.get("clip"):
+        text += f', of which the first {100 * problem["clip"]:g} % of the time are left out of the errors'
     if problem.get("lost_error"):
         text += f'; a run is lost if its error is above {problem["lost_error"]:.2f} m for more than a tenth of what counts'
     if kind == "world":
@@ -71,7 +71,7 @@ def add_settings(document, study, paper=None):
         filters of the study: {settings_text(study.settings)}. Each filter has at most {study.trials} trials, with seeds from
         1; filters with the same seed share their drive. Differences are taken to `{study.reference}` unless said otherwise.
         The last section lists what each filter sets."""))
-    document.add(Bullets([problem_text(problem) for problem in study.problems]))
+    document.add(Bullets([problem_text(problem, study.filter) for problem in study.problems]))
     if not paper:
         return
     values = {**study.parameters, **study.settings}
