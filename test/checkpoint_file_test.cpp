@@ -272,7 +272,8 @@ template <typename Read>
 void expect_damage_refused(const Read& read, const std::string& path) {
   const std::string whole = content_of(path);
   const auto expect_refused = [&](const std::string& content, std::size_t place) {
-    // A file that is cut to nothing and written again some file systems bring to the disk each time.
+    // A file that is cut to nothing and written again some file systems bring to the disk each
+    // time.
     std::filesystem::remove(path);
     std::ofstream(path, std::ios::binary) << content;
     const std::string said = refusal(read, path);

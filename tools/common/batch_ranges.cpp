@@ -225,17 +225,21 @@ void find_scales(double spread, DriveAmongRadios* data) {
     data->drive.graph = solution;
     return false;
   };
-  for (const double step : kSteps) {
-    for (double RangeBatchScales::*scale :
-         {&RangeBatchScales::sigma, &RangeBatchScales::heading, &RangeBatchScales::translation}) {
-      const double least = scale == &RangeBatchScales::sigma ? kLeastSigma : kLeastFactor;
-      for (const double factor : {step, 1.0 / step}) {
-        RangeBatchScales tried = data->scales();
-        do {
-          tried.*scale *= factor;
-        } while (tried.*scale > least && is_better_with(tried));
-      }
+  const auto search = [&](double RangeBatchScales::*scale, double least, double step) {
+    for (const double factor : {step, 1.0 / step}) {
+      RangeBatchScales tried = data->scales();
+      do {
+        tried.*scale *= factor;
+      } while (tried.*scale > least && is_better_with(tried));
     }
+  };
+  // That of the ranges first, and well: where it is taken as too small, the odometry has to explain
+  // the rest, and seems as noisy as that.
+  for (const double step : kSteps) search(&RangeBatchScales::sigma, kLeastSigma, step);
+  for (const double step : kSteps) {
+    search(&RangeBatchScales::heading, kLeastFactor, step);
+    search(&RangeBatchScales::translation, kLeastFactor, step);
+    search(&RangeBatchScales::sigma, kLeastSigma, kSteps[2]);
   }
 }
 
