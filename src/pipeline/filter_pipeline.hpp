@@ -258,8 +258,12 @@ class FilterPipeline {
   std::deque<Message> waiting_;  // in order of time
   std::deque<Message> used_;     // of which another may come that is not too old
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
-  /// Of an earlier run, and its file; until odometry and filter are there.
-  std::optional<std::pair<SavedPose, std::string>> offered_pose_;
+  /// Of an earlier run; until odometry and filter are there.
+  struct OfferedPose {
+    SavedPose pose;
+    std::string file;
+  };
+  std::optional<OfferedPose> offered_pose_;
   std::string offer_ = "no pose was saved";
   std::optional<StampedOdometry> first_reading_;  // of the odometry
   StampedOdometry rest_;                          // where the robot stands, and since when

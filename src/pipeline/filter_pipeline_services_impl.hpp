@@ -153,7 +153,7 @@ std::optional<SavedPose> FilterPipeline<Types>::pose_to_save() const {
 
 template <typename Types>
 void FilterPipeline<Types>::offer_pose(const SavedPose& pose, const std::string& file) {
-  offered_pose_ = {pose, file};
+  offered_pose_ = OfferedPose{pose, file};
   offer_ = "the saved pose waits for odometry";
 }
 
@@ -197,7 +197,7 @@ template <typename Types>
 void FilterPipeline<Types>::refuse_offered_pose(const std::string& reason) {
   if (!offered_pose_) return;
   offer_ = "the saved pose was not taken: " + reason;
-  log(LogLevel::warning, "the pose of " + offered_pose_->second + " is not taken: " + reason);
+  log(LogLevel::warning, "the pose of " + offered_pose_->file + " is not taken: " + reason);
   offered_pose_.reset();
 }
 
