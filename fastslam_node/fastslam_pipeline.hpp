@@ -114,6 +114,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void restart_filter() override;
   OdometryIncrement motion_since_update() const override;
   double extent(const PoseEstimate& belief) const override;
+  PoseEstimate place() const override { return filter_->place(); }
+  double noise_doubt() const override { return filter_->noise_doubt(); }
   std::string lasting_map() const override { return lasting_map_; }
   void save_filter(FastSlamCheckpoint* checkpoint) override;
   void load_filter(const FastSlamCheckpoint& checkpoint) override;

@@ -9,6 +9,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
+#include "pf_resampling_core/health/unknown_place.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -149,9 +150,7 @@ void check_options(const PathErrorOptions& options) {
 }
 
 double usual_lost_error(const std::vector<TruePose>& truth) {
-  constexpr double kRadioNoise = 0.2;
-  constexpr double kShareOfExtent = 0.03;
-  return kRadioNoise + kShareOfExtent * extent_diagonal(truth);
+  return lost_error(extent_diagonal(truth));
 }
 
 AbsoluteErrors absolute_errors(const std::vector<double>& errors) {

@@ -22,10 +22,7 @@ struct PathErrorOptions {
 /// Throws Error for an option outside its range, naming it, its value and its range.
 void check_options(const PathErrorOptions& options);
 
-/// A robot is lost when it is further off than radio noise explains (0.2 m) plus 3 % of the
-/// diagonal of the area it drove in: 3.1 m on Plaza 2 (96 m), 0.29 m in the labyrinth (3 m). A
-/// wrong mode of a range-only belief is off by a good part of the area, so the verdict hardly
-/// depends on the figure.
+/// lost_error() in the area that the robot drove in, m.
 double usual_lost_error(const std::vector<TruePose>& truth);
 
 /// And when its heading is further off than this, rad: 30 degrees, as unknown_heading_probability()

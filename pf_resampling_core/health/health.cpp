@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/health/unknown_place.hpp"
 
 namespace pf_resampling {
 namespace {

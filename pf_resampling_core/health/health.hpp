@@ -27,7 +27,7 @@ inline constexpr double kFewParticles = 0.1;
 struct HealthInputs {
   bool has_belief = true;
   double lost = 0.0;              ///< LostDetector::probability()
-  double position_unknown = 0.0;  ///< probability that the position is; unknown_probability()
+  double position_unknown = 0.0;  ///< probability that the position is; farther_probability()
   double heading_unknown = 0.0;   ///< and the heading; unknown_heading_probability()
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
   /// Shares of the particles: N_eff, and those before the last renewal that have descendants, both

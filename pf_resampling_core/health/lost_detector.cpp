@@ -5,15 +5,12 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling {
 namespace {
 
 // Weight of a new innovation in their running mean.
 constexpr double kInnovationRate = 0.05;
-// Share of the extent of a scene: who is that uncertain does not know.
-constexpr double kUnknownShare = 0.1;
 // No observation, and no time, makes certain.
 constexpr double kLeast = 1e-6;
 
@@ -59,20 +56,6 @@ void LostDetector::observe(double squared_distance, int dimensions, double durat
                           ? lost / (lost + right)
                           : before / (before + (1.0 - before) * options_.outlier_share);
   probability_ = std::clamp(odds, kLeast, 1.0 - kLeast);
-}
-
-double unknown_probability(double position_sigma, double extent) {
-  if (position_sigma == 0.0) return 0.0;
-  const double ratio = position_sigma / (kUnknownShare * extent);
-  return 1.0 - std::exp(-ratio * ratio);
-}
-
-double unknown_heading_probability(double heading_sigma) {
-  return unknown_probability(heading_sigma, 2.0 * kPi);
-}
-
-double either_probability(double first, double second) {
-  return first + second - first * second;
 }
 
 }  // namespace pf_resampling

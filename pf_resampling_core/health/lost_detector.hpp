@@ -47,14 +47,4 @@ class LostDetector {
   double normalized_innovation_ = 1.0;
 };
 
-/// Probability that a belief with this deviation of the position (m) is worth nothing, in a scene
-/// of this extent (m), a tenth of which counts as not knowing: 1 - exp(-(sigma/(0.1 extent))^2).
-double unknown_probability(double position_sigma, double extent);
-
-/// Likewise of the heading (rad), in a full turn: half at 30 degrees.
-double unknown_heading_probability(double heading_sigma);
-
-/// That either is the case.
-double either_probability(double first, double second);
-
 }  // namespace pf_resampling

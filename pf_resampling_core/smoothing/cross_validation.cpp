@@ -258,4 +258,9 @@ NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
   return {scaled(sightings.range * root, 1.0), scaled(sightings.bearing / root, 1.0), all.motion};
 }
 
+double noise_doubt(std::size_t blocks) {
+  constexpr double kMost = 6.0;
+  return std::min(kMost, std::exp(1.5 / std::sqrt(static_cast<double>(blocks))));
+}
+
 }  // namespace pf_resampling

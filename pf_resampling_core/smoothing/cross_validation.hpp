@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
@@ -52,5 +53,11 @@ std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector
 /// at most a standard error larger than they should be, none below 1: no more than the data show.
 NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
                          const std::vector<PredictedBlock>& windows);
+
+/// By what factor standard deviations may still be larger than noise_scales() found from so many
+/// blocks: by three standard errors of what is found from two numbers a block, e^(1.5/sqrt(n)). The
+/// rule itself stops one of them short. At most 6, as before the first block: twice as much as the
+/// recordings that are known to us have shown of what data sheets leave out.
+double noise_doubt(std::size_t blocks);
 
 }  // namespace pf_resampling

@@ -18,6 +18,7 @@
 
 #include "pf_resampling_core/health/health.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/health/unknown_place.hpp"
 #include "pf_resampling_core/population/pose_clusters.hpp"
 #include "src/checkpoint/saved_pose.hpp"
 #include "src/diagnostics/diagnostics.hpp"
@@ -180,6 +181,10 @@ class FilterPipeline {
   virtual OdometryIncrement motion_since_update() const = 0;
   /// m, of the scene the robot is in.
   virtual double extent(const PoseEstimate& belief) const = 0;
+  /// The belief about the place among what is seen, as of the last update; there is one.
+  virtual PoseEstimate place() const { return *belief_; }
+  /// By what factor its deviations may be larger; at least 1.
+  virtual double noise_doubt() const { return 1.0; }
   /// The map that poses are in, in words that another run uses for the same: "the map /lab.map";
   /// empty if no other run would know it. The filter is there.
   virtual std::string lasting_map() const = 0;
@@ -246,6 +251,8 @@ class FilterPipeline {
   void forget_time(const DeadReckoning::Taken& jump);
 
   void note_health(double duration);
+  std::optional<PoseEstimate> place_now() const;
+  double position_unknown(const PoseEstimate& place) const;
   void find_places(ros::Time stamp);
   void add_hypotheses(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);

@@ -394,10 +394,21 @@ std::optional<PoseEstimate> FilterPipeline<Types>::estimate() const {
 
 template <typename Types>
 double FilterPipeline<Types>::lost_probability() const {
-  const std::optional<PoseEstimate> belief = estimate();
-  if (!belief) return 1.0;
-  return either_probability(lost_.probability(),
-                            unknown_probability(position_sigma(*belief), extent(*belief)));
+  const std::optional<PoseEstimate> place = place_now();
+  if (!place) return 1.0;
+  return either_probability(lost_.probability(), position_unknown(*place));
+}
+
+template <typename Types>
+std::optional<PoseEstimate> FilterPipeline<Types>::place_now() const {
+  if (!belief_ || odometry_.empty()) return std::nullopt;
+  return moved_by(place(), motion_since_update());
+}
+
+template <typename Types>
+double FilterPipeline<Types>::position_unknown(const PoseEstimate& place) const {
+  return farther_probability(place.covariance.template topLeftCorner<2, 2>(),
+                             lost_error(extent(place)), noise_doubt());
 }
 
 template <typename Types>
@@ -426,10 +437,10 @@ template <typename Types>
 HealthJudgement FilterPipeline<Types>::health() const {
   HealthInputs inputs;
   inputs.observations = Types::kNames.plural;
-  if (const std::optional<PoseEstimate> belief = estimate()) {
+  if (const std::optional<PoseEstimate> place = place_now()) {
     inputs.lost = lost_.probability();
-    inputs.position_unknown = unknown_probability(position_sigma(*belief), extent(*belief));
-    inputs.heading_unknown = unknown_heading_probability(heading_sigma(*belief));
+    inputs.position_unknown = position_unknown(*place);
+    inputs.heading_unknown = unknown_heading_probability(heading_sigma(*place));
     inputs.sample_size = sample_size_.value();
     inputs.descendants = descendants_.value();
     const auto& status = filter_->status();

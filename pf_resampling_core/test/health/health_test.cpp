@@ -7,7 +7,7 @@
 #include <set>
 
 #include "pf_resampling_core/geometry.hpp"
-#include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/health/unknown_place.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -93,13 +93,5 @@ TEST(LostDetector, WhatIsNotFiniteIsPassedOverAndTheFarthestCounts) {
   EXPECT_THROW(LostDetector{impossible}, Error);
 }
 
-TEST(LostDetector, ProbabilitiesOfNotKnowing) {
-  EXPECT_EQ(unknown_probability(0.0, 10.0), 0.0);
-  EXPECT_EQ(unknown_probability(0.0, 0.0), 0.0);
-  EXPECT_EQ(unknown_probability(1.0, 0.0), 1.0);
-  EXPECT_NEAR(unknown_probability(1.0, 10.0), 1.0 - std::exp(-1.0), 1e-12);
-  EXPECT_NEAR(either_probability(0.5, 0.5), 0.75, 1e-12);
-}
-
 }  // namespace
 }  // namespace pf_resampling

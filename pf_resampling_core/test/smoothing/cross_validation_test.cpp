@@ -356,5 +356,13 @@ TEST(CrossValidation, ErrorsThatLastAreFound) {
   }
 }
 
+// Of n blocks of two numbers, a deviation has a standard error of 1/(2 sqrt(n)): three of them.
+TEST(CrossValidation, NoiseIsDoubtedLessTheMoreWasPredicted) {
+  EXPECT_EQ(noise_doubt(0), 6.0);
+  EXPECT_NEAR(noise_doubt(1), std::exp(1.5), 1e-12);
+  EXPECT_NEAR(noise_doubt(9), std::exp(0.5), 1e-12);
+  EXPECT_LT(noise_doubt(10000), 1.02);
+}
+
 }  // namespace
 }  // namespace pf_resampling

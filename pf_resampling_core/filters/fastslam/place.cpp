@@ -1,0 +1,112 @@
+// Where the robot is in its map.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/geometry.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Of landmarks, the nearest: farther ones say little more.
+constexpr std::size_t kMostLandmarks = 20;
+constexpr std::size_t kFewestLandmarks = 2;
+
+struct NearLandmark {
+  LandmarkRow row;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();    // over the particles
+  Eigen::Matrix2d within = Eigen::Matrix2d::Zero();  // mean of the particles' own covariances
+};
+
+double deviation(double angle, double from) {
+  return wrap_angle(angle - from);
+}
+
+}  // namespace
+
+std::vector<int> FastSlam::nearest_rows(const Eigen::Vector2d& place, std::size_t most) const {
+  std::vector<std::pair<double, int>> found;
+  for (const int row : rows()) {
+    found.emplace_back((index_.position(row) - place).squaredNorm(), row);
+  }
+  std::sort(found.begin(), found.end());
+  if (found.size() > most) found.resize(most);
+  std::vector<int> nearest;
+  for (const auto& [distance, row] : found) nearest.push_back(row);
+  return nearest;
+}
+
+// A particle's map is laid on the mean map where it fits best, to first order: shifted by the mean
+// of its landmarks' deviations, and turned about their centre. Its pose goes with it; what remains
+// is what it does not know of its place. Besides, a particle's map is not exact: its landmarks'
+// own errors, which are independent given its path, shift and turn it in the same way.
+PoseEstimate FastSlam::place() {
+  const PoseEstimate belief = estimate();
+  const Eigen::Vector2d robot(belief.mean.x, belief.mean.y);
+  const Eigen::ArrayXd& weight = particles_.weight;
+  const Eigen::Index count = particles_.size();
+  std::vector<NearLandmark> near;
+  for (const int number : nearest_rows(robot, kMostLandmarks)) {
+    NearLandmark landmark;
+    landmark.row = store_.row(number);
+    const LandmarkRow& row = landmark.row;
+    double held = 0.0;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      if (row.held[i] == 0) continue;
+      held += weight[i];
+      landmark.mean += weight[i] * Eigen::Vector2d(row.x[i], row.y[i]);
+      landmark.within(0, 0) += weight[i] * row.xx[i];
+      landmark.within(1, 0) += weight[i] * row.xy[i];
+      landmark.within(1, 1) += weight[i] * row.yy[i];
+    }
+    if (held < 0.5) continue;
+    landmark.within(0, 1) = landmark.within(1, 0);
+    landmark.mean /= held;
+    landmark.within /= held;
+    near.push_back(landmark);
+  }
+  if (near.size() < kFewestLandmarks) return belief;
+
+  const double share = 1.0 / static_cast<double>(near.size());
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (const NearLandmark& landmark : near) centre += share * landmark.mean;
+  double inertia = 0.0;
+  for (const NearLandmark& landmark : near) inertia += (landmark.mean - centre).squaredNorm();
+  if (!(inertia > 0.0)) return belief;
+
+  const auto across = [](const Eigen::Vector2d& v) { return Eigen::Vector2d(-v.y(), v.x()); };
+  const Eigen::Vector2d lever = across(robot - centre);
+  Eigen::ArrayXXd left(count, 3);  // of each particle's deviation from the mean pose
+  left.col(0) = particles_.x - robot.x();
+  left.col(1) = particles_.y - robot.y();
+  left.col(2) = particles_.heading.unaryExpr(
+      [&](double heading) { return deviation(heading, belief.mean.heading); });
+  Eigen::Matrix3d of_maps = Eigen::Matrix3d::Zero();
+  for (const NearLandmark& landmark : near) {
+    Eigen::Matrix<double, 3, 2> by_landmark;  // how the pose moves with the landmark
+    by_landmark.row(2) = across(landmark.mean - centre).transpose() / inertia;
+    by_landmark.topRows<2>() = share * Eigen::Matrix2d::Identity() + lever * by_landmark.row(2);
+    of_maps += by_landmark * landmark.within * by_landmark.transpose();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      if (landmark.row.held[i] == 0) continue;
+      const Eigen::Vector2d moved(landmark.row.x[i] - landmark.mean.x(),
+                                  landmark.row.y[i] - landmark.mean.y());
+      left.row(i) -= (by_landmark * moved).transpose().array();
+    }
+  }
+  PoseEstimate place;
+  place.mean = belief.mean;
+  for (int k = 0; k < 3; ++k) left.col(k) -= (weight * left.col(k)).sum();
+  place.covariance =
+      left.matrix().transpose() * weight.matrix().asDiagonal() * left.matrix() + of_maps;
+  return place;
+}
+
+double FastSlam::noise_doubt() const {
+  if (!keeps_past() || !options_.strategy.redraw.learn_noise) return 1.0;
+  const SmoothedPastState& past = past_.state();
+  return pf_resampling::noise_doubt(past.passages.size() + past.windows.size());
+}
+
+}  // namespace pf_resampling
