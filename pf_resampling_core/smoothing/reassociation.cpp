@@ -100,11 +100,14 @@ void associate_scan(const ReassociationOptions& options, const SmoothingGraph& g
   }
 }
 
-// A sighting's part of association_cost().
+// A sighting's part of association_evidence(): what speaks against its landmark counts for less if
+// others say the same.
 double cost_as_it_is(const ReassociationOptions& options, const SmoothingGraph& graph,
                      const SightingFactor& sighting) {
-  return sighting.landmark < 0 ? -options.log_density_of_new
-                               : sighting_cost(options, graph, sighting, sighting.landmark);
+  if (sighting.landmark < 0) return -options.log_density_of_new;
+  const double normalizer = log_normalizer(sighting, graph.noise);
+  const double fit = sighting_cost(options, graph, sighting, sighting.landmark) - normalizer;
+  return normalizer + fit / options.redundancy;
 }
 
 // For each landmark those that a scan has seen beside it.
@@ -255,12 +258,16 @@ double association_cost(const ReassociationOptions& options, double cost,
 
 double association_evidence(const ReassociationOptions& options, const SmoothingResult& solution,
                             const SmoothingGraph& graph) {
-  const double cost =
+  double evidence =
       association_cost(options, solution.cost, graph) + 0.5 * solution.log_determinant;
-  if (graph.sightings.empty()) return cost;
+  if (graph.sightings.empty()) return evidence;
+  for (const SightingFactor& sighting : graph.sightings) {
+    evidence += cost_as_it_is(options, graph, sighting) -
+                sighting_cost(options, graph, sighting, sighting.landmark);
+  }
   // A landmark may be anywhere: two unknowns, with the density of landmarks for a prior.
-  return cost - static_cast<double>(graph.landmarks.size()) *
-                    (kLogTwoPi + log_density_of_places(options, graph));
+  return evidence - static_cast<double>(graph.landmarks.size()) *
+                        (kLogTwoPi + log_density_of_places(options, graph));
 }
 
 double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& graph,
@@ -270,6 +277,18 @@ double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& 
                         graph.landmarks[static_cast<std::size_t>(landmark)], graph.constants);
   return log_normalizer(sighting, graph.noise) +
          robust_cost(r.value.squaredNorm(), options.robust_width);
+}
+
+double redundancy_of(const SmoothingGraph& graph, const std::vector<double>& times, double gap) {
+  std::vector<double> last(graph.landmarks.size(), -std::numeric_limits<double>::infinity());
+  int passages = 0;
+  for (const SightingFactor& sighting : graph.sightings) {
+    const double now = times[static_cast<std::size_t>(sighting.pose)];
+    double& before = last[static_cast<std::size_t>(sighting.landmark)];
+    if (now - before > gap) ++passages;
+    before = now;
+  }
+  return passages > 0 ? static_cast<double>(graph.sightings.size()) / passages : 1.0;
 }
 
 int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {

@@ -20,7 +20,16 @@ struct ReassociationOptions {
   double log_density_of_landmarks = 0.0;
   /// The joint belief about them is dense.
   std::size_t most_landmarks = std::numeric_limits<std::size_t>::max();
+  /// So many sightings say as much as one of whether there is one landmark or two: errors of real
+  /// sensors last, and all sightings of a passage may have the same. 1 if none lasts; see
+  /// redundancy_of(). It counts in association_evidence() and find_dispensable() alone: of how well
+  /// data fit, as a power of their likelihood.
+  double redundancy = 1.0;
 };
+
+/// Sightings per passage of a landmark, on average; 1 if there are none. A passage ends when its
+/// landmark was not seen for `gap` (s). `times`: of the poses, s.
+double redundancy_of(const SmoothingGraph& graph, const std::vector<double>& times, double gap);
 
 /// Minus the logarithm of the posterior of estimate and associations, but for a constant: the
 /// graph's cost and what its associations add to it. `cost`: as smooth() found it.
@@ -29,7 +38,7 @@ double association_cost(const ReassociationOptions& options, double cost,
 
 /// Minus the logarithm of the evidence for the associations, but for a constant: of how probable
 /// they make the data, whatever the estimate (Laplace's approximation). Graphs of the same poses
-/// can be compared by it, however many landmarks each takes there to be.
+/// can be compared by it, however many landmarks each takes there to be; see redundancy, too.
 double association_evidence(const ReassociationOptions& options, const SmoothingResult& solution,
                             const SmoothingGraph& graph);
 

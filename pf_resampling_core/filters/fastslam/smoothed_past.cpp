@@ -284,9 +284,11 @@ SmoothingResult SmoothedPast::settle(const SmoothingOptions& options,
 }
 
 SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
-                                    const ReassociationOptions& reassociation,
-                                    std::int64_t* next_id) {
+                                    const ReassociationOptions& given, std::int64_t* next_id) {
   const SmoothedPast undecided = *this;
+  // Errors may stay the same as long as a landmark is in view.
+  ReassociationOptions reassociation = given;
+  reassociation.redundancy = redundancy_of(graph(), times_of(state_), kPassageGap);
   SmoothingResult solution;
   bool is_solved = false;
   if (part_arrivals(reassociation, next_id)) {

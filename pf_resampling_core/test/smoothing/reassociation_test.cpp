@@ -217,6 +217,9 @@ TEST(Reassociation, FindsWhatCanBeDoneWithout) {
   EXPECT_EQ(found[1].other, 0);
   EXPECT_NEAR(found[1].cost, 4.0 * 2.0 + of_nothing, 1e-6);
   EXPECT_EQ(find_dispensable(options, graph, found[0].cost + 1.0).size(), 1u);
+  // Three sightings that say as much as one.
+  options.redundancy = 3.0;
+  EXPECT_NEAR(find_dispensable(options, graph, 50.0)[0].cost, 2.0 + of_nothing, 1e-6);
   // Nothing has shown yet that they are two: find_duplicates() decides.
   graph.sightings.erase(
       std::remove_if(graph.sightings.begin(), graph.sightings.end(),
@@ -250,6 +253,51 @@ TEST(Reassociation, WeighsOneLandmarkAgainstTwoByTheirEvidence) {
         options.log_density_of_landmarks - log_likelihood, 2e-3)
         << difference;
   }
+}
+
+// The same where each sighting is repeated with the same error, and as many say as much as one: the
+// copies do not make the fit any worse. That a landmark is known better, each time, speaks against
+// there being another: by the logarithm of the copies, half of it for each of its two unknowns.
+TEST(Reassociation, SightingsWithTheSameErrorAreWorthOne) {
+  std::vector<double> differences;
+  for (const int copies : {1, 12}) {
+    SmoothingGraph one;
+    one.poses = {Pose2{}};
+    one.prior = prior_at(Pose2{}, SensorConstants::Zero());
+    one.landmarks = {{4.0, 0.0}};
+    SmoothingGraph two = one;
+    two.landmarks.push_back(two.landmarks[0]);
+    for (int copy = 0; copy < copies; ++copy) {
+      for (const int landmark : {0, 1}) {
+        SightingFactor sighting{0, 0, 3.9 + 0.2 * landmark, 0.0, 25e-4, 4e-4, {}};
+        one.sightings.push_back(sighting);
+        sighting.landmark = landmark;
+        two.sightings.push_back(sighting);
+      }
+    }
+    ReassociationOptions options = kReassociation;
+    options.robust_width = 0.0;
+    options.redundancy = copies;
+    const SmoothingOptions smoothing{50, 0.0, 1e-12};
+    const SmoothingResult of_one = smooth(smoothing, &one);
+    const SmoothingResult of_two = smooth(smoothing, &two);
+    differences.push_back(association_evidence(options, of_one, one) -
+                          association_evidence(options, of_two, two));
+  }
+  EXPECT_NEAR(differences[1], differences[0] - std::log(12.0), 2e-3);
+}
+
+// Of seven sightings three passages: landmark 0 is out of view for 11 s, landmark 1 for 10 s.
+TEST(Reassociation, CountsSightingsPerPassage) {
+  SmoothingGraph graph;
+  graph.landmarks.assign(2, Eigen::Vector2d::Zero());
+  EXPECT_EQ(redundancy_of(graph, {}, 10.0), 1.0);
+  const std::vector<double> times = {0.0, 1.0, 2.0, 11.0, 12.0};
+  for (const auto& [pose, landmark] :
+       std::vector<std::pair<int, int>>{{0, 0}, {0, 1}, {1, 0}, {1, 1}, {3, 1}, {4, 0}, {4, 1}}) {
+    graph.sightings.push_back({pose, landmark, 4.0, 0.0, 25e-4, 4e-4, {}});
+  }
+  EXPECT_DOUBLE_EQ(redundancy_of(graph, times, 10.0), 7.0 / 3.0);
 }
 
 // A belief about landmarks in a row, of which those of `seen` were seen in one scan.

@@ -139,6 +139,44 @@ TEST(SmoothedPast, KeepsNeighboursThatAreTwo) {
   for (const auto& [landmark, of] : drive.seen_as()) EXPECT_EQ(of.size(), 1u) << landmark;
 }
 
+// From its eleventh sighting on a landmark is seen 2.5 standard deviations too far away, all the
+// time: were these errors independent, it would be sure that there is another behind it (21 nats).
+// A scan has seen both, as it took the neighbour, 0.2 m away, for the first.
+TEST(SmoothedPast, TakesAnErrorThatLastsForNoOtherLandmark) {
+  Drive drive;
+  const Eigen::Vector2d neighbour = kLandmarks[1] + Eigen::Vector2d(0.0, 0.2);
+  for (int i = 0; i < 30; ++i) {
+    drive.move(0.02, 0.0);
+    for (const int landmark : {0, 2, 3, 4}) drive.see(landmark, landmark);
+    drive.see(1, 1);
+    SightingFactor other = drive.past.graph().sightings.back();
+    const Eigen::Vector2d from = neighbour - Eigen::Vector2d(drive.truth.x, drive.truth.y);
+    other.range = from.norm();
+    other.bearing = std::atan2(from.y(), from.x());
+    drive.past.append_sighting(8, i == 0, other);
+    drive.seen[{other.pose, other.range}] = 8;
+  }
+  SmoothedPastState state = drive.past.state();
+  const int another = static_cast<int>(state.graph.landmarks.size());
+  state.graph.landmarks.push_back(kLandmarks[1] + Eigen::Vector2d(0.125, 0.0));
+  state.landmark_ids.push_back(9);
+  state.last_seen.push_back(30);
+  state.is_dormant.push_back(false);
+  for (SightingFactor& sighting : state.graph.sightings) {
+    const int as =
+        static_cast<int>(state.landmark_ids[static_cast<std::size_t>(sighting.landmark)]);
+    if (as == 8 && sighting.pose == 20) sighting.landmark = drive.past.number_of(1);
+    if (as != 1 || sighting.pose <= 10) continue;
+    sighting.landmark = another;
+    drive.seen[{sighting.pose, sighting.range + 0.125}] = 1;
+    sighting.range += 0.125;
+  }
+  drive.past.resume(state);
+  ASSERT_EQ(drive.solve(), SmoothingFault::none);
+  EXPECT_EQ(drive.past.graph().landmarks.size(), 6u);
+  for (const auto& [landmark, of] : drive.seen_as()) EXPECT_EQ(of.size(), 1u) << landmark;
+}
+
 // Each scan sees a hundred things that are never seen again. The belief about landmarks is dense,
 // so they may not all be tried as landmarks: each that is takes an id.
 TEST(SmoothedPast, TriesNoMoreLandmarksThanItMay) {
