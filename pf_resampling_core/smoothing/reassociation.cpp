@@ -313,22 +313,23 @@ int reassociate(const ReassociationOptions& options, SmoothingGraph* graph) {
   return changed;
 }
 
-bool track_anew(const ReassociationOptions& options, int from, double gap,
+bool track_anew(const ReassociationOptions& options, int from, int to, double gap,
                 const std::vector<double>& times, SmoothingGraph* graph) {
-  for (std::size_t i = static_cast<std::size_t>(from); i + 1 < graph->poses.size(); ++i) {
+  for (std::size_t i = static_cast<std::size_t>(from); i + 1 < static_cast<std::size_t>(to); ++i) {
     graph->poses[i + 1] =
         compose(graph->poses[i], corrected_motion(graph->motions[i], graph->constants));
   }
   std::vector<SightingFactor> all = all_sightings(*graph);
   graph->sightings.clear();
   graph->unassigned.clear();
+  const auto keep = [&](const SightingFactor& sighting) {
+    (sighting.landmark >= 0 ? graph->sightings : graph->unassigned).push_back(sighting);
+  };
   std::size_t first = 0;
-  for (; first < all.size() && all[first].pose < from; ++first) {
-    (all[first].landmark >= 0 ? graph->sightings : graph->unassigned).push_back(all[first]);
-  }
+  for (; first < all.size() && all[first].pose < from; ++first) keep(all[first]);
   std::vector<double> last_seen(graph->landmarks.size(), -std::numeric_limits<double>::infinity());
   std::vector<int> sightings(graph->landmarks.size(), 0);
-  while (first < all.size()) {
+  while (first < all.size() && all[first].pose < to) {
     std::size_t last = first;
     while (last < all.size() && all[last].pose == all[first].pose) ++last;
     const double now = times[static_cast<std::size_t>(all[first].pose)];
@@ -353,6 +354,7 @@ bool track_anew(const ReassociationOptions& options, int from, double gap,
       graph->sightings.push_back(sighting);
     }
   }
+  for (; first < all.size(); ++first) keep(all[first]);
   return true;
 }
 

@@ -51,10 +51,11 @@ double sighting_cost(const ReassociationOptions& options, const SmoothingGraph& 
 /// exclusion, Montemerlo 2003, but with all that is known by now). Returns how many changed.
 int reassociate(const ReassociationOptions& options, SmoothingGraph* graph);
 
-/// Takes what was seen from pose `from` on for sightings of landmarks that were never seen before:
-/// the poses by odometry, each scan's sightings of those seen within `gap` (s) that fit best, or of
-/// another. `times`: of the poses, s. False, with the graph half done, if there are too many.
-bool track_anew(const ReassociationOptions& options, int from, double gap,
+/// Takes what was seen from pose `from` on, up to before pose `to`, for sightings of landmarks that
+/// were never seen before: these poses by odometry, each scan's sightings of those seen within
+/// `gap` (s) that fit best, or of another. `times`: of the poses, s. False, with the graph half
+/// done, if there are too many.
+bool track_anew(const ReassociationOptions& options, int from, int to, double gap,
                 const std::vector<double>& times, SmoothingGraph* graph);
 
 /// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.

@@ -28,6 +28,8 @@ constexpr double kLatestDecisions = 60.0;
 constexpr int kMostArrivals = 2;
 // Sightings of a landmark that is real, though it was not seen where it should be.
 constexpr int kOftenSeen = 5;
+// Of each landmark that a visit of the past is to have more.
+constexpr double kSplitLogOdds = 10.0;
 // s: out of view for so long, a landmark may be mistaken for another when it comes back.
 constexpr double kPassageGap = 10.0;
 
@@ -301,9 +303,10 @@ SmoothingResult SmoothedPast::solve(const SmoothingOptions& options,
     *this = undecided;
     return solution;
   }
-  for (const int from : undecided.doubtful_since()) {
-    if (undecided.decide_anew(options, reassociation, from, next_id, this, &solution)) break;
+  for (const Visit& visit : undecided.doubtful_visits()) {
+    if (undecided.decide_anew(options, reassociation, visit, next_id, this, &solution)) break;
   }
+  reconsider_visit(options, reassociation, next_id, &solution);
   for (int i = 0; i < kMostDropped; ++i) {
     if (!simplify(options, reassociation, &solution)) break;
   }
@@ -328,45 +331,77 @@ bool SmoothedPast::merge_duplicates(const SmoothingOptions& options,
   return true;
 }
 
-// First poses that what was seen may have been taken for the wrong landmarks from: what is new, and
-// what was seen since arrivals. After a while without a sighting only odometry says where the robot
+// The poses between whiles without a sighting, after which only odometry says where the robot
 // arrives.
-std::vector<int> SmoothedPast::doubtful_since() const {
+std::vector<SmoothedPast::Visit> SmoothedPast::visits() const {
   const std::vector<double> times = times_of(state_);
   std::vector<bool> sees(times.size(), false);
   for (const SightingFactor& sighting : graph().sightings) {
     sees[static_cast<std::size_t>(sighting.pose)] = true;
   }
-  const int poses = static_cast<int>(times.size());
-  std::vector<int> found;
-  if (state_.decided > 0 && state_.decided < poses) found.push_back(state_.decided);
-  int arrivals = 0;
-  int next = poses;
-  for (int i = poses - 1; i >= 0 && arrivals < kMostArrivals; --i) {
-    const std::size_t pose = static_cast<std::size_t>(i);
-    if (times.back() - times[pose] > kLatestDecisions) break;
-    if (!sees[pose]) continue;
-    if (next < poses && times[static_cast<std::size_t>(next)] - times[pose] > kBlindness) {
-      found.push_back(next);
-      ++arrivals;
-    }
-    next = i;
+  std::vector<Visit> found;
+  double last = -std::numeric_limits<double>::infinity();
+  for (int pose = 0; pose < static_cast<int>(times.size()); ++pose) {
+    const std::size_t i = static_cast<std::size_t>(pose);
+    if (!sees[i]) continue;
+    if (times[i] - last > kBlindness) found.push_back({pose, pose});
+    found.back().to = pose + 1;
+    last = times[i];
   }
   return found;
 }
 
-// What was seen from a pose on decided by all of it together, where it was decided bit by bit.
-// True, in place of `best`, if that is clearly more probable.
+// What may have been taken for the wrong landmarks: what is new, and what was seen since arrivals.
+std::vector<SmoothedPast::Visit> SmoothedPast::doubtful_visits() const {
+  const std::vector<double> times = times_of(state_);
+  const int poses = static_cast<int>(times.size());
+  std::vector<Visit> found;
+  if (state_.decided > 0 && state_.decided < poses) found.push_back({state_.decided, poses});
+  const std::vector<Visit> all = visits();
+  for (std::size_t i = all.size(); i > 1 && i + kMostArrivals > all.size(); --i) {
+    const int from = all[i - 1].from;
+    const int before = all[i - 2].to - 1;
+    if (times.back() - times[static_cast<std::size_t>(before)] > kLatestDecisions) break;
+    found.push_back({from, poses});
+  }
+  return found;
+}
+
+// One of the visits of the past, each in its turn: what was seen later may show that it was
+// elsewhere.
+void SmoothedPast::reconsider_visit(const SmoothingOptions& options,
+                                    const ReassociationOptions& reassociation,
+                                    std::int64_t* next_id, SmoothingResult* solution) {
+  const std::vector<Visit> all = visits();
+  if (all.size() < 2) return;
+  // By the clock, which has nothing to do with how often it is solved.
+  const std::size_t turn = static_cast<std::size_t>(std::max(0.0, state_.time)) % all.size();
+  SmoothedPast found = *this;
+  SmoothingResult anew = *solution;
+  if (!decide_anew(options, reassociation, all[turn], next_id, &found, &anew)) return;
+  // There is always a way to make two landmarks of one by chance, and many are tried.
+  const double more = static_cast<double>(found.graph().landmarks.size()) -
+                      static_cast<double>(graph().landmarks.size());
+  const double gain = association_evidence(reassociation, *solution, graph()) -
+                      association_evidence(reassociation, anew, found.graph());
+  if (!(gain > kSureLogOdds + kSplitLogOdds * std::max(0.0, more))) return;
+  *this = std::move(found);
+  *solution = anew;
+}
+
+// What was seen on a visit decided by all of it together, where it was decided bit by bit. True,
+// in place of `best`, if that is clearly more probable.
 bool SmoothedPast::decide_anew(const SmoothingOptions& options,
-                               const ReassociationOptions& reassociation, int from,
+                               const ReassociationOptions& reassociation, const Visit& visit,
                                std::int64_t* next_id, SmoothedPast* best,
                                SmoothingResult* solution) const {
   SmoothedPast other = *this;
-  if (!track_anew(reassociation, from, kPassageGap, times_of(state_), &other.state_.graph)) {
+  if (!track_anew(reassociation, visit.from, visit.to, kPassageGap, times_of(state_),
+                  &other.state_.graph)) {
     return false;
   }
   while (other.state_.landmark_ids.size() < other.graph().landmarks.size()) {
-    other.add_landmark((*next_id)++, from);
+    other.add_landmark((*next_id)++, visit.from);
   }
   other.forget_unseen();
   const SmoothingResult anew = other.settle(options, reassociation);

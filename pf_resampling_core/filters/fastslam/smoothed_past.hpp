@@ -97,9 +97,17 @@ class SmoothedPast {
                   const Dispensable& landmark, SmoothingResult* solution);
   SmoothingResult settle(const SmoothingOptions& options,
                          const ReassociationOptions& reassociation);
-  std::vector<int> doubtful_since() const;
+  /// Poses from one arrival to the next.
+  struct Visit {
+    int from = 0;
+    int to = 0;  ///< one more than the last
+  };
+  std::vector<Visit> doubtful_visits() const;
+  std::vector<Visit> visits() const;
+  void reconsider_visit(const SmoothingOptions& options, const ReassociationOptions& reassociation,
+                        std::int64_t* next_id, SmoothingResult* solution);
   bool decide_anew(const SmoothingOptions& options, const ReassociationOptions& reassociation,
-                   int from, std::int64_t* next_id, SmoothedPast* best,
+                   const Visit& visit, std::int64_t* next_id, SmoothedPast* best,
                    SmoothingResult* solution) const;
   int add_landmark(std::int64_t id, int pose);
   void merge(const std::vector<std::pair<int, int>>& pairs);

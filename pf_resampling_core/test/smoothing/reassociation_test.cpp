@@ -167,10 +167,10 @@ TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
   anew.unassigned.back().range += 1e-3;
   right[anew.unassigned.back().range] = right[anew.sightings.back().range];
   SmoothingGraph too_many = anew;
-  EXPECT_TRUE(track_anew(kReassociation, kFrom, 10.0, times, &anew));
+  EXPECT_TRUE(track_anew(kReassociation, kFrom, 120, 10.0, times, &anew));
   ReassociationOptions few = kReassociation;
   few.most_landmarks = anew.landmarks.size() - 1;
-  EXPECT_FALSE(track_anew(few, kFrom, 10.0, times, &too_many));
+  EXPECT_FALSE(track_anew(few, kFrom, 120, 10.0, times, &too_many));
   EXPECT_TRUE(anew.unassigned.empty());
   ASSERT_EQ(anew.sightings.size(), graph.sightings.size() + 1);
   EXPECT_EQ(anew.poses[kFrom].x, graph.poses[kFrom].x);
