@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -289,6 +290,35 @@ TEST(Redraw, FindsLandmarksAgainWithoutIds) {
   EXPECT_GT(inside, 0.75 * found);
   const MapFigures known = figures_of(redraw_options());
   EXPECT_LT(squared_error / found, 2.2 * known.squared_error / known.landmarks);
+}
+
+// Seen ten times, then not any more: all particles give the landmark up. What a redraw draws from
+// keeps it, as the robot may be elsewhere, where it will be seen again.
+TEST(Redraw, KeepsWhatAllParticlesHaveGivenUp) {
+  FastSlamOptions options = redraw_options();
+  options.association.method = DataAssociation::mutual_exclusion;
+  options.strategy.redraw.every_n = 0;
+  options.strategy.redraw.closure_absence = 0;
+  FastSlam filter(options, 1);
+  for (int i = 0; i < 60; ++i) {
+    std::vector<RangeBearingObservation> scan;
+    for (int l = 0; l < (i < 10 ? 3 : 2); ++l) {
+      RangeBearingObservation z;
+      z.id = -1;
+      z.range = l == 2 ? 3.0 : 4.0;
+      // The last one in between, so that it is in view.
+      z.bearing = l == 2 ? 0.0 : l == 0 ? -0.6 : 0.6;
+      scan.push_back(z);
+    }
+    OdometryIncrement odometry;
+    append(kOdometry, {}, 0.5, &odometry);
+    filter.update(odometry, scan);
+  }
+  ASSERT_EQ(filter.map().size(), 2u);
+  const SmoothedPastState& past = filter.past().state();
+  EXPECT_EQ(past.graph.landmarks.size(), 3u);
+  EXPECT_TRUE(past.graph.unassigned.empty());
+  EXPECT_EQ(std::count(past.is_dormant.begin(), past.is_dormant.end(), true), 1);
 }
 
 // A hundred updates since the last redraw: the map at the end is that of resampling unless it is
