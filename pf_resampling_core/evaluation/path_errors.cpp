@@ -9,7 +9,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
-#include "pf_resampling_core/health/unknown_place.hpp"
+#include "pf_resampling_core/models/lost_error.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -38,7 +38,8 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
   }
   const double unknown = either_probability(inputs.position_unknown, inputs.heading_unknown);
   if (either_probability(inputs.lost, unknown) > kLikelyLost) {
-    const bool is_position = inputs.position_unknown >= inputs.heading_unknown;
+    const bool is_position =
+        inputs.position_unknown > kLikelyLost || inputs.position_unknown >= inputs.heading_unknown;
     return {Health::converging,
             is_position ? "the position is uncertain by a good part of the scene"
                         : "the heading is uncertain by a good part of a turn",

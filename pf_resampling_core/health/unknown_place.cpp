@@ -9,8 +9,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kRadioNoise = 0.2;  // m
-constexpr double kShareOfExtent = 0.03;
 // Steps of the integrals, over directions and over factors.
 constexpr int kDirections = 32;
 constexpr int kFactors = 16;
@@ -18,10 +16,6 @@ constexpr int kFactors = 16;
 constexpr double kUnknownShare = 0.1;
 
 }  // namespace
-
-double lost_error(double extent) {
-  return kRadioNoise + kShareOfExtent * extent;
-}
 
 // A Gaussian error is a Rayleigh distance in a direction that is uniform, stretched by the axes of
 // the covariance. Given the direction, the distance is beyond the bound with exp(-bound^2/(2 v)),

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/models/lost_error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"

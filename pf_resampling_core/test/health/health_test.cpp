@@ -68,6 +68,9 @@ TEST(Health, PositionAndHeadingAreJudgedTogether) {
   inputs.position_unknown = 0.6;
   EXPECT_EQ(health_of(inputs), Health::converging);
   EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a good part of the scene");
+  // Who knows neither hears of the position first.
+  inputs.heading_unknown = 1.0;
+  EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a good part of the scene");
   // 1 - 0.6 * 0.7 = 0.58, and 1 - 0.8 * 0.7 = 0.44.
   inputs.position_unknown = 0.4;
   inputs.heading_unknown = 0.3;

@@ -14,11 +14,6 @@ Eigen::Matrix2d covariance(double xx, double xy, double yy) {
   return matrix;
 }
 
-TEST(UnknownPlace, LostIsRadioNoiseAndAShareOfTheScene) {
-  EXPECT_NEAR(lost_error(96.0), 3.08, 1e-12);
-  EXPECT_NEAR(lost_error(0.0), 0.2, 1e-12);
-}
-
 // The distance of a round Gaussian has Rayleigh's distribution; a narrow one is half-normal.
 TEST(UnknownPlace, RoundAndNarrowBeliefsHaveClosedForms) {
   for (const double bound : {0.1, 1.0, 3.0}) {
