@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "test/batch_testing.hpp"
 #include "tools/datasets/labyrinth.hpp"
 #include "tools/datasets/plaza.hpp"
 #include "tools/worlds/simulated_recording.hpp"
@@ -16,26 +16,9 @@
 namespace pf_resampling {
 namespace {
 
-std::vector<TruePose> truth_of(const Recording& recording) {
-  std::vector<TruePose> truth;
-  for (const auto& pose : recording.truth) {
-    if (pose.time < recording.odometry.front().time || pose.time > recording.odometry.back().time) {
-      continue;
-    }
-    truth.push_back({pose.time, pose.pose.x, pose.pose.y, std::nullopt});
-    if (recording.truth_has_heading) truth.back().heading = pose.pose.heading;
-  }
-  return truth;
-}
-
 RangeProblem problem_of(const Recording& recording) {
   RangeProblem problem;
-  for (const auto& odometry : recording.odometry) {
-    EstimatedPose pose;
-    pose.time = odometry.time;
-    pose.pose = odometry.pose;
-    problem.odometry.push_back(pose);
-  }
+  problem.odometry = odometry_of(recording);
   for (const auto& range : recording.ranges) {
     problem.ranges.push_back({range.time, range.frame, range.beacon, range.range});
   }
@@ -169,18 +152,9 @@ RangeProblem noisy_problem(double end) {
   World world = load_world("beacons_figure8");
   world.duration = 120.0;
   RangeProblem problem = problem_of(simulated_recording(world, 3));
-  const auto cut = [end](auto* entries) {
-    entries->erase(std::remove_if(entries->begin(), entries->end(),
-                                  [end](const auto& entry) { return entry.time > end; }),
-                   entries->end());
-  };
-  cut(&problem.odometry);
-  cut(&problem.ranges);
+  cut(end, &problem.odometry);
+  cut(end, &problem.ranges);
   return problem;
-}
-
-double distance(const EstimatedPose& a, const EstimatedPose& b) {
-  return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y);
 }
 
 TEST(SolveRangesOnline, KnowsThePastOnly) {

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "test/batch_testing.hpp"
 #include "tools/datasets/mrclam.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
@@ -17,12 +17,7 @@ namespace {
 
 BatchProblem problem_of(const Recording& recording) {
   BatchProblem problem;
-  for (const auto& odometry : recording.odometry) {
-    EstimatedPose pose;
-    pose.time = odometry.time;
-    pose.pose = odometry.pose;
-    problem.odometry.push_back(pose);
-  }
+  problem.odometry = odometry_of(recording);
   for (const auto& seen : recording.landmark_observations) {
     if (problem.scans.empty() || problem.scans.back().time < seen.time) {
       problem.scans.push_back({seen.time, "sensor", {}});
@@ -32,17 +27,6 @@ BatchProblem problem_of(const Recording& recording) {
   }
   problem.sensors["sensor"] = {};
   return problem;
-}
-
-std::vector<TruePose> truth_of(const Recording& recording) {
-  std::vector<TruePose> truth;
-  for (const auto& pose : recording.truth) {
-    if (pose.time < recording.odometry.front().time || pose.time > recording.odometry.back().time) {
-      continue;
-    }
-    truth.push_back({pose.time, pose.pose.x, pose.pose.y, pose.pose.heading});
-  }
-  return truth;
 }
 
 std::vector<PointLandmark> map_of(const Recording& recording) {
@@ -156,18 +140,9 @@ TEST(SolveBatch, ReachesTheBoundOfMrclam) {
 // The reference world as it is, to `end` (s).
 BatchProblem noisy_problem(double end) {
   Recording recording = simulated_recording(load_world("indoor_two_loops"), 3);
-  const auto cut = [end](auto* entries) {
-    entries->erase(std::remove_if(entries->begin(), entries->end(),
-                                  [end](const auto& entry) { return entry.time > end; }),
-                   entries->end());
-  };
-  cut(&recording.odometry);
-  cut(&recording.landmark_observations);
+  cut(end, &recording.odometry);
+  cut(end, &recording.landmark_observations);
   return problem_of(recording);
-}
-
-double distance(const EstimatedPose& a, const EstimatedPose& b) {
-  return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y);
 }
 
 TEST(SolveOnline, KnowsThePastOnly) {
