@@ -157,6 +157,54 @@ RangeProblem noisy_problem(double end) {
   return problem;
 }
 
+// From 1970 to now; and by eleven days.
+TEST(SolveRanges, AClockThatWasSetIsToldOf) {
+  for (const double forward : {1.7e9, 1e6}) {
+    RangeProblem problem = noisy_problem(60.0);
+    set_clock(30.0, forward, &problem.odometry);
+    set_clock(30.0, forward, &problem.ranges);
+    for (const std::string& said : {refusal([&] { solve_ranges(problem); }),
+                                    refusal([&] { solve_ranges_online(problem, {}); })}) {
+      EXPECT_NE(said.find("has a gap of " + std::to_string(static_cast<int>(forward))),
+                std::string::npos)
+          << said;
+    }
+  }
+}
+
+// A prior of all of them took 29 GB.
+TEST(SolveRanges, BeaconsThatAreNotHeardTakeNoPart) {
+  const RangeProblem few = noisy_problem(30.0);
+  RangeProblem many = few;
+  for (int id = 1000; id < 31000; ++id) {
+    Beacon beacon;
+    beacon.id = id;
+    many.beacons.insert(many.beacons.begin(), beacon);
+  }
+  const RangeSolution expected = solve_ranges(few);
+  const RangeSolution solution = solve_ranges(many);
+  ASSERT_EQ(solution.radios.size(), few.beacons.size());
+  for (std::size_t b = 0; b < few.beacons.size(); ++b) {
+    EXPECT_EQ(solution.radios[b].first, few.beacons[b].id);
+    EXPECT_EQ(solution.radios[b].second.bias, expected.radios[b].second.bias);
+  }
+  EXPECT_EQ(distance(solution.path.back(), expected.path.back()), 0.0);
+}
+
+TEST(SolveRanges, BeaconsWithoutEndThatAreHeardAreToldOf) {
+  RangeProblem problem = noisy_problem(30.0);
+  for (int id = 1000; id < 31000; ++id) {
+    Beacon beacon;
+    beacon.id = id;
+    problem.beacons.push_back(beacon);
+    problem.ranges.push_back({10.0, problem.ranges.front().frame, id, 5.0});
+  }
+  for (const std::string& said : {refusal([&] { solve_ranges(problem); }),
+                                  refusal([&] { solve_ranges_online(problem, {}); })}) {
+    EXPECT_NE(said.find("30006 beacons"), std::string::npos) << said;
+  }
+}
+
 TEST(SolveRangesOnline, KnowsThePastOnly) {
   const RangeProblem whole = noisy_problem(1e9);
   const double half_time = whole.odometry[whole.odometry.size() / 2].time;

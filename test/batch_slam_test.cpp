@@ -172,6 +172,47 @@ TEST(SolveOnline, EndsWhereTheBatchSolutionEnds) {
   EXPECT_LT(distance(online.path.back(), bounded.path.back()), 0.02);
 }
 
+// The world without noise, with the clock set forward by so much in the middle.
+BatchProblem problem_with_clock_set(double forward) {
+  Recording recording = simulated_recording(exact_world(), 1);
+  const double middle = 0.5 * recording.odometry.back().time;
+  set_clock(middle, forward, &recording.odometry);
+  set_clock(middle, forward, &recording.landmark_observations);
+  return problem_of(recording);
+}
+
+// From 1970 to now; and by eleven days.
+TEST(SolveBatch, AClockThatWasSetIsToldOf) {
+  for (const double forward : {1.7e9, 1e6}) {
+    const BatchProblem problem = problem_with_clock_set(forward);
+    for (const std::string& said :
+         {refusal([&] { solve_batch(problem); }), refusal([&] { solve_online(problem); })}) {
+      EXPECT_NE(said.find("has a gap of " + std::to_string(static_cast<int>(forward))),
+                std::string::npos)
+          << said;
+    }
+  }
+}
+
+// The robot stands for an hour, say, and its odometry is silent.
+TEST(SolveBatch, AnHourWithoutOdometryIsBridged) {
+  const BatchProblem problem = problem_with_clock_set(3600.0);
+  const BatchSolution solution = solve_batch(problem);
+  EXPECT_EQ(solution.path.size(), problem.odometry.size());
+  EXPECT_EQ(solution.outliers, 0);
+}
+
+TEST(SolveBatch, LandmarksWithoutEndAreToldOf) {
+  BatchProblem problem = noisy_problem(10.0);
+  for (int id = 0; id < 100000; ++id) {
+    problem.scans.back().landmarks.push_back({id, 5.0, 0.1, 0.01, 0.01});
+  }
+  for (const std::string& said :
+       {refusal([&] { solve_batch(problem); }), refusal([&] { solve_online(problem); })}) {
+    EXPECT_NE(said.find("100000 landmarks"), std::string::npos) << said;
+  }
+}
+
 TEST(SolveBatch, NeedsIdsAndOdometry) {
   Recording recording = simulated_recording(exact_world(), 1);
   for (auto& seen : recording.landmark_observations) seen.id = -1;

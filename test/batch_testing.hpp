@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "tools/datasets/recording.hpp"
 
@@ -40,6 +42,25 @@ void cut(double end, std::vector<Entry>* entries) {
   entries->erase(std::remove_if(entries->begin(), entries->end(),
                                 [end](const Entry& entry) { return entry.time > end; }),
                  entries->end());
+}
+
+/// Sets the clock forward by so much (s) at `time`: what is later, is later by that.
+template <typename Entry>
+void set_clock(double time, double forward, std::vector<Entry>* entries) {
+  for (Entry& entry : *entries) {
+    if (entry.time > time) entry.time += forward;
+  }
+}
+
+/// What the work says against its input; nothing if it takes it.
+template <typename Work>
+std::string refusal(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
 }
 
 /// m.

@@ -13,6 +13,11 @@ namespace pf_resampling {
 /// The odometry between two times, with covariance and sensitivities.
 using OdometryBetween = std::function<MotionFactor(double from, double to)>;
 
+/// Throws Error for a drive of more poses than memory can be expected to hold: one at each of these
+/// times (s, ascending, of the odometry, which is a path) and at its end, and in between at least
+/// every half second, whether or not there is odometry.
+void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<double>& times);
+
 /// A drive up to a time: the poses of a graph, with their times, joined by odometry. What was
 /// observed from them is the caller's to add.
 class BatchDrive {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
@@ -20,9 +21,43 @@ constexpr double kLeastNoise = 1e-4;  // m or rad per sqrt(s), where none is sta
 constexpr double kSteps[] = {4.0, 2.0, 1.4};
 constexpr double kLeastSigma = 1e-3;  // m
 constexpr double kLeastFactor = 1e-2;
-constexpr double kSolvedEvery = 10.0;  // s
+constexpr double kSolvedEvery = 10.0;       // s
+constexpr std::size_t kMostBeacons = 1000;  // as range_input/max_beacons of the filter
 
-/// The data of a drive up to a time, as a graph.
+/// What takes part: ranges that can be used, in order of time, and the beacons that they are of.
+RangeProblem part_of_use(RangeProblem problem) {
+  check_path(problem.odometry, "odometry");
+  const double begin = problem.odometry.front().time;
+  const double end = problem.odometry.back().time;
+  std::set<int> known, heard;
+  for (const Beacon& beacon : problem.beacons) known.insert(beacon.id);
+  const auto is_of_no_use = [&](const StampedRange& range) {
+    return known.count(range.beacon) == 0 || !std::isfinite(range.range) || !(range.range > 0.0) ||
+           !(range.time >= begin && range.time <= end);
+  };
+  std::vector<StampedRange>& ranges = problem.ranges;
+  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), is_of_no_use), ranges.end());
+  if (ranges.empty()) {
+    throw Error(
+        "no range to a known beacon while there is odometry: the batch solution needs "
+        "ranges and the places of their beacons");
+  }
+  std::stable_sort(ranges.begin(), ranges.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  for (const StampedRange& range : ranges) heard.insert(range.beacon);
+  std::vector<Beacon>& beacons = problem.beacons;
+  beacons.erase(std::remove_if(beacons.begin(), beacons.end(),
+                               [&](const Beacon& beacon) { return heard.count(beacon.id) == 0; }),
+                beacons.end());
+  if (beacons.size() > kMostBeacons) {
+    throw Error("ranges to " + std::to_string(beacons.size()) +
+                " beacons: the batch solution takes " + std::to_string(kMostBeacons) +
+                " at most; give fewer in the list of beacons");
+  }
+  return problem;
+}
+
+/// The data of a drive up to a time, as a graph; the problem is the part of use.
 class DriveAmongRadios {
  public:
   DriveAmongRadios(const RangeProblem& problem, const RangeBatchNoise& noise,
@@ -32,28 +67,14 @@ class DriveAmongRadios {
             prior_of(problem, noise), kRobustWidth),
         problem_(problem),
         noise_(noise),
-        scales_(scales),
-        ranges_(problem.ranges) {
+        scales_(scales) {
     for (std::size_t b = 0; b < problem.beacons.size(); ++b) {
       numbers_[problem.beacons[b].id] = static_cast<int>(b);
     }
-    const double begin = problem.odometry.front().time;
-    const double end = problem.odometry.back().time;
-    const auto is_of_no_use = [&](const StampedRange& range) {
-      return numbers_.count(range.beacon) == 0 || !std::isfinite(range.range) ||
-             !(range.range > 0.0) || !(range.time >= begin && range.time <= end);
-    };
-    ranges_.erase(std::remove_if(ranges_.begin(), ranges_.end(), is_of_no_use), ranges_.end());
-    if (ranges_.empty()) {
-      throw Error(
-          "no range to a known beacon while there is odometry: the batch solution needs "
-          "ranges and the places of their beacons");
-    }
-    std::stable_sort(ranges_.begin(), ranges_.end(),
-                     [](const auto& a, const auto& b) { return a.time < b.time; });
-    for (const StampedRange& range : ranges_) {
+    for (const StampedRange& range : problem.ranges) {
       if (times_.empty() || range.time > times_.back()) times_.push_back(range.time);
     }
+    check_size(problem.odometry, times_);
   }
   DriveAmongRadios(const DriveAmongRadios&) = delete;
   DriveAmongRadios& operator=(const DriveAmongRadios&) = delete;
@@ -63,8 +84,9 @@ class DriveAmongRadios {
 
   /// The ranges up to the newest pose's time that are not there yet, from that pose.
   void hear() {
-    for (; heard_ < ranges_.size() && ranges_[heard_].time <= drive.times.back(); ++heard_) {
-      const StampedRange& heard = ranges_[heard_];
+    const std::vector<StampedRange>& ranges = problem_.ranges;
+    for (; heard_ < ranges.size() && ranges[heard_].time <= drive.times.back(); ++heard_) {
+      const StampedRange& heard = ranges[heard_];
       const auto antenna = problem_.antennas.find(heard.frame);
       if (antenna == problem_.antennas.end()) {
         throw Error("frame \"" + heard.frame + "\" of the ranges is not connected to the robot: " +
@@ -168,7 +190,6 @@ class DriveAmongRadios {
   const RangeProblem& problem_;
   RangeBatchNoise noise_;
   RangeBatchScales scales_;
-  std::vector<StampedRange> ranges_;  // in order of time
   std::vector<double> times_;
   std::size_t heard_ = 0;
   std::map<int, int> numbers_;  // of the beacons
@@ -245,7 +266,8 @@ void find_scales(double spread, DriveAmongRadios* data) {
 
 }  // namespace
 
-RangeSolution solve_ranges(const RangeProblem& problem, const RangeBatchNoise& noise) {
+RangeSolution solve_ranges(const RangeProblem& whole, const RangeBatchNoise& noise) {
+  const RangeProblem problem = part_of_use(whole);
   DriveAmongRadios data(problem, noise, {});
   // On the way, so that the odometry goes on from where the ranges have the robot.
   double solved = -std::numeric_limits<double>::infinity();
@@ -265,8 +287,9 @@ RangeSolution solve_ranges(const RangeProblem& problem, const RangeBatchNoise& n
   return solution_of(data, problem);
 }
 
-OnlineSolution solve_ranges_online(const RangeProblem& problem, const RangeBatchScales& scales,
+OnlineSolution solve_ranges_online(const RangeProblem& whole, const RangeBatchScales& scales,
                                    const RangeBatchNoise& noise, int window) {
+  const RangeProblem problem = part_of_use(whole);
   DriveAmongRadios data(problem, noise, scales);
   return solve_along(
       problem.odometry, data.times(), [&](std::size_t) { data.hear(); },

@@ -44,7 +44,7 @@ struct RangeProblem {
 
 struct RangeSolution {
   std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; map frame
-  std::vector<std::pair<int, RangeCalibration>> radios;  ///< by id of the beacon
+  std::vector<std::pair<int, RangeCalibration>> radios;  ///< by id, of beacons that were heard
   double distance_scale = 1.0;                           ///< measured over true
   double yaw_scale = 1.0;
   double yaw_rate_bias = 0.0;  ///< rad/s, measured less true
@@ -55,8 +55,9 @@ struct RangeSolution {
 
 /// The path, scale and bias of each radio and errors of the odometry that fit all data best at
 /// once, with a robust loss. The noise is that under which the data are most probable (evidence by
-/// Laplace's approximation). Throws Error if there is no solution, no range, or a range's frame
-/// that is nowhere on the robot.
+/// Laplace's approximation). Throws Error if there is no solution, no range, a range's frame that
+/// is nowhere on the robot, or more than memory can be expected to hold (check_size(); 1,000
+/// beacons that were heard).
 RangeSolution solve_ranges(const RangeProblem& problem, const RangeBatchNoise& noise = {});
 
 /// What can be known while the robot drives, on the same model and with this noise: solved anew at

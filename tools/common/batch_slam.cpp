@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
@@ -16,6 +17,8 @@ constexpr double kRobustWidth = 2.0;  // standard deviations: misread ids are fa
 constexpr double kOutlier = 4.0;      // standard deviations
 // m or rad per sqrt(s): where none is stated for an axis, the problem would have no solution.
 constexpr double kLeastNoise = 1e-4;
+constexpr std::size_t kMostLandmarks = 5000;  // two matrices of 0.8 GB
+
 GaussianPrior prior_of(const BatchNoise& noise) {
   SensorConstants sigma = SensorConstants::Zero();
   sigma[SensorConstant::distance_scale] = noise.distance_scale;
@@ -51,6 +54,16 @@ class DriveAmongLandmarks {
     }
     std::stable_sort(scans_.begin(), scans_.end(),
                      [](const StampedScan& a, const StampedScan& b) { return a.time < b.time; });
+    check_size(problem.odometry, times());
+    std::set<std::int32_t> known;
+    for (const StampedScan& scan : scans_) {
+      for (const SeenLandmark& seen : scan.landmarks) known.insert(seen.id);
+    }
+    if (known.size() > kMostLandmarks) {
+      throw Error(std::to_string(known.size()) + " landmarks: the batch solution takes " +
+                  std::to_string(kMostLandmarks) +
+                  " at most; give a part of the recording (rosbag filter)");
+    }
   }
   DriveAmongLandmarks(const DriveAmongLandmarks&) = delete;
   DriveAmongLandmarks& operator=(const DriveAmongLandmarks&) = delete;
@@ -148,6 +161,12 @@ class DriveAmongLandmarks {
   }
 
   const std::vector<StampedScan>& scans() const { return scans_; }
+  /// Of the scans.
+  std::vector<double> times() const {
+    std::vector<double> times;
+    for (const StampedScan& scan : scans_) times.push_back(scan.time);
+    return times;
+  }
 
   BatchDrive drive;
   std::vector<std::int32_t> ids;  ///< of the landmarks
@@ -195,10 +214,8 @@ BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) 
 
 OnlineSolution solve_online(const BatchProblem& problem, const BatchNoise& noise, int window) {
   DriveAmongLandmarks data(problem, noise);
-  std::vector<double> times;
-  for (const StampedScan& scan : data.scans()) times.push_back(scan.time);
   return solve_along(
-      problem.odometry, times, [&](std::size_t i) { data.see(data.scans()[i]); },
+      problem.odometry, data.times(), [&](std::size_t i) { data.see(data.scans()[i]); },
       [&] { return data.outliers(data.drive.newest()) > 0; }, window, &data.drive);
 }
 

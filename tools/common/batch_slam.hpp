@@ -43,8 +43,9 @@ struct BatchSolution {
 
 /// The path, map and scales of the odometry that fit all data best at once: one smoothing problem
 /// with a robust loss for misread ids. No filter can do better on the same model, as it knows the
-/// past only. Throws Error if there is no solution, no landmark with an id, or a sensor frame that
-/// is nowhere on the robot.
+/// past only. Throws Error if there is no solution, no landmark with an id, a sensor frame that is
+/// nowhere on the robot, or more than memory can be expected to hold (check_size(); 5,000
+/// landmarks).
 BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise = {});
 
 /// What can be known while the robot drives, on the same model: solved anew after every scan with
