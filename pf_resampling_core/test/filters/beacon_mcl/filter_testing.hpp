@@ -63,6 +63,29 @@ inline OdometryIncrement step_of(const OdometryNoise& noise, const Pose2& motion
   return increment;
 }
 
+/// A filter that has drawn, learnt and renewed for a while, with everything switched on.
+inline BeaconMcl lived_in(const BeaconMclOptions& options, int updates = 30,
+                          std::uint64_t seed = 5) {
+  BeaconMcl filter(options, square_of_beacons(), seed);
+  const Pose2 step{0.1, 0.0, 0.02};
+  Pose2 truth{8.0, 9.0, 0.3};
+  for (int i = 0; i < updates; ++i) {
+    truth = compose(truth, step);
+    const Beacon beacon = filter.beacons()[static_cast<std::size_t>(i % 4)];
+    const double distance =
+        std::hypot(beacon.position.x() - truth.x, beacon.position.y() - truth.y);
+    filter.update(step_of(options.odometry, step, 0.1),
+                  {range_of(beacon.id, 1.05 * distance + 0.1 + 0.3 * std::sin(9.0 * i))});
+  }
+  return filter;
+}
+
+inline BeaconMclOptions default_options_with(int particles) {
+  BeaconMclOptions options;
+  options.particles = particles;
+  return options;
+}
+
 /// Every number of the population and of the filter's belief, for comparing bit by bit.
 inline std::vector<double> all_numbers(const BeaconMcl& filter) {
   const BeaconMclParticles& p = filter.particles();
