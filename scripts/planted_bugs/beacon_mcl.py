@@ -1,0 +1,68 @@
+"""Localization by ranges."""
+
+RANGES = ("core_kernels_test", "core_learning_test")
+MCL = ("core_beacon_mcl_test",)
+RENEWAL = ("core_renewal_test",)
+
+BUGS = [
+    # Its kernels.
+    (
+        "beacon_mcl: the antenna's height is left out",
+        "beacon_mcl/kernels.cpp",
+        "return std::sqrt(dx * dx + dy * dy + dz * dz);",
+        "return std::sqrt(dx * dx + dy * dy + 0.0 * dz);",
+        RANGES,
+    ),
+    (
+        "beacon_mcl: a range that is too short is taken for a reflected one",
+        "beacon_mcl/kernels.cpp",
+        "innovation > 0.0 ? range.tail_density * exp_vector(-range.tail_rate * excess) : 0.0;",
+        "range.tail_density * exp_vector(-range.tail_rate * excess);",
+        RANGES,
+    ),
+    (
+        "beacon_mcl: the drawn turn does not teach the yaw-rate bias",
+        "beacon_mcl/kernels.cpp",
+        "yaw_rate_bias[i] -= gain * (turn + m.sensitivity[2] * yaw_rate_bias[i]);",
+        "yaw_rate_bias[i] -= 0.0 * gain * turn;",
+        RANGES,
+    ),
+    (
+        "beacon_mcl: outliers teach the calibration as much as the others",
+        "beacon_mcl/kernels.cpp",
+        "const double gain = l.inlier * inverse * difference;",
+        "const double gain = inverse * difference;",
+        RANGES,
+    ),
+    # Its population.
+    (
+        "compensation: the calibration of the ranges is not blended",
+        "renewal.cpp",
+        "blend_means(pairs, p.scale.col(radio));",
+        "",
+        RENEWAL,
+    ),
+    (
+        "compensation: covariances are matched to means that are blended already",
+        "renewal.cpp",
+        "blend_covariances(pairs, treatment, p.yaw_rate_bias, p.yaw_rate_bias, p.yaw_rate_bias_variance);"
+        "blend_means(pairs, p.yaw_rate_bias);",
+        "blend_means(pairs, p.yaw_rate_bias);"
+        "blend_covariances(pairs, treatment, p.yaw_rate_bias, p.yaw_rate_bias, p.yaw_rate_bias_variance);",
+        RENEWAL,
+    ),
+    (
+        "tempering: the beacon filter does not",
+        "beacon_mcl.cpp",
+        "const double share = options_.strategy.tempering;",
+        "const double share = 1.0;",
+        MCL,
+    ),
+    (
+        "schedule: beacon_mcl renews by the sample size of the entropy",
+        "renewal.cpp",
+        "status_.effective_sample_size, requested_size_, recovery_is_due(),",
+        "status_.entropy_sample_size, requested_size_, recovery_is_due(),",
+        RENEWAL,
+    ),
+]

@@ -1,0 +1,73 @@
+"""Motion by odometry, and whether the belief can be believed."""
+
+MOTION = ("core_odometry_motion_test",)
+LOST = ("core_lost_detector_test",)
+
+BUGS = [
+    # Motion.
+    (
+        "odometry: the noise of the heading does not swing the end of the step",
+        "odometry_motion.cpp",
+        "(across + heading * distance * distance / 3.0) * left * left.transpose();",
+        "across * left * left.transpose();",
+        MOTION,
+    ),
+    (
+        "odometry: the uncertainty so far is not turned by the next step",
+        "odometry_motion.cpp",
+        "by_past(0, 2) = -(sine * motion.x + cosine * motion.y);",
+        "by_past(0, 2) = 0.0;",
+        MOTION,
+    ),
+    (
+        "odometry: deviations added where variances are",
+        "odometry_motion.cpp",
+        "return deviation_per_root * deviation_per_root * amount;",
+        "return deviation_per_root * amount;",
+        MOTION,
+    ),
+    (
+        "odometry: a yaw-rate error turns the whole step by all that it adds",
+        "odometry_motion.cpp",
+        "const Eigen::Vector3d step_sensitivity(-0.5 * duration * motion.y, 0.5 * duration * motion.x,",
+        "const Eigen::Vector3d step_sensitivity(-duration * motion.y, duration * motion.x,",
+        MOTION,
+    ),
+    # Whether the robot is lost.
+    (
+        "lost detector: the wider Gaussian is not lower",
+        "lost_detector.cpp",
+        "std::pow(spread, -dimensions) * std::exp(",
+        "std::exp(",
+        LOST,
+    ),
+    (
+        "lost detector: nobody is lost by time alone",
+        "lost_detector.cpp",
+        "probability_ * (1.0 - recovers) + (1.0 - probability_) * loses;",
+        "probability_ * (1.0 - recovers);",
+        LOST,
+    ),
+    (
+        "lost detector: either of two, added without what they share",
+        "lost_detector.cpp",
+        "return first + second - first * second;",
+        "return first + second;",
+        LOST,
+    ),
+    (
+        "lost detector: the running mean is four times as fast",
+        "lost_detector.cpp",
+        "kInnovationRate * (squared_distance / dimensions - normalized_innovation_)",
+        "4.0 * kInnovationRate * (squared_distance / dimensions - normalized_innovation_)",
+        LOST,
+    ),
+    # Health.
+    (
+        "health: what does not fit passes for healthy",
+        "health.cpp",
+        "if (!inputs.misfit.empty()) {",
+        "if (false) {",
+        ("core_health_test",),
+    ),
+]
