@@ -59,7 +59,7 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
   }
   if (inputs.needs_past && !inputs.renews_past && inputs.histories < kFewParticles) {
     return {Health::depleted,
-            "of the map's past few histories are left: it is surer than it may be",
+            "few histories of the map's past are left: it is less certain than it looks",
             "Take population/renewal redraw, or freeze the map if it is done (map/frozen)."};
   }
   if (!inputs.keeps_up) {

@@ -14,7 +14,7 @@ enum class Health {
   converging,  ///< position or heading is not known yet, or no longer
   doubtful,    ///< much of what a beacon says has not fitted the rest for a while
   degenerate,  ///< few particles carry the weight: the belief is a picture of these few
-  depleted,    ///< few are left of those that there were, so the belief is surer than it may be
+  depleted,    ///< few are left of those that there were: the belief is less sure than it looks
   too_slow,    ///< updates take longer than the time between observations
   healthy,
 };
