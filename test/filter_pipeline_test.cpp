@@ -124,6 +124,30 @@ TYPED_TEST(FilterPipelineOf, OdometryMayComeAsATransform) {
   EXPECT_EQ(by_tf.pose().heading, by_topic.pose().heading);
 }
 
+// A node says so where nobody publishes the topic.
+TYPED_TEST(FilterPipelineOf, SaysThatATransformCouldBeTheOdometry) {
+  auto options = TypeParam::Drive::options();
+  TypeParam run(options);
+  tf2_msgs::TFMessage tf;
+  tf.transforms.emplace_back();
+  geometry_msgs::TransformStamped& transform = tf.transforms.front();
+  transform.header.frame_id = "/" + options.frames.odom;
+  transform.child_frame_id = "camera";
+  transform.transform.rotation.w = 1.0;
+  hand_over(tf, &run.pipeline);
+  EXPECT_EQ(run.pipeline.odometry_elsewhere(), "");
+  transform.child_frame_id = options.frames.base;
+  hand_over(tf, &run.pipeline);
+  EXPECT_EQ(run.pipeline.odometry_elsewhere(),
+            "'odom' -> 'base_link' on /tf could be it: set odometry_input/source to tf");
+  EXPECT_STREQ(run.pipeline.odometry_input(), "odom");
+  options.odometry_input.source = OdometrySource::tf;
+  TypeParam by_tf(options);
+  hand_over(tf, &by_tf.pipeline);
+  EXPECT_EQ(by_tf.pipeline.odometry_elsewhere(), "");
+  EXPECT_STREQ(by_tf.pipeline.odometry_input(), "/tf");
+}
+
 // Wheels that do not see the turns at all, and an IMU that does.
 TYPED_TEST(FilterPipelineOf, TheImuSaysHowTheRobotTurns) {
   auto options = TypeParam::Drive::options();

@@ -173,11 +173,13 @@ class FilterNode {
     std::string missing;
     for (const AwaitedInput& input : awaited_) {
       const std::string topic = input.topic;
-      const bool is_needed = topic == "odom" || topic == "beacons" ||
+      const bool is_needed = topic == pipeline_.odometry_input() || topic == "beacons" ||
                              topic.find(Pipeline::kObservations) != std::string::npos;
       if (!is_needed || input.has_come) continue;
-      missing += (missing.empty() ? "" : ", ") + input.subscriber.getTopic() +
-                 (input.subscriber.getNumPublishers() == 0 ? " (nobody publishes it)" : "");
+      missing += (missing.empty() ? "" : ", ") + input.subscriber.getTopic();
+      if (input.subscriber.getNumPublishers() > 0) continue;
+      const std::string instead = topic == "odom" ? pipeline_.odometry_elsewhere() : "";
+      missing += " (nobody publishes it" + (instead.empty() ? "" : "; " + instead) + ")";
     }
     if (!missing.empty()) ROS_INFO("nothing has come yet on %s", missing.c_str());
   }

@@ -89,6 +89,13 @@ class FilterPipeline {
   /// Of /tf_static and /tf: where the sensors are, and where odometry is if it comes that way.
   void handle(const tf2_msgs::TFMessage& transforms);
 
+  /// Where odometry is taken from: a name among the inputs.
+  const char* odometry_input() const {
+    return options_.odometry_input.source == OdometrySource::tf ? "/tf" : "odom";
+  }
+  /// What else could be odometry, and how to take it; empty if nothing.
+  std::string odometry_elsewhere() const;
+
   /// As after construction, but for what was counted.
   void reset();
   /// Puts particles in place of the present ones; returns what was set in one line, or throws Error
@@ -277,6 +284,7 @@ class FilterPipeline {
   UpdateTiming timing_;
   RecentMean sample_size_, descendants_;  // shares of the particles
   double latency_ = 0.0;
+  bool has_motion_on_tf_ = false;  // of the robot in the frame of the odometry
   std::uint64_t reported_drops_ = 0;
   std::uint64_t reported_rejects_ = 0;
   std::int64_t reported_weight_resets_ = 0;

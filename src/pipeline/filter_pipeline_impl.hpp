@@ -199,6 +199,7 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     const bool is_odometry =
         child == without_slash(options_.frames.base) &&
         without_slash(transform.header.frame_id) == without_slash(options_.frames.odom);
+    has_motion_on_tf_ = has_motion_on_tf_ || is_odometry;
     if (is_odometry && options_.odometry_input.source == OdometrySource::tf) {
       take_odometry(to_odometry_message(transform));
     }
@@ -214,6 +215,13 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     }
   }
   hand_over_observations();
+}
+
+template <typename Types>
+std::string FilterPipeline<Types>::odometry_elsewhere() const {
+  if (!has_motion_on_tf_ || options_.odometry_input.source == OdometrySource::tf) return "";
+  return "'" + options_.frames.odom + "' -> '" + options_.frames.base +
+         "' on /tf could be it: set odometry_input/source to tf";
 }
 
 // ---- the flow ---------------------------------------------------------------------------------
