@@ -230,10 +230,10 @@ std::optional<double> log_evidence(double spread, DriveAmongRadios* data) {
   return log_normalizer - result.cost - 0.5 * result.log_determinant;
 }
 
-/// The noise under which the data are most probable, one kind after the other.
+/// The noise under which the data are most probable.
 void find_scales(double spread, DriveAmongRadios* data) {
   std::optional<double> best = log_evidence(spread, data);
-  const auto is_better_with = [&](const RangeBatchScales& scales) {
+  most_probable_scales(data->scales(), [&](const RangeBatchScales& scales) {
     const RangeBatchScales before = data->scales();
     const SmoothingGraph solution = data->drive.graph;
     data->set_scales(scales);
@@ -245,13 +245,21 @@ void find_scales(double spread, DriveAmongRadios* data) {
     data->set_scales(before);
     data->drive.graph = solution;
     return false;
-  };
+  });
+}
+
+}  // namespace
+
+RangeBatchScales most_probable_scales(
+    RangeBatchScales best, const std::function<bool(const RangeBatchScales&)>& is_better) {
   const auto search = [&](double RangeBatchScales::*scale, double least, double step) {
     for (const double factor : {step, 1.0 / step}) {
-      RangeBatchScales tried = data->scales();
-      do {
+      RangeBatchScales tried = best;
+      tried.*scale *= factor;
+      while (tried.*scale > least && is_better(tried)) {
+        best = tried;
         tried.*scale *= factor;
-      } while (tried.*scale > least && is_better_with(tried));
+      }
     }
   };
   // That of the ranges first, and well: where it is taken as too small, the odometry has to explain
@@ -262,9 +270,8 @@ void find_scales(double spread, DriveAmongRadios* data) {
     search(&RangeBatchScales::translation, kLeastFactor, step);
     search(&RangeBatchScales::sigma, kLeastSigma, kSteps[2]);
   }
+  return best;
 }
-
-}  // namespace
 
 RangeSolution solve_ranges(const RangeProblem& whole, const RangeBatchNoise& noise) {
   const RangeProblem problem = part_of_use(whole);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -31,6 +32,12 @@ struct RangeBatchScales {
   double translation = 1.0;  ///< factor of the standard deviation of the odometry's distances
   double heading = 1.0;      ///< of its headings
 };
+
+/// The noise under which data are most probable: a search from `best` on, one kind after the other.
+/// `is_better`: whether they are more probable with this noise than with the best so far, which it
+/// then is.
+RangeBatchScales most_probable_scales(
+    RangeBatchScales best, const std::function<bool(const RangeBatchScales&)>& is_better);
 
 /// Everything there is to know where a robot was that measured ranges to known beacons.
 struct RangeProblem {
