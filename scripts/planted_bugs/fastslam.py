@@ -3,6 +3,8 @@
 FASTSLAM = ("core_fastslam_test",)
 STORE = ("core_landmark_store_test",)
 BACKGROUND = ("core_background_redraw_test",)
+PLACE = ("core_place_test",)
+PAST = ("core_smoothed_past_test",)
 FASTSLAM_FILTER = FASTSLAM + ("core_odd_observations_test", "core_saved_map_test", "core_redraw_test")
 
 BUGS = [
@@ -178,5 +180,34 @@ BUGS = [
         "refused_ = filter.interventions();",
         "",
         BACKGROUND,
+    ),
+    # Where the robot is in its map, and what a redraw knows.
+    (
+        "place: landmarks' own errors are left out",
+        "fastslam/place.cpp",
+        "left.matrix() + of_maps;",
+        "left.matrix();",
+        PLACE,
+    ),
+    (
+        "place: a map is shifted, and not turned",
+        "fastslam/place.cpp",
+        "share * Eigen::Matrix2d::Identity() + lever * by_landmark.row(2);",
+        "share * Eigen::Matrix2d::Identity();",
+        PLACE,
+    ),
+    (
+        "redraw: what no particle holds any more is forgotten",
+        "fastslam/association.cpp",
+        "past_.give_up_landmark(store_.birth(row));",
+        "past_.forget_landmark(store_.birth(row));",
+        ("core_redraw_test",),
+    ),
+    (
+        "redraw: visits of the past stay as they are",
+        "fastslam/smoothed_past.cpp",
+        "if (all.size() < 2) return;",
+        "if (all.size() < 99999) return;",
+        PAST,
     ),
 ]

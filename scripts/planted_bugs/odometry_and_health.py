@@ -70,4 +70,18 @@ BUGS = [
         "if (false) {",
         ("core_health_test",),
     ),
+    (
+        "unknown place: noise is never doubted",
+        "unknown_place.cpp",
+        "std::pow(doubt, (f + 0.5) / factors)",
+        "std::pow(1.0, (f + 0.5) / factors)",
+        ("core_unknown_place_test",),
+    ),
+    (
+        "unknown place: a narrow belief counts as a round one",
+        "unknown_place.cpp",
+        "const double cosine = std::cos((d + 0.5) * kPi / kDirections);",
+        "const double cosine = std::sqrt(0.5 + 0.0 * d);",
+        ("core_unknown_place_test",),
+    ),
 ]

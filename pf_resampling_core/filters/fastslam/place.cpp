@@ -1,6 +1,8 @@
 // Where the robot is in its map.
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
@@ -19,8 +21,28 @@ struct NearLandmark {
   Eigen::Matrix2d within = Eigen::Matrix2d::Zero();  // mean of the particles' own covariances
 };
 
-double deviation(double angle, double from) {
-  return wrap_angle(angle - from);
+// Nothing unless most of the weight holds it.
+std::optional<NearLandmark> near_landmark(const LandmarkRow& row, const Eigen::ArrayXd& weight) {
+  NearLandmark landmark;
+  landmark.row = row;
+  double held = 0.0;
+  for (Eigen::Index i = 0; i < weight.size(); ++i) {
+    if (row.held[i] == 0) continue;
+    held += weight[i];
+    landmark.mean += weight[i] * Eigen::Vector2d(row.x[i], row.y[i]);
+    landmark.within(0, 0) += weight[i] * row.xx[i];
+    landmark.within(1, 0) += weight[i] * row.xy[i];
+    landmark.within(1, 1) += weight[i] * row.yy[i];
+  }
+  if (held < 0.5) return std::nullopt;
+  landmark.within(0, 1) = landmark.within(1, 0);
+  landmark.mean /= held;
+  landmark.within /= held;
+  return landmark;
+}
+
+Eigen::Vector2d across(const Eigen::Vector2d& v) {
+  return {-v.y(), v.x()};
 }
 
 }  // namespace
@@ -47,24 +69,8 @@ PoseEstimate FastSlam::place() {
   const Eigen::ArrayXd& weight = particles_.weight;
   const Eigen::Index count = particles_.size();
   std::vector<NearLandmark> near;
-  for (const int number : nearest_rows(robot, kMostLandmarks)) {
-    NearLandmark landmark;
-    landmark.row = store_.row(number);
-    const LandmarkRow& row = landmark.row;
-    double held = 0.0;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      if (row.held[i] == 0) continue;
-      held += weight[i];
-      landmark.mean += weight[i] * Eigen::Vector2d(row.x[i], row.y[i]);
-      landmark.within(0, 0) += weight[i] * row.xx[i];
-      landmark.within(1, 0) += weight[i] * row.xy[i];
-      landmark.within(1, 1) += weight[i] * row.yy[i];
-    }
-    if (held < 0.5) continue;
-    landmark.within(0, 1) = landmark.within(1, 0);
-    landmark.mean /= held;
-    landmark.within /= held;
-    near.push_back(landmark);
+  for (const int row : nearest_rows(robot, kMostLandmarks)) {
+    if (const auto landmark = near_landmark(store_.row(row), weight)) near.push_back(*landmark);
   }
   if (near.size() < kFewestLandmarks) return belief;
 
@@ -75,13 +81,12 @@ PoseEstimate FastSlam::place() {
   for (const NearLandmark& landmark : near) inertia += (landmark.mean - centre).squaredNorm();
   if (!(inertia > 0.0)) return belief;
 
-  const auto across = [](const Eigen::Vector2d& v) { return Eigen::Vector2d(-v.y(), v.x()); };
   const Eigen::Vector2d lever = across(robot - centre);
   Eigen::ArrayXXd left(count, 3);  // of each particle's deviation from the mean pose
   left.col(0) = particles_.x - robot.x();
   left.col(1) = particles_.y - robot.y();
   left.col(2) = particles_.heading.unaryExpr(
-      [&](double heading) { return deviation(heading, belief.mean.heading); });
+      [&](double heading) { return wrap_angle(heading - belief.mean.heading); });
   Eigen::Matrix3d of_maps = Eigen::Matrix3d::Zero();
   for (const NearLandmark& landmark : near) {
     Eigen::Matrix<double, 3, 2> by_landmark;  // how the pose moves with the landmark
