@@ -299,15 +299,12 @@ double FaultRun::largest_error(double begin, double end) const {
 }
 
 std::optional<double> FaultRun::back_after(double time, double limit) const {
-  std::optional<double> since;
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  double since = kNever;
   for (const Sample& sample : samples) {
     if (sample.time < time) continue;
-    if (sample.error > limit) {
-      since.reset();
-    } else if (!since) {
-      since = sample.time;
-    }
-    if (since && sample.time - *since >= kStaysGood) return *since - time;
+    since = sample.error > limit ? kNever : std::min(since, sample.time);
+    if (sample.time - since >= kStaysGood) return since - time;
   }
   return std::nullopt;
 }

@@ -52,10 +52,10 @@ void LandmarkIndex::place(int row, const Eigen::Vector2d& position) {
 void LandmarkIndex::remove(int row) {
   const std::size_t index = static_cast<std::size_t>(row);
   if (index >= placed_.size() || placed_[index] == 0) return;
-  const auto found = cells_.find(cell_of(positions_[index]));
-  std::vector<int>& rows = found->second;
+  const std::int64_t cell = cell_of(positions_[index]);
+  std::vector<int>& rows = cells_.at(cell);
   rows.erase(std::find(rows.begin(), rows.end(), row));
-  if (rows.empty()) cells_.erase(found);
+  if (rows.empty()) cells_.erase(cell);
   placed_[index] = 0;
 }
 
