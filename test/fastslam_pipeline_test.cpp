@@ -293,6 +293,22 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
             "the position is uncertain by a good part of the scene");
 }
 
+// Put down within metres, it makes its map from there: particles disagree by metres about where the
+// map lies, and by centimetres about where the robot is in it.
+TEST(FastSlamPipeline, ARobotThatKnowsItsPlaceInItsMapIsNotLost) {
+  FastSlamRig run;
+  run.pipeline.handle(Drive::odometry(Drive::at(0.0)));
+  geometry_msgs::PoseWithCovarianceStamped start = initial_pose(0.0, {}, 3.0);
+  start.pose.covariance[35] = 1e-6;
+  run.pipeline.handle(start);
+  EXPECT_GT(run.pipeline.lost_probability(), 0.5);
+  run.feed(Drive::messages(0.1, 30.0));
+  const Eigen::Matrix3d spread = run.pipeline.estimate()->covariance;
+  EXPECT_GT(spread(0, 0) + spread(1, 1), 1.0);
+  EXPECT_LT(run.pipeline.lost_probability(), 0.1);
+  EXPECT_NE(run.pipeline.health().health, Health::converging);
+}
+
 TEST(FastSlamPipeline, ARobotThatHasJustBegunIsNotLost) {
   FastSlamRig run;
   for (int i = 0; i <= 30; ++i) {

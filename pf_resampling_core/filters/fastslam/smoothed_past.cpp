@@ -375,7 +375,8 @@ void SmoothedPast::reconsider_visit(const SmoothingOptions& options,
   const std::vector<Visit> all = visits();
   if (all.size() < 2) return;
   // By the clock, which has nothing to do with how often it is solved.
-  const std::size_t turn = static_cast<std::size_t>(std::max(0.0, state_.time)) % all.size();
+  const double count = static_cast<double>(all.size());
+  const auto turn = static_cast<std::size_t>(std::fmod(std::max(0.0, state_.time), count));
   SmoothedPast found = *this;
   SmoothingResult anew = *solution;
   if (!decide_anew(options, reassociation, all[turn], next_id, &found, &anew)) return;

@@ -63,7 +63,9 @@ class SmoothedPast {
   /// The same where landmarks have no ids. What came back into view since the last solution counts
   /// as another landmark, with an id from `next_id` on, until it is clear that it is not; landmarks
   /// that are one become one, under the id of the older; and sightings may change their landmarks,
-  /// as long as that makes all of it more likely. See find_duplicates(), reassociate().
+  /// as long as that makes all of it more likely. What is new, what was seen since arrivals and, in
+  /// its turn, one visit of the past are decided anew. See find_duplicates(), reassociate(),
+  /// track_anew().
   SmoothingResult solve(const SmoothingOptions& options, const ReassociationOptions& reassociation,
                         std::int64_t* next_id);
 
