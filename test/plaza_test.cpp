@@ -219,7 +219,7 @@ TEST(ReadPlaza, SaysWhatIsWrongWithAFile) {
   const TemporaryDirectory directory;
   EXPECT_EQ(error_of(directory.file("none.mat")), directory.file("none.mat") + ": no such file");
   const std::string text = directory.write("text.mat", "t,x,y\n1,2,3\n");
-  EXPECT_EQ(error_of(text), text + ": is not a MATLAB file");
+  EXPECT_EQ(error_of(text), text + ": is not a MATLAB file of versions 5 to 7 (save it with -v7)");
 
   MatFileWriter other;
   other.add("lm", {{1.0, 2.0}}).add("wp", {{1.0, 2.0}});
@@ -230,6 +230,17 @@ TEST(ReadPlaza, SaysWhatIsWrongWithAFile) {
   narrow.add("DR", {{1.0, 2.0}});
   const std::string path = directory.write("narrow.mat", narrow.bytes());
   EXPECT_EQ(error_of(path), path + ": variable DR has 2 columns, 3 are needed");
+
+  // The library would take memory for as many values as the file says: here 100 million rows.
+  std::string boastful = narrow.bytes();
+  const std::string dimensions("\x05\0\0\0\x08\0\0\0\x01\0\0\0\x02\0\0\0", 16);
+  const std::size_t at = boastful.find(dimensions);
+  ASSERT_NE(at, std::string::npos);
+  boastful.replace(at + 8, 4, std::string("\x00\xe1\xf5\x05", 4));
+  const std::string many = directory.write("many.mat", boastful);
+  EXPECT_EQ(error_of(many), many +
+                                ": variable DR has 100000000 x 2 values, more than a file of its "
+                                "size can hold; is it damaged?");
 
   const std::string whole = drive(1.0, 0.0).bytes();
   for (std::size_t length = 129; length < whole.size(); length += 40) {

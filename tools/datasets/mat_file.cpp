@@ -13,6 +13,8 @@ namespace pf_resampling {
 
 namespace {
 
+constexpr std::size_t kHeader = 128;  // bytes
+
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
 template <typename Number>
@@ -25,16 +27,27 @@ Eigen::MatrixXd converted(const void* data, Eigen::Index rows, Eigen::Index colu
 /// The library would print its own errors to stderr; ours name the file.
 void be_silent(int /*level*/, char* /*message*/) {}
 
-/// Whether a MATLAB 5 file ends before its last variable does: the library would give what there is
-/// of it, and call the rest zero. Each variable begins with its type and its length in bytes.
-bool is_truncated(const std::string& path) {
-  constexpr std::uint64_t kHeader = 128;
-  constexpr std::uint64_t kTag = 8;
+/// The order of the bytes with which the header of a MATLAB file of versions 5 to 7 ends: 256 as an
+/// integer of two bytes, then "IM" or "MI". Other files are refused: the library would take
+/// anything for version 4, which has no mark of its own, and take memory for whatever lengths it
+/// sees there.
+std::string byte_order(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::array<char, kHeader> header{};
-  file.read(header.data(), kHeader);
-  const std::string order(header.end() - 2, header.end());
-  if (!file || (order != "IM" && order != "MI")) return false;  // another version of the format
+  file.read(header.data(), header.size());
+  const std::string mark(header.end() - 4, header.end());
+  if (!file || (mark != std::string("\0\1IM", 4) && mark != std::string("\1\0MI", 4))) {
+    throw Error(path + ": is not a MATLAB file of versions 5 to 7 (save it with -v7)");
+  }
+  return mark.substr(2);
+}
+
+/// Whether a MATLAB file ends before its last variable does: the library would give what there is
+/// of it, and call the rest zero. Each variable begins with its type and its length in bytes.
+bool is_truncated(const std::string& path) {
+  constexpr std::uint64_t kTag = 8;
+  const std::string order = byte_order(path);
+  std::ifstream file(path, std::ios::binary);
   const std::uint64_t size = std::filesystem::file_size(path);
   for (std::uint64_t place = kHeader; place < size;) {
     std::array<unsigned char, kTag> tag{};
@@ -51,6 +64,15 @@ bool is_truncated(const std::string& path) {
   return false;
 }
 
+/// Whether a file of that many bytes can hold a matrix of so many values: each takes a byte at
+/// least, and compression (deflate) makes 1032 bytes of one at most. The library believes what the
+/// file says, and takes memory for it.
+bool can_hold(std::uintmax_t bytes, std::size_t rows, std::size_t columns) {
+  constexpr double kMostExpansion = 1032.0;
+  return static_cast<double>(rows) * static_cast<double>(columns) <=
+         kMostExpansion * static_cast<double>(bytes);
+}
+
 }  // namespace
 
 struct MatFile::Handle {
@@ -63,7 +85,7 @@ MatFile::MatFile(const std::string& path) : path_(path), handle_(std::make_uniqu
   if (is_truncated(path)) throw Error(path + ": is truncated");
   Mat_LogInitFunc("pf_resampling", be_silent);
   handle_->file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
-  if (handle_->file == nullptr) throw Error(path + ": is not a MATLAB file");
+  if (handle_->file == nullptr) throw Error(path + ": is not a MATLAB file that can be read");
 }
 
 MatFile::~MatFile() {
@@ -72,10 +94,19 @@ MatFile::~MatFile() {
 
 std::optional<Eigen::MatrixXd> MatFile::matrix(const std::string& name,
                                                Eigen::Index columns) const {
+  const std::string place = path_ + ": variable " + name;
+  Mat_Rewind(handle_->file);
+  const Variable stated(Mat_VarReadInfo(handle_->file, name.c_str()), &Mat_VarFree);
+  if (stated == nullptr) return std::nullopt;
+  if (stated->rank != 2 || stated->isComplex != 0) throw Error(place + " is not a real matrix");
+  if (!can_hold(std::filesystem::file_size(path_), stated->dims[0], stated->dims[1])) {
+    throw Error(place + " has " + std::to_string(stated->dims[0]) + " x " +
+                std::to_string(stated->dims[1]) +
+                " values, more than a file of its size can hold; is it damaged?");
+  }
   Mat_Rewind(handle_->file);
   const Variable variable(Mat_VarRead(handle_->file, name.c_str()), &Mat_VarFree);
-  if (variable == nullptr) return std::nullopt;
-  const std::string place = path_ + ": variable " + name;
+  if (variable == nullptr) throw Error(place + " cannot be read; is the file damaged?");
   if (variable->rank != 2 || variable->isComplex != 0) throw Error(place + " is not a real matrix");
   const auto rows = static_cast<Eigen::Index>(variable->dims[0]);
   const auto width = static_cast<Eigen::Index>(variable->dims[1]);

@@ -131,7 +131,8 @@ void FastSlam::weigh_new_landmarks() {
   const double log_density = log_density_of_new();
   for (const Association& association : associations_) {
     for (Eigen::Index i = 0; i < particles_.size(); ++i) {
-      const bool is_matched = (association.takes.row(i) > 0.0).any();
+      // There may be no candidates: of an empty array no row is taken.
+      const bool is_matched = !association.rows.empty() && (association.takes.row(i) > 0.0).any();
       if (!is_matched) particles_.log_weight[i] += log_density;
     }
   }
