@@ -119,8 +119,8 @@ class FastSlam {
   /// be from where the robot started. estimate() where there are no two landmarks. O(M).
   PoseEstimate place();
 
-  /// By what factor noise may be larger than it was found to be; see noise_doubt(int). 1 where the
-  /// noise is not learnt: it is as stated.
+  /// By what factor noise may be larger than it was found to be; see noise_doubt() of
+  /// cross_validation.hpp. 1 where the noise is not learnt: it is as stated.
   double noise_doubt() const;
 
   /// The motion since the last update as the filter sees it: without the systematic errors of the
