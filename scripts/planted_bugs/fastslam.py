@@ -210,4 +210,11 @@ BUGS = [
         "if (all.size() < 99999) return;",
         PAST,
     ),
+    (
+        "redraw: a landmark goes however many sightings speak for it",
+        "fastslam/smoothed_past.cpp",
+        "|| !(growth(independent) < kMostAgainst)",
+        "",
+        PAST,
+    ),
 ]

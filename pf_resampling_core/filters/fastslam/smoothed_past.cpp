@@ -15,6 +15,9 @@ constexpr int kMostReassociations = 3;
 constexpr int kMostMergers = 3;
 // Of a landmark that may be done without: what that costs before anything has adapted.
 constexpr double kMostGrowth = 60.0;
+// Logarithm of the odds for it, were the errors of all sightings independent. Those of a passage
+// are not, but what speaks louder shows that the robot would be elsewhere without it.
+constexpr double kMostAgainst = 25.0;
 // Landmarks that are done without for one solution; the others wait for the next.
 constexpr int kMostDropped = 5;
 // Of the solutions that associations are judged by: small against the cost of a sighting. The
@@ -445,9 +448,15 @@ bool SmoothedPast::do_without(const SmoothingOptions& options,
     without = other.solve(trial);
   }
   if (without.fault != SmoothingFault::none) return false;
-  const double before = association_evidence(reassociation, *solution, graph());
-  const double after = association_evidence(reassociation, without, other.graph());
-  if (!(after < before + kSureLogOdds)) return false;
+  const auto growth = [&](const ReassociationOptions& assumed) {
+    return association_evidence(assumed, without, other.graph()) -
+           association_evidence(assumed, *solution, graph());
+  };
+  ReassociationOptions independent = reassociation;
+  independent.redundancy = 1.0;
+  if (!(growth(reassociation) < kSureLogOdds) || !(growth(independent) < kMostAgainst)) {
+    return false;
+  }
   *this = std::move(other);
   *solution = without;
   return true;

@@ -170,10 +170,9 @@ TEST(SmoothedPast, KeepsNeighboursThatAreTwo) {
   for (const auto& [landmark, of] : drive.seen_as()) EXPECT_EQ(of.size(), 1u) << landmark;
 }
 
-// From its eleventh sighting on a landmark is seen 2.5 standard deviations too far away, all the
-// time: were these errors independent, it would be sure that there is another behind it (21 nats).
-// A scan has seen both, as it took the neighbour, 0.2 m away, for the first.
-TEST(SmoothedPast, TakesAnErrorThatLastsForNoOtherLandmark) {
+// Of a landmark's thirty sightings the last twenty are too far away by `error` (m) and taken for
+// another landmark's. A scan has seen both, as it took the neighbour, 0.2 m away, for the first.
+Drive drive_with_lasting_error(double error) {
   Drive drive;
   const Eigen::Vector2d neighbour = kLandmarks[1] + Eigen::Vector2d(0.0, 0.2);
   for (int i = 0; i < 30; ++i) {
@@ -189,7 +188,7 @@ TEST(SmoothedPast, TakesAnErrorThatLastsForNoOtherLandmark) {
   }
   SmoothedPastState state = drive.past.state();
   const int another = static_cast<int>(state.graph.landmarks.size());
-  state.graph.landmarks.push_back(kLandmarks[1] + Eigen::Vector2d(0.125, 0.0));
+  state.graph.landmarks.push_back(kLandmarks[1] + Eigen::Vector2d(error, 0.0));
   state.landmark_ids.push_back(9);
   state.last_seen.push_back(30);
   state.is_dormant.push_back(false);
@@ -199,13 +198,27 @@ TEST(SmoothedPast, TakesAnErrorThatLastsForNoOtherLandmark) {
     if (as == 8 && sighting.pose == 20) sighting.landmark = drive.past.number_of(1);
     if (as != 1 || sighting.pose <= 10) continue;
     sighting.landmark = another;
-    drive.seen[{sighting.pose, sighting.range + 0.125}] = 1;
-    sighting.range += 0.125;
+    drive.seen[{sighting.pose, sighting.range + error}] = 1;
+    sighting.range += error;
   }
   drive.past.resume(state);
+  return drive;
+}
+
+// 2.5 standard deviations: were these errors independent, it would be sure that there is another
+// landmark behind it (21 nats).
+TEST(SmoothedPast, TakesAnErrorThatLastsForNoOtherLandmark) {
+  Drive drive = drive_with_lasting_error(0.125);
   ASSERT_EQ(drive.solve(), SmoothingFault::none);
   EXPECT_EQ(drive.past.graph().landmarks.size(), 6u);
   for (const auto& [landmark, of] : drive.seen_as()) EXPECT_EQ(of.size(), 1u) << landmark;
+}
+
+// 4 standard deviations (53 nats): as one sighting they would say little, but no sensor errs so.
+TEST(SmoothedPast, KeepsALandmarkThatManySightingsSpeakFor) {
+  Drive drive = drive_with_lasting_error(0.2);
+  ASSERT_EQ(drive.solve(), SmoothingFault::none);
+  EXPECT_EQ(drive.past.graph().landmarks.size(), 7u);
 }
 
 // Each scan sees a hundred things that are never seen again. The belief about landmarks is dense,
