@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
@@ -16,6 +17,7 @@
 #include "tools/common/command_line.hpp"
 #include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/filter_associations.hpp"
 #include "tools/common/plot_paths.hpp"
 
 namespace pf_resampling {
@@ -75,8 +77,9 @@ CommandLine command_line() {
       "begun "
       "at nothing (no /initialpose, no map loaded): start, or fit without true headings");
   line.flag("batch",
-            "compare with the least-squares solution of odometry and observations with ids, or of "
-            "odometry and ranges to beacons");
+            "compare with the least-squares solution of odometry and observations, with their ids "
+            "or, if they have none, those of the filter's landmarks; or of odometry and ranges to "
+            "beacons");
   line.flag("batch-online",
             "with --batch: also solve at every observation with the data until then, which is all "
             "that a filter knows; takes minutes for a long drive");
@@ -285,6 +288,22 @@ BatchProblem batch_problem_of(const rosbag::Bag& bag, const Request& request) {
   return problem;
 }
 
+/// Where no observation has an id: those of the landmarks that it is of by the filter's last path
+/// and map. False if there are ids, or no such path and map.
+bool take_ids_of_filter(const rosbag::Bag& bag, const Request& request, BatchProblem* problem) {
+  for (const StampedScan& scan : problem->scans) {
+    for (const SeenLandmark& seen : scan.landmarks) {
+      if (seen.id >= 0) return false;
+    }
+  }
+  const auto path = read_path(bag, request.path);
+  const auto map = read_landmark_map(bag, request.landmark_map);
+  if (!path || path->empty() || !map || map->empty()) return false;
+  problem->scans =
+      associated_by({*path, *map}, problem->odometry, problem->sensors, std::move(problem->scans));
+  return true;
+}
+
 /// The solution begins to look for the robot where the truth begins.
 RangeProblem range_problem_of(const rosbag::Bag& bag, const Request& request, const Recorded& run) {
   RangeProblem problem;
@@ -310,15 +329,19 @@ FrameChoice frame_of_solution(const std::vector<EstimatedPose>& path,
 }
 
 /// The errors of the solution, found in the same way as those of the estimate.
-BatchComparison judge_batch(const BatchSolution& solution, const std::string& frame_of_estimate,
-                            const Recorded& run, const PathErrorOptions& options) {
+BatchComparison judge_batch(const BatchSolution& solution, bool has_ids_of_filter,
+                            const std::string& frame_of_estimate, const Recorded& run,
+                            const PathErrorOptions& options) {
   BatchComparison batch;
+  batch.has_ids_of_filter = has_ids_of_filter;
   batch.aligned = evaluate_aligned_path(run.truth, solution.path, options);
   const FrameChoice frame = frame_of_solution(solution.path, frame_of_estimate, run, options);
   batch.errors = evaluate_path(run.truth, moved(solution.path, frame.alignment), options);
   if (run.true_map) {
     MapErrorOptions map_options;
-    map_options.matching = LandmarkMatching::id;
+    map_options.matching = has_ids_of_filter ? LandmarkMatching::nearest : LandmarkMatching::id;
+    map_options.first_alignment =
+        compose(batch.aligned.alignment, relative(frame.alignment, Pose2{}));
     batch.map =
         evaluate_map(moved(solution.landmarks, frame.alignment), *run.true_map, map_options);
   }
@@ -363,11 +386,14 @@ OnlineBound judge_online(const OnlineSolution& solution, const std::vector<Estim
 }
 
 /// The least-squares solution of the bag's odometry and observations, judged as the estimate is.
-BatchComparison compare_with_batch(const BatchProblem& problem, const Recorded& run,
+BatchComparison compare_with_batch(const rosbag::Bag& bag, const Recorded& run,
                                    const Request& request, const Evaluation& evaluation) {
+  BatchProblem problem = batch_problem_of(bag, request);
+  const bool has_ids_of_filter = take_ids_of_filter(bag, request, &problem);
   BatchSolution solution = solve_batch(problem);
   solution.path = path_of_place(solution.path, run.place);
-  BatchComparison batch = judge_batch(solution, evaluation.frame, run, request.path_options);
+  BatchComparison batch =
+      judge_batch(solution, has_ids_of_filter, evaluation.frame, run, request.path_options);
   if (evaluation.path_aligned) {
     batch.path_aligned = evaluate_aligned_path(truth_at(*run.believed, run.truth), solution.path,
                                                request.path_options);
@@ -516,7 +542,7 @@ Evaluation judged(const rosbag::Bag& bag, const Request& request, Recorded* run)
     evaluation.batch =
         is_of_ranges(bag, request)
             ? compare_with_batch(range_problem_of(bag, request, *run), *run, request, evaluation)
-            : compare_with_batch(batch_problem_of(bag, request), *run, request, evaluation);
+            : compare_with_batch(bag, *run, request, evaluation);
   }
   return evaluation;
 }

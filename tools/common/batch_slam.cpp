@@ -50,7 +50,9 @@ class DriveAmongLandmarks {
     };
     scans_.erase(std::remove_if(scans_.begin(), scans_.end(), is_of_no_use), scans_.end());
     if (scans_.empty()) {
-      throw Error("no landmark observation with an id: the batch solution needs known ids");
+      throw Error(
+          "no landmark observation with an id, and no filter's path and map to say which landmark "
+          "it is of: the batch solution needs one or the other");
     }
     std::stable_sort(scans_.begin(), scans_.end(),
                      [](const StampedScan& a, const StampedScan& b) { return a.time < b.time; });

@@ -95,7 +95,8 @@ json to_json(const BatchComparison& batch) {
           {"yaw_scale", batch.yaw_scale},
           {"ranges", batch.radios ? to_json(*batch.radios) : json(nullptr)},
           {"observations", batch.observations},
-          {"outliers", batch.outliers}};
+          {"outliers", batch.outliers},
+          {"ids", batch.has_ids_of_filter ? "filter" : "observations"}};
 }
 
 void add_cells(const AbsoluteErrors& errors, std::vector<std::string>* cells) {
@@ -176,6 +177,7 @@ void print(const BatchComparison& batch) {
   if (batch.radios) std::printf("%s, ", metres(batch.errors.cartesian.mean).c_str());
   std::printf("aligned %s", metres(batch.aligned.cartesian.mean).c_str());
   if (batch.map) std::printf(", map aligned %s", metres(batch.map->rms_aligned).c_str());
+  if (batch.has_ids_of_filter) std::printf("; ids: those of the filter's landmarks");
   const auto text_of = [](const std::optional<double>& ratio) {
     return ratio ? fixed(*ratio, 2) : std::string("-");
   };

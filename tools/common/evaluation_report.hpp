@@ -51,6 +51,7 @@ struct BatchComparison {
   std::optional<RadioComparison> radios;
   int observations = 0;
   int outliers = 0;
+  bool has_ids_of_filter = false;  ///< no observation had one of its own
 };
 
 /// Errors of the particles over a run (Kwak, Kim, Lee, eqs. 5 and 6), in metres.

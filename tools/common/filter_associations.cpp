@@ -1,0 +1,60 @@
+#include "tools/common/filter_associations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pf_resampling {
+namespace {
+
+Pose2 odometry_at(const std::vector<EstimatedPose>& odometry, double time) {
+  const double inside = std::clamp(time, odometry.front().time, odometry.back().time);
+  return interpolate(odometry, inside, std::numeric_limits<double>::infinity())->pose;
+}
+
+// A path of few poses, at any time.
+Pose2 pose_at(const std::vector<EstimatedPose>& path, const std::vector<EstimatedPose>& odometry,
+              double time) {
+  const auto after =
+      std::upper_bound(path.begin(), path.end(), time,
+                       [](double t, const EstimatedPose& pose) { return t < pose.time; });
+  const EstimatedPose& before = after == path.begin() ? *after : *(after - 1);
+  const Pose2 start = odometry_at(odometry, before.time);
+  const auto by_odometry = [&](double t) {
+    return compose(before.pose, relative(start, odometry_at(odometry, t)));
+  };
+  const Pose2 here = by_odometry(time);
+  if (after == path.begin() || after == path.end()) return here;
+  const double share = (time - before.time) / (after->time - before.time);
+  const Pose2 missing = relative(by_odometry(after->time), after->pose);
+  return compose(here, {share * missing.x, share * missing.y, share * missing.heading});
+}
+
+}  // namespace
+
+std::vector<StampedScan> associated_by(const FilterResult& result,
+                                       const std::vector<EstimatedPose>& odometry,
+                                       const std::map<std::string, Pose2>& sensors,
+                                       std::vector<StampedScan> scans) {
+  check_path(result.path, "path");
+  check_path(odometry, "odometry");
+  const double gate = usual_gate(result.map);
+  for (StampedScan& scan : scans) {
+    const auto sensor = sensors.find(scan.frame);
+    if (sensor == sensors.end()) continue;
+    const Pose2 eye = compose(pose_at(result.path, odometry, scan.time), sensor->second);
+    std::vector<PointLandmark> seen;
+    for (SeenLandmark& landmark : scan.landmarks) {
+      const double direction = eye.heading + landmark.bearing;
+      seen.emplace_back().position = {eye.x + landmark.range * std::cos(direction),
+                                      eye.y + landmark.range * std::sin(direction)};
+      landmark.id = -1;
+    }
+    for (const LandmarkMatch& match : match_by_nearest(seen, result.map, gate)) {
+      scan.landmarks[match.estimated].id = result.map[match.truth].id;
+    }
+  }
+  return scans;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "tools/common/bag_contents.hpp"
+
+namespace pf_resampling {
+
+/// What a filter has in the end made of observations without ids.
+struct FilterResult {
+  std::vector<EstimatedPose> path;  ///< as believed at the end, in order of time
+  std::vector<PointLandmark> map;   ///< in the same frame
+};
+
+/// The scans with ids of the landmarks that they are of by that path and map: each is of the
+/// nearest landmark within usual_gate() of the map, the nearest first, no landmark twice in a scan;
+/// others get -1. Between the path's poses the robot goes as the odometry says, and what is then
+/// missing to the next pose is added in proportion to the time. `sensors`: where a scan's frame
+/// sits on the robot; scans of other frames stay as they are. Throws Error for a path or odometry
+/// that is none.
+std::vector<StampedScan> associated_by(const FilterResult& result,
+                                       const std::vector<EstimatedPose>& odometry,
+                                       const std::map<std::string, Pose2>& sensors,
+                                       std::vector<StampedScan> scans);
+
+}  // namespace pf_resampling
