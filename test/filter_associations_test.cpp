@@ -91,5 +91,20 @@ TEST(FilterAssociations, NeedAPath) {
   EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);
 }
 
+TEST(FilterAssociations, NeedAMapThatIsFiniteAndNotTooLarge) {
+  Drive drive;
+  drive.result.map[1].position.x() = std::nan("");
+  EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);
+  // The gate looks at all pairs: a million landmarks would take an hour.
+  drive.result.map.assign(5001, landmark(1, 0.0, 0.0));
+  EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);
+}
+
+TEST(FilterAssociations, OfWhatIsNotFiniteAreOfNone) {
+  const Drive drive;
+  EXPECT_EQ(drive.ids_of(4.0, {sighting(std::nan(""), 0.0), sighting(3.0, 0.0)}),
+            (std::vector<int>{-1, 7}));
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -17,7 +17,6 @@ constexpr double kRobustWidth = 2.0;  // standard deviations: misread ids are fa
 constexpr double kOutlier = 4.0;      // standard deviations
 // m or rad per sqrt(s): where none is stated for an axis, the problem would have no solution.
 constexpr double kLeastNoise = 1e-4;
-constexpr std::size_t kMostLandmarks = 5000;  // two matrices of 0.8 GB
 
 GaussianPrior prior_of(const BatchNoise& noise) {
   SensorConstants sigma = SensorConstants::Zero();
@@ -61,9 +60,9 @@ class DriveAmongLandmarks {
     for (const StampedScan& scan : scans_) {
       for (const SeenLandmark& seen : scan.landmarks) known.insert(seen.id);
     }
-    if (known.size() > kMostLandmarks) {
+    if (known.size() > kMostBatchLandmarks) {
       throw Error(std::to_string(known.size()) + " landmarks: the batch solution takes " +
-                  std::to_string(kMostLandmarks) +
+                  std::to_string(kMostBatchLandmarks) +
                   " at most; give a part of the recording (rosbag filter)");
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,6 +10,9 @@
 #include "tools/common/batch_drive.hpp"
 
 namespace pf_resampling {
+
+/// More would take two matrices of 0.8 GB.
+inline constexpr std::size_t kMostBatchLandmarks = 5000;
 
 /// Standard deviations that least squares weighs its data by where the data state none: a wheeled
 /// robot, and a camera that measures distances by the size of what it sees (MRCLAM).

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+
+#include "pf_resampling_core/error.hpp"
+#include "tools/common/batch_slam.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -38,6 +42,12 @@ std::vector<StampedScan> associated_by(const FilterResult& result,
                                        std::vector<StampedScan> scans) {
   check_path(result.path, "path");
   check_path(odometry, "odometry");
+  check_map(result.map, "map");
+  if (result.map.size() > kMostBatchLandmarks) {  // the gate looks at all pairs
+    throw Error("a map of " + std::to_string(result.map.size()) +
+                " landmarks: the batch solution takes " + std::to_string(kMostBatchLandmarks) +
+                " at most; give a part of the recording (rosbag filter)");
+  }
   const double gate = usual_gate(result.map);
   for (StampedScan& scan : scans) {
     const auto sensor = sensors.find(scan.frame);
