@@ -34,15 +34,15 @@ class MatFileWriter {
     return *this;
   }
 
+  /// Adds an element of the file: one that is compressed is not padded, a matrix is of such a
+  /// length already.
+  MatFileWriter& add_element(std::uint32_t type, const std::string& data) {
+    bytes_ += raw(type) + raw(static_cast<std::uint32_t>(data.size())) + data;
+    return *this;
+  }
+
   const std::string& bytes() const { return bytes_; }
 
- private:
-  template <typename Number>
-  static std::string raw(Number number) {
-    std::string bytes(sizeof(number), '\0');
-    std::memcpy(bytes.data(), &number, sizeof(number));
-    return bytes;
-  }
   static std::string integers(const std::vector<std::uint32_t>& numbers) {
     std::string bytes;
     for (const std::uint32_t number : numbers) bytes += raw(number);
@@ -52,6 +52,14 @@ class MatFileWriter {
   static std::string element(std::uint32_t type, const std::string& data) {
     std::string bytes = raw(type) + raw(static_cast<std::uint32_t>(data.size())) + data;
     bytes.resize((bytes.size() + 7) / 8 * 8, '\0');
+    return bytes;
+  }
+
+ private:
+  template <typename Number>
+  static std::string raw(Number number) {
+    std::string bytes(sizeof(number), '\0');
+    std::memcpy(bytes.data(), &number, sizeof(number));
     return bytes;
   }
 

@@ -1,19 +1,20 @@
 #include "tools/datasets/mat_file.hpp"
 
 #include <matio.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
-#include <array>
+#include <algorithm>
+#include <cerrno>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
+#include <memory>
+#include <system_error>
 
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 
 namespace {
-
-constexpr std::size_t kHeader = 128;  // bytes
 
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
@@ -27,89 +28,58 @@ Eigen::MatrixXd converted(const void* data, Eigen::Index rows, Eigen::Index colu
 /// The library would print its own errors to stderr; ours name the file.
 void be_silent(int /*level*/, char* /*message*/) {}
 
-/// The order of the bytes with which the header of a MATLAB file of versions 5 to 7 ends: 256 as an
-/// integer of two bytes, then "IM" or "MI". Other files are refused: the library would take
-/// anything for version 4, which has no mark of its own, and take memory for whatever lengths it
-/// sees there.
-std::string byte_order(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, kHeader> header{};
-  file.read(header.data(), header.size());
-  const std::string mark(header.end() - 4, header.end());
-  if (!file || (mark != std::string("\0\1IM", 4) && mark != std::string("\1\0MI", 4))) {
-    throw Error(path + ": is not a MATLAB file of versions 5 to 7 (save it with -v7)");
-  }
-  return mark.substr(2);
-}
+/// A file in memory that has a name as long as this lives.
+class FileInMemory {
+ public:
+  FileInMemory() : descriptor_(memfd_create("variable", MFD_CLOEXEC)) {}
+  ~FileInMemory() { close(descriptor_); }
+  FileInMemory(const FileInMemory&) = delete;
+  FileInMemory& operator=(const FileInMemory&) = delete;
 
-/// Whether a MATLAB file ends before its last variable does: the library would give what there is
-/// of it, and call the rest zero. Each variable begins with its type and its length in bytes.
-bool is_truncated(const std::string& path) {
-  constexpr std::uint64_t kTag = 8;
-  const std::string order = byte_order(path);
-  std::ifstream file(path, std::ios::binary);
-  const std::uint64_t size = std::filesystem::file_size(path);
-  for (std::uint64_t place = kHeader; place < size;) {
-    std::array<unsigned char, kTag> tag{};
-    file.seekg(static_cast<std::streamoff>(place));
-    file.read(reinterpret_cast<char*>(tag.data()), kTag);
-    if (!file) return true;
-    std::uint64_t length = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      length = 256 * length + (order == "MI" ? tag[4 + i] : tag[7 - i]);
+  /// Throws std::system_error: there is no memory for it.
+  void append(const std::string& bytes) {
+    for (std::size_t written = 0; written < bytes.size();) {
+      const ssize_t count = write(descriptor_, bytes.data() + written, bytes.size() - written);
+      if (count <= 0) throw std::system_error(errno, std::generic_category(), "file in memory");
+      written += static_cast<std::size_t>(count);
     }
-    place += kTag + length;
-    if (place > size) return true;
   }
-  return false;
-}
 
-/// Whether a file of that many bytes can hold a matrix of so many values: each takes a byte at
-/// least, and compression (deflate) makes 1032 bytes of one at most. The library believes what the
-/// file says, and takes memory for it.
-bool can_hold(std::uintmax_t bytes, std::size_t rows, std::size_t columns) {
-  constexpr double kMostExpansion = 1032.0;
-  return static_cast<double>(rows) * static_cast<double>(columns) <=
-         kMostExpansion * static_cast<double>(bytes);
-}
+  std::string name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
+};
 
 }  // namespace
 
-struct MatFile::Handle {
-  mat_t* file = nullptr;
-};
-
-MatFile::MatFile(const std::string& path) : path_(path), handle_(std::make_unique<Handle>()) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
-  if (is_truncated(path)) throw Error(path + ": is truncated");
-  Mat_LogInitFunc("pf_resampling", be_silent);
-  handle_->file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
-  if (handle_->file == nullptr) throw Error(path + ": is not a MATLAB file that can be read");
-}
-
-MatFile::~MatFile() {
-  Mat_Close(handle_->file);
-}
+MatFile::MatFile(const std::string& path) : path_(path), variables_(variables_of_mat_file(path)) {}
 
 std::optional<Eigen::MatrixXd> MatFile::matrix(const std::string& name,
                                                Eigen::Index columns) const {
   const std::string place = path_ + ": variable " + name;
-  Mat_Rewind(handle_->file);
-  const Variable stated(Mat_VarReadInfo(handle_->file, name.c_str()), &Mat_VarFree);
-  if (stated == nullptr) return std::nullopt;
-  if (stated->rank != 2 || stated->isComplex != 0) throw Error(place + " is not a real matrix");
-  if (!can_hold(std::filesystem::file_size(path_), stated->dims[0], stated->dims[1])) {
-    throw Error(place + " has " + std::to_string(stated->dims[0]) + " x " +
-                std::to_string(stated->dims[1]) +
-                " values, more than a file of its size can hold; is it damaged?");
+  const auto found =
+      std::find_if(variables_.begin(), variables_.end(),
+                   [&](const MatVariable& variable) { return variable.name == name; });
+  if (found == variables_.end()) return std::nullopt;
+  if (!found->is_numeric) throw Error(place + " is not a matrix of numbers");
+  if (found->dimensions.size() != 2 || found->is_complex) {
+    throw Error(place + " is not a real matrix");
   }
-  Mat_Rewind(handle_->file);
-  const Variable variable(Mat_VarRead(handle_->file, name.c_str()), &Mat_VarFree);
-  if (variable == nullptr) throw Error(place + " cannot be read; is the file damaged?");
-  if (variable->rank != 2 || variable->isComplex != 0) throw Error(place + " is not a real matrix");
-  const auto rows = static_cast<Eigen::Index>(variable->dims[0]);
-  const auto width = static_cast<Eigen::Index>(variable->dims[1]);
+  // The library sees this variable alone: it reads the others on its way there, cells of cells too.
+  FileInMemory copy;
+  copy.append(file_of_variable(path_, *found));
+  Mat_LogInitFunc("pf_resampling", be_silent);
+  const std::unique_ptr<mat_t, decltype(&Mat_Close)> file(
+      Mat_Open(copy.name().c_str(), MAT_ACC_RDONLY), &Mat_Close);
+  if (file == nullptr) throw Error(path_ + ": is not a MATLAB file that can be read");
+  const Variable variable(Mat_VarReadNext(file.get()), &Mat_VarFree);
+  const auto rows = static_cast<Eigen::Index>(found->dimensions[0]);
+  const auto width = static_cast<Eigen::Index>(found->dimensions[1]);
+  if (variable == nullptr || variable->rank != 2 || variable->isComplex != 0 ||
+      variable->dims[0] != found->dimensions[0] || variable->dims[1] != found->dimensions[1]) {
+    throw Error(place + " cannot be read; is the file damaged?");
+  }
   if (rows == 0) return Eigen::MatrixXd(0, columns);
   if (width < columns) {
     throw Error(place + " has " + std::to_string(width) + " columns, " + std::to_string(columns) +
@@ -142,12 +112,9 @@ std::optional<Eigen::MatrixXd> MatFile::matrix(const std::string& name,
 
 std::string MatFile::names() const {
   std::string names;
-  Mat_Rewind(handle_->file);
-  while (true) {
-    const Variable variable(Mat_VarReadNextInfo(handle_->file), &Mat_VarFree);
-    if (variable == nullptr) break;
-    const std::string name = variable->name == nullptr ? "one without a name" : variable->name;
-    names += (names.empty() ? "" : ", ") + name;
+  for (const MatVariable& variable : variables_) {
+    names += names.empty() ? "" : ", ";
+    names += variable.name.empty() ? "one without a name" : variable.name;
   }
   return names.empty() ? "nothing" : names;
 }

@@ -1,20 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "tools/datasets/mat_variables.hpp"
 
 namespace pf_resampling {
 
 /// A MATLAB file of numeric matrices.
 class MatFile {
  public:
-  /// Throws Error: no such file, not a MATLAB file.
+  /// Throws Error: no such file, not a MATLAB file of versions 5 to 7, truncated, damaged.
   explicit MatFile(const std::string& path);
-  ~MatFile();
-  MatFile(const MatFile&) = delete;
-  MatFile& operator=(const MatFile&) = delete;
 
   /// The matrix of that name, with at least `columns` columns; nothing if it is not there. A 0 x 0
   /// matrix comes as 0 x `columns`. Throws Error: not a real numeric matrix, too few columns,
@@ -25,9 +24,8 @@ class MatFile {
   std::string names() const;
 
  private:
-  struct Handle;
   std::string path_;
-  std::unique_ptr<Handle> handle_;
+  std::vector<MatVariable> variables_;
 };
 
 }  // namespace pf_resampling
