@@ -131,13 +131,19 @@ std::string fault_of(const OdometryErrorState& errors, std::size_t particles) {
     return "the errors of the odometry are not " + std::to_string(OdometryErrorEstimator::kCount) +
            " numbers per particle";
   }
-  if (!errors.means.allFinite() || !errors.velocity.allFinite()) {
-    return "the errors of the odometry are not finite";
+  // Squares of what is larger could be too large for a double.
+  constexpr double kLargest = kFarthestPosition;
+  if (!(errors.means.abs() <= kLargest).all() ||
+      !(errors.velocity.array().abs() <= kLargest).all()) {
+    return "the errors of the odometry, or its velocity, are not finite or beyond 1e9";
   }
   const OdometryErrorEstimator::Matrix& covariance = errors.covariance;
   const char* const fault =
       "the covariance of the errors of the odometry is not positive semidefinite";
   if (!covariance.allFinite() || covariance != covariance.transpose()) return fault;
+  if (!(covariance.diagonal().maxCoeff() <= kLargest * kLargest)) {
+    return "the covariance of the errors of the odometry is beyond 1e18";
+  }
   const Eigen::SelfAdjointEigenSolver<OdometryErrorEstimator::Matrix> solver(
       covariance, Eigen::EigenvaluesOnly);
   const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
