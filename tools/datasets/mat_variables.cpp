@@ -22,9 +22,15 @@ constexpr double kMostExpansion = 1032.0;
 
 enum DataType : std::uint32_t {
   kInt8 = 1,
+  kUint8 = 2,
+  kInt16 = 3,
+  kUint16 = 4,
   kInt32 = 5,
   kUint32 = 6,
+  kSingle = 7,
   kDouble = 9,
+  kInt64 = 12,
+  kUint64 = 13,
   kMatrix = 14,
   kCompressed = 15,
 };
@@ -36,19 +42,19 @@ constexpr std::uint32_t kComplexFlag = 0x800;
 /// Bytes of a number of a data type; 0: it is none of numbers.
 std::uint64_t size_of(std::uint32_t type) {
   switch (type) {
-    case 1:
-    case 2:
+    case kInt8:
+    case kUint8:
       return 1;
-    case 3:
-    case 4:
+    case kInt16:
+    case kUint16:
       return 2;
     case kInt32:
     case kUint32:
-    case 7:
+    case kSingle:
       return 4;
     case kDouble:
-    case 12:
-    case 13:
+    case kInt64:
+    case kUint64:
       return 8;
     default:
       return 0;
