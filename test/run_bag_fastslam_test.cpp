@@ -116,6 +116,37 @@ TEST_F(RunBagFastSlam, WithoutTheTruthThereAreNoParticleErrors) {
   EXPECT_EQ(counts_of(out_).count("/particle_errors"), 0u);
 }
 
+// The filter passes over such a message; what judges it may not end the run.
+TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsTheErrorsOfTheParticlesAndNothingElse) {
+  const std::string broken = directory_.file("broken.bag");
+  {
+    const rosbag::Bag bag = open_bag(world_);
+    rosbag::View view(bag);
+    BagWriter writer(broken);
+    int count = 0;
+    for (const rosbag::MessageInstance& message : view) {
+      if (message.getTime() > view.getBeginTime() + ros::Duration(10.0)) break;
+      const auto odometry = message.instantiate<nav_msgs::Odometry>();
+      if (message.getTopic() == "/odom" && ++count == 50) {
+        odometry->pose.pose.position.x = std::nan("");
+        writer.write("/odom", message.getTime(), *odometry);
+      } else {
+        writer.copy(message);
+      }
+    }
+    writer.finish();
+  }
+  const ProgramResult result = run(broken + " " + out_ + " --no-clouds");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.out.find("not_finite"), std::string::npos) << result.out;
+  EXPECT_NE(result.error.find("without errors of the particles: " + broken + ": /odom: pose"),
+            std::string::npos)
+      << result.error;
+  const auto counts = counts_of(out_);
+  EXPECT_EQ(counts.count("/particle_errors"), 0u);
+  EXPECT_GT(counts.at("/pose"), 80u);
+}
+
 // ---- mistakes ---------------------------------------------------------------------------------
 
 TEST_F(RunBagFastSlam, EachMistakeGetsOneLine) {

@@ -139,6 +139,11 @@ boost::shared_ptr<FilterStatus> status_in(const rosbag::MessageInstance& instanc
   return is_other ? read_by_definition(instance) : status;
 }
 
+/// What errors begin with.
+std::string place_of(const rosbag::Bag& bag, const std::string& topic) {
+  return bag.getFileName() + ": " + topic;
+}
+
 Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   result.translation() << transform.translation.x, transform.translation.y, transform.translation.z;
@@ -176,7 +181,7 @@ std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topi
     }
   });
   sort_by_time(&truth);
-  check_path(truth, topic.c_str());
+  check_path(truth, place_of(bag, topic).c_str());
   return truth;
 }
 
@@ -193,7 +198,7 @@ std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string&
     }
   });
   sort_by_time(&poses);
-  check_path(poses, topic.c_str());
+  check_path(poses, place_of(bag, topic).c_str());
   return poses;
 }
 
@@ -220,7 +225,8 @@ std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topi
   const std::vector<Beacon> beacons = to_beacons(*last);
   for (const Beacon& beacon : beacons) {
     if (beacon.position.allFinite()) continue;
-    throw Error(topic + ": the position of beacon " + std::to_string(beacon.id) + " is not finite");
+    throw Error(place_of(bag, topic) + ": the position of beacon " + std::to_string(beacon.id) +
+                " is not finite");
   }
   return beacons;
 }
@@ -244,7 +250,7 @@ std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& b
         message.covariance[3];
     landmarks.push_back(landmark);
   }
-  check_map(landmarks, topic.c_str());
+  check_map(landmarks, place_of(bag, topic).c_str());
   return landmarks;
 }
 
@@ -257,7 +263,7 @@ std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
     poses.push_back(estimated_pose(pose.header.stamp.toSec(), pose.pose));
   }
   sort_by_time(&poses);
-  if (!poses.empty()) check_path(poses, topic.c_str());
+  if (!poses.empty()) check_path(poses, place_of(bag, topic).c_str());
   return poses;
 }
 

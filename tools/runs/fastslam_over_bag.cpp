@@ -1,5 +1,7 @@
 #include <iostream>
+#include <optional>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
@@ -44,6 +46,18 @@ struct RunErrors {
   double feature = 0.0, position = 0.0, last_feature = 0.0, last_position = 0.0;
 };
 
+/// Nothing if the bag does not carry what it takes, or what makes no sense: a run needs no truth.
+std::optional<ParticleJudge> judge_of(const rosbag::Bag& bag, const std::string& odom,
+                                      bool frame_is_given) {
+  try {
+    ParticleJudge judge(bag, odom, frame_is_given);
+    if (judge.can_judge()) return judge;
+  } catch (const Error& error) {
+    std::cerr << "run_bag: without errors of the particles: " << error.what() << "\n";
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
@@ -62,11 +76,12 @@ int fastslam_over_bag(const CommandLine& line) {
   }
   const bool frame_is_given =
       has_topic(run.in(), topics.initial_pose) || !options.map_file.empty() || line.has("resume");
-  ParticleJudge judge(run.in(), topics.odom, frame_is_given);
+  const std::optional<ParticleJudge> judge =
+      run.with_status() ? judge_of(run.in(), topics.odom, frame_is_given) : std::nullopt;
   RunErrors errors;
-  if (run.with_status() && judge.can_judge()) {
+  if (judge) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
-      auto judged = judge.judge(stamp, filter);
+      auto judged = judge->judge(stamp, filter);
       if (!judged) return;
       judged->header.frame_id = options.frames.map;
       errors.add(*judged);

@@ -40,7 +40,7 @@ ParticleJudge::ParticleJudge(const rosbag::Bag& bag, const std::string& odom, bo
   if (!landmarks_.empty()) gate_ = usual_gate(landmarks_);
 }
 
-std::optional<ParticleErrors> ParticleJudge::judge(ros::Time stamp, FastSlam* filter) {
+std::optional<ParticleErrors> ParticleJudge::judge(ros::Time stamp, FastSlam* filter) const {
   const auto there = interpolate(truth_, stamp.toSec(), max_gap_);
   if (!there) return std::nullopt;
   const FastSlamParticles& particles = filter->particles();

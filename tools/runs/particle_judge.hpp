@@ -26,7 +26,7 @@ class ParticleJudge {
 
   /// Of the filter as it is now; nothing where the truth has a gap. Without true landmarks, or
   /// without a landmark that is one of them, eq. 5 is of nothing: 0.
-  std::optional<ParticleErrors> judge(ros::Time stamp, FastSlam* filter);
+  std::optional<ParticleErrors> judge(ros::Time stamp, FastSlam* filter) const;
 
  private:
   const PointLandmark* truth_of(FastSlam* filter, int row, const double* x, const double* y,
