@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "beacon_mcl_node/messages_in_memory.hpp"
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {

@@ -167,17 +167,4 @@ void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
   require_topics(bag, path, needed);
 }
 
-std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
-                                                       const BeaconMclTopics& topics,
-                                                       bool needs_beacons) {
-  const rosbag::Bag bag = open_bag(path);
-  require_beacon_mcl_topics(bag, path, topics, OdometrySource::topic, needs_beacons);
-  const auto inputs = topics.inputs(FrameNames().base, FrameNames().base);
-  std::vector<BeaconMclMessage> messages;
-  for_each_in_order(bag, path, names_of(inputs), [&](const rosbag::MessageInstance& message) {
-    if (auto taken = to_message(message, inputs)) messages.push_back(*taken);
-  });
-  return messages;
-}
-
 }  // namespace pf_resampling

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "beacon_mcl_node/messages_in_memory.hpp"
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "tools/common/command_line.hpp"
 
@@ -85,10 +85,5 @@ std::optional<Message> to_message(const rosbag::MessageInstance& message,
   }
   return std::nullopt;
 }
-
-/// All of them in order of time, for run_over_messages(). Throws Error that names the file.
-std::vector<BeaconMclMessage> load_beacon_mcl_messages(const std::string& path,
-                                                       const BeaconMclTopics& topics,
-                                                       bool needs_beacons);
 
 }  // namespace pf_resampling
