@@ -24,7 +24,7 @@ fuzz: ## build the fuzzers with clang and run each (SECONDS=60: for so long)
 
 coverage: ## which lines and branches of the core and the pipelines no test runs
 	@scripts/set_up build test coverage
-	@scripts/coverage
+	@scripts/coverage --launch
 
 fresh: ## as root: the two commands on machines made for it that have nothing but git and make
 	@scripts/fresh_machine

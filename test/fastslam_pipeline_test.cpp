@@ -280,6 +280,16 @@ TEST(FastSlamPipeline, GlobalLocalizationLooksForTheRobotInTheWholeMap) {
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
 }
 
+TEST(FastSlamPipeline, AMapTooLargeToBeRedrawnIsSaid) {
+  FastSlamPipelineOptions options;
+  options.filter.strategy.redraw.max_landmarks = 3;
+  FastSlamRig run(options);
+  run.feed(Drive::messages(20.0));
+  EXPECT_EQ(run.out.diagnostics.back().status[0].message,
+            "no redraw: the map has more than 3 landmarks (population/redraw/max_landmarks); "
+            "resampling goes on");
+}
+
 // The map is 20 m wide at most; a deviation of 5 m in x and y is a third of that.
 TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
   FastSlamRig run;
