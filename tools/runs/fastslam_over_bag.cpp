@@ -46,14 +46,15 @@ struct RunErrors {
   double feature = 0.0, position = 0.0, last_feature = 0.0, last_position = 0.0;
 };
 
-/// Nothing if the bag does not carry what it takes, or what makes no sense: a run needs no truth.
+/// Nothing if the bag does not carry what it takes, or has there what makes no sense: a run needs
+/// no truth. Then `why` says so.
 std::optional<ParticleJudge> judge_of(const rosbag::Bag& bag, const std::string& odom,
-                                      bool frame_is_given) {
+                                      bool frame_is_given, std::string* why) {
   try {
     ParticleJudge judge(bag, odom, frame_is_given);
     if (judge.can_judge()) return judge;
   } catch (const Error& error) {
-    std::cerr << "run_bag: without errors of the particles: " << error.what() << "\n";
+    *why = error.what();
   }
   return std::nullopt;
 }
@@ -76,8 +77,10 @@ int fastslam_over_bag(const CommandLine& line) {
   }
   const bool frame_is_given =
       has_topic(run.in(), topics.initial_pose) || !options.map_file.empty() || line.has("resume");
+  std::string not_judged;
   const std::optional<ParticleJudge> judge =
-      run.with_status() ? judge_of(run.in(), topics.odom, frame_is_given) : std::nullopt;
+      run.with_status() ? judge_of(run.in(), topics.odom, frame_is_given, &not_judged)
+                        : std::nullopt;
   RunErrors errors;
   if (judge) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
@@ -113,6 +116,7 @@ int fastslam_over_bag(const CommandLine& line) {
               << " observations were not believed: they did not fit the map\n";
   }
   if (errors.updates > 0) std::cout << errors.text() << "\n";
+  if (!not_judged.empty()) std::cout << "no errors of the particles: " << not_judged << "\n";
   return 0;
 }
 
