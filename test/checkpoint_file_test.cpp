@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "test/fuzz/saved_text.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -247,6 +248,39 @@ std::string refusal(const Read& read, const std::string& path) {
     return error.what();
   }
   return "";
+}
+
+// Squares of what is farther off could be too large for a double.
+TEST_F(CheckpointFile, WhatIsOutOfThisWorldIsNeitherWrittenNorRead) {
+  const std::function<void(FastSlamCheckpoint*)> changes[] = {
+      [](auto* c) { c->progress.odometry_offset.y = 3e18; },
+      [](auto* c) { c->progress.odometry[1].received.x = -3e18; },
+      [](auto* c) { c->progress.odometry[2].pose.x = 3e18; },
+      [](auto* c) { (*c->progress.odometry[1].covariance)(1, 1) = 1e19; },
+      [](auto* c) { (*c->progress.odometry[2].step_covariance)(0, 1) = -1e19; },
+      [](auto* c) { c->scene.extend(Eigen::Vector2d(0.0, 3e18)); },
+  };
+  for (const auto& change : changes) {
+    FastSlamCheckpoint checkpoint = {some_progress(), kScene, small_map()};
+    change(&checkpoint);
+    try {
+      write_checkpoint(path_, checkpoint);
+      ADD_FAILURE() << "written";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(" is beyond 1e"), std::string::npos) << error.what();
+    }
+  }
+  // Files check the same; here the last pose of the odometry.
+  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
+  std::string text = content_of(path_);
+  text.erase(text.rfind('\n', text.size() - 2) + 1);
+  const std::string sample = "sample 112 200000000 ";
+  const std::size_t x = text.find(sample) + sample.size();
+  text.replace(x, text.find(' ', x) - x, "3e18");
+  std::ofstream(path_, std::ios::binary) << fuzz::with_end_line(text);
+  EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("a pose of the odometry is beyond 1e9 m"),
+            std::string::npos)
+      << refusal(read_fastslam_checkpoint, path_);
 }
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {

@@ -81,6 +81,11 @@ TEST(SavedPose, AnyDamageIsRefusedAndWhatMakesNoSenseIsNotWritten) {
   SavedPose pose = example();
   pose.pose.mean.y = std::nan("");
   EXPECT_THROW(write_saved_pose(directory.file("c"), pose), Error);
+  for (double* const number : {&pose.pose.mean.y, &pose.odometry.x, &pose.pose.covariance(0, 0)}) {
+    pose = example();
+    *number = 1e19;
+    EXPECT_THROW(write_saved_pose(directory.file("c"), pose), Error);
+  }
   pose = example();
   pose.pose.covariance(1, 1) = -0.01;
   EXPECT_THROW(write_saved_pose(directory.file("c"), pose), Error);

@@ -20,6 +20,11 @@ template <typename... Parts>
 
 }  // namespace
 
+bool is_in_reach(const Pose2& pose) {
+  return std::abs(pose.x) <= kFarthestPosition && std::abs(pose.y) <= kFarthestPosition &&
+         std::isfinite(pose.heading);
+}
+
 void check_given_particles(const GivenParticles& particles) {
   const std::size_t count = particles.poses.size();
   if (count == 0) refuse("there are 0 particles; give at least one");
@@ -28,10 +33,7 @@ void check_given_particles(const GivenParticles& particles) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[i];
-    const bool is_usable = std::abs(pose.x) <= kFarthestPosition &&
-                           std::abs(pose.y) <= kFarthestPosition &&
-                           std::abs(pose.heading) <= kLargestTurn;
-    if (!is_usable) {
+    if (!is_in_reach(pose) || std::abs(pose.heading) > kLargestTurn) {
       refuse("particle ", i, " is at (", pose.x, " m, ", pose.y, " m, ", pose.heading,
              " rad); give finite numbers within 1e9 m");
     }

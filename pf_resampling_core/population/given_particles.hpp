@@ -17,6 +17,9 @@ struct GivenParticles {
 /// m: no position is beyond, in x or y.
 constexpr double kFarthestPosition = 1e9;
 
+/// Whether a pose is finite, and no farther than that.
+bool is_in_reach(const Pose2& pose);
+
 /// So many can be given at most.
 constexpr std::size_t kMostGivenParticles = 1000000;
 

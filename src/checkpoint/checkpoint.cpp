@@ -3,6 +3,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl_lines.hpp"
 #include "pf_resampling_core/filters/fastslam/map_lines.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -16,6 +17,10 @@ constexpr const char* kFastSlam = "fastslam";
 
 std::string fault_of(const Eigen::AlignedBox2d& scene) {
   if (!scene.min().allFinite() || !scene.max().allFinite()) return "the scene is not finite";
+  if (!((scene.min().array().abs() <= kFarthestPosition).all() &&
+        (scene.max().array().abs() <= kFarthestPosition).all())) {
+    return "the scene is beyond 1e9 m";
+  }
   if (scene.isEmpty()) return "the scene is empty";
   return {};
 }

@@ -6,6 +6,7 @@
 #include "pf_resampling_core/files/line_reader.hpp"
 #include "pf_resampling_core/files/line_writer.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
+#include "pf_resampling_core/population/given_particles.hpp"
 #include "src/checkpoint/saved_progress.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/conversions.hpp"
@@ -33,8 +34,12 @@ std::string text_of(const Pose2& pose) {
 
 std::string fault_of(const SavedPose& saved) {
   const Eigen::Matrix3d& covariance = saved.pose.covariance;
-  if (!is_finite(saved.pose.mean) || !is_finite(saved.odometry)) return "a pose is not finite";
-  if (!covariance.allFinite()) return "the covariance is not finite";
+  if (!is_in_reach(saved.pose.mean) || !is_in_reach(saved.odometry)) {
+    return "a pose is not finite or beyond 1e9 m";
+  }
+  if (!(covariance.array().abs() <= kFarthestPosition * kFarthestPosition).all()) {
+    return "the covariance is not finite or beyond 1e18";
+  }
   if (covariance.diagonal().minCoeff() < 0.0) return "a variance is negative";
   if (saved.stamp < 0) return "the stamp is negative";
   if (!(saved.lost >= 0.0 && saved.lost <= 1.0)) {

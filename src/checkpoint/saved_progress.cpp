@@ -1,7 +1,10 @@
 #include "src/checkpoint/saved_progress.hpp"
 
 #include <array>
+#include <optional>
 #include <tuple>
+
+#include "pf_resampling_core/population/given_particles.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -17,6 +20,10 @@ constexpr std::int64_t kMost = 10000000;           // of anything that is listed
 std::int64_t stamp_of(const LineReader& reader, std::size_t first) {
   return reader.integer(first, kLatest) * kNanoseconds +
          reader.integer(first + 1, kNanoseconds - 1);
+}
+
+bool is_in_reach(const std::optional<Eigen::Matrix3d>& covariance) {
+  return !covariance || (covariance->array().abs() <= kFarthestPosition * kFarthestPosition).all();
 }
 
 }  // namespace
@@ -48,7 +55,14 @@ Eigen::Matrix3d take_covariance(const std::string& keyword, LineReader* reader) 
 std::string fault_of(const SavedProgress& progress) {
   if (progress.odometry.empty()) return "there is no odometry";
   std::int64_t previous = -1;
+  if (!is_in_reach(progress.odometry_offset)) return "the offset of the odometry is beyond 1e9 m";
   for (const SavedOdometry& odometry : progress.odometry) {
+    if (!is_in_reach(odometry.received) || !is_in_reach(odometry.pose)) {
+      return "a pose of the odometry is beyond 1e9 m";
+    }
+    if (!is_in_reach(odometry.covariance) || !is_in_reach(odometry.step_covariance)) {
+      return "a covariance of the odometry is beyond 1e18";
+    }
     if (odometry.stamp <= previous) return "the stamps of the odometry do not ascend";
     previous = odometry.stamp;
   }
