@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -10,7 +11,7 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
-#include "test/fuzz/saved_text.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -277,7 +278,10 @@ TEST_F(CheckpointFile, WhatIsOutOfThisWorldIsNeitherWrittenNorRead) {
   const std::string sample = "sample 112 200000000 ";
   const std::size_t x = text.find(sample) + sample.size();
   text.replace(x, text.find(' ', x) - x, "3e18");
-  std::ofstream(path_, std::ios::binary) << fuzz::with_end_line(text);
+  text_file::Checksum checksum;
+  checksum.add(text);
+  text += checksum.end_line(std::count(text.begin(), text.end(), '\n')) + "\n";
+  std::ofstream(path_, std::ios::binary) << text;
   EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("a pose of the odometry is beyond 1e9 m"),
             std::string::npos)
       << refusal(read_fastslam_checkpoint, path_);
