@@ -3,7 +3,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -61,17 +60,38 @@ std::uint64_t size_of(std::uint32_t type) {
   }
 }
 
+/// Reads the bytes of a file by their place.
+class Bytes {
+ public:
+  explicit Bytes(const std::string& path)
+      : path_(path), file_(path, std::ios::binary), size_(std::filesystem::file_size(path)) {}
+
+  std::uint64_t size() const { return size_; }
+  /// As many as there are, `most` at most.
+  std::string at(std::uint64_t place, std::uint64_t most) {
+    std::string bytes(static_cast<std::size_t>(std::min(most, size_ - place)), '\0');
+    file_.seekg(static_cast<std::streamoff>(place));
+    file_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    if (!file_) throw Error(path_ + ": cannot be read");
+    return bytes;
+  }
+
+ private:
+  std::string path_;
+  std::ifstream file_;
+  std::uint64_t size_;
+};
+
 enum class ByteOrder { little, big };
 
 /// The order with which the header of a file ends: 256 as an integer of two bytes, then "IM" or
 /// "MI". Other files are refused: the library would take anything for version 4, which has no mark
 /// of its own, and take memory for whatever lengths it sees there.
-ByteOrder byte_order(std::ifstream* file, const std::string& path) {
-  std::array<char, kFileHeader> header{};
-  file->read(header.data(), header.size());
-  const std::string mark(header.end() - 4, header.end());
-  if (*file && mark == std::string("\0\1IM", 4)) return ByteOrder::little;
-  if (*file && mark == std::string("\1\0MI", 4)) return ByteOrder::big;
+ByteOrder byte_order(Bytes* file, const std::string& path) {
+  const std::string header = file->at(0, kFileHeader);
+  const std::string mark = header.size() < kFileHeader ? "" : header.substr(kFileHeader - 4);
+  if (mark == std::string("\0\1IM", 4)) return ByteOrder::little;
+  if (mark == std::string("\1\0MI", 4)) return ByteOrder::big;
   throw Error(path + ": is not a MATLAB file of versions 5 to 7 (save it with -v7)");
 }
 
@@ -176,52 +196,50 @@ MatVariable described(const std::string& bytes, std::uint64_t length, ByteOrder 
   return variable;
 }
 
+/// The variable at a place of the file.
+MatVariable variable_at(std::uint64_t place, const std::string& path, ByteOrder order,
+                        Bytes* file) {
+  const Error truncated(path + ": is truncated");
+  const Error damage(path + ": the variable at byte " + std::to_string(place) +
+                     " is damaged; save the file again (with -v7)");
+  const std::string tag = file->at(place, kTag);
+  if (tag.size() < kTag) throw truncated;
+  Elements numbers(tag, order, damage);
+  const std::uint32_t type = numbers.number();
+  const std::uint64_t length = numbers.number();
+  const std::uint64_t begin = place + kTag;
+  if (length > file->size() - begin) throw truncated;
+  MatVariable variable;
+  if (type == kMatrix) {
+    variable = described(file->at(begin, std::min<std::uint64_t>(length, kLongestHeader)), length,
+                         order, damage);
+  } else if (type == kCompressed) {
+    const std::string inner =
+        inflated(file->at(begin, std::min<std::uint64_t>(length, kLongestCompressed)), damage);
+    Elements matrix(inner, order, damage);
+    if (matrix.number() != kMatrix) throw damage;
+    const std::uint64_t whole = matrix.number();
+    if (static_cast<double>(whole) > kMostExpansion * static_cast<double>(length)) throw damage;
+    variable = described(inner.substr(kTag), whole, order, damage);
+  } else {
+    throw damage;
+  }
+  variable.place = place;
+  variable.length = kTag + length;
+  return variable;
+}
+
 }  // namespace
 
 std::vector<MatVariable> variables_of_mat_file(const std::string& path) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
   if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
-  std::ifstream file(path, std::ios::binary);
+  Bytes file(path);
   const ByteOrder order = byte_order(&file, path);
-  const Error truncated(path + ": is truncated");
-  const std::uint64_t size = std::filesystem::file_size(path);
   std::vector<MatVariable> variables;
-  for (std::uint64_t place = kFileHeader; place < size;) {
-    const Error damage(path + ": the variable at byte " + std::to_string(place) +
-                       " is damaged; save the file again (with -v7)");
-    const auto bytes_at = [&](std::uint64_t begin, std::uint64_t most) {
-      std::string bytes(static_cast<std::size_t>(std::min(most, size - begin)), '\0');
-      file.seekg(static_cast<std::streamoff>(begin));
-      file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-      if (!file) throw Error(path + ": cannot be read");
-      return bytes;
-    };
-    if (size - place < kTag) throw truncated;
-    const std::string tag = bytes_at(place, kTag);
-    Elements numbers(tag, order, damage);
-    const std::uint32_t type = numbers.number();
-    std::uint64_t length = numbers.number();
-    const std::uint64_t next = place + kTag + length;
-    if (next > size) throw truncated;
-    std::string bytes;
-    if (type == kMatrix) {
-      bytes = bytes_at(place + kTag, std::min<std::uint64_t>(length, kLongestHeader));
-    } else if (type == kCompressed) {
-      const std::string inner = inflated(
-          bytes_at(place + kTag, std::min<std::uint64_t>(length, kLongestCompressed)), damage);
-      Elements matrix(inner, order, damage);
-      if (matrix.number() != kMatrix) throw damage;
-      const std::uint64_t whole = matrix.number();
-      if (static_cast<double>(whole) > kMostExpansion * static_cast<double>(length)) throw damage;
-      length = whole;
-      bytes = inner.substr(kTag);
-    } else {
-      throw damage;
-    }
-    variables.push_back(described(bytes, length, order, damage));
-    variables.back().place = place;
-    variables.back().length = next - place;
-    place = next;
+  for (std::uint64_t place = kFileHeader; place < file.size();) {
+    variables.push_back(variable_at(place, path, order, &file));
+    place += variables.back().length;
   }
   return variables;
 }
@@ -230,14 +248,10 @@ std::string file_of_variable(const std::string& path, const MatVariable& variabl
   // The header holds where in the file more data are, which are not of this variable.
   constexpr std::size_t kPlaceOfMore = 116;
   constexpr std::size_t kLengthOfPlace = 8;
-  std::string bytes(kFileHeader + static_cast<std::size_t>(variable.length), '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(bytes.data(), kFileHeader);
-  file.seekg(static_cast<std::streamoff>(variable.place));
-  file.read(bytes.data() + kFileHeader, static_cast<std::streamsize>(variable.length));
-  if (!file) throw Error(path + ": cannot be read");
-  std::fill_n(bytes.begin() + kPlaceOfMore, kLengthOfPlace, '\0');
-  return bytes;
+  Bytes file(path);
+  std::string header = file.at(0, kFileHeader);
+  header.replace(kPlaceOfMore, kLengthOfPlace, kLengthOfPlace, '\0');
+  return header + file.at(variable.place, variable.length);
 }
 
 }  // namespace pf_resampling
