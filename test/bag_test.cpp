@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/String.h>
+#include <sys/stat.h>
 
 #include <string>
 
@@ -43,6 +44,10 @@ TEST(OpenBag, SaysWhatIsWrongWithTheFile) {
   EXPECT_EQ(error_of_opening(directory.file("none.bag")),
             directory.file("none.bag") + ": no such file");
   EXPECT_EQ(error_of_opening(directory.path()), directory.path() + ": is a directory, not a bag");
+  const std::string pipe = directory.file("pipe.bag");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(error_of_opening(pipe),
+            pipe + ": is a pipe or a device, not a bag; copy it into a file");
   const std::string text = directory.write("text.bag", "t,x,y\n1,2,3\n");
   EXPECT_NE(error_of_opening(text).find(text + ": is not a bag"), std::string::npos);
   const std::string empty = directory.write("empty.bag", "");

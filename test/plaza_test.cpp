@@ -218,6 +218,8 @@ std::string error_of(const std::string& path) {
 TEST(ReadPlaza, SaysWhatIsWrongWithAFile) {
   const TemporaryDirectory directory;
   EXPECT_EQ(error_of(directory.file("none.mat")), directory.file("none.mat") + ": no such file");
+  EXPECT_EQ(error_of("/dev/zero"),
+            "/dev/zero: is a pipe or a device, not a file; copy it into a file");
   const std::string text = directory.write("text.mat", "t,x,y\n1,2,3\n");
   EXPECT_EQ(error_of(text), text + ": is not a MATLAB file of versions 5 to 7 (save it with -v7)");
 

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <fstream>
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/bag_structure.hpp"
+#include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 
 namespace pf_resampling {
@@ -55,8 +55,7 @@ bool begins_like_a_bag(const std::string& path) {
 }
 
 rosbag::Bag open_bag(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a bag");
+  require_regular_file(path, "bag");
   if (!begins_like_a_bag(path)) throw Error(path + ": is not a bag (it does not begin like one)");
   check_bag_structure(path);
   rosbag::Bag bag;

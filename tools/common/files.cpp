@@ -29,6 +29,14 @@ std::string read_file(const std::string& path) {
   return contents;
 }
 
+void require_regular_file(const std::string& path, const std::string& what) {
+  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
+  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a " + what);
+  if (!std::filesystem::is_regular_file(path)) {
+    throw Error(path + ": is a pipe or a device, not a " + what + "; copy it into a file");
+  }
+}
+
 void require_directory(const std::string& path, const std::string& what) {
   if (!std::filesystem::exists(path)) throw Error(path + ": no such directory");
   if (!std::filesystem::is_directory(path)) {

@@ -7,6 +7,10 @@ namespace pf_resampling {
 /// The contents of a text file. Throws Error naming the file if it is missing or unreadable.
 std::string read_file(const std::string& path);
 
+/// Throws Error unless there is a regular file of that name; `what` is what it has to be ("bag"). A
+/// pipe has no end to begin at, and waits for a writer that may never come.
+void require_regular_file(const std::string& path, const std::string& what);
+
 /// Throws Error unless there is a directory of that name; one that names a file says `what` the
 /// directory has to hold.
 void require_directory(const std::string& path, const std::string& what);

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -232,8 +233,7 @@ MatVariable variable_at(std::uint64_t place, const std::string& path, ByteOrder 
 }  // namespace
 
 std::vector<MatVariable> variables_of_mat_file(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
+  require_regular_file(path, "file");
   Bytes file(path);
   const ByteOrder order = byte_order(&file, path);
   std::vector<MatVariable> variables;
