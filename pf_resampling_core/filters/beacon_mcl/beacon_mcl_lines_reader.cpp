@@ -38,6 +38,7 @@ BeaconMclParticles read_particles(std::size_t radios, LineReader* reader) {
                                         }
                                       });
   const Eigen::Index count = reader->take_count("particles", kMost);
+  if (count == 0) return particles;
   std::vector<double> numbers;
   std::vector<double> of_radios;
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -62,6 +63,8 @@ BeaconMclParticles read_particles(std::size_t radios, LineReader* reader) {
     using Column = std::decay_t<decltype(column)>;
     if constexpr (has_one_number<Column>) {
       column = rows.col(number++).template cast<typename Column::Scalar>();
+    } else if (radios == 0) {
+      column.resize(count, 0);  // an array without rows has no columns to take
     } else {
       const Eigen::ArrayXd of_all = rows_of_radios.col(number_of_radio++);
       column = rows_of({of_all.data(), of_all.data() + of_all.size()}, count,
