@@ -1,0 +1,190 @@
+#include "tools/evaluation/batch_comparison.hpp"
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/batch_ranges.hpp"
+#include "tools/common/batch_slam.hpp"
+#include "tools/common/filter_associations.hpp"
+
+namespace pf_resampling {
+namespace {
+
+BatchProblem batch_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request) {
+  BatchProblem problem;
+  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry_noise = read_odometry_noise(bag, request.odom);
+  problem.scans = read_landmark_scans(bag, request.landmarks);
+  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
+    problem.sensors[name] = to_pose2(frame);
+  }
+  return problem;
+}
+
+/// Where no observation has an id: those of the landmarks that it is of by the filter's last path
+/// and map. False if there are ids, or no such path and map.
+bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request,
+                        BatchProblem* problem) {
+  for (const StampedScan& scan : problem->scans) {
+    for (const SeenLandmark& seen : scan.landmarks) {
+      if (seen.id >= 0) return false;
+    }
+  }
+  const auto path = read_path(bag, request.path);
+  const auto map = read_landmark_map(bag, request.landmark_map);
+  if (!path || path->empty() || !map || map->empty()) return false;
+  problem->scans =
+      associated_by({*path, *map}, problem->odometry, problem->sensors, std::move(problem->scans));
+  return true;
+}
+
+/// The solution begins to look for the robot where the truth begins.
+RangeProblem range_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request,
+                              const RecordedRun& run) {
+  RangeProblem problem;
+  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry_noise = read_odometry_noise(bag, request.odom);
+  problem.ranges = read_ranges(bag, request.ranges);
+  problem.beacons = run.beacons;
+  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
+    problem.antennas[name] = frame.translation();
+  }
+  problem.antennas[""] = Eigen::Vector3d::Zero();
+  const Pose2 first = align_at_start(run.dead_reckoning, run.truth).front().pose;
+  problem.start = compose(first, relative(run.place, {}));
+  return problem;
+}
+
+/// Brings a solution, which begins at its origin, to the truth's frame as the estimate was.
+FrameChoice frame_of_solution(const std::vector<EstimatedPose>& path,
+                              const std::string& frame_of_estimate, const RecordedRun& run,
+                              const PathErrorOptions& options) {
+  return choose_frame(frame_of_estimate == "given" ? "start" : frame_of_estimate, true, run.truth,
+                      path, options);
+}
+
+/// The errors of the solution, found in the same way as those of the estimate.
+BatchComparison judge_batch(const BatchSolution& solution, bool has_ids_of_filter,
+                            const std::string& frame_of_estimate, const RecordedRun& run,
+                            const PathErrorOptions& options) {
+  BatchComparison batch;
+  batch.has_ids_of_filter = has_ids_of_filter;
+  batch.aligned = evaluate_aligned_path(run.truth, solution.path, options);
+  const FrameChoice frame = frame_of_solution(solution.path, frame_of_estimate, run, options);
+  batch.errors = evaluate_path(run.truth, moved(solution.path, frame.alignment), options);
+  if (run.true_map) {
+    MapErrorOptions map_options;
+    map_options.matching = has_ids_of_filter ? LandmarkMatching::nearest : LandmarkMatching::id;
+    map_options.first_alignment =
+        compose(batch.aligned.alignment, relative(frame.alignment, Pose2{}));
+    batch.map =
+        evaluate_map(moved(solution.landmarks, frame.alignment), *run.true_map, map_options);
+  }
+  batch.distance_scale = solution.distance_scale;
+  batch.yaw_scale = solution.yaw_scale;
+  batch.observations = solution.observations;
+  batch.outliers = solution.outliers;
+  return batch;
+}
+
+std::optional<double> ratio(double of, double by) {
+  if (!(by > 0.0)) return std::nullopt;
+  return of / by;
+}
+
+/// The filter's errors over those of the solution.
+void add_ratios(const Evaluation& evaluation, BatchComparison* batch) {
+  batch->online_ratio =
+      ratio(evaluation.estimate_aligned.cartesian.mean, batch->aligned.cartesian.mean);
+  batch->path_ratio = batch->path_aligned ? ratio(evaluation.path_aligned->cartesian.mean,
+                                                  batch->path_aligned->cartesian.mean)
+                                          : batch->online_ratio;
+  if (batch->map && batch->map->rms_aligned && evaluation.map && evaluation.map->rms_aligned) {
+    batch->map_ratio = ratio(*evaluation.map->rms_aligned, *batch->map->rms_aligned);
+  }
+}
+
+/// What least squares says while the robot drives, judged as the poses that the filter gave out;
+/// `alignment` brings its path to the truth's frame.
+OnlineBound judge_online(const OnlineSolution& solution, const std::vector<EstimatedPose>& path,
+                         const Pose2& alignment, const RecordedRun& run,
+                         const PathErrorOptions& options, const Evaluation& evaluation) {
+  OnlineBound bound;
+  bound.solutions = solution.solutions;
+  bound.refused = solution.refused;
+  bound.errors = evaluate_path(run.truth, moved(path, alignment), options);
+  bound.aligned = evaluate_aligned_path(run.truth, path, options);
+  bound.ratio = ratio(evaluation.estimate.cartesian.mean, bound.errors.cartesian.mean);
+  bound.aligned_ratio =
+      ratio(evaluation.estimate_aligned.cartesian.mean, bound.aligned.cartesian.mean);
+  return bound;
+}
+
+BatchComparison compare_with_landmarks(const rosbag::Bag& bag, const RecordedRun& run,
+                                       const EvaluationRequest& request,
+                                       const Evaluation& evaluation) {
+  BatchProblem problem = batch_problem_of(bag, request);
+  const bool has_ids_of_filter = take_ids_of_filter(bag, request, &problem);
+  BatchSolution solution = solve_batch(problem);
+  solution.path = path_of_place(solution.path, run.place);
+  BatchComparison batch =
+      judge_batch(solution, has_ids_of_filter, evaluation.frame, run, request.path_options);
+  if (evaluation.path_aligned) {
+    batch.path_aligned = evaluate_aligned_path(truth_at(*run.believed, run.truth), solution.path,
+                                               request.path_options);
+  }
+  add_ratios(evaluation, &batch);
+  if (request.with_online) {
+    const OnlineSolution online = solve_online(problem);
+    const std::vector<EstimatedPose> path = path_of_place(online.path, run.place);
+    const FrameChoice frame = frame_of_solution(path, evaluation.frame, run, request.path_options);
+    batch.online =
+        judge_online(online, path, frame.alignment, run, request.path_options, evaluation);
+  }
+  return batch;
+}
+
+/// The beacons' frame is the truth's.
+BatchComparison compare_with_ranges(const RangeProblem& problem, const RecordedRun& run,
+                                    const EvaluationRequest& request,
+                                    const Evaluation& evaluation) {
+  const PathErrorOptions& options = request.path_options;
+  const RangeSolution solution = solve_ranges(problem);
+  const std::vector<EstimatedPose> path = path_of_place(solution.path, run.place);
+  BatchComparison batch;
+  batch.errors = evaluate_path(run.truth, path, options);
+  batch.aligned = evaluate_aligned_path(run.truth, path, options);
+  batch.distance_scale = solution.distance_scale;
+  batch.yaw_scale = solution.yaw_scale;
+  batch.observations = solution.ranges;
+  batch.outliers = solution.outliers;
+  batch.radios = RadioComparison{solution.radios, solution.scales, solution.yaw_rate_bias};
+  add_ratios(evaluation, &batch);
+  if (request.with_online) {
+    const OnlineSolution online = solve_ranges_online(problem, solution.scales);
+    batch.online = judge_online(online, path_of_place(online.path, run.place), Pose2{}, run,
+                                options, evaluation);
+  }
+  return batch;
+}
+
+}  // namespace
+
+bool is_of_ranges(const rosbag::Bag& bag, const EvaluationRequest& request) {
+  return !has_topic(bag, request.landmarks) && has_topic(bag, request.ranges);
+}
+
+BatchComparison compare_with_batch(const rosbag::Bag& bag, const RecordedRun& run,
+                                   const EvaluationRequest& request, const Evaluation& evaluation) {
+  return is_of_ranges(bag, request)
+             ? compare_with_ranges(range_problem_of(bag, request, run), run, request, evaluation)
+             : compare_with_landmarks(bag, run, request, evaluation);
+}
+
+}  // namespace pf_resampling

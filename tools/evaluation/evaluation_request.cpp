@@ -1,0 +1,127 @@
+#include "tools/evaluation/evaluation_request.hpp"
+
+#include "tools/common/plot_paths.hpp"
+
+namespace pf_resampling {
+namespace {
+
+LandmarkMatching matching_from(const std::string& name) {
+  if (name == "auto") return LandmarkMatching::automatic;
+  if (name == "id") return LandmarkMatching::id;
+  if (name == "nearest") return LandmarkMatching::nearest;
+  throw UsageError("--match " + name + ": known are auto, id and nearest");
+}
+
+std::string frame_from(const std::string& name) {
+  for (const char* known : {"auto", "given", "start", "fit"}) {
+    if (name == known) return name;
+  }
+  throw UsageError("--frame " + name + ": known are auto, given, start and fit");
+}
+
+}  // namespace
+
+CommandLine evaluation_command_line() {
+  CommandLine line("evaluate_bag",
+                   "Errors of an estimated path and map against the ground truth in the same bag.");
+  line.positional("bag", "what run_bag or a launch file recorded");
+  line.option<double>(
+      "clip", "SHARE", 0.0,
+      "share of the time at the start that does not count for the errors; in [0, 1)");
+  line.option<std::string>("json", "FILE", "write the figures as JSON");
+  line.option<std::string>(
+      "plot", "FILE",
+      "draw paths and errors (.png, .pdf or .svg); without ground truth only the paths");
+  line.reads("bag");
+  line.writes("json");
+  line.writes("plot");
+  line.topic("truth", "/ground_truth",
+             "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped");
+  line.option<std::string>(
+      "truth-frame", "FRAME",
+      "frame on the robot (/tf_static) that the truth is about, for instance an antenna; by "
+      "default ground_truth if that frame exists, otherwise base_link");
+  line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
+  line.topic("odom", kUsualOdometry, "dead reckoning, if it is there; 'none' leaves it out");
+  line.topic("beacons", "/beacons", "beacons, for the picture and --batch");
+  line.option<double>(
+      "lost-error", "METRES", 0.0,
+      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
+  line.option<double>(
+      "max-gap", "SECONDS", 0.0,
+      "longest gap in the estimate to interpolate over; 0: three median intervals, at least 1 s");
+  line.topic("landmark-map", "/landmark_map", "estimated map; its last message is evaluated");
+  line.topic("true-landmarks", "/ground_truth_landmarks", "true map");
+  line.topic("landmarks", "/landmarks", "observations, for --batch");
+  line.topic("ranges", "/ranges",
+             "ranges to the beacons, for --batch where nothing is in landmarks");
+  line.topic("path", "/path",
+             "the whole path as the filter believes it at the end; its last message is evaluated");
+  line.topic("status", "/status", "the filter's status, for its particles");
+  line.topic("particle-errors", "/particle_errors",
+             "errors of the particles' poses and maps, as run_bag writes them");
+  line.option<std::string>(
+      "match", "HOW", "auto",
+      "how to match estimated and true landmarks: id, nearest, or auto (by id if the ids fit)");
+  line.option<double>(
+      "gate", "METRES", 0.0,
+      "largest distance to the nearest; 0: half the usual distance of neighbours, at least 0.5 m");
+  line.option<std::string>(
+      "frame", "WHICH", "auto",
+      "how to lay the estimate on the truth: given (as it is), start (so that it agrees at the "
+      "first true pose), fit (where it fits best); auto: given; if the bag has a map that was "
+      "begun "
+      "at nothing (no /initialpose, no map loaded): start, or fit without true headings");
+  line.flag("batch",
+            "compare with the least-squares solution of odometry and observations, with their ids "
+            "or, if they have none, those of the filter's landmarks; or of odometry and ranges to "
+            "beacons");
+  line.flag("batch-online",
+            "with --batch: also solve at every observation with the data until then, which is all "
+            "that a filter knows; takes minutes for a long drive");
+  line.flag("quiet", "print nothing");
+  line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
+  line.example("evaluate_bag slam.bag --batch");
+  line.example("evaluate_bag plaza2.bag --pose /odom --clip 0.2 --batch --batch-online");
+  return line;
+}
+
+EvaluationRequest evaluation_request_from(const CommandLine& line) {
+  EvaluationRequest request;
+  request.bag = line.text("bag");
+  request.path_options.clip = line.get<double>("clip");
+  request.path_options.lost_error = line.get<double>("lost-error");
+  request.path_options.max_gap = line.get<double>("max-gap");
+  check_options(request.path_options);
+  request.map_options.matching = matching_from(line.text("match"));
+  request.map_options.gate = line.get<double>("gate");
+  request.frame = frame_from(line.text("frame"));
+  request.with_odometry = line.text("odom") != "none";
+  request.with_batch = line.get<bool>("batch");
+  request.is_quiet = line.get<bool>("quiet");
+  request.with_online = line.get<bool>("batch-online");
+  request.truth_frame = line.optional<std::string>("truth-frame");
+  request.json = line.optional<std::string>("json");
+  request.plot = line.optional<std::string>("plot");
+  request.truth = line.topic("truth");
+  request.pose = line.topic("pose");
+  request.odom = line.topic("odom");
+  request.beacons = line.topic("beacons");
+  request.landmark_map = line.topic("landmark-map");
+  request.true_landmarks = line.topic("true-landmarks");
+  request.landmarks = line.topic("landmarks");
+  request.ranges = line.topic("ranges");
+  request.path = line.topic("path");
+  request.status = line.topic("status");
+  request.particle_errors = line.topic("particle-errors");
+  if (request.with_online && !request.with_batch) {
+    throw UsageError("--batch-online needs --batch");
+  }
+  if (request.with_batch && !request.with_odometry) {
+    throw UsageError("--batch needs the odometry (--odom)");
+  }
+  if (request.plot) check_plot_file(*request.plot);
+  return request;
+}
+
+}  // namespace pf_resampling

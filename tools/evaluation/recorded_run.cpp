@@ -1,0 +1,74 @@
+#include "tools/evaluation/recorded_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+#include "tools/common/bag.hpp"
+
+namespace pf_resampling {
+namespace {
+
+/// The place on the robot that the truth is about.
+Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& wanted) {
+  const auto frames = read_frames_on_robot(bag, "base_link");
+  const auto found = frames.find(wanted.value_or("ground_truth"));
+  if (found != frames.end()) return to_pose2(found->second);
+  if (!wanted) return {};
+  throw Error("--truth-frame " + *wanted +
+              ": /tf_static does not place it on base_link; give one that it does");
+}
+
+}  // namespace
+
+Pose2 to_pose2(const Eigen::Isometry3d& frame) {
+  const Eigen::Matrix3d turn = frame.linear();
+  return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
+}
+
+RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
+  RecordedRun run;
+  run.place = place_of_truth(bag, request.truth_frame);
+  run.estimate = path_of_place(read_poses(bag, request.pose), run.place);
+  run.beacons = read_beacons(bag, request.beacons);
+  run.map = read_landmark_map(bag, request.landmark_map);
+  run.true_map = read_landmark_map(bag, request.true_landmarks);
+  if (request.with_odometry) {
+    run.dead_reckoning = path_of_place(read_poses(bag, request.odom), run.place);
+  }
+  if (const auto path = run.map ? read_path(bag, request.path) : std::nullopt) {
+    run.believed = path_of_place(*path, run.place);
+  }
+  run.filter = read_filter_summary(bag, request.status);
+  run.has_initial_pose = has_topic(bag, "/initialpose");
+  return run;
+}
+
+std::vector<TruePose> truth_at(const std::vector<EstimatedPose>& path,
+                               const std::vector<TruePose>& truth) {
+  const double max_gap = usual_max_gap(truth);
+  std::vector<TruePose> there;
+  for (const EstimatedPose& pose : path) {
+    if (const auto true_pose = interpolate(truth, pose.time, max_gap)) there.push_back(*true_pose);
+  }
+  return there;
+}
+
+FrameChoice choose_frame(const std::string& wanted, bool is_own, const std::vector<TruePose>& truth,
+                         const std::vector<EstimatedPose>& estimate,
+                         const PathErrorOptions& options) {
+  const bool has_heading = std::any_of(
+      truth.begin(), truth.end(), [](const TruePose& pose) { return pose.heading.has_value(); });
+  FrameChoice choice;
+  choice.frame = wanted;
+  if (wanted == "auto") choice.frame = !is_own ? "given" : has_heading ? "start" : "fit";
+  if (choice.frame == "start") {
+    const EstimatedPose first = align_at_start(estimate, truth).front();
+    choice.alignment = compose(first.pose, relative(estimate.front().pose, {}));
+  } else if (choice.frame == "fit") {
+    choice.alignment = evaluate_aligned_path(truth, estimate, options).alignment;
+  }
+  return choice;
+}
+
+}  // namespace pf_resampling
