@@ -1,6 +1,5 @@
 #include "src/node/node_support.hpp"
 
-#include <malloc.h>
 #include <ros/callback_queue.h>
 
 #include <sstream>
@@ -26,9 +25,6 @@ void for_each_configuration(const ros::NodeHandle& private_node,
 }
 
 void spin(const std::function<bool()>& process_next) {
-  // The allocator keeps what a redraw or a large message has used, and for each thread apart.
-  const ros::WallTimer give_back = ros::NodeHandle().createWallTimer(
-      ros::WallDuration(10.0), [](const ros::WallTimerEvent&) { malloc_trim(0); });
   bool is_busy = false;
   while (ros::ok()) {
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(is_busy ? 0.0 : 0.1));

@@ -1,5 +1,9 @@
 #include "pf_resampling_core/filters/fastslam/background_redraw.hpp"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <atomic>
 #include <deque>
@@ -8,6 +12,17 @@
 #include <utility>
 
 namespace pf_resampling {
+namespace {
+
+/// Of what a redraw has used, the allocator keeps the most that there ever was, and for each of a
+/// few threads apart: most of what a node would need.
+void give_memory_back() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+}  // namespace
 
 struct BackgroundRedraw::Job {
   explicit Job(const FastSlam& filter) : interventions(filter.interventions()), copy(filter) {}
@@ -33,6 +48,7 @@ void BackgroundRedraw::Job::run(const std::function<double()>& stopwatch) noexce
     const double start = stopwatch ? stopwatch() : 0.0;
     copy.redraw_now();
     duration = stopwatch ? stopwatch() - start : 0.0;
+    give_memory_back();
     for (Input input; next(&input);) input(&copy);
   } catch (...) {
     fault = std::current_exception();
