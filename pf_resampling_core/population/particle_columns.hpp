@@ -38,6 +38,7 @@ void resize_columns(Eigen::Index size, Particles* particles) {
   Particles::for_each_column(*particles, [size](const char*, ColumnKind, auto& column) {
     const Eigen::Index before = column.rows();
     column.conservativeResize(size, column.cols());
+    if (column.cols() == 0) return;  // it has no address, so neither have its rows
     for (Eigen::Index i = before; before > 0 && i < size; ++i) {
       column.row(i) = column.row(i % before).eval();
     }
