@@ -2,6 +2,7 @@
 
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <pf_resampling/BeaconArray.h>
 #include <pf_resampling/LandmarkMap.h>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "pf_resampling_core/error.hpp"
 #include "test/temporary_directory.hpp"
@@ -66,6 +68,64 @@ TEST(BagContents, WithWhatIsNotFiniteTheBagIsNamed) {
   map.landmarks[0].id = 9;
   map.landmarks[0].covariance[3] = HUGE_VAL;
   EXPECT_EQ(error_of(map, read_landmark_map), ": /topic: landmark 9 is not finite");
+}
+
+nav_msgs::Odometry odometry_at(double time, double x) {
+  nav_msgs::Odometry odometry;
+  odometry.header.stamp = ros::Time(time);
+  odometry.header.frame_id = "odom";
+  odometry.child_frame_id = "base_link";
+  odometry.pose.pose.position.x = x;
+  odometry.pose.pose.orientation.w = 1.0;
+  odometry.twist.covariance[0] = 0.04;
+  return odometry;
+}
+
+// A second apart, at these places ahead; the noise of the third is not finite either.
+std::string write_odometry(const TemporaryDirectory& directory, const std::vector<double>& places) {
+  const std::string path = directory.file("odometry.bag");
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double time = 1.0 + static_cast<double>(i);
+    nav_msgs::Odometry odometry = odometry_at(time, places[i]);
+    if (i == 2) odometry.twist.covariance[35] = std::nan("");
+    bag.write("/odom", ros::Time(time), odometry);
+  }
+  return path;
+}
+
+TEST(BagContents, OdometryIsWithoutWhatFiltersReject) {
+  const TemporaryDirectory directory;
+  const double nothing = std::nan("");
+  const rosbag::Bag bag(write_odometry(directory, {0.5, nothing, 1.5, 1e160, 2.5}));
+  const RecordedOdometry odometry = read_odometry(bag, "/odom");
+  ASSERT_EQ(odometry.poses.size(), 3U);
+  EXPECT_EQ(odometry.poses[1].time, 3.0);
+  EXPECT_EQ(odometry.poses[1].pose.x, 1.5);
+  EXPECT_EQ(odometry.left_out,
+            "2 of 5 messages of /odom left out, which filters reject; of the first, the pose has a "
+            "NaN or infinity");
+
+  const TemporaryDirectory other;
+  const rosbag::Bag good(write_odometry(other, {0.5, 1.0}));
+  EXPECT_EQ(read_odometry(good, "/odom").left_out, "");
+}
+
+TEST(BagContents, OdometryOfWhichNothingIsLeftIsAnError) {
+  nav_msgs::Odometry odometry = odometry_at(1.0, 0.0);
+  odometry.pose.pose.orientation.w = 0.5;
+  EXPECT_EQ(error_of(odometry, read_odometry),
+            ": 1 of 1 messages of /topic left out, which filters reject; of the first, orientation "
+            "(0, 0, 0, 0.5) is not of length 1");
+}
+
+TEST(BagContents, NoiseOfOdometryIsWithoutWhatIsNotFinite) {
+  const TemporaryDirectory directory;
+  const rosbag::Bag bag(write_odometry(directory, {0.5, 1.0, 1.5, 2.0, 2.5}));
+  const auto noise = read_odometry_noise(bag, "/odom");
+  ASSERT_TRUE(noise);
+  EXPECT_NEAR(noise->along, 0.2, 1e-12);  // the root of 0.04 m^2/s^2, over steps of 1 s
+  EXPECT_EQ(noise->heading, 0.0);
 }
 
 }  // namespace

@@ -26,10 +26,11 @@ struct BagOptions {
   bool with_truth = true;
   bool with_heading = true;
   bool with_pose = true;
-  double lateral = 1.0;         // m, of the estimate, to the left; 20 m in the first tenth
-  double scale = 1.1;           // of dead reckoning
-  double x_of_last_pose = 0.0;  // m, added
-  std::string antenna;          // frame 2 m before and 1 m right of the robot's
+  double lateral = 1.0;               // m, of the estimate, to the left; 20 m in the first tenth
+  double scale = 1.1;                 // of dead reckoning
+  double x_of_last_pose = 0.0;        // m, added
+  double x_of_middle_odometry = 0.0;  // m, added
+  std::string antenna;                // frame 2 m before and 1 m right of the robot's
 };
 
 // 50 m along a line; the estimate beside it, dead reckoning too long; a variance of 1 m^2 per axis.
@@ -76,6 +77,7 @@ void write_bag(const std::string& path, const BagOptions& options) {
     odometry.header = header;
     odometry.header.frame_id = "odom";
     odometry.pose.pose = pose_at(options.scale * s, 0.0, 0.0);
+    if (i == kPoses / 2) odometry.pose.pose.position.x += options.x_of_middle_odometry;
     bag.write("/odom", time, odometry);
     if (!options.with_pose) continue;
     geometry_msgs::PoseWithCovarianceStamped pose;
@@ -279,6 +281,17 @@ TEST_F(EvaluateBag, ComparesWithTheBatchSolutionOfRanges) {
   EXPECT_EQ(nothing.exit_code, 1);
   EXPECT_TRUE(nothing.is_one_line_error("evaluate_bag")) << nothing.error;
   EXPECT_NE(nothing.error.find("/landmarks"), std::string::npos) << nothing.error;
+}
+
+// The filter rejected that message and went on.
+TEST_F(EvaluateBag, OdometryThatIsNotFiniteIsLeftOutAndSaid) {
+  BagOptions options;
+  options.x_of_middle_odometry = std::numeric_limits<double>::quiet_NaN();
+  const ProgramResult result = run_program("evaluate_bag " + bag_with(options));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_NE(result.out.find("1 of 501 messages of /odom left out"), std::string::npos)
+      << result.out;
+  EXPECT_NE(result.out.find("dead reckoning"), std::string::npos) << result.out;
 }
 
 TEST_F(EvaluateBag, SaysThatTheEstimateIsNotFinite) {

@@ -178,6 +178,9 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   if (!is_asked_for && !has_topic(bag, request.odom)) request.with_odometry = false;
   require_topics(bag, request);
   RecordedRun run = naming(request.bag, [&] { return read_run(bag, request); });
+  if (!request.is_quiet && !run.odometry_left_out.empty()) {
+    std::printf("%s: %s\n", request.bag.c_str(), run.odometry_left_out.c_str());
+  }
   if (is_for_paths_alone(bag, request)) {
     draw_paths_alone(run, request);
     return 0;

@@ -21,6 +21,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/described_message.hpp"
+#include "src/messages/input_checks.hpp"
 #include "tools/common/bag.hpp"
 
 namespace pf_resampling {
@@ -202,6 +203,37 @@ std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string&
   return poses;
 }
 
+RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic) {
+  RecordedOdometry result;
+  int messages = 0;
+  int rejected = 0;
+  std::string why;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    auto odometry = message_in<nav_msgs::Odometry>(instance);
+    if (!odometry) return;
+    ++messages;
+    if (odometry->header.stamp.isZero()) odometry->header.stamp = instance.getTime();
+    FrameNames own;
+    own.odom = odometry->header.frame_id;
+    own.base = odometry->child_frame_id;
+    if (const auto wrong = check(*odometry, own)) {
+      if (rejected++ == 0) why = wrong->detail;
+    } else {
+      result.poses.push_back(estimated_pose(odometry->header.stamp.toSec(), odometry->pose));
+    }
+  });
+  if (messages == 0) return {read_poses(bag, topic), ""};
+  if (rejected > 0) {
+    result.left_out = std::to_string(rejected) + " of " + std::to_string(messages) +
+                      " messages of " + topic + " left out, which filters reject; of the first, " +
+                      why;
+  }
+  if (result.poses.empty()) throw Error(bag.getFileName() + ": " + result.left_out);
+  sort_by_time(&result.poses);
+  check_path(result.poses, place_of(bag, topic).c_str());
+  return result;
+}
+
 std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
                                             const std::vector<EstimatedPose>& odometry) {
   if (odometry.empty()) return truth;
@@ -291,7 +323,9 @@ std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
     const double step = time - last.value_or(time);
     last = time;
     const auto& covariance = odometry->twist.covariance;
-    variance += step * step * Eigen::Array3d(covariance[0], covariance[7], covariance[35]);
+    const Eigen::Array3d stated(covariance[0], covariance[7], covariance[35]);
+    if (!stated.allFinite()) return;
+    variance += step * step * stated;
     duration += step;
   });
   if (!(duration > 0.0) || !variance.allFinite() || (variance < 0.0).any() ||

@@ -30,6 +30,14 @@ std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topi
 /// Poses with covariance, or without (zero).
 std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string& topic);
 
+/// Dead reckoning, without what filters reject of it.
+struct RecordedOdometry {
+  std::vector<EstimatedPose> poses;
+  std::string left_out;  ///< how many messages, and why the first; empty: none
+};
+/// Of the types of read_poses(). Throws Error if that leaves no pose.
+RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic);
+
 /// The true poses while there is odometry (all if that is empty): a reference that was switched on
 /// earlier, or off later, is nothing a filter can be judged by. Throws Error if that leaves none.
 std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,

@@ -18,7 +18,7 @@ namespace {
 
 BatchProblem batch_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request) {
   BatchProblem problem;
-  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry = read_odometry(bag, request.odom).poses;
   problem.odometry_noise = read_odometry_noise(bag, request.odom);
   problem.scans = read_landmark_scans(bag, request.landmarks);
   for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
@@ -48,7 +48,7 @@ bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request
 RangeProblem range_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request,
                               const RecordedRun& run) {
   RangeProblem problem;
-  problem.odometry = read_poses(bag, request.odom);
+  problem.odometry = read_odometry(bag, request.odom).poses;
   problem.odometry_noise = read_odometry_noise(bag, request.odom);
   problem.ranges = read_ranges(bag, request.ranges);
   problem.beacons = run.beacons;

@@ -34,7 +34,9 @@ RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
   run.map = read_landmark_map(bag, request.landmark_map);
   run.true_map = read_landmark_map(bag, request.true_landmarks);
   if (request.with_odometry) {
-    run.dead_reckoning = path_of_place(read_poses(bag, request.odom), run.place);
+    const RecordedOdometry odometry = read_odometry(bag, request.odom);
+    run.dead_reckoning = path_of_place(odometry.poses, run.place);
+    run.odometry_left_out = odometry.left_out;
   }
   if (const auto path = run.map ? read_path(bag, request.path) : std::nullopt) {
     run.believed = path_of_place(*path, run.place);

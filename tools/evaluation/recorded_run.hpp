@@ -20,6 +20,7 @@ struct RecordedRun {
   std::vector<TruePose> truth;                ///< while there is odometry
   std::vector<EstimatedPose> estimate;        ///< of the place, as all paths are
   std::vector<EstimatedPose> dead_reckoning;  ///< empty if it is not asked for
+  std::string odometry_left_out;              ///< of the odometry; empty: nothing
   /// The whole path at the end, if there is a map.
   std::optional<std::vector<EstimatedPose>> believed;
   std::vector<Beacon> beacons;

@@ -24,7 +24,7 @@ ParticleJudge::ParticleJudge(const rosbag::Bag& bag, const std::string& odom, bo
   } else if (!has_topic(bag, odom)) {
     return;  // it is on /tf: the filter's frame is not known
   } else {
-    const std::vector<EstimatedPose> odometry = read_poses(bag, odom);
+    const std::vector<EstimatedPose> odometry = read_odometry(bag, odom).poses;
     const auto first =
         std::find_if(odometry.begin(), odometry.end(),
                      [&](const EstimatedPose& pose) { return pose.time >= truth_.front().time; });
