@@ -254,7 +254,7 @@ std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
 std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topic) {
   const auto last = last_message<BeaconArray>(bag, topic);
   if (!last) return {};
-  const std::vector<Beacon> beacons = to_beacons(*last);
+  std::vector<Beacon> beacons = to_beacons(*last);
   for (const Beacon& beacon : beacons) {
     if (beacon.position.allFinite()) continue;
     throw Error(place_of(bag, topic) + ": the position of beacon " + std::to_string(beacon.id) +

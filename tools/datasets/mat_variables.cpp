@@ -20,22 +20,24 @@ constexpr std::size_t kLongestCompressed = 4096;
 // Deflate makes no more bytes of one.
 constexpr double kMostExpansion = 1032.0;
 
-enum DataType : std::uint32_t {
-  kInt8 = 1,
-  kUint8 = 2,
-  kInt16 = 3,
-  kUint16 = 4,
-  kInt32 = 5,
-  kUint32 = 6,
-  kSingle = 7,
-  kDouble = 9,
-  kInt64 = 12,
-  kUint64 = 13,
-  kMatrix = 14,
-  kCompressed = 15,
-};
+// Types of data.
+constexpr std::uint32_t kInt8 = 1;
+constexpr std::uint32_t kUint8 = 2;
+constexpr std::uint32_t kInt16 = 3;
+constexpr std::uint32_t kUint16 = 4;
+constexpr std::uint32_t kInt32 = 5;
+constexpr std::uint32_t kUint32 = 6;
+constexpr std::uint32_t kSingle = 7;
+constexpr std::uint32_t kDouble = 9;
+constexpr std::uint32_t kInt64 = 12;
+constexpr std::uint32_t kUint64 = 13;
+constexpr std::uint32_t kMatrix = 14;
+constexpr std::uint32_t kCompressed = 15;
 
-enum ArrayClass : std::uint32_t { kFirstNumeric = 6, kLastNumeric = 15, kOpaque = 17 };
+// Classes of arrays.
+constexpr std::uint32_t kFirstNumeric = 6;
+constexpr std::uint32_t kLastNumeric = 15;
+constexpr std::uint32_t kOpaque = 17;
 
 constexpr std::uint32_t kComplexFlag = 0x800;
 
@@ -106,7 +108,7 @@ class Elements {
       : bytes_(bytes), order_(order), damage_(damage) {}
 
   std::uint32_t number() {
-    if (bytes_.size() - place_ < 4) throw damage_;
+    if (bytes_.size() - place_ < 4) throw Error(damage_);
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const std::size_t at = place_ + (order_ == ByteOrder::big ? i : 3 - i);
@@ -125,7 +127,7 @@ class Elements {
   Tag tag() {
     const std::uint32_t type = number();
     if (type >> 16U == 0) return {type, number(), false};
-    if (type >> 16U > 4) throw damage_;
+    if (type >> 16U > 4) throw Error(damage_);
     return {type & 0xffffU, type >> 16U, true};
   }
 
@@ -133,8 +135,8 @@ class Elements {
   std::string data(std::uint32_t type) {
     const Tag tag = this->tag();
     const std::size_t room = tag.is_short ? 4 : (std::size_t{tag.length} + 7) / 8 * 8;
-    if (tag.type != type || room > bytes_.size() - place_) throw damage_;
-    const std::string data = bytes_.substr(place_, tag.length);
+    if (tag.type != type || room > bytes_.size() - place_) throw Error(damage_);
+    std::string data = bytes_.substr(place_, tag.length);
     place_ += room;
     return data;
   }
@@ -159,7 +161,7 @@ std::string inflated(std::string compressed, const Error& damage) {
   if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
   const int outcome = inflate(&stream, Z_SYNC_FLUSH);
   inflateEnd(&stream);
-  if (outcome != Z_OK && outcome != Z_STREAM_END && outcome != Z_BUF_ERROR) throw damage;
+  if (outcome != Z_OK && outcome != Z_STREAM_END && outcome != Z_BUF_ERROR) throw Error(damage);
   bytes.resize(bytes.size() - stream.avail_out);
   return bytes;
 }
@@ -171,7 +173,7 @@ MatVariable described(const std::string& bytes, std::uint64_t length, ByteOrder 
   MatVariable variable;
   Elements header(bytes, order, damage);
   const std::string flags = header.data(kUint32);
-  if (flags.size() != 8) throw damage;
+  if (flags.size() != 8) throw Error(damage);
   const std::uint32_t first = Elements(flags, order, damage).number();
   const std::uint32_t array_class = first & 0xffU;
   // An object of MATLAB's own: what follows is not that of a matrix.
@@ -179,20 +181,20 @@ MatVariable described(const std::string& bytes, std::uint64_t length, ByteOrder 
   variable.is_complex = (first & kComplexFlag) != 0;
   variable.is_numeric = array_class >= kFirstNumeric && array_class <= kLastNumeric;
   const std::string dimensions = header.data(kInt32);
-  if (dimensions.size() < 8 || dimensions.size() % 4 != 0) throw damage;
+  if (dimensions.size() < 8 || dimensions.size() % 4 != 0) throw Error(damage);
   Elements sizes(dimensions, order, damage);
   while (sizes.place() < dimensions.size()) variable.dimensions.push_back(sizes.number());
   variable.name = header.data(kInt8);
-  if (header.place() > length) throw damage;
+  if (header.place() > length) throw Error(damage);
 
   double values = 1.0;
   for (const std::uint32_t size : variable.dimensions) values *= size;
   if (!variable.is_numeric || values == 0.0) return variable;
   const Elements::Tag data = header.tag();
-  if (size_of(data.type) == 0) throw damage;
+  if (size_of(data.type) == 0) throw Error(damage);
   if (static_cast<double>(data.length) != values * static_cast<double>(size_of(data.type)) ||
       (!data.is_short && data.length > length - std::min<std::uint64_t>(length, header.place()))) {
-    throw damage;
+    throw Error(damage);
   }
   return variable;
 }
@@ -204,12 +206,12 @@ MatVariable variable_at(std::uint64_t place, const std::string& path, ByteOrder 
   const Error damage(path + ": the variable at byte " + std::to_string(place) +
                      " is damaged; save the file again (with -v7)");
   const std::string tag = file->at(place, kTag);
-  if (tag.size() < kTag) throw truncated;
+  if (tag.size() < kTag) throw Error(truncated);
   Elements numbers(tag, order, damage);
   const std::uint32_t type = numbers.number();
   const std::uint64_t length = numbers.number();
   const std::uint64_t begin = place + kTag;
-  if (length > file->size() - begin) throw truncated;
+  if (length > file->size() - begin) throw Error(truncated);
   MatVariable variable;
   if (type == kMatrix) {
     variable = described(file->at(begin, std::min<std::uint64_t>(length, kLongestHeader)), length,
@@ -218,12 +220,13 @@ MatVariable variable_at(std::uint64_t place, const std::string& path, ByteOrder 
     const std::string inner =
         inflated(file->at(begin, std::min<std::uint64_t>(length, kLongestCompressed)), damage);
     Elements matrix(inner, order, damage);
-    if (matrix.number() != kMatrix) throw damage;
+    if (matrix.number() != kMatrix) throw Error(damage);
     const std::uint64_t whole = matrix.number();
-    if (static_cast<double>(whole) > kMostExpansion * static_cast<double>(length)) throw damage;
+    if (static_cast<double>(whole) > kMostExpansion * static_cast<double>(length))
+      throw Error(damage);
     variable = described(inner.substr(kTag), whole, order, damage);
   } else {
-    throw damage;
+    throw Error(damage);
   }
   variable.place = place;
   variable.length = kTag + length;
