@@ -64,7 +64,7 @@ std::vector<int> FastSlam::nearest_rows(const Eigen::Vector2d& place, std::size_
 // is what it does not know of its place. Besides, a particle's map is not exact: its landmarks'
 // own errors, which are independent given its path, shift and turn it in the same way.
 PoseEstimate FastSlam::place() {
-  const PoseEstimate belief = estimate();
+  PoseEstimate belief = estimate();
   const Eigen::Vector2d robot(belief.mean.x, belief.mean.y);
   const Eigen::ArrayXd& weight = particles_.weight;
   const Eigen::Index count = particles_.size();
