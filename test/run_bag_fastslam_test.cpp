@@ -116,8 +116,8 @@ TEST_F(RunBagFastSlam, WithoutTheTruthThereAreNoParticleErrors) {
   EXPECT_EQ(counts_of(out_).count("/particle_errors"), 0u);
 }
 
-// The filter passes over such a message; what judges it may not end the run.
-TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsTheErrorsOfTheParticlesAndNothingElse) {
+// The filter passes over such a message, and so does what judges it.
+TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsNothingElse) {
   const std::string broken = directory_.file("broken.bag");
   {
     const rosbag::Bag bag = open_bag(world_);
@@ -139,11 +139,9 @@ TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsTheErrorsOfTheParticlesAndNot
   const ProgramResult result = run(broken + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_NE(result.out.find("not_finite"), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("no errors of the particles: " + broken + ": /odom: pose"),
-            std::string::npos)
-      << result.out;
+  EXPECT_EQ(result.out.find("no errors of the particles"), std::string::npos) << result.out;
   const auto counts = counts_of(out_);
-  EXPECT_EQ(counts.count("/particle_errors"), 0u);
+  EXPECT_GT(counts.at("/particle_errors"), 0u);
   EXPECT_GT(counts.at("/pose"), 80u);
 }
 
