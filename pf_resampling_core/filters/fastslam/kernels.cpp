@@ -71,23 +71,27 @@ PF_RESAMPLING_INLINE PoseGain pose_gain(const Geometry& g, double xx, double xy,
           xy * g.bx + yy * g.by + yh * g.bh, xh * g.bx + yh * g.by + hh * g.bh};
 }
 
-// S = L D Lᵀ of the innovation covariance, solved and measured.
+// S = L D Lᵀ of the innovation covariance, solved and measured. Neither pivot is less than what the
+// sensor adds; a covariance far larger than that leaves rounding of either sign instead.
 struct Innovation {
   double determinant;
   double ia, ib, ic;  // inverse
   double distance;    // squared Mahalanobis
 };
 
-PF_RESAMPLING_INLINE Innovation innovation(const Geometry& g, const Symmetric2& s) {
-  const double l = s.b / s.a;
-  const double d = s.c - l * s.b;
+PF_RESAMPLING_INLINE Innovation innovation(const Observation& z, const Geometry& g,
+                                            const Symmetric2& s) {
+  const double a = s.a > z.range_variance ? s.a : z.range_variance;
+  const double l = s.b / a;
+  const double rest = s.c - l * s.b;
+  const double d = rest > z.bearing_variance ? rest : z.bearing_variance;
   Innovation i;
-  i.determinant = s.a * d;
+  i.determinant = a * d;
   i.ic = 1.0 / d;
   i.ib = -l * i.ic;
-  i.ia = 1.0 / s.a - l * i.ib;
+  i.ia = 1.0 / a - l * i.ib;
   const double second = g.bearing_error - l * g.range_error;
-  i.distance = g.range_error * g.range_error / s.a + second * second * i.ic;
+  i.distance = g.range_error * g.range_error / a + second * second * i.ic;
   return i;
 }
 
@@ -137,7 +141,7 @@ void match_clones(const Observation& observation, std::int64_t count, const doub
     s.a += g.rx * p.rx + g.ry * p.ry + g.rh * p.rh;
     s.b += g.rx * p.bx + g.ry * p.by + g.rh * p.bh;
     s.c += g.bx * p.bx + g.by * p.by + g.bh * p.bh;
-    const Innovation v = innovation(g, s);
+    const Innovation v = innovation(z, g, s);
     distance[i] = v.distance;
     log_likelihood[i] = log_likelihood_of(v.distance, v.determinant);
   }
@@ -160,7 +164,7 @@ void propose_clones(const Observation& observation, double gate, std::int64_t co
     s.a += g.rx * p.rx + g.ry * p.ry + g.rh * p.rh;
     s.b += g.rx * p.bx + g.ry * p.by + g.rh * p.bh;
     s.c += g.bx * p.bx + g.by * p.by + g.bh * p.bh;
-    const Innovation v = innovation(g, s);
+    const Innovation v = innovation(z, g, s);
     const double bounded = v.distance < gate ? v.distance : gate;
     const double applies = v.distance < gate ? takes[i] : 0.0;
     log_weight[i] += takes[i] * log_likelihood_of(bounded, v.determinant);
@@ -243,7 +247,7 @@ void update_clones(const Observation& observation, std::int64_t count, const dou
   for (std::int64_t i = 0; i < count; ++i) {
     const Geometry g = geometry(z, x[i], y[i], heading[i], lx[i], ly[i]);
     const Symmetric2 s = landmark_part(z, g, lxx[i], lxy[i], lyy[i]);
-    const Innovation v = innovation(g, s);
+    const Innovation v = innovation(z, g, s);
     // Derivatives by the landmark are minus those by the place.
     const double r1 = -(lxx[i] * g.rx + lxy[i] * g.ry), r2 = -(lxy[i] * g.rx + lyy[i] * g.ry);
     const double b1 = -(lxx[i] * g.bx + lxy[i] * g.by), b2 = -(lxy[i] * g.bx + lyy[i] * g.by);
@@ -313,7 +317,7 @@ double squared_innovation(const Observation& observation, ConstArray weights,
       (within.a + squares.a) / whole - mean.range_error * mean.range_error,
       (within.b + squares.b) / whole - mean.range_error * mean.bearing_error,
       (within.c + squares.c) / whole - mean.bearing_error * mean.bearing_error};
-  return innovation(mean, covariance).distance;
+  return innovation(observation, mean, covariance).distance;
 }
 
 void propose(const Observation& observation, double gate, std::int64_t count,
