@@ -80,7 +80,7 @@ struct Innovation {
 };
 
 PF_RESAMPLING_INLINE Innovation innovation(const Observation& z, const Geometry& g,
-                                            const Symmetric2& s) {
+                                           const Symmetric2& s) {
   const double a = s.a > z.range_variance ? s.a : z.range_variance;
   const double l = s.b / a;
   const double rest = s.c - l * s.b;
