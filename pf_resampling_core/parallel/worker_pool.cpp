@@ -1,6 +1,9 @@
 #include "pf_resampling_core/parallel/worker_pool.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <string>
 
 #include "pf_resampling_core/error.hpp"
 
@@ -10,10 +13,22 @@ WorkerPool::WorkerPool(int threads) {
   if (threads < 1 || threads > 1024) {
     throw Error("threads is " + std::to_string(threads) + ", has to be in [1, 1024]");
   }
-  for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+  try {
+    for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+  } catch (const std::exception& exception) {
+    // A thread that is not joined would end the process.
+    const std::size_t started = workers_.size() + 1;
+    end_workers();
+    throw Error("threads is " + std::to_string(threads) + ", but the system starts only " +
+                std::to_string(started) + " (" + exception.what() + "): set it to fewer");
+  }
 }
 
 WorkerPool::~WorkerPool() {
+  end_workers();
+}
+
+void WorkerPool::end_workers() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;

@@ -15,7 +15,8 @@ class WorkerPool {
  public:
   static constexpr std::int64_t kBlockSize = 2048;
 
-  /// `threads` >= 1, the calling thread included.
+  /// `threads` >= 1, the calling thread included. Throws Error if the system does not start as
+  /// many.
   explicit WorkerPool(int threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
@@ -29,6 +30,7 @@ class WorkerPool {
                       const std::function<void(std::int64_t, std::int64_t)>& body);
 
  private:
+  void end_workers();
   void work();
   void run_blocks();
 

@@ -39,6 +39,7 @@ BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacon
   validate(options_);
   checks::check_beacons(beacons_);
   checks::check_calibration(calibration);
+  checks::check_estimates(options_, beacons_.size());
   for (const Beacon& beacon : beacons_) {
     RangeCalibration nominal;
     for (const auto& [id, given] : calibration) {
@@ -77,6 +78,7 @@ void BeaconMcl::reset() {
 
 void BeaconMcl::set_options(const BeaconMclOptions& options) {
   validate(options);
+  checks::check_estimates(options, beacons_.size());
   const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
   const bool other_threads = options.threads != options_.threads;
   const bool other_yaw_rate_bias =
@@ -84,9 +86,10 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   const bool other_noise = options.noise_estimation.odometry != options_.noise_estimation.odometry;
   const bool other_count = options.particles != options_.particles ||
                            (options_.adaptive_count.enabled && !options.adaptive_count.enabled);
+  // Threads may not be had: then all stays as it is.
+  if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   strategy_.set_options(options.strategy);
   options_ = options;
-  if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   if (other_count) requested_size_ = options.particles;
   if (!is_initialized()) return;
   if (other_layout) start_calibration();
@@ -259,7 +262,9 @@ void BeaconMcl::learn_range_noise(double nominal_variance, double variance, Cons
   const kernels::NoiseSums sums =
       kernels::noise_sums(variance, innovation.size(), particles_.weight.data(), innovation.data(),
                           innovation_variance.data(), inlier.data());
-  range_squares_ = keep * range_squares_ + sums.squares / nominal_variance;
+  const double squares = sums.squares / nominal_variance;
+  if (!std::isfinite(squares)) return;
+  range_squares_ = keep * range_squares_ + squares;
   range_count_ = keep * range_count_ + sums.count;
 }
 

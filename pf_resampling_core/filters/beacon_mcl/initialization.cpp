@@ -15,6 +15,7 @@ namespace {
 // Candidates per particle that is drawn from the ranges, and the fewest.
 constexpr int kCandidatesPerParticle = 16;
 constexpr int kFewestCandidates = 4000;
+constexpr int kMostCandidates = 1000000;  // a second or two
 // Ranges kept for that at the most; enough for two rounds of a dozen beacons.
 constexpr std::size_t kRecentRanges = 24;
 
@@ -69,9 +70,10 @@ void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& co
 
 void BeaconMcl::set_particles(const GivenParticles& particles) {
   check_given_particles(particles);
+  const auto count = static_cast<Eigen::Index>(particles.poses.size());
+  checks::check_estimates(options_.calibration.estimation, beacons_.size(), count);
   ++step_;
   const bool first = !is_initialized();
-  const auto count = static_cast<Eigen::Index>(particles.poses.size());
   if (first) {
     resize_columns(count, &particles_);
   } else {
@@ -174,10 +176,7 @@ void BeaconMcl::start_noise_factors() {
 
 void BeaconMcl::start_calibration() {
   const CalibrationOptions& calibration = options_.calibration;
-  Eigen::Index radios = 0;
-  if (calibration.estimation == CalibrationEstimation::shared) radios = 1;
-  if (calibration.estimation == CalibrationEstimation::per_beacon)
-    radios = static_cast<Eigen::Index>(beacons_.size());
+  const Eigen::Index radios = checks::radios_of(calibration.estimation, beacons_.size());
   const Eigen::Index count = particles_.size();
   particles_.scale.resize(count, radios);
   particles_.bias.resize(count, radios);
@@ -196,7 +195,9 @@ void BeaconMcl::start_calibration() {
 // sampling with the ranges themselves as the proposal (Probabilistic Robotics, section 8.3.7:
 // "sensor resetting").
 std::vector<Pose2> BeaconMcl::propose_from_ranges(int count) {
-  const int candidates = std::max(kFewestCandidates, kCandidatesPerParticle * count);
+  const int candidates = count > kMostCandidates / kCandidatesPerParticle
+                             ? kMostCandidates
+                             : std::max(kFewestCandidates, kCandidatesPerParticle * count);
   const RandomStream draws = stream(RandomPurpose::injection);
   const bool calibrates = options_.calibration.estimation != CalibrationEstimation::off;
   const RangeModelOptions& model = options_.ranges;

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
 #include <set>
 #include <string>
 
@@ -92,6 +96,25 @@ TEST(WorkerPool, RefusesAnImpossibleNumberOfThreads) {
       EXPECT_NE(std::string(error.what()).find("[1, 1024]"), std::string::npos) << error.what();
     }
   }
+}
+
+// A process of its own has room for some of the stacks only. A thread left running would abort it.
+TEST(WorkerPool, SaysThatTheSystemStartsFewer) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need all of the address space";
+#endif
+  const auto start = [] {
+    const rlimit room = {rlim_t{1} << 30, rlim_t{1} << 30};
+    setrlimit(RLIMIT_AS, &room);
+    try {
+      const WorkerPool pool(1024);
+    } catch (const Error& error) {
+      std::fputs(error.what(), stderr);
+      std::_Exit(0);
+    }
+    std::_Exit(1);
+  };
+  EXPECT_EXIT(start(), testing::ExitedWithCode(0), "threads is 1024, but the system starts only");
 }
 
 }  // namespace
