@@ -52,8 +52,12 @@ std::string range_text(const Parameter& parameter) {
          shortest_text(parameter.maximum) + "]";
 }
 
-// A value, or a name, may be any text; what is said of it is one line.
-std::string on_one_line(std::string text) {
+// A value, or a name, may be any text; what is said of it is one short line.
+constexpr std::size_t kLongestQuote = 100;
+std::string quoted(std::string text) {
+  if (text.size() > kLongestQuote) {
+    text = text.substr(0, kLongestQuote) + "... (" + std::to_string(text.size()) + " characters)";
+  }
   for (char& letter : text) {
     if (std::iscntrl(static_cast<unsigned char>(letter)) != 0) letter = ' ';
   }
@@ -64,10 +68,13 @@ std::string on_one_line(std::string text) {
   const bool is_list =
       parameter.type == Parameter::Type::choice || parameter.type == Parameter::Type::boolean;
   const bool is_integer = parameter.type == Parameter::Type::integer;
-  throw Error("parameter " + parameter.name + " is '" + on_one_line(value) + "', has to be " +
+  throw Error("parameter " + parameter.name + " is '" + quoted(value) + "', has to be " +
               (is_list ? "one of " : (is_integer ? "a whole number in " : "in ")) +
               with_unit(range_text(parameter), parameter.unit));
 }
+
+// Of what has to be above a limit: squares of it, and ratios of squares, are numbers still.
+constexpr double kSmallestAbove = 1e-12;
 
 double parse_number(const Parameter& parameter, const std::string& text) {
   const char* begin = text.c_str();
@@ -79,6 +86,11 @@ double parse_number(const Parameter& parameter, const std::string& text) {
   const bool below =
       parameter.minimum_excluded ? value <= parameter.minimum : value < parameter.minimum;
   if (below || value > parameter.maximum) refuse(parameter, text);
+  if (parameter.minimum_excluded && value - parameter.minimum < kSmallestAbove) {
+    throw Error("parameter " + parameter.name + " is '" + quoted(text) +
+                "', too near to its limit to reckon with: has to be " +
+                shortest_text(parameter.minimum + kSmallestAbove) + " or more");
+  }
   return value;
 }
 
@@ -116,6 +128,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }
 
 std::string remedy_for_unknown(const ParameterList& parameters, const std::string& name) {
+  if (name.size() > kLongestQuote) return "leave it out";
   const Parameter* nearest = nullptr;
   std::size_t least = name.size() / 2 + 1;
   for (const Parameter& parameter : parameters) {
@@ -262,8 +275,7 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
   for (const Parameter& parameter : parameters) {
     if (parameter.name == name) return parameter.set_checked(value);
   }
-  throw Error("parameter " + on_one_line(name) + " is unknown; " +
-              remedy_for_unknown(parameters, name));
+  throw Error("parameter " + quoted(name) + " is unknown; " + remedy_for_unknown(parameters, name));
 }
 
 void set_parameters(const ParameterList& parameters,

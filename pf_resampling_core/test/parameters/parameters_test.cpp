@@ -117,7 +117,7 @@ TEST(Parameters, RangesHoldTheirEnds) {
   for (const char* value : {"-4", "13"}) refusal(list, "group/count", value);
   // Open below.
   refusal(list, "group/deep/width", "0");
-  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "1e-300"));
+  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "1e-12"));
   EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "50"));
   refusal(list, "group/deep/width", "50.1");
 }
@@ -169,6 +169,28 @@ TEST(Parameters, RefusalsAreOneLine) {
       })) << said;
     }
   }
+}
+
+TEST(Parameters, OfALongTextTheBeginningIsTold) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  const std::string text(1000000, 'x');
+  for (const std::string& told : {refusal(list, "group/count", text), refusal(list, text, "1")}) {
+    EXPECT_LT(told.size(), 300u);
+    EXPECT_NE(told.find("xxx... (1000000 characters)"), std::string::npos) << told;
+  }
+}
+
+// Squares of smaller ones, and ratios of these, leave the range of numbers.
+TEST(Parameters, WhatIsAllButAtItsLimitIsRefused) {
+  Sample sample;
+  const ParameterList list = parameters_of(&sample);
+  const std::string told = refusal(list, "group/deep/width", "1e-200");
+  EXPECT_NE(told.find("group/deep/width is '1e-200'"), std::string::npos) << told;
+  EXPECT_NE(told.find("1.0e-12 or more"), std::string::npos) << told;
+  EXPECT_EQ(sample.width, 2.0);
+  set_parameter(list, "group/deep/width", "1e-12");
+  EXPECT_EQ(sample.width, 1e-12);
 }
 
 TEST(Parameters, LargeRangesReadAsWholeNumbers) {
