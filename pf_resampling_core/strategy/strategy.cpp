@@ -128,7 +128,7 @@ bool Strategy::is_due(double effective_sample_size, int size, int requested_size
 RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size, bool is_urgent,
                                const RandomStreams& streams, const Population& population) {
   const int size = static_cast<int>(population.weight->size());
-  if (population.redraw && is_redraw_due(population.closes_loop)) {
+  if (population.redraw && is_redraw_due(population)) {
     if (population.leaves_redraw) {
       RenewalOutcome left;
       left.redraw_is_left = true;
@@ -176,11 +176,12 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
   return outcome;
 }
 
-bool Strategy::is_redraw_due(bool closes_loop) {
+bool Strategy::is_redraw_due(const Population& population) {
   if (options_.renewal != Renewal::redraw) return false;
   ++observations_since_redraw_;
   const RedrawOptions& redraw = options_.redraw;
-  redraw_is_due_ |= (closes_loop && redraw.closure_absence > 0 &&
+  redraw_is_due_ |= population.needs_redraw ||
+                    (population.closes_loop && redraw.closure_absence > 0 &&
                      observations_since_redraw_ >= redraw.closure_spacing) ||
                     (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
   return redraw_is_due_;

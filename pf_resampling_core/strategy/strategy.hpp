@@ -87,6 +87,8 @@ struct Population {
   std::function<bool(int size)> redraw = nullptr;
   /// Whether the last observations saw a landmark that was long out of view.
   bool closes_loop = false;
+  /// Whether what a redraw draws from has grown so long that one is due, whatever the options say.
+  bool needs_redraw = false;
   /// A redraw that is due is left undone, and the renewal with it; see RenewalOutcome.
   bool leaves_redraw = false;
 };
@@ -156,7 +158,7 @@ class Strategy {
   }
 
  private:
-  bool is_redraw_due(bool closes_loop);
+  bool is_redraw_due(const Population& population);
   void count_renewal();
 
   StrategyOptions options_;

@@ -325,6 +325,7 @@ void FastSlam::renew(DueRedraw due) {
     };
     population.leaves_redraw = due == DueRedraw::leave;
     population.closes_loop = past_.closes_loop(options_.strategy.redraw.closure_absence);
+    population.needs_redraw = past_is_beyond(2);
   }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,

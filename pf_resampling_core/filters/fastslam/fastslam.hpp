@@ -252,6 +252,7 @@ class FastSlam {
   std::vector<RangeBearingObservation> with_found_noise(
       std::vector<RangeBearingObservation> observations) const;
   bool start_past();
+  bool past_is_beyond(int windows) const;  // of the strategy's redraw
   void note_past(const OdometryIncrement& odometry,
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool redraw(int size);

@@ -23,6 +23,12 @@ constexpr double kLeastShare = 0.7;
 constexpr double kClear = 0.75;
 // Pairs of places that are tried: those farthest apart tell the heading best.
 constexpr std::size_t kMostPairs = 12;
+// Answers that are looked at in a scan, whatever the size of the map; about half a second.
+constexpr std::size_t kMostAnswers = 100000;
+// Landmarks of a map beyond which their pairs alone would take longer.
+constexpr std::size_t kMostLandmarks = 5000;
+// Places that are told apart: those seen most often.
+constexpr std::size_t kMostSeenPlaces = 30;
 // Two answers are the same robot's if they put what was seen no farther apart.
 constexpr double kSame = 1.0;  // m
 // With known ids, several scans, of different landmarks.
@@ -115,8 +121,15 @@ std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const std::vector<Seen
 }  // namespace
 
 std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
-                                             const std::vector<LandmarkEstimate>& map) {
+                                             const std::vector<LandmarkEstimate>& map,
+                                             std::size_t* next_pair) {
+  if (map.size() > kMostLandmarks) return std::nullopt;
   const LandmarksByX landmarks(map);
+  // What there is no time for is tried first at the next scan.
+  const auto give_up = [&](std::size_t pairs_tried) -> std::optional<std::vector<int>> {
+    if (next_pair != nullptr) *next_pair += pairs_tried;
+    return std::nullopt;
+  };
   Answer best;
   int second = 0;
   const auto take = [&](Answer answer) {
@@ -129,7 +142,12 @@ std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& place
       second = std::max(second, answer.matches);
     }
   };
-  for (const auto& [a, b] : pairs_of(places)) {
+  const auto pairs = pairs_of(places);
+  const std::size_t first_pair = next_pair == nullptr ? 0 : *next_pair;
+  std::size_t answers = 0;
+  std::size_t tried = 0;
+  for (; tried < pairs.size() && (tried == 0 || answers < kMostAnswers / 2); ++tried) {
+    const auto& [a, b] = pairs[(first_pair + tried) % pairs.size()];
     const double apart = (places[a].place - places[b].place).norm();
     for (const LandmarkEstimate& first : map) {
       for (const LandmarkEstimate& other : map) {
@@ -139,11 +157,13 @@ std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& place
             std::sqrt(places[a].sigma * places[a].sigma + places[b].sigma * places[b].sigma +
                       0.5 * (first.covariance.trace() + other.covariance.trace()));
         if (std::abs((first.mean - other.mean).norm() - apart) > tolerance) continue;
+        if (++answers > kMostAnswers) return give_up(tried + 1);
         take(answer_of(align_points({places[a].place, places[b].place}, {first.mean, other.mean}),
                        places, landmarks));
       }
     }
   }
+  if (tried < pairs.size()) give_up(tried);
   const bool is_enough = best.matches >= kLeastMatches &&
                          best.matches >= kLeastShare * static_cast<double>(places.size());
   if (!is_enough || second >= kClear * best.matches) return std::nullopt;
@@ -205,7 +225,13 @@ std::optional<PoseEstimate> GlobalSearch::add(
                               [](const SeenPlace& place) { return place.sightings < 2; }),
                places.end());
   if (static_cast<int>(places.size()) < kLeastMatches) return std::nullopt;
-  const auto landmarks = match_places(places, map);
+  if (places.size() > kMostSeenPlaces) {
+    std::stable_sort(places.begin(), places.end(), [](const auto& one, const auto& other) {
+      return one.sightings > other.sightings;
+    });
+    places.resize(kMostSeenPlaces);
+  }
+  const auto landmarks = match_places(places, map, &next_pair_);
   if (!landmarks) return std::nullopt;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if ((*landmarks)[i] < 0) continue;

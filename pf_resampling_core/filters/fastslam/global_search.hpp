@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -37,6 +38,7 @@ class GlobalSearch {
 
   Pose2 robot_;                     // by odometry, since the search began
   std::deque<Sighting> sightings_;  // in order of time
+  std::size_t next_pair_ = 0;       // of places, with which the next search begins
 };
 
 /// A place where something was seen: the mean of sightings that lie together.
@@ -46,8 +48,12 @@ struct SeenPlace {
   int sightings = 1;
 };
 
-/// Which landmark of the map each place is (-1: none), if that is clear. Throws nothing.
+/// Which landmark of the map each place is (-1: none), if that is clear. Nothing in a map of more
+/// than 5000 landmarks. Where there are too many ways to try them all at once, it begins with the
+/// pair of places `next_pair`, if that is given, and moves it past those that it tried. Throws
+/// nothing.
 std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
-                                             const std::vector<LandmarkEstimate>& map);
+                                             const std::vector<LandmarkEstimate>& map,
+                                             std::size_t* next_pair = nullptr);
 
 }  // namespace pf_resampling

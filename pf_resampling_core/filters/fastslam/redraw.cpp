@@ -16,6 +16,9 @@ constexpr int kMostRefusals = 10;
 constexpr int kIterations = 8;               // from the last solution on, three are the rule
 constexpr double kSmallestSigma = 1e-6;      // m, rad: of what all particles agree on
 constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is known
+constexpr int kFewToStartFrom = 50;          // landmarks from which a past starts at once, ...
+constexpr int kMostToStartFrom = 500;        // ... and at most,
+constexpr int kStepsBetweenStarts = 20;      // updates after which it is tried again
 constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are within it
 
 }  // namespace
@@ -65,6 +68,9 @@ std::vector<RangeBearingObservation> FastSlam::with_found_noise(
 // The belief to begin with: where all agree and there is no map, that pose; else the moments of the
 // population. False if these do not make a Gaussian.
 bool FastSlam::start_past() {
+  // The joint covariance of a large map takes a second: it has to wait for its turn.
+  if (status_.landmarks > kMostToStartFrom) return false;
+  if (status_.landmarks > kFewToStartFrom && step_ % kStepsBetweenStarts != 0) return false;
   if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
       (particles_.y == particles_.y[0]).all() &&
       (particles_.heading == particles_.heading[0]).all()) {
@@ -150,6 +156,14 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
       past_.append_unassigned(sighting);
     }
   }
+  // Where nothing is seen, nothing is drawn anew that would bound it.
+  const RedrawOptions& redraw = options_.strategy.redraw;
+  if (past_is_beyond(4)) past_.bound(redraw.window, redraw.robust_width);
+}
+
+bool FastSlam::past_is_beyond(int windows) const {
+  const int window = options_.strategy.redraw.window;
+  return window > 0 && static_cast<int>(past_.graph().poses.size()) / window >= windows;
 }
 
 // What cannot be solved so often in a row will not be: the past begins anew with the population.

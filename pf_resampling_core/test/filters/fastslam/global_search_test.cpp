@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/models/point_alignment.hpp"
+#include "pf_resampling_core/population/random_stream.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -85,6 +86,39 @@ TEST(GlobalSearch, FindsTheRobotByWhatItSawOnItsWay) {
     EXPECT_NEAR(found->mean.y, robot.y, 1e-6);
     EXPECT_NEAR(wrap_angle(found->mean.heading - robot.heading), 0.0, 1e-6);
   }
+}
+
+// On a grid, pairs of landmarks at any distance are many: 1600 of them about 60,000 for one pair of
+// places.
+TEST(GlobalSearch, WhatThereIsNoTimeForComesAtTheNextScan) {
+  std::vector<LandmarkEstimate> grid;
+  for (int i = 0; i < 1600; ++i) grid.push_back(landmark(i, i % 40, i / 40));
+  const auto places = seen_from({1.0, 2.0, 0.5}, {grid[0], grid[23], grid[700], grid[930]});
+  std::size_t next_pair = 0;
+  for (int scan = 0; scan < 3; ++scan) {
+    const std::size_t before = next_pair;
+    EXPECT_FALSE(match_places(places, grid, &next_pair));
+    EXPECT_GT(next_pair, before);
+    EXPECT_LT(next_pair, before + 6) << "all six pairs take too long";
+  }
+}
+
+// Where distances differ, a large map takes no longer than that allows.
+TEST(GlobalSearch, FindsTheRobotAmongAThousandLandmarks) {
+  std::vector<LandmarkEstimate> map;
+  const RandomStream places(3, RandomPurpose::motion, 0);
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    map.push_back(landmark(static_cast<std::int64_t>(i), 200.0 * places.uniform(2 * i),
+                           200.0 * places.uniform(2 * i + 1)));
+  }
+  const std::vector<int> seen = {4, 100, 230, 500, 777, 901};
+  std::vector<LandmarkEstimate> some;
+  for (const int i : seen) some.push_back(map[static_cast<std::size_t>(i)]);
+  std::size_t next_pair = 0;
+  const auto matched = match_places(seen_from({50.0, 60.0, -1.0}, some), map, &next_pair);
+  ASSERT_TRUE(matched);
+  EXPECT_EQ(*matched, seen);
+  EXPECT_EQ(next_pair, 0u);
 }
 
 }  // namespace

@@ -372,6 +372,52 @@ TEST(Redraw, LeavesAMapThatIsTooLargeToResampling) {
   }
 }
 
+// The joint covariance of the particles' maps is of all pairs of landmarks.
+TEST(Redraw, APastDoesNotStartFromAMapThatIsTooLarge) {
+  for (const int landmarks : {60, 501}) {
+    FastSlamOptions options = redraw_options();
+    options.particles = 4;
+    options.strategy.renewal = Renewal::resampling;
+    FastSlam filter(options, 1);
+    std::vector<RangeBearingObservation> scan;
+    for (int id = 0; id < landmarks; ++id) {
+      RangeBearingObservation z;
+      z.id = id;
+      z.range = 5.0 + 0.01 * id;
+      z.bearing = 0.01 * id - 2.0;
+      scan.push_back(z);
+    }
+    OdometryIncrement still;
+    filter.update(still, scan);
+    options.strategy.renewal = Renewal::redraw;
+    filter.set_options(options);
+    for (int update = 2; update < 20; ++update) filter.update(still, {scan.front()});
+    EXPECT_TRUE(filter.past().is_empty());
+    filter.update(still, {scan.front()});
+    EXPECT_EQ(filter.past().is_empty(), landmarks > 500);
+  }
+}
+
+// Whatever the options say of when to draw anew, and whether anything is seen.
+TEST(Redraw, ThePastIsBoundedWhateverHappens) {
+  FastSlamOptions options = redraw_options();
+  options.strategy.redraw.every_n = 0;
+  options.strategy.redraw.closure_absence = 0;
+  options.strategy.redraw.window = 20;
+  for (const bool sees : {true, false}) {
+    FastSlam filter(options, 5);
+    const std::vector<Step> steps = drive(200, true, 5);
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+      const bool is_seen = sees || k < 5;
+      filter.update(steps[k].odometry,
+                    is_seen ? steps[k].observations : std::vector<RangeBearingObservation>());
+      ASSERT_LE(filter.past().graph().poses.size(), sees ? 41u : 81u);
+    }
+    EXPECT_EQ(filter.status().redraws > 0, sees);
+    EXPECT_TRUE(filter.estimate().covariance.allFinite());
+  }
+}
+
 // The count is saved, so that the past of a filter that goes on from there begins anew when that of
 // the other would have.
 TEST(Redraw, RefusalsInARowAreSaved) {
