@@ -39,7 +39,7 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
                                      const BeaconMclSinks& sinks)
     : FilterPipeline(options, sinks), names_(names_of(options)) {
   for (const auto& [frame, place] : options_.antennas) {
-    frames_.add(options_.frames.base, frame, place);
+    take_mounting("antennas", frame, place);
   }
   if (options_.beacons.size() > static_cast<std::size_t>(options_.max_beacons)) {
     throw Error("there are " + std::to_string(options_.beacons.size()) +

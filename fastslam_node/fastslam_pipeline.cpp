@@ -40,7 +40,7 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
       starts_frozen_(options.filter.map.frozen),
       tags_(FramePattern(options.tag_pattern), options.frames) {
   for (const auto& [frame, place] : options_.sensors) {
-    frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
+    take_mounting("sensors", frame, {place.x, place.y, 0.0}, place.heading);
   }
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
   filter_->set_deferred_redraws(options_.deferred);

@@ -69,7 +69,11 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   const Pose2 sensor = {camera_pose->translation().x(), camera_pose->translation().y(),
                         heading_of(camera_pose->linear())};
   const std::string frame = camera + " from above";
-  on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading);
+  if (!on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading)) {
+    return rejection(RejectReason::unknown_frame, "where '", frame,
+                     "' is cannot be kept: its name is longer than ", kLongestFrameName,
+                     " characters, or there are more frames than any robot has");
+  }
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);
   LandmarkObservation seen;
   seen.id = *id_of(tag);

@@ -67,6 +67,22 @@ TEST(DeadReckoning, TellsWhenTheFilterHasToGoOnWithoutObservations) {
   EXPECT_NEAR(drive.odometry.overdue()->toSec(), 115.1 - 7.5, 0.11);
 }
 
+TEST(DeadReckoning, TellsWhenMoreMessagesWaitThanAreKept) {
+  DeadReckoning odometry{OdometryBufferOptions()};
+  nav_msgs::Odometry message = message_at(0.0);
+  for (std::size_t i = 1; i < OdometryBuffer::kMost; ++i) {
+    odometry.take(message, {});
+    message.header.stamp += ros::Duration(0, 1);
+  }
+  EXPECT_FALSE(odometry.overdue());
+  odometry.take(message, {});
+  ASSERT_TRUE(odometry.overdue());
+  EXPECT_TRUE(odometry.covers(*odometry.overdue()));
+  EXPECT_GT(*odometry.overdue(), odometry.used());
+  odometry.use_until(*odometry.overdue(), {});
+  EXPECT_FALSE(odometry.overdue());
+}
+
 TEST(DeadReckoning, StartsOverWhenTimeJumpsBack) {
   Drive drive;
   drive.until(5.0);

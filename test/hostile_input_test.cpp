@@ -175,6 +175,27 @@ TYPED_TEST(HostileInput, ParticlesOfTheOldestOdometryAreBroughtForward) {
   EXPECT_EQ(run.pipeline.rejects().total(), 0u);
 }
 
+// While there is no odometry to compare them with, they may wait; then they must not keep the place
+// of those that can be used.
+TYPED_TEST(HostileInput, ObservationsFromFarAheadOfTheFirstOdometryKeepNoPlace) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  for (const double ahead : {1e8, 2e8, 3e8}) {
+    for (const auto& message : Drive::messages(0.0, 20.0)) {
+      if (!std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message)) {
+        run.feed({later(message, ros::Duration(ahead))});
+      }
+    }
+  }
+  run.feed(Drive::messages(0.0, 20.0));
+  std::uint64_t ahead = 0;
+  for (const RejectCounter::Count& count : run.pipeline.rejects().counts()) {
+    if (count.reason == RejectReason::ahead_of_odometry) ahead += count.count;
+  }
+  EXPECT_EQ(ahead, static_cast<std::uint64_t>(Drive::options().queue_length));
+  expect_good_again(&run, 20.0);
+}
+
 TEST(HostileInputOfBeaconMcl, BeaconsMayComeLateAndChange) {
   using Drive = BeaconMclDrive;
   Rig run;
@@ -343,6 +364,10 @@ TEST(HostileInputOfFastSlam, ATagWhoseNameHasNoEndIsRejected) {
   run.pipeline.handle(message);
   EXPECT_EQ(run.rejected("tf", RejectReason::unknown_frame), 1u);
   EXPECT_TRUE(run.has_said("30007 characters"));
+  message.transforms[0].header.frame_id = kLongName;
+  message.transforms[0].child_frame_id = "beacon_3";
+  run.pipeline.handle(message);
+  EXPECT_EQ(run.rejected("tf", RejectReason::unknown_frame), 2u);
   expect_good_again(&run, 20.0);
 }
 

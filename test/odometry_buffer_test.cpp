@@ -262,5 +262,16 @@ TEST(OdometryBuffer, TurnsAsTheImuSays) {
   EXPECT_NEAR(last.mean.heading, 0.8 * step, 1e-9);
 }
 
+TEST(OdometryBuffer, MessagesWithoutEndTakeNoMoreMemory) {
+  OdometryBuffer buffer;
+  StampedOdometry odometry = at(100.0, 0.0);
+  for (std::size_t i = 0; i < 2 * OdometryBuffer::kMost; ++i) {
+    odometry.stamp += ros::Duration(0, 1);
+    buffer.add(odometry);
+    ASSERT_LE(buffer.size(), static_cast<int>(OdometryBuffer::kMost));
+  }
+  EXPECT_EQ(buffer.newest(), odometry.stamp);
+}
+
 }  // namespace
 }  // namespace pf_resampling

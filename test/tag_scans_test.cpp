@@ -100,7 +100,7 @@ FastSlamPipelineOptions tag_options() {
 
 /// Tags of one camera that sits on the robot's frame, for tests of what is a scan.
 struct Detector {
-  Detector() { on_robot.add("base_link", "camera", {kCameraX, 0.0, 0.0}); }
+  Detector() { EXPECT_TRUE(on_robot.add("base_link", "camera", {kCameraX, 0.0, 0.0})); }
 
   std::optional<Rejection> see(const std::string& tag, double stamp, double odometry,
                                const std::string& camera = "camera") {
@@ -141,7 +141,7 @@ TEST(TagScans, TheTagsOfAnImageAreAScan) {
 
 TEST(TagScans, EachCameraHasItsOwn) {
   Detector detector;
-  detector.on_robot.add("base_link", "rear", {-0.2, 0.0, 0.0}, kPi);
+  EXPECT_TRUE(detector.on_robot.add("base_link", "rear", {-0.2, 0.0, 0.0}, kPi));
   EXPECT_FALSE(detector.see("tag_1", 10.0, 10.0));
   EXPECT_FALSE(detector.see("tag_1", 10.01, 10.0, "rear"));
   EXPECT_FALSE(detector.see("tag_2", 10.0, 10.0));
@@ -165,7 +165,7 @@ TEST(TagScans, WhatARelayRepeatsIsPassedOver) {
 TEST(TagScans, TagsAndImagesWithoutEndTakeNoMoreMemory) {
   StaticFrames frames;
   TagScans tags{FramePattern(kPattern), FrameNames()};
-  frames.add("base_link", "camera", {0.0, 0.0, 1.0});
+  EXPECT_TRUE(frames.add("base_link", "camera", {0.0, 0.0, 1.0}));
   const ros::Time now = FastSlamDrive::at(1.0);
   const auto tag = [](int id, ros::Time stamp) {
     Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
@@ -195,7 +195,30 @@ TEST(StaticFrames, NamesWithoutEndTakeNoMoreMemory) {
   }
   EXPECT_FALSE(frames.add(transform("one_more")));
   EXPECT_FALSE(frames.pose("base_link", "one_more"));
+  EXPECT_FALSE(frames.add("base_link", "one_more", {0.0, 0.0, 0.0}));
+  EXPECT_FALSE(frames.pose("base_link", "one_more"));
   EXPECT_TRUE(frames.add(transform("sensor_5"))) << "one that is known may move";
+}
+
+TEST(StaticFrames, AChainWithoutEndLeadsNowhere) {
+  StaticFrames frames;
+  std::string parent = "base_link";
+  for (int link = 1; link <= 101; ++link) {
+    const std::string child = "link_" + std::to_string(link);
+    ASSERT_TRUE(
+        frames.add(transform_of(parent, child, Eigen::Isometry3d::Identity(), ros::Time(1.0))));
+    parent = child;
+  }
+  EXPECT_TRUE(frames.pose("base_link", "link_100"));
+  EXPECT_FALSE(frames.pose("base_link", "link_101"));
+}
+
+TEST(TagScans, ACameraWhoseNameLeavesNoRoomIsRejected) {
+  Detector detector;
+  const std::string camera(250, 'c');
+  EXPECT_TRUE(detector.on_robot.add("base_link", camera, {0.0, 0.0, 1.0}));
+  EXPECT_EQ(detector.see("tag_1", 10.0, 10.0, camera)->reason, RejectReason::unknown_frame);
+  EXPECT_EQ(detector.complete(11.0), Sizes{});
 }
 
 TEST(StaticFrames, WhatGoesInACircleIsNowhere) {

@@ -10,6 +10,8 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kFarthest = 1e6;  // m; no robot is that large
+// Joints between a robot and its sensor: more than there are of any. Also what ends a circle.
+constexpr int kLongestChain = 100;
 
 }  // namespace
 
@@ -30,19 +32,22 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   return true;
 }
 
-void StaticFrames::add(const std::string& parent, const std::string& frame,
+bool StaticFrames::add(const std::string& parent, const std::string& frame,
                        const Eigen::Vector3d& place, double yaw) {
-  Parent& entry = parents_[without_slash(frame)];
+  const std::string child = without_slash(frame);
+  if (std::max(parent.size(), child.size()) > kLongestFrameName) return false;
+  if (parents_.size() >= kMost && parents_.count(child) == 0) return false;
+  Parent& entry = parents_[child];
   entry.frame = without_slash(parent);
   entry.pose = Eigen::Translation3d(place) * Eigen::AngleAxisd(yaw, Eigen::Vector3d(0.0, 0.0, 1.0));
+  return true;
 }
 
 std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
                                                     const std::string& frame) const {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   std::string current = frame;
-  // A chain longer than there are frames goes in a circle.
-  for (std::size_t step = 0; step <= parents_.size(); ++step) {
+  for (int step = 0; step <= kLongestChain; ++step) {
     if (current == base) return pose;
     const auto parent = parents_.find(current);
     if (parent == parents_.end()) return std::nullopt;

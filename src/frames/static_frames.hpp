@@ -23,12 +23,13 @@ class StaticFrames {
   /// is of a new frame and there are kMost already.
   bool add(const geometry_msgs::TransformStamped& transform);
 
-  /// A frame at `place` (m) in the frame `parent`, turned by `yaw` (rad) about its z axis.
-  void add(const std::string& parent, const std::string& frame, const Eigen::Vector3d& place,
+  /// A frame at `place` (m) in the frame `parent`, turned by `yaw` (rad) about its z axis. Returns
+  /// false, and ignores it, if a name is too long or there are too many, likewise.
+  bool add(const std::string& parent, const std::string& frame, const Eigen::Vector3d& place,
            double yaw = 0.0);
 
   /// Place of the origin of `frame` in the frame `base` (m). Nothing if they are not connected
-  /// going up from `frame` to `base`.
+  /// going up from `frame` to `base`, by 100 steps at most.
   std::optional<Eigen::Vector3d> origin(const std::string& base, const std::string& frame) const;
 
   /// The frame `frame` in the frame `base`, likewise.

@@ -130,7 +130,9 @@ void DeadReckoning::resume(const SavedProgress& progress, const OdometryNoise& n
 }
 
 std::optional<ros::Time> DeadReckoning::overdue() const {
-  if (buffer_.empty() || (buffer_.newest() - used_).toSec() < 0.5 * length_) return std::nullopt;
+  if (buffer_.empty()) return std::nullopt;
+  if (buffer_.is_full() && used_ < buffer_.middle()) return buffer_.middle();
+  if ((buffer_.newest() - used_).toSec() < 0.5 * length_) return std::nullopt;
   return buffer_.newest() - ros::Duration(0.25 * length_);
 }
 

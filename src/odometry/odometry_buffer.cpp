@@ -156,6 +156,7 @@ OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry, ro
   if (newest().toSec() > options_.length) {
     forget_before(std::min(used, newest() - ros::Duration(options_.length)));
   }
+  if (is_full()) forget_before(std::min(used, middle()));
   const Sample& last = samples_.back();
   if (continues(last.stamp, last.received, odometry)) {
     suspects_.clear();

@@ -3,6 +3,7 @@
 #include <ros/time.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -80,6 +81,12 @@ class OdometryBuffer {
   /// Saves what is kept from the last pose that is not after `from` on; goes on from there.
   void save(ros::Time from, SavedProgress* progress) const;
   void resume(const SavedProgress& progress);
+
+  /// However close together poses come: as many as of 10,000 s at 20 Hz. What is needed from `used`
+  /// on is only kept longer if the owner does not move that on, to the middle at least.
+  static constexpr std::size_t kMost = 200000;
+  bool is_full() const { return samples_.size() >= kMost; }
+  ros::Time middle() const { return samples_[samples_.size() / 2].stamp; }
 
   bool empty() const { return samples_.empty(); }
   int size() const { return static_cast<int>(samples_.size()); }

@@ -220,6 +220,9 @@ class FilterPipeline {
   /// The filter was put elsewhere: what was before says nothing of it.
   void take_new_belief();
   void process_ready();
+  /// Where a sensor is on the robot, as `parameter` says; throws Error if that cannot be kept.
+  void take_mounting(const char* parameter, const std::string& frame, const Eigen::Vector3d& place,
+                     double heading = 0.0);
   void reject(const std::string& input, const Rejection& rejection);
   void reject(const Rejection& rejection) { reject(Types::kNames.topic, rejection); }
   void log(LogLevel level, const std::string& text) const;
@@ -247,6 +250,7 @@ class FilterPipeline {
   void take_offered_pose();
   void refuse_offered_pose(const std::string& reason);
   void take_belief();
+  void drop_far_ahead();
   void drop_oldest();
   void drop_late();
   bool is_covered(const Message& message) const;

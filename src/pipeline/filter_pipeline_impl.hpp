@@ -37,6 +37,13 @@ FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSink
   note_preset();
 }
 
+// The name in a transform that is too long to be one; null if both are names.
+inline const std::string* name_without_end(const geometry_msgs::TransformStamped& transform) {
+  if (transform.child_frame_id.size() > kLongestFrameName) return &transform.child_frame_id;
+  if (transform.header.frame_id.size() > kLongestFrameName) return &transform.header.frame_id;
+  return nullptr;
+}
+
 // ---- the way in --------------------------------------------------------------------------------
 
 template <typename Types>
@@ -111,6 +118,7 @@ void FilterPipeline<Types>::take_odometry(const nav_msgs::Odometry& message) {
     log(LogLevel::warning, taken.warning + (anew ? ", the filter starts from nothing" : ""));
   }
   if (taken.time_jumped) forget_time(taken);
+  drop_far_ahead();
   note_reading();
   take_offered_pose();
   hand_over_observations();
@@ -167,6 +175,17 @@ void FilterPipeline<Types>::note_used(const std::vector<Message>& group) {
   }
 }
 
+// What came before any odometry could not be compared with it, and would keep the place of others.
+template <typename Types>
+void FilterPipeline<Types>::drop_far_ahead() {
+  while (!waiting_.empty()) {
+    const auto rejection = odometry_.check_ahead(waiting_.back().header.stamp, options_.max_ahead);
+    if (!rejection) return;
+    reject(*rejection);
+    waiting_.pop_back();
+  }
+}
+
 template <typename Types>
 void FilterPipeline<Types>::drop_oldest() {
   const bool is_late = filter_ && odometry_.covers(waiting_.front().header.stamp);
@@ -193,6 +212,12 @@ void FilterPipeline<Types>::handle(const geometry_msgs::PoseWithCovarianceStampe
 template <typename Types>
 void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    const std::string* const too_long = name_without_end(transform);
+    if (too_long != nullptr) {
+      reject("tf", {RejectReason::unknown_frame,
+                    "the name of frame '" + shown_name(*too_long) + "' is too long"});
+      continue;
+    }
     if (take_transform(transform)) continue;
     // Where the robot is comes from odometry and from this filter, not from tf.
     const std::string child = without_slash(transform.child_frame_id);
@@ -204,10 +229,7 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
       take_odometry(to_odometry_message(transform));
     }
     if (child == options_.frames.base || child == options_.frames.odom) continue;
-    if (child.size() > kLongestFrameName) {
-      reject("tf", {RejectReason::unknown_frame,
-                    "the name of frame '" + shown_name(child) + "' is too long"});
-    } else if (!frames_.add(transform)) {
+    if (!frames_.add(transform)) {
       reject("tf",
              {RejectReason::not_finite, "the transform of frame '" + child +
                                             "' is not a rigid motion relative to another frame, "
@@ -282,6 +304,16 @@ void FilterPipeline<Types>::take_new_belief() {
 template <typename Types>
 void FilterPipeline<Types>::take_belief() {
   belief_ = filter_ ? belief_of_filter() : std::nullopt;
+}
+
+template <typename Types>
+void FilterPipeline<Types>::take_mounting(const char* parameter, const std::string& frame,
+                                          const Eigen::Vector3d& place, double heading) {
+  if (frames_.add(options_.frames.base, frame, place, heading)) return;
+  throw Error(std::string(parameter) + ": '" + shown_name(frame) +
+              "' cannot be taken: names have at most " + std::to_string(kLongestFrameName) +
+              " characters, and there are at most " + std::to_string(StaticFrames::kMost) +
+              " frames");
 }
 
 template <typename Types>
