@@ -10,12 +10,17 @@
 
 namespace pf_resampling::text_file {
 
-std::string printable(const std::string& text) {
-  std::string shown = text.substr(0, 40);
+std::string letters(const std::string& text) {
+  constexpr std::size_t kShown = 40;
+  std::string shown = text.substr(0, kShown);
   for (char& letter : shown) {
     if (letter < ' ' || letter > '~') letter = '?';
   }
-  return '"' + shown + (text.size() > 40 ? "...\"" : "\"");
+  return text.size() > kShown ? shown + "..." : shown;
+}
+
+std::string printable(const std::string& text) {
+  return '"' + letters(text) + '"';
 }
 
 bool parse(const std::string& word, double* value) {

@@ -85,6 +85,8 @@ class Checksum {
 
 /// What is in a damaged file may be anything; what is said about it is one line of letters.
 std::string printable(const std::string& text);
+/// Likewise, without quotes.
+std::string letters(const std::string& text);
 
 /// The whole of `word` as a finite number in decimals, as a number from 0 to `most`; false if it is
 /// none.

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 
 namespace pf_resampling {
 
@@ -111,11 +112,14 @@ std::optional<Eigen::MatrixXd> MatFile::matrix(const std::string& name,
 }
 
 std::string MatFile::names() const {
+  constexpr std::size_t kShown = 20;
   std::string names;
-  for (const MatVariable& variable : variables_) {
+  for (std::size_t i = 0; i < std::min(kShown, variables_.size()); ++i) {
+    const std::string& name = variables_[i].name;
     names += names.empty() ? "" : ", ";
-    names += variable.name.empty() ? "one without a name" : variable.name;
+    names += name.empty() ? "one without a name" : text_file::letters(name);
   }
+  if (variables_.size() > kShown) names += ", ...";
   return names.empty() ? "nothing" : names;
 }
 
