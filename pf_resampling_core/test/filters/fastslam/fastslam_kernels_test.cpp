@@ -84,8 +84,12 @@ TEST(Kernels, StayFiniteWhereThePoseIsAllButUnknown) {
       pose.col(0).data(), pose.col(1).data(), pose.col(2).data(),
       pose.col(3).data(), pose.col(4).data(), pose.col(5).data(),
       pose.col(6).data(), pose.col(7).data(), pose.col(8).data()};
-  const LandmarkRow row = {landmark.col(0).data(), landmark.col(1).data(), landmark.col(2).data(),
-                           landmark.col(3).data(), landmark.col(4).data(), landmark.col(4).data(),
+  const LandmarkRow row = {landmark.col(0).data(),
+                           landmark.col(1).data(),
+                           landmark.col(2).data(),
+                           landmark.col(3).data(),
+                           landmark.col(4).data(),
+                           landmark.col(4).data(),
                            held.data()};
   const double peak = -std::log(2.0 * M_PI) - 0.5 * std::log(0.01 * 0.0025);
   Eigen::ArrayXd distance(kCount);
