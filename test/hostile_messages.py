@@ -1,8 +1,11 @@
 """A drive on a circle that both nodes follow, and what can be done to them while they do: for check_hostile_input.py and
 for check_soak_attacked.py."""
 
+import contextlib
+import io
 import math
 import random
+import struct
 import threading
 import time
 import xmlrpc.client
@@ -16,7 +19,7 @@ from geometry_msgs.msg import Pose, PoseArray, PoseWithCovarianceStamped, Transf
 from nav_msgs.msg import Odometry
 from pf_resampling.msg import (BeaconArray, BeaconPosition, BeaconRange, LandmarkObservation,
                                LandmarkObservationArray)
-from pf_resampling.srv import LoadMap, SaveMap, SetParticles
+from pf_resampling.srv import LoadMap, SaveMap, SetParticles, SetParticlesRequest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Range
 from tf2_msgs.msg import TFMessage
@@ -160,6 +163,17 @@ def memory_of(pid):
         return int(file.read().split()[1]) // 256
 
 
+def peak_of(pid):
+    """Of its memory, MiB; since forget_peak(), if it may be forgotten."""
+    with open('/proc/{}/status'.format(pid), encoding='ascii') as file:
+        return next(int(line.split()[1]) // 1024 for line in file if line.startswith('VmHWM:'))
+
+
+def forget_peak(pid):
+    with contextlib.suppress(OSError), open('/proc/{}/clear_refs'.format(pid), 'w', encoding='ascii') as file:
+        file.write('5')
+
+
 # ---- attacks that come once ---------------------------------------------------------------------
 
 
@@ -199,6 +213,26 @@ def long_names(drive):
     tag.header.stamp, tag.header.frame_id = measured.header.stamp, 'base_link'
     tag.transform.rotation.w = 1.0
     drive.publish('/tf', TFMessage(transforms=[tag]))
+
+
+def without_elements(message):
+    """Ends in an array, of which it says that it has 2^26 elements: there is none."""
+    whole = io.BytesIO()
+    message.serialize(whole)
+    cut = whole.getvalue()[:-4] + struct.pack('<I', 1 << 26)
+    return type('WithoutElements', (type(message),), {'serialize': lambda _, buffer: buffer.write(cut)})()
+
+
+def false_lengths(drive):
+    scan = LandmarkObservationArray()
+    scan.header.stamp, scan.header.frame_id = drive.stamp(0.1 * drive.step), 'base_link'
+    for topic, message in (('/beacons', drive.beacons([])), ('/landmarks', scan), ('/tf', TFMessage())):
+        drive.publish(topic, without_elements(message))
+    for name in NODES:
+        particles = SetParticlesRequest()
+        particles.particles.header.frame_id = 'map'
+        if rospy.ServiceProxy('/' + name + '/set_particles', SetParticles)(without_elements(particles)).success:
+            raise AssertionError(name + ' took particles that are not there')
 
 
 def far_clock(drive):

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "src/frames/frame_names.hpp"
+#include "src/messages/bounded_message.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/node/node_support.hpp"
 
@@ -21,10 +22,12 @@ int main(int argc, char** argv) {
   const std::string map = without_slash(node.param(filter + "/frames/map", usual.map));
   const std::string odom = without_slash(node.param(filter + "/frames/odom", usual.odom));
   const ros::Publisher publisher = node.advertise<tf2_msgs::TFMessage>("/tf", kNodeInputQueue);
-  const ros::Subscriber subscriber = node.subscribe<tf2_msgs::TFMessage>(
+  using Played = Bounded<tf2_msgs::TFMessage>;
+  const ros::Subscriber subscriber = node.subscribe<Played>(
       "played/tf", kNodeInputQueue,
-      [&](const tf2_msgs::TFMessage::ConstPtr& played) {
-        tf2_msgs::TFMessage message = *played;
+      [&](const boost::shared_ptr<const Played>& played) {
+        if (!played->is_whole) return;
+        tf2_msgs::TFMessage message = played->message;
         auto& transforms = message.transforms;
         transforms.erase(std::remove_if(transforms.begin(), transforms.end(),
                                         [&](const geometry_msgs::TransformStamped& transform) {

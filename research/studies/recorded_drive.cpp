@@ -9,7 +9,7 @@ namespace {
 
 template <typename Message>
 bool take(const rosbag::MessageInstance& message, RecordedDrive* drive) {
-  const auto pointer = message.instantiate<Message>();
+  const auto pointer = message_in<Message>(message);
   if (pointer) drive->messages.emplace_back(*pointer);
   return pointer != nullptr;
 }

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "pf_resampling_core/error.hpp"
+#include "src/messages/bounded_message.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/foreign_messages.hpp"
 #include "src/pipeline/inputs.hpp"
@@ -30,44 +31,35 @@ typename Message::ConstPtr message_in(const topic_tools::ShapeShifter& message) 
   if (message.getMD5Sum() != ros::message_traits::MD5Sum<Message>::value()) {
     throw Error("it is a " + message.getDataType() + " of another version");
   }
-  return message.instantiate<Message>();
+  return whole(message.instantiate<Bounded<Message>>());
 }
 
-/// Odometry; or a pose in the odometry frame of the robot, whose frame is `base`.
+/// Odometry; or a pose in the odometry frame of the robot, whose frame is `base`. Throws Error, as
+/// all of these do, for what cannot be read.
 template <typename Pipeline>
-void hand_over_any(const Input<nav_msgs::Odometry>& /*input*/,
-                   const topic_tools::ShapeShifter& message, const std::string& base,
-                   Pipeline* pipeline) {
+nav_msgs::Odometry read_any(const Input<nav_msgs::Odometry>& /*input*/,
+                            const topic_tools::ShapeShifter& message, const std::string& base,
+                            const Pipeline& /*pipeline*/) {
   using Pose = geometry_msgs::PoseWithCovarianceStamped;
-  if (const auto odometry = message_in<nav_msgs::Odometry>(message)) {
-    pipeline->handle(*odometry);
-  } else if (const auto pose = message_in<Pose>(message)) {
-    pipeline->handle(to_odometry_message(*pose, base));
-  } else {
-    throw Error("odometry comes as " + message.getDataType() +
-                "; nav_msgs/Odometry or geometry_msgs/PoseWithCovarianceStamped is needed");
-  }
+  if (const auto odometry = message_in<nav_msgs::Odometry>(message)) return *odometry;
+  if (const auto pose = message_in<Pose>(message)) return to_odometry_message(*pose, base);
+  throw Error("odometry comes as " + message.getDataType() +
+              "; nav_msgs/Odometry or geometry_msgs/PoseWithCovarianceStamped is needed");
 }
 
 template <typename Pipeline>
-void hand_over_any(const Input<LandmarkObservationArray>& /*input*/,
-                   const topic_tools::ShapeShifter& message, const std::string& /*base*/,
-                   Pipeline* pipeline) {
-  if (const auto scan = message_in<LandmarkObservationArray>(message)) {
-    pipeline->handle(*scan);
-  } else {
-    std::visit([&](const auto& seen) { pipeline->handle(seen); }, landmarks_in(message));
-  }
+std::variant<LandmarkObservationArray, tf2_msgs::TFMessage> read_any(
+    const Input<LandmarkObservationArray>& /*input*/, const topic_tools::ShapeShifter& message,
+    const std::string& /*base*/, const Pipeline& /*pipeline*/) {
+  if (const auto scan = message_in<LandmarkObservationArray>(message)) return *scan;
+  return landmarks_in(message);
 }
 
 template <typename Pipeline>
-void hand_over_any(const Input<BeaconRange>& /*input*/, const topic_tools::ShapeShifter& message,
-                   const std::string& /*base*/, Pipeline* pipeline) {
-  if (const auto range = message_in<BeaconRange>(message)) {
-    pipeline->handle(*range);
-  } else {
-    pipeline->handle(range_in(message, pipeline->antenna(), ros::Time::now()));
-  }
+BeaconRange read_any(const Input<BeaconRange>& /*input*/, const topic_tools::ShapeShifter& message,
+                     const std::string& /*base*/, const Pipeline& pipeline) {
+  if (const auto range = message_in<BeaconRange>(message)) return *range;
+  return range_in(message, pipeline.antenna(), ros::Time::now());
 }
 
 }  // namespace pf_resampling

@@ -6,13 +6,17 @@
 
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "pf_resampling_core/files/new_file.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/checkpoint/pose_keeper.hpp"
+#include "src/messages/bounded_message.hpp"
 #include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
@@ -58,8 +62,9 @@ class FilterNode {
     for_each_input<Pipeline>(
         [this](const auto& input, const char* topic) { subscribe(input, topic); });
     say_what_is_missing();
-    watch_ = node->createWallTimer(ros::WallDuration(10.0),
-                                   [this](const auto&) { say_what_is_missing(); });
+    watch_ = node->createWallTimer(ros::WallDuration(10.0), [this](const auto&) {
+      pipeline_.guard("log", [this] { say_what_is_missing(); });
+    });
     serve("reset", [this] { pipeline_.reset(); });
     serve<SetParticles>("set_particles", [this](const auto& request) {
       return pipeline_.set_particles(request.particles, request.weights);
@@ -75,10 +80,12 @@ class FilterNode {
   void serve(const std::string& name, const Work& work) {
     using Request = typename Service::Request;
     using Response = typename Service::Response;
-    advertise<Request, Response>(name, [this, name, work](Request& request, Response& response) {
-      answer([&] { return pipeline_.ask(name.c_str(), [&] { return work(request); }); }, &response);
-      return true;
-    });
+    advertise<Bounded<Request>, Response>(
+        name, [this, name, work](Bounded<Request>& request, Response& response) {
+          const auto done = [&] { return work(whole(request)); };
+          answer([&] { return pipeline_.ask(name.c_str(), done); }, &response);
+          return true;
+        });
   }
   /// Likewise one without request and response.
   template <typename Work>
@@ -139,27 +146,43 @@ class FilterNode {
     // A publisher of any type is heard where messages of other packages are known.
     if constexpr (kTakesOtherTypes<Message>) {
       listen<topic_tools::ShapeShifter>(topic, [this, input, topic](const auto& message) {
-        pipeline_.guard(topic, [&] {
-          try {
-            hand_over_any(input, message, base_, &pipeline_);
-          } catch (const Error& error) {
-            pipeline_.note_unreadable(topic, error.what());
-          }
-        });
+        take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
       });
     } else {
-      listen<Message>(topic, [this](const Message& message) { hand_over(message, &pipeline_); });
+      listen<Bounded<Message>>(topic, [this, topic](const auto& message) {
+        take_if_readable(topic, [&]() -> const Message& { return whole(message); });
+      });
     }
+  }
+
+  /// Hands over what `read` makes of a message; it throws Error for one that cannot be read.
+  template <typename Read>
+  void take_if_readable(const char* topic, const Read& read) {
+    std::optional<std::decay_t<decltype(read())>> message;
+    try {
+      message = read();
+    } catch (const Error& error) {
+      return pipeline_.note_unreadable(name_of_topic(topic), error.what());
+    }
+    hand_over(*message);
+  }
+  template <typename Message>
+  void hand_over(const Message& message) {
+    pipeline_.handle(message);
+  }
+  template <typename... Messages>
+  void hand_over(const std::variant<Messages...>& any) {
+    std::visit([this](const auto& message) { pipeline_.handle(message); }, any);
   }
 
   template <typename Message, typename Take>
   void listen(const char* topic, const Take& take) {
     const std::size_t place = awaited_.size();
     const boost::function<void(const boost::shared_ptr<const Message>&)> heard =
-        [this, place, take](const boost::shared_ptr<const Message>& message) {
+        [this, place, topic, take](const boost::shared_ptr<const Message>& message) {
           silence_.message_came();
           awaited_[place].has_come = true;
-          take(*message);
+          pipeline_.guard(name_of_topic(topic), [&] { take(*message); });
         };
     awaited_.push_back(
         {node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
+#include "src/messages/bounded_message.hpp"
 
 namespace pf_resampling {
 
@@ -36,7 +37,7 @@ class ReconfigureServer {
   void publish();
 
  private:
-  bool take(dynamic_reconfigure::Reconfigure::Request& request,
+  bool take(Bounded<dynamic_reconfigure::Reconfigure::Request>& request,
             dynamic_reconfigure::Reconfigure::Response& response);
 
   ros::NodeHandle node_;

@@ -32,13 +32,18 @@ std::variant<typename Messages::ConstPtr...> variant_of(
 template <typename Pipeline>
 using AnyMessage = decltype(variant_of(Pipeline::inputs()));
 
+/// As it is counted: "/tf" as "tf".
+inline const char* name_of_topic(const char* topic) {
+  return topic + (*topic == '/' ? 1 : 0);
+}
+
 /// The first topic that a message comes on, without its slash.
 template <typename Message, typename Pipeline>
 const char* name_of_input() {
   const char* name = "";
   for_each_input<Pipeline>([&](const auto& input, const char* topic) {
     using Taken = typename std::decay_t<decltype(input)>::Message;
-    if (std::is_same_v<Taken, Message> && *name == '\0') name = topic + (*topic == '/' ? 1 : 0);
+    if (std::is_same_v<Taken, Message> && *name == '\0') name = name_of_topic(topic);
   });
   return name;
 }
