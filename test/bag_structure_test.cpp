@@ -92,6 +92,29 @@ TEST_P(BagStructure, CountsThatDoNotFillTheirRecordAreFound) {
             "");
 }
 
+// A chunk that is unpacked again for each of a million records, or a message that is read a million
+// times, would take hours.
+TEST_P(BagStructure, WhatIsSaidTwiceIsFound) {
+  const std::string whole = bytes();
+  const std::size_t first = whole.find("chunk_pos=");
+  const std::size_t second = whole.find("chunk_pos=", first + 1);
+  ASSERT_NE(second, std::string::npos);
+  const std::size_t words = std::strlen("chunk_pos=") + 8;
+  std::string twice = whole;
+  twice.replace(second, words, whole, first, words);
+  EXPECT_NE(fault_of(twice).find("the same chunk twice"), std::string::npos) << fault_of(twice);
+
+  // The entries of an index: seconds, nanoseconds, the place in the chunk.
+  const std::string third_second("\x03\0\0\0\0\0\0\0", 8);
+  const std::string first_second("\x01\0\0\0\0\0\0\0", 8);
+  const std::size_t one = whole.find(first_second, whole.find("op=\x04"));
+  const std::size_t other = whole.find(third_second, one);
+  ASSERT_NE(other, std::string::npos);
+  twice = whole;
+  twice.replace(other, 12, whole, one, 12);
+  EXPECT_NE(fault_of(twice).find("the same message twice"), std::string::npos) << fault_of(twice);
+}
+
 TEST_P(BagStructure, TimesThatRosCannotReckonWithAreFound) {
   // Those of the index: behind the second word of an entry comes the place in the chunk.
   std::string late = bytes();

@@ -85,6 +85,7 @@ void world(const std::uint8_t* bytes, std::size_t size);
 void csv_dataset(const std::uint8_t* bytes, std::size_t size);
 void mat_dataset(const std::uint8_t* bytes, std::size_t size);
 void mrclam_dataset(const std::uint8_t* bytes, std::size_t size);
+void bag(const std::uint8_t* bytes, std::size_t size);
 void beacon_mcl_messages(const std::uint8_t* bytes, std::size_t size);
 void fastslam_messages(const std::uint8_t* bytes, std::size_t size);
 void landmark_store(const std::uint8_t* bytes, std::size_t size);

@@ -11,6 +11,7 @@ const std::vector<Target>& targets() {
                                                {"csv_dataset", csv_dataset},
                                                {"mat_dataset", mat_dataset},
                                                {"mrclam_dataset", mrclam_dataset},
+                                               {"bag", bag},
                                                {"beacon_mcl_messages", beacon_mcl_messages},
                                                {"fastslam_messages", fastslam_messages},
                                                {"landmark_store", landmark_store},

@@ -3,6 +3,7 @@
 #include <rosbag/chunked_file.h>
 #include <rosbag/stream.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
@@ -168,6 +170,14 @@ class File {
 
 using Connections = std::set<std::uint32_t>;
 
+// What is said of one thing again and again would be read again and again.
+template <typename Number>
+void require_distinct(std::vector<Number> numbers, const std::string& what) {
+  std::sort(numbers.begin(), numbers.end());
+  require(std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end(),
+          "it says the same " + what + " twice");
+}
+
 // The contents of a chunk, as long as its header says.
 std::vector<char> contents_of(File* file, const Record& chunk) {
   const auto size = chunk.fields.number<std::uint32_t>("size");
@@ -184,16 +194,17 @@ std::vector<char> contents_of(File* file, const Record& chunk) {
   rosbag::StreamFactory streams(&nowhere);
   const auto stream =
       streams.getStream(compression == "bz2" ? rosbag::compression::BZ2 : rosbag::compression::LZ4);
+  std::vector<char> contents;
   const auto unpack = [&](char fill) {
-    std::vector<char> contents(size, fill);
+    contents.assign(size, fill);
     stream->decompress(reinterpret_cast<std::uint8_t*>(contents.data()), size,
                        reinterpret_cast<std::uint8_t*>(packed.data()), chunk.size);
-    return contents;
   };
-  std::vector<char> contents = unpack('\x55');
+  unpack('\x55');
   // Unpacked to less than that, the end is as it was before.
-  require(size == 0 || contents.back() != '\x55' || unpack('\x2a').back() == '\x55',
-          "a chunk is shorter than it says");
+  const bool may_be_short = size > 0 && contents.back() == '\x55';
+  if (may_be_short) unpack('\x2a');
+  require(!may_be_short || contents.back() == '\x55', "a chunk is shorter than it says");
   return contents;
 }
 
@@ -225,6 +236,7 @@ void check_chunk(File* file, const Record& info, const Connections& connections)
   const auto indices = info.fields.number<std::uint32_t>("count");
   require(info.size == 8 * std::uint64_t{indices}, name_of(Kind::chunk_info) + " is damaged");
   std::uint64_t place = chunk.end();
+  std::vector<std::uint32_t> places;  // of the messages in the chunk
   for (std::uint32_t i = 0; i < indices; ++i) {
     const Record index = file->record(place, Kind::index);
     require(index.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
@@ -238,10 +250,12 @@ void check_chunk(File* file, const Record& info, const Connections& connections)
       const auto seconds = rest.number<std::uint32_t>("an index");
       const auto nanoseconds = rest.number<std::uint32_t>("an index");
       require(is_time(seconds, nanoseconds), "an index has a time of 2038 or later, or none");
-      check_message(contents, rest.number<std::uint32_t>("an index"), connections);
+      places.push_back(rest.number<std::uint32_t>("an index"));
+      check_message(contents, places.back(), connections);
     }
     place = index.end();
   }
+  require_distinct(std::move(places), "message");
 }
 
 std::uint32_t check_connection(File* file, const Record& record) {
@@ -268,11 +282,15 @@ void check(File* file) {
     connections.insert(check_connection(file, record));
     place = record.end();
   }
+  std::vector<Record> infos;
+  std::vector<std::uint64_t> chunks;  // their places
   for (std::uint32_t i = 0; i < chunk_count; ++i) {
-    const Record info = file->record(place, Kind::chunk_info);
-    check_chunk(file, info, connections);
-    place = info.end();
+    infos.push_back(file->record(place, Kind::chunk_info));
+    chunks.push_back(infos.back().fields.number<std::uint64_t>("chunk_pos"));
+    place = infos.back().end();
   }
+  require_distinct(std::move(chunks), "chunk");
+  for (const Record& info : infos) check_chunk(file, info, connections);
 }
 
 }  // namespace
