@@ -3,8 +3,11 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
+
+#include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 
@@ -28,7 +31,18 @@ void for_each_index(std::size_t count, int jobs, const std::function<void(std::s
     }
   };
   std::vector<std::thread> threads;
-  for (int job = 1; job < jobs; ++job) threads.emplace_back(take_and_work);
+  try {
+    for (int job = 1; job < jobs && threads.size() + 1 < count; ++job) {
+      threads.emplace_back(take_and_work);
+    }
+  } catch (const std::exception& exception) {
+    // Those that have begun end first: a thread that is not joined would end the process.
+    const std::lock_guard<std::mutex> lock(mutex);
+    next = count;
+    failure =
+        std::make_exception_ptr(Error("the system does not start " + std::to_string(jobs) +
+                                      " jobs at a time (" + exception.what() + "): give fewer"));
+  }
   take_and_work();
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
