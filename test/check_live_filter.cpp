@@ -368,6 +368,8 @@ TEST_F(LiveFilter, ServicesOfFiles) {
 
   const std::string mine = directory.write("mine", "root:x:0:0\nmy secret\n");
   std::filesystem::copy(mine, folder + "/notes");
+  const std::string list = directory.write("list", "name,my secret\nroot,my secret\n");
+  std::filesystem::copy(list, folder + "/notes.csv");
   std::filesystem::create_symlink(mine, folder + "/link");
   std::filesystem::create_directory_symlink(directory.path(), folder + "/way");
   ASSERT_EQ(mkfifo((folder + "/fifo").c_str(), 0600), 0);
@@ -392,9 +394,12 @@ TEST_F(LiveFilter, ServicesOfFiles) {
   EXPECT_EQ(directory.listing(), before);
   EXPECT_EQ(content(mine), "root:x:0:0\nmy secret\n");
   if (services.count("load_map") > 0) {
-    const auto [success, message] = ask<LoadMap>("load_map", "notes");
-    EXPECT_FALSE(success);
-    EXPECT_EQ(message.find("root"), std::string::npos) << message;
+    for (const char* notes : {"notes", "notes.csv"}) {
+      const auto [success, message] = ask<LoadMap>("load_map", notes);
+      EXPECT_FALSE(success);
+      EXPECT_EQ(message.find("root"), std::string::npos) << message;
+      EXPECT_EQ(message.find("secret"), std::string::npos) << message;
+    }
     const auto [loaded, what] = ask<LoadMap>("load_map", "save_map.saved");
     EXPECT_TRUE(loaded) << what;
     EXPECT_NE(what.find(" " + folder + "/save_map.saved"), std::string::npos) << what;

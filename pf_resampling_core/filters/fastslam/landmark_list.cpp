@@ -77,6 +77,7 @@ class ListReader {
       if (line->size() == kLongestLine) refuse("the line is too long");
       *line += static_cast<char>(letter);
     }
+    if (stream_.bad()) refuse("it cannot be read on");
     return !line->empty();
   }
 
@@ -92,7 +93,9 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
   for (std::size_t i = 0; i < header.size(); ++i) {
     const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
     if (known == kColumns.end()) {
-      reader.refuse(text_file::printable(header[i]) + " is not one of id, x, y, sigma, xx, xy, yy");
+      // What it is instead is not said: the file may be none of ours.
+      reader.refuse("column " + std::to_string(i + 1) +
+                    " is not one of id, x, y, sigma, xx, xy, yy");
     }
     std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
     if (place != kNone) reader.refuse("column " + header[i] + " is there twice");

@@ -85,7 +85,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"", "line 1: there is no header"},
       {"id,x,y\n# none\n", "there are no landmarks"},
       {"id,x\n1,2\n", "line 1: there is no column y"},
-      {"id,x,y,height\n", "line 1: \"height\" is not one of"},
+      {"id,x,y,height\n", "line 1: column 4 is not one of"},
       {"id,x,y,x\n", "line 1: column x is there twice"},
       {"id,x,y,sigma\n1,2,3,-1\n", "line 2: sigma is negative"},
       {"id,x,y,sigma\n1,2,3,nan\n", "line 2: \"nan\" is no sigma"},
@@ -110,6 +110,30 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
             std::string::npos);
   EXPECT_THROW(read_landmark_list("/no/such/list.csv", "map"), Error);
   EXPECT_THROW(read_landmark_list(path_of("id,x,y\n1,2,3\n"), "no frame"), Error);
+}
+
+// The first line of a file that is no list may be a secret; so are its words.
+TEST(LandmarkList, SaysNothingOfWhatIsInAFileThatIsNoList) {
+  for (const char* content : {"user,password\nroot,secret\n", "id,x,y,secret\n", "secret,id\n"}) {
+    const std::string said = refusal(content);
+    EXPECT_NE(said.find("line 1: column "), std::string::npos) << said;
+    for (const char* word : {"user", "password", "secret"}) {
+      EXPECT_EQ(said.find(word), std::string::npos) << said;
+    }
+  }
+}
+
+// Reading its own memory at address 0 fails: EIO.
+TEST(LandmarkList, WhatCannotBeReadIsNoEnd) {
+  const std::string said = [] {
+    try {
+      read_landmark_list("/proc/self/mem", "map");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  }();
+  EXPECT_NE(said.find("cannot be read"), std::string::npos) << said;
 }
 
 }  // namespace
