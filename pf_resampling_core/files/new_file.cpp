@@ -216,7 +216,10 @@ void remove_left_of(const std::string& path, const std::string& beginning) {
   const std::string name_begins = fs::path(path).filename().string() + ".part-";
   std::error_code unknown;
   std::vector<std::string> left;
-  for (const auto& entry : fs::directory_iterator(folder_of(path), unknown)) {
+  // What cannot be looked at stays.
+  for (fs::directory_iterator place(folder_of(path), unknown); place != fs::directory_iterator();
+       place.increment(unknown)) {
+    const fs::directory_entry& entry = *place;
     const std::string name = entry.path().filename().string();
     if (name.rfind(name_begins, 0) != 0) continue;
     static const std::regex numbers("([1-9][0-9]{0,8})-[0-9]{1,9}");

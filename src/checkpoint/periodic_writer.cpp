@@ -8,7 +8,7 @@
 namespace pf_resampling {
 
 PeriodicWriter::~PeriodicWriter() {
-  take_result(true);
+  if (writing_.valid()) writing_.wait();
 }
 
 bool PeriodicWriter::is_due() {
@@ -27,6 +27,8 @@ void PeriodicWriter::write(Write write) {
       return std::string();
     } catch (const std::exception& error) {
       return std::string(error.what());
+    } catch (...) {
+      return path + " was not written, for a reason that is not known";
     }
   });
 }

@@ -50,8 +50,11 @@ class FilterNode {
                 return std::string();
               });
             }),
-        silence_(node, [this](ros::Time now) {
-          pipeline_.guard("clock", [&] { pipeline_.report_silence(now); });
+        silence_(node, [this] {
+          pipeline_.guard("clock", [this] {
+            const ros::Time now = ros::Time::now();
+            if (!now.isZero()) pipeline_.report_silence(now);
+          });
         }) {
     const bool goes_on =
         checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
@@ -62,7 +65,7 @@ class FilterNode {
     for_each_input<Pipeline>(
         [this](const auto& input, const char* topic) { subscribe(input, topic); });
     say_what_is_missing();
-    watch_ = node->createWallTimer(ros::WallDuration(10.0), [this](const auto&) {
+    watch_ = node->createSteadyTimer(ros::WallDuration(10.0), [this](const auto&) {
       pipeline_.guard("log", [this] { say_what_is_missing(); });
     });
     serve("reset", [this] { pipeline_.reset(); });
@@ -223,7 +226,7 @@ class FilterNode {
   std::string base_;
   std::vector<AwaitedInput> awaited_;
   bool is_running_ = false;
-  ros::WallTimer watch_;
+  ros::SteadyTimer watch_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;
   SilenceWatch silence_;

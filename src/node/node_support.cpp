@@ -52,7 +52,7 @@ void FilterPublishers::connect(PipelineSinks* sinks) {
   sinks->transform = [this](const auto& transform) { broadcaster_.sendTransform(transform); };
   sinks->wants_hypotheses = [this] { return status_.is_heard() || markers_.is_heard(); };
   sinks->log = log();
-  sinks->stopwatch = [] { return ros::WallTime::now().toSec(); };
+  sinks->stopwatch = [] { return ros::SteadyTime::now().toSec(); };
 }
 
 std::function<void(LogLevel, const std::string&)> FilterPublishers::log() {
@@ -67,11 +67,10 @@ std::function<void(LogLevel, const std::string&)> FilterPublishers::log() {
   };
 }
 
-SilenceWatch::SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report)
+SilenceWatch::SilenceWatch(ros::NodeHandle* node, std::function<void()> report)
     : report_(std::move(report)) {
-  timer_ = node->createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-    const bool silent = (ros::WallTime::now() - last_message_).toSec() > 2.0;
-    if (silent && !ros::Time::now().isZero()) report_(ros::Time::now());
+  timer_ = node->createSteadyTimer(ros::WallDuration(1.0), [this](const ros::SteadyTimerEvent&) {
+    if (Clock::now() - last_message_ > std::chrono::seconds(2)) report_();
   });
 }
 

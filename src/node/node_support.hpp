@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <chrono>
 #include <functional>
 
 #include "pf_resampling_core/error.hpp"
@@ -85,18 +86,21 @@ class FilterPublishers {
   tf2_ros::TransformBroadcaster broadcaster_;
 };
 
-/// Pipelines live by the stamps of messages; when none come, somebody has to say so.
+/// Pipelines live by the stamps of messages; when none come, somebody has to say so. What the clock
+/// of the computer says is of no account: it may be set.
 class SilenceWatch {
  public:
-  /// `report` gets the time of ROS when there was no message for two seconds.
-  SilenceWatch(ros::NodeHandle* node, std::function<void(ros::Time)> report);
+  /// Calls `report` every second once there was no message for two. It must not throw.
+  SilenceWatch(ros::NodeHandle* node, std::function<void()> report);
 
-  void message_came() { last_message_ = ros::WallTime::now(); }
+  void message_came() { last_message_ = Clock::now(); }
 
  private:
-  std::function<void(ros::Time)> report_;
-  ros::WallTime last_message_;
-  ros::WallTimer timer_;
+  using Clock = std::chrono::steady_clock;
+
+  std::function<void()> report_;
+  Clock::time_point last_message_;
+  ros::SteadyTimer timer_;
 };
 
 }  // namespace pf_resampling
