@@ -72,7 +72,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   if (!on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading)) {
     return rejection(RejectReason::unknown_frame, "where '", frame,
                      "' is cannot be kept: its name is longer than ", kLongestFrameName,
-                     " characters, or there are more frames than any robot has");
+                     " characters");
   }
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);
   LandmarkObservation seen;
@@ -81,6 +81,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   seen.bearing =
       wrap_angle(std::atan2(place.y() - sensor.y, place.x() - sensor.x) - sensor.heading);
 
+  if (open_.size() >= StaticFrames::kMost && open_.count(camera) == 0) open_.clear();
   OpenScan& open = open_[camera];
   if (!open.scan.observations.empty() && open.scan.header.stamp != stamp) {
     if (complete_.size() >= kMostImages) complete_.erase(complete_.begin());

@@ -190,14 +190,23 @@ TEST(StaticFrames, NamesWithoutEndTakeNoMoreMemory) {
   const auto transform = [](const std::string& child) {
     return transform_of("base_link", child, Eigen::Isometry3d::Identity(), ros::Time(1.0));
   };
-  for (std::size_t i = 0; i < StaticFrames::kMost; ++i) {
-    ASSERT_TRUE(frames.add(transform("sensor_" + std::to_string(i))));
+  ASSERT_TRUE(frames.add(transform("mast")));
+  ASSERT_TRUE(frames.add("mast", "camera", {0.0, 0.0, 1.0}));
+  ASSERT_TRUE(frames.add(transform("unused")));
+  const auto name = [](std::size_t i) { return "name_" + std::to_string(i); };
+  const std::size_t names = 3 * StaticFrames::kMost;
+  for (std::size_t i = 0; i < names; ++i) {
+    ASSERT_TRUE(frames.add(transform(name(i))));
+    if (i % 1000 > 0) continue;
+    EXPECT_TRUE(frames.pose("base_link", "camera")) << "a sensor that is used, after " << i;
   }
-  EXPECT_FALSE(frames.add(transform("one_more")));
-  EXPECT_FALSE(frames.pose("base_link", "one_more"));
-  EXPECT_FALSE(frames.add("base_link", "one_more", {0.0, 0.0, 0.0}));
-  EXPECT_FALSE(frames.pose("base_link", "one_more"));
-  EXPECT_TRUE(frames.add(transform("sensor_5"))) << "one that is known may move";
+  EXPECT_TRUE(frames.pose("base_link", name(names - 1))) << "the newest is taken";
+  EXPECT_FALSE(frames.pose("base_link", "unused"));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < names; ++i) kept += frames.pose("base_link", name(i)) ? 1U : 0U;
+  EXPECT_LE(kept, StaticFrames::kMost);
+  EXPECT_GE(kept, StaticFrames::kMost / 2 - 2);
+  EXPECT_EQ(frames.forgotten(), names + 3 - (kept + 2));
 }
 
 TEST(StaticFrames, AChainWithoutEndLeadsNowhere) {

@@ -211,6 +211,7 @@ void FilterPipeline<Types>::handle(const geometry_msgs::PoseWithCovarianceStampe
 
 template <typename Types>
 void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
+  const std::size_t forgotten = frames_.forgotten();
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
     const std::string* const too_long = name_without_end(transform);
     if (too_long != nullptr) {
@@ -230,11 +231,15 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     }
     if (child == options_.frames.base || child == options_.frames.odom) continue;
     if (!frames_.add(transform)) {
-      reject("tf",
-             {RejectReason::not_finite, "the transform of frame '" + child +
-                                            "' is not a rigid motion relative to another frame, "
-                                            "or one of more frames than any robot has"});
+      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
+                                                  "' is not a rigid motion relative to another "
+                                                  "frame"});
     }
+  }
+  if (frames_.forgotten() > forgotten) {
+    reject("tf", {RejectReason::too_many,
+                  "there are more than " + std::to_string(StaticFrames::kMost) +
+                      " frames: those that were neither sent nor used lately are forgotten"});
   }
   hand_over_observations();
 }
@@ -312,8 +317,7 @@ void FilterPipeline<Types>::take_mounting(const char* parameter, const std::stri
   if (frames_.add(options_.frames.base, frame, place, heading)) return;
   throw Error(std::string(parameter) + ": '" + shown_name(frame) +
               "' cannot be taken: names have at most " + std::to_string(kLongestFrameName) +
-              " characters, and there are at most " + std::to_string(StaticFrames::kMost) +
-              " frames");
+              " characters");
 }
 
 template <typename Types>
