@@ -226,6 +226,49 @@ TEST_F(RunBag, EachMistakeGetsOneLine) {
 }
 
 // A pipeline lets no exception out: that of a disk that is full is told of all the same.
+// As when a computer gets its time from the network while a bag is recorded.
+TEST_F(RunBag, AClockThatIsSetFrom1970ToNowLosesNothing) {
+  const std::string path = directory_.file("clock.bag");
+  std::size_t odometry = 0;
+  std::size_t after = 0;
+  {
+    BagWriter bag(path);
+    for (BeaconMclMessage& message : BeaconMclDrive::messages(20.0)) {
+      const auto set = [&](auto copy) {
+        ros::Time& stamp = copy.header.stamp;
+        const bool is_set = stamp > BeaconMclDrive::at(10.0);
+        if (is_set) stamp += ros::Duration(1.7e9);
+        return std::pair(copy, is_set);
+      };
+      if (const auto* beacons = std::get_if<BeaconArray::ConstPtr>(&message)) {
+        bag.write_latched("/beacons", (*beacons)->header.stamp, **beacons);
+      } else if (const auto* odom = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
+        const auto [copy, is_set] = set(**odom);
+        bag.write("/odom", copy.header.stamp, copy);
+        ++odometry;
+        after += is_set ? 1U : 0U;
+      } else if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&message)) {
+        const auto [copy, is_set] = set(**range);
+        bag.write("/ranges", copy.header.stamp, copy);
+      }
+    }
+    bag.finish();
+  }
+  const std::string out = directory_.file("out.bag");
+  const ProgramResult result = run_program("run_bag beacon_mcl " + path + " " + out);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_EQ(counts_of(out)["/odom"], odometry);
+  std::size_t poses = 0;
+  std::size_t late = 0;
+  for_each_in_order(open_bag(out), out, {}, [&](const rosbag::MessageInstance& message) {
+    if (message.getTopic() != "/pose") return;
+    ++poses;
+    late += message.getTime() > ros::Time(1.7e9) ? 1U : 0U;
+  });
+  EXPECT_GT(poses, odometry / 2);
+  EXPECT_GE(late + 10, after) << "a few messages have to agree on the new time";
+}
+
 TEST_F(RunBag, ADiskThatGetsFullIsAnErrorAndLeavesNothing) {
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);

@@ -302,6 +302,11 @@ TEST_F(SimulateBag, SaysInOneLineWhatIsWrong) {
     EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << arguments << ": " << result.error;
   }
 
+  result = run_program("simulate_bag beacons_circle " + out + " --duration 1e300");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+  EXPECT_NE(result.error.find("duration"), std::string::npos) << result.error;
+
   result = run_program("simulate_bag beacons_circle /nowhere/out.bag --duration 1");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;

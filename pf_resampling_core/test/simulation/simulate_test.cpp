@@ -161,6 +161,12 @@ TEST(CheckWorld, RefusesMoreThanCanBeSimulated) {
   world.drive.control_period = 1e-3;
   world.odometry.period = 1e9;
   expect_refused(world, "odometry/period");
+  // None, or less than half a one, of the steps of the drive for each message of odometry.
+  for (const double period : {0.0, 1e-9, 0.4 * world.drive.control_period}) {
+    world = square_world();
+    world.odometry.period = period;
+    expect_refused(world, "odometry/period");
+  }
   world = square_world();
   world.ranges.rate = 1e9;
   expect_refused(world, "ranges/rate");

@@ -518,6 +518,8 @@ TEST_F(MapFile, SaysWhatIsWrongWithAMapInMemory) {
   } cases[] = {
       {[](SavedMap* map) { map->landmarks[0].estimate.id = -7; },
        "landmark id -7 is not in [0, 2^62]"},
+      {[](SavedMap* map) { map->landmarks[0].estimate.covariance(1, 1) = 1e118; },
+       "is not positive definite, or beyond 1e18 m^2"},
       {[](SavedMap* map) { map->next_id = -1; }, "the next id is not in [0, 2^62 + 1]"},
       {[](SavedMap* map) { map->observations_since_renewal = -1; },
        "the scans since the last renewal are negative"},
