@@ -1,6 +1,9 @@
 """Draws the time that smoothing takes."""
+import io
 import os
 import sys
+
+from new_file import WriteError, write_files
 
 try:
     import matplotlib
@@ -37,15 +40,12 @@ def draw_smoothing(study):
 
 
 def save(figure, picture):
-    part = f"{picture}.part{os.getpid()}"
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=100, bbox_inches="tight", format=os.path.splitext(picture)[1][1:])
     try:
-        figure.savefig(part, dpi=100, bbox_inches="tight", format=os.path.splitext(picture)[1][1:])
-        os.replace(part, picture)
-    except OSError as error:
-        sys.exit(f"{picture}: cannot be written: {error.strerror}")
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
+        write_files({picture: drawn.getvalue()})
+    except WriteError as error:
+        sys.exit(str(error))
 
 
 def draw_all(data, folder):

@@ -7,11 +7,14 @@ DIR/report/report.md, with its pictures beside it.
 DIR is what `rosrun pf_resampling study NAME DIR` has filled; `rosrun pf_resampling study report DIR` calls this. The studies
 `kwak` and `mahmoud` are set beside their papers; of any other one all figures are shown. The same DIR gives the same bytes.
 """
+import contextlib
+import re
 import sys
 from pathlib import Path
 
 sys.dont_write_bytecode = True  # nothing is written beside the program, where it is installed
 
+from new_file import WriteError, end_well_on_signals, is_regular_file, write_files  # noqa: E402
 from report_document import Document, Heading, Picture, Text  # noqa: E402
 from report_kwak import KwakReport  # noqa: E402
 from report_mahmoud import MahmoudReport  # noqa: E402
@@ -65,15 +68,35 @@ def report_of(folder):
     return document
 
 
+def pictures_shown_by(report):
+    """Names of the pictures beside a report in Markdown that it shows; none if it is not there."""
+    if not is_regular_file(report):
+        return set()
+    text = report.read_bytes().decode("utf-8", "replace")
+    return set(re.findall(r"^!\[.*\]\(([\w .=-]+\.svg)\)$", text, re.MULTILINE))
+
+
 def write(document, folder):
-    """The page, the Markdown and its pictures; pictures of an earlier report are removed."""
-    folder.mkdir(exist_ok=True)
-    for old in folder.glob("*.svg"):
-        old.unlink()
-    for picture in document.pictures():
-        (folder / f"{picture.name}.svg").write_bytes(picture.svg)
-    (folder / "report.md").write_text(document.markdown(), encoding="utf-8")
-    (folder / "report.html").write_text(document.html(), encoding="utf-8")
+    """The page, the Markdown and its pictures; of other pictures only those that the last report showed are removed."""
+    files = {folder / f"{picture.name}.svg": picture.svg for picture in document.pictures()}
+    files[folder / "report.md"] = document.markdown().encode("utf-8")
+    files[folder / "report.html"] = document.html().encode("utf-8")
+    is_new = not folder.is_dir()
+    try:
+        folder.mkdir(exist_ok=True)
+    except FileExistsError:
+        raise WriteError(f"{folder} is no folder; remove or rename it") from None
+    try:
+        outdated = {folder / name for name in pictures_shown_by(folder / "report.md")} - set(files)
+        write_files(files)
+    except BaseException:
+        if is_new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
+    for picture in outdated:
+        if is_regular_file(picture):
+            picture.unlink()
 
 
 def main():
@@ -81,10 +104,11 @@ def main():
         print(__doc__.strip())
         sys.exit(0 if sys.argv[1:] in (["-h"], ["--help"]) else 2)
     folder = Path(sys.argv[1])
+    end_well_on_signals()
     try:
         document = report_of(folder)
         write(document, folder / "report")
-    except StudyError as error:
+    except (StudyError, WriteError) as error:
         sys.exit(str(error))
     except OSError as error:
         sys.exit(f"{error.filename}: {error.strerror}")

@@ -6,9 +6,13 @@ import csv
 import html.parser
 import json
 import math
+import os
 import pathlib
 import re
+import resource
 import shutil
+import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -555,8 +559,8 @@ class StudyReport(unittest.TestCase):
         installed = self.folder / 'lib'
         installed.mkdir()
         research = ROOT / 'research'
-        for path in (*research.glob('report_*.py'), research / 'study_report.py', research / 'data/papers.json',
-                     research / 'data/report_claims.json'):
+        for path in (*research.glob('report_*.py'), research / 'study_report.py', research / 'new_file.py',
+                     research / 'data/papers.json', research / 'data/report_claims.json'):
             shutil.copy(str(path), str(installed))
         (self.folder / 'study').mkdir()
         trials = {('hall', name): {'feature_error': [0.1, 0.2]} for name in ('RSR', 'A')}
@@ -566,6 +570,170 @@ class StudyReport(unittest.TestCase):
                        stdout=subprocess.DEVNULL)
         self.assertTrue((self.folder / 'study/report/report.html').exists())
         self.assertEqual(sorted(installed.iterdir()), before)
+
+    # ---- the files
+
+    def report(self, names=('RSR',), before=None):
+        """The ended program, on a study that has the curves of these filters: a picture, or none without filters."""
+        trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3]} for name in ('RSR', 'A')}
+        figure = 'feature_error'
+        write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, [figure], trials, curves=[figure])
+        write_rows(self.folder / 'curves.csv',
+                   ['problem', 'filter', 'time', *(f'{figure}_{part}' for part in ('count', 'mean', 'sd'))],
+                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in names for time in range(5)])
+        return subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=120,
+                              preexec_fn=before)
+
+    def files(self):
+        """What the folder of the report holds: kind, mode and place of each entry, and the bytes of files."""
+        found = {}
+        for path in (self.folder / 'report').iterdir():
+            about = path.lstat()
+            found[path.name] = (about.st_mode, about.st_ino, path.read_bytes() if stat.S_ISREG(about.st_mode) else b'')
+        return found
+
+    def assert_refuses(self, name, before=None):
+        """That a report is refused with one line that names the file, at once, and changes nothing."""
+        was = self.files()
+        done = self.report(('RSR', 'A'), before)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith(f'{self.folder}/report/{name} cannot be written: '), done.stderr)
+        self.assertEqual(done.stdout, '')
+        self.assertEqual(self.files(), was)
+        return done.stderr
+
+    PICTURE = 'curve_1_feature_error_1_1.svg'
+    WRITTEN = (PICTURE, 'report.html', 'report.md')
+
+    def test_link_is_not_followed(self):
+        victim = self.folder / 'victim'
+        for name in self.WRITTEN:
+            for text in ('mine', None):  # also of a link that leads nowhere yet
+                shutil.rmtree(str(self.folder / 'report'), ignore_errors=True)
+                self.assertEqual(self.report().returncode, 0)
+                if text:
+                    victim.write_text(text)
+                (self.folder / 'report' / name).unlink()
+                (self.folder / 'report' / name).symlink_to(victim)
+                self.assertIn('symbolic link; remove or rename it', self.assert_refuses(name))
+                if text:
+                    self.assertEqual(victim.read_text(), text)
+                    victim.unlink()
+                self.assertFalse(victim.exists())
+
+    def test_fifo_and_folder_are_refused_at_once(self):
+        for name in self.WRITTEN:
+            for make in (os.mkfifo, os.mkdir):
+                shutil.rmtree(str(self.folder / 'report'), ignore_errors=True)
+                self.assertEqual(self.report().returncode, 0)
+                (self.folder / 'report' / name).unlink()
+                make(str(self.folder / 'report' / name))
+                self.assertIn('remove or rename it', self.assert_refuses(name))
+
+    def test_read_only_file_is_refused(self):
+        self.assertEqual(self.report().returncode, 0)
+        (self.folder / 'report/report.md').chmod(0o444)
+        self.assertIn('read-only; make it writable', self.assert_refuses('report.md'))
+
+    def test_report_in_place_of_the_folder_is_refused(self):
+        for make in (lambda path: path.write_text('mine'), lambda path: path.symlink_to(self.folder / 'nowhere'),
+                     lambda path: os.mkfifo(str(path))):
+            path = self.folder / 'report'
+            make(path)
+            about = path.lstat()[:7]  # all but its times
+            done = self.report()
+            self.assertEqual((done.returncode, done.stderr), (1, f'{path} is no folder; remove or rename it\n'))
+            self.assertEqual(path.lstat()[:7], about)
+            path.unlink()
+
+    def test_what_it_has_not_made_stays(self):
+        self.assertEqual(self.report().returncode, 0)
+        report = self.folder / 'report'
+        outdated = report / self.PICTURE
+        self.assertTrue(outdated.exists())
+        for name in ('mine.svg', 'curve_1_mine_1_1.svg', 'notes.txt'):
+            (report / name).write_text('mine')
+        self.assertEqual(self.report().returncode, 0)
+        self.assertEqual(self.report(names=()).returncode, 0)  # without pictures
+        self.assertEqual(sorted(path.name for path in report.iterdir()),
+                         ['curve_1_mine_1_1.svg', 'mine.svg', 'notes.txt', 'report.html', 'report.md'])
+        for name in ('mine.svg', 'curve_1_mine_1_1.svg', 'notes.txt'):
+            self.assertEqual((report / name).read_text(), 'mine')
+
+    def test_outdated_picture_is_no_link_and_in_the_folder(self):
+        self.assertEqual(self.report().returncode, 0)
+        report, victim = self.folder / 'report', self.folder / 'victim.svg'
+        victim.write_text('mine')
+        (report / self.PICTURE).unlink()
+        (report / self.PICTURE).symlink_to(victim)
+        with open(str(report / 'report.md'), 'ab') as markdown:
+            markdown.write(b'![](../victim.svg)\n![\xff](..svg)\n')
+        self.assertEqual(self.report(names=()).returncode, 0)
+        self.assertEqual(victim.read_text(), 'mine')
+        self.assertTrue((report / self.PICTURE).is_symlink())
+
+    def test_mode_is_kept(self):
+        self.assertEqual(self.report(before=lambda: os.umask(0o027)).returncode, 0)
+        for name in self.WRITTEN:
+            self.assertEqual(stat.S_IMODE((self.folder / 'report' / name).stat().st_mode), 0o640)
+            (self.folder / 'report' / name).chmod(0o606)
+        self.assertEqual(self.report().returncode, 0)
+        for name in self.WRITTEN:
+            self.assertEqual(stat.S_IMODE((self.folder / 'report' / name).stat().st_mode), 0o606)
+
+    def test_other_names_of_a_file_keep_its_bytes(self):
+        self.assertEqual(self.report().returncode, 0)
+        for name in self.WRITTEN:
+            (self.folder / 'report' / name).write_text('old')
+            os.link(str(self.folder / 'report' / name), str(self.folder / f'other_{name}'))
+        self.assertEqual(self.report().returncode, 0)
+        for name in self.WRITTEN:
+            self.assertEqual((self.folder / f'other_{name}').read_text(), 'old')
+            self.assertNotEqual((self.folder / 'report' / name).read_text(), 'old')
+
+    def test_report_that_cannot_be_written_whole_leaves_the_last(self):
+        self.assertEqual(self.report().returncode, 0)
+        self.assertIn('File too large', self.assert_refuses(
+            self.PICTURE, before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))))
+        # Nor is there a folder where there was none.
+        shutil.rmtree(str(self.folder / 'report'))
+        done = self.report(before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000)))
+        self.assertEqual(done.returncode, 1)
+        self.assertFalse((self.folder / 'report').exists())
+
+    def test_ended_by_a_signal_it_leaves_no_trace(self):
+        program = ('import os, signal, sys; sys.path.insert(0, sys.argv[1]); import new_file\n'
+                   'new_file.end_well_on_signals()\n'
+                   'rename = os.replace\n'
+                   'os.replace = lambda *names: os.kill(os.getpid(), signal.SIGTERM) or rename(*names)\n'
+                   'new_file.write_files({sys.argv[2]: b"new"})\n')
+        path = self.folder / 'file'
+        path.write_text('old')
+        done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'research'), str(path)], timeout=60)
+        self.assertEqual(done.returncode, 128 + signal.SIGTERM)
+        self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
+
+    def test_picture_of_the_documents_is_written_likewise(self):
+        try:
+            import pictures
+        except SystemExit as missing:
+            self.skipTest(str(missing))
+        figure, axes = pictures.plt.subplots()
+        axes.plot([1, 2], [3, 4])
+        path, victim = self.folder / 'drawn.png', self.folder / 'victim'
+        victim.write_text('mine')
+        path.symlink_to(victim)
+        with self.assertRaises(SystemExit) as refused:
+            pictures.save(figure, str(path))
+        self.assertEqual(str(refused.exception),
+                         f'{path} cannot be written: it is a symbolic link; remove or rename it')
+        self.assertEqual((victim.read_text(), path.is_symlink(), len(list(self.folder.iterdir()))), ('mine', True, 2))
+        path.unlink()
+        pictures.save(figure, str(path))
+        self.assertEqual((path.read_bytes()[1:4], len(list(self.folder.iterdir()))), (b'PNG', 2))
+        pictures.plt.close(figure)
 
     def test_text_is_escaped(self):
         table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
