@@ -115,6 +115,33 @@ TEST_P(BagStructure, WhatIsSaidTwiceIsFound) {
   EXPECT_NE(fault_of(twice).find("the same message twice"), std::string::npos) << fault_of(twice);
 }
 
+// 11 kB can claim to be hours of unpacking. Found before anything is unpacked.
+TEST_P(BagStructure, ChunksThatClaimFarMoreThanTheFileHasAreFound) {
+  std::string claims = bytes();
+  const std::uint32_t most = 0x3fffffff;
+  for (std::size_t place = claims.find("size="); place != std::string::npos;
+       place = claims.find("size=", place + 9)) {
+    std::memcpy(&claims[place + 5], &most, 4);
+  }
+  switch (GetParam()) {
+    case rosbag::compression::BZ2:
+      EXPECT_NE(fault_of(claims).find("bytes, too many for so small a file"), std::string::npos)
+          << fault_of(claims);
+      break;
+    case rosbag::compression::LZ4:
+      EXPECT_NE(fault_of(claims).find("more than LZ4 can pack"), std::string::npos)
+          << fault_of(claims);
+      break;
+    default:
+      EXPECT_NE(fault_of(claims).find("another length"), std::string::npos) << fault_of(claims);
+  }
+}
+
+TEST_P(BagStructure, MoreConnectionsThanRosbagCanTakeAreFound) {
+  const std::string fault = fault_of(with_number_after(bytes(), "conn_count=", 5001));
+  EXPECT_NE(fault.find("5001 connections, more than 5000"), std::string::npos) << fault;
+}
+
 TEST_P(BagStructure, TimesThatRosCannotReckonWithAreFound) {
   // Those of the index: behind the second word of an entry comes the place in the chunk.
   std::string late = bytes();
@@ -151,6 +178,70 @@ TEST(BagStructureOfIndex, AnIndexThatPointsToAConnectionIsFound) {
   EXPECT_THROW(check_bag_structure(directory.write("bad.bag", bytes)), Error);
   bytes.replace(entry + 8, 4, before);
   EXPECT_NO_THROW(check_bag_structure(directory.write("good.bag", bytes)));
+}
+
+std::string field(const std::string& name, const std::string& value) {
+  const auto size = static_cast<std::uint32_t>(name.size() + 1 + value.size());
+  std::string length(4, '\0');
+  std::memcpy(length.data(), &size, 4);
+  return length + name + "=" + value;
+}
+
+// A message that has a thousand others in it would be read with all of these, and each of these
+// with those behind it.
+TEST(BagStructureOfIndex, MessagesThatOverlapAreFound) {
+  const std::string header = field("conn", std::string(4, '\0')) + field("op", "\x02") +
+                             field("time", std::string("\x03\0\0\0\0\0\0\0", 8));
+  ASSERT_EQ(header.size(), 38U);
+  const std::string inner = std::string("\x26\0\0\0", 4) + header + std::string(4, '\0');
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  {
+    rosbag::Bag bag(path, rosbag::bagmode::Write);
+    std_msgs::String text;
+    text.data = inner;
+    bag.write("/text", ros::Time(1.0), text);
+    bag.write("/text", ros::Time(3.0), std_msgs::String());
+    bag.close();
+  }
+  EXPECT_NO_THROW(check_bag_structure(path));
+  std::string bytes = read_file(path);
+  const std::string first_second("\x01\0\0\0\0\0\0\0", 8);
+  const std::size_t entry = bytes.rfind(first_second, bytes.find("chunk_pos="));
+  ASSERT_NE(entry, std::string::npos);
+  std::uint32_t place = 0;
+  std::memcpy(&place, &bytes[entry + 8], 4);
+  // Behind the header, the length of the data and that of the text.
+  place += 4 + 38 + 4 + 4;
+  std::memcpy(&bytes[entry + 12 + 8], &place, 4);
+  try {
+    check_bag_structure(directory.write("bad.bag", bytes));
+    FAIL() << "messages that overlap were taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("messages overlap"), std::string::npos)
+        << error.what();
+  }
+}
+
+// rosbag prints lines of its own about them.
+TEST(BagStructureOfConnections, FieldsOfMoreThanAMegabyteAreFound) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  for (const std::size_t length : {std::size_t{1000000}, std::size_t{1000001}}) {
+    {
+      rosbag::Bag bag(path, rosbag::bagmode::Write);
+      bag.write(std::string(length, 't'), ros::Time(1.0), std_msgs::String());
+      bag.close();
+    }
+    try {
+      check_bag_structure(path);
+      EXPECT_EQ(length, 1000000U);
+    } catch (const Error& error) {
+      EXPECT_EQ(length, 1000001U);
+      EXPECT_NE(std::string(error.what()).find("a field of 1000001 bytes"), std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 // Whatever one byte becomes, rosbag reads to the end what was found good, and nothing beyond: with

@@ -5,6 +5,7 @@
 #include <std_msgs/String.h>
 #include <sys/stat.h>
 
+#include <new>
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
@@ -77,6 +78,42 @@ TEST(TopicsOf, TellsTypesCountsAndLatching) {
   EXPECT_EQ(topics[1].type, "std_msgs/Float64");
   EXPECT_EQ(topics[1].messages, 2U);
   EXPECT_FALSE(topics[1].latched);
+}
+
+TEST(TopicsOf, CountsAllConnectionsOfATopic) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  BagWriter writer(path);
+  for (int i = 1; i <= 3; ++i) writer.write("/number", ros::Time(i), std_msgs::Float64());
+  writer.write_latched("/number", ros::Time(4.0), std_msgs::Float64());
+  writer.write("/text", ros::Time(5.0), std_msgs::String());
+  writer.finish();
+  const rosbag::Bag bag = open_bag(path);
+  const auto topics = topics_of(bag);
+  ASSERT_EQ(topics.size(), 2U);
+  EXPECT_EQ(topics[0].messages, 4U);
+  EXPECT_EQ(topics[1].messages, 1U);
+  EXPECT_TRUE(has_topic(bag, "/text"));
+  EXPECT_TRUE(has_topic(bag, "/text", "std_msgs/String"));
+  EXPECT_FALSE(has_topic(bag, "/text", "std_msgs/Float64"));
+  EXPECT_FALSE(has_topic(bag, "/tex"));
+}
+
+TEST(ForEachInOrder, NamesTheBagWhateverEndsIt) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  write_example(path);
+  const rosbag::Bag bag = open_bag(path);
+  const auto error_with = [&](const auto& thrown) -> std::string {
+    try {
+      for_each_in_order(bag, path, {}, [&](const rosbag::MessageInstance&) { throw thrown; });
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_with(std::bad_alloc()), path + ": cannot be read to its end (std::bad_alloc)");
+  EXPECT_EQ(error_with(Error("as it is")), "as it is");
 }
 
 TEST(RequireTopics, NamesTheMissingOneAndThoseThere) {

@@ -353,6 +353,45 @@ TEST(CheckBag, FindsStampsThatAreNone) {
   EXPECT_TRUE(has(found.beacon_mcl.problems, "/ranges has no stamps"));
 }
 
+TEST(CheckBag, FindsStampsThatRosCannotReckonWith) {
+  TwoMessages messages;
+  messages.range.header.stamp = ros::Time(0xffffffff, 999999999);
+  const BagFindings ranges = messages.check();
+  EXPECT_TRUE(has(ranges.remarks, "/ranges: 1 stamps that ROS cannot reckon with"));
+  EXPECT_TRUE(has(ranges.beacon_mcl.problems, "/ranges has no stamps that can be used"));
+  EXPECT_FALSE(has(ranges.remarks, "differ by up to"));
+  EXPECT_NE(ranges.text.find("impossible"), std::string::npos) << ranges.text;
+  messages.odometry.header.stamp = ros::Time(0xffffffff, 0);
+  const BagFindings both = messages.check();
+  EXPECT_TRUE(has(both.remarks, "/odom: 1 stamps that ROS cannot reckon with"));
+  EXPECT_TRUE(has(both.fastslam.problems, "/odom has no stamps that can be used"));
+}
+
+// What /tf places on a camera of the mast, whatever the order.
+TEST(CheckBag, FindsFramesThatAChainOnTfPlaces) {
+  const BagFindings found = check_of_written([](BagWriter* bag) {
+    const TwoMessages messages;
+    bag->write("/odom", ros::Time(10.0), messages.odometry);
+    BeaconRange range = messages.range;
+    range.header.frame_id = "f500";
+    bag->write("/ranges", ros::Time(10.0), range);
+    range.header.frame_id = "g2";
+    bag->write("/ranges", ros::Time(10.1), range);
+    tf2_msgs::TFMessage chain;
+    for (int i = 500; i > 0; --i) {
+      chain.transforms.emplace_back();
+      chain.transforms.back().header.frame_id = i == 1 ? "base_link" : "f" + std::to_string(i - 1);
+      chain.transforms.back().child_frame_id = "f" + std::to_string(i);
+    }
+    chain.transforms.emplace_back();
+    chain.transforms.back().header.frame_id = "g1";
+    chain.transforms.back().child_frame_id = "g2";
+    bag->write("/tf", ros::Time(10.0), chain);
+  });
+  EXPECT_FALSE(has(found.beacon_mcl.problems, "places its frame 'f500'"));
+  EXPECT_TRUE(has(found.beacon_mcl.problems, "places its frame 'g2'"));
+}
+
 TEST(CheckBag, FindsStampsFarFromBagTime) {
   TwoMessages messages;
   messages.odometry.header.stamp = ros::Time(7.5);

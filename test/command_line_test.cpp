@@ -98,5 +98,16 @@ TEST(RunTool, TurnsErrorsIntoExitCodes) {
   EXPECT_EQ(run_tool("tool", 1, argv, [](const auto&) -> int { throw Error("bad\ninput"); }), 1);
 }
 
+TEST(RunTool, AnErrorIsOneWholeLineWhateverIsInIt) {
+  std::string name = "tool";
+  char* argv[] = {name.data()};
+  testing::internal::CaptureStderr();
+  run_tool("tool", 1, argv,
+           [](const auto&) -> int { throw Error("a\nb\rc\td\x1b[2J\x7f\x01 \xc3\xa9"); });
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tool: a b c d?[2J?? \xc3\xa9\n");
+  EXPECT_EQ(misuse_of({"a.bag", "--s\x1b" + std::string(1, '\0') + "d", "3"}).find('\x1b'),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace pf_resampling

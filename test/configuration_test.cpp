@@ -1,6 +1,8 @@
 #include "src/configuration/configuration.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <functional>
 #include <memory>
@@ -11,6 +13,7 @@
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/parameter_table.hpp"
+#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -53,13 +56,46 @@ TEST(Configuration, YamlThatGoesInCirclesOrSaysThingsTwiceIsRefused) {
   EXPECT_EQ(error_of("---\nseed: 1\n...\n"), "");
 }
 
-TEST(Configuration, AFileWithoutEndIsRefused) {
+std::string error_of_file(const std::string& path) {
   try {
-    read_configuration("/dev/zero");
-    FAIL() << "it was read";
+    read_configuration(path);
   } catch (const Error& error) {
-    expect_words(error.what(), {"/dev/zero", "10000000 bytes"});
+    return error.what();
   }
+  return "";
+}
+
+TEST(Configuration, AFileWithoutEndIsRefused) {
+  const TemporaryDirectory directory;
+  const std::string fifo = directory.file("fifo");
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  for (const std::string& path : {std::string("/dev/zero"), fifo, directory.path()}) {
+    expect_words(error_of_file(path), {path + ": cannot be read, it is no regular file"});
+  }
+  const std::string long_text = "seed: 1 #" + std::string(1000000, 'x');
+  const std::string long_file = directory.write("long.yaml", long_text);
+  expect_words(error_of_file(long_file), {long_file, "more than 1000000 bytes"});
+  expect_words(error_of(long_text), {"file.yaml: has more than 1000000 bytes"});
+  EXPECT_EQ(error_of(long_text.substr(0, 1000000)), "");
+}
+
+// --config <(command)
+TEST(Configuration, APipeThatIsOpenIsRead) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const std::string text = "seed: 7\n";
+  ASSERT_EQ(write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  close(ends[1]);
+  EXPECT_EQ(read_configuration("/dev/fd/" + std::to_string(ends[0])).values.at("seed"), "7");
+  close(ends[0]);
+}
+
+TEST(Configuration, ManyBeaconsAreReadAtOnce) {
+  std::string text = "beacons:\n";
+  for (int i = 0; i < 20000; ++i) text += "- {id: " + std::to_string(i) + ", x: 0, y: 0}\n";
+  EXPECT_EQ(parse_configuration(text, "file.yaml").beacons.size(), 20000u);
+  expect_words(error_of(text + "- {id: 7, x: 0, y: 0}\n"),
+               {"file.yaml:20002: beacons: beacon 7 appears twice"});
 }
 
 TEST(Configuration, ReadsGroupsAndLists) {

@@ -1,8 +1,10 @@
 #include "tools/datasets/csv.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -195,6 +197,25 @@ TEST(ReadCsv, SaysWhichDirectoryIsOfNoUse) {
             std::string::npos);
   const std::string file = directory.write("ranges.csv", "t,beacon,range\n");
   EXPECT_NE(error_of(file).find("is a file"), std::string::npos);
+}
+
+TEST(ReadCsv, TablesWithoutEndAreRefusedAtOnce) {
+  const TemporaryDirectory directory;
+  std::string names = "t,beacon,range";
+  for (int i = 3; i < 1000; ++i) names += ",c" + std::to_string(i);
+  std::string path =
+      directory.write("ranges.csv", names + "\n1,2,3" + std::string(997, ',') + "\n");
+  EXPECT_EQ(error_of(directory.path()), "");
+  directory.write("ranges.csv", names + ",more\n");
+  EXPECT_EQ(error_of(directory.path()),
+            path + ":1: 1001 columns, more than 1000; is it the right file?");
+  directory.write("ranges.csv", "t,beacon,range\n1,2,3\n" + std::string(10000000, ','));
+  EXPECT_EQ(error_of(directory.path()),
+            path + ":3: 10000001 fields, where the header names 3 columns");
+  std::filesystem::remove(path);
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_EQ(error_of(directory.path()),
+            path + ": is a pipe or a device, not a file; copy it into a file");
 }
 
 struct BadFile {

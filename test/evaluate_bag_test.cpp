@@ -7,6 +7,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -197,6 +198,20 @@ TEST_F(EvaluateBag, DrawsAPicture) {
   EXPECT_EQ(read_file(picture).substr(1, 3), "PNG");
   EXPECT_GT(read_file(picture).size(), 20000u);
   EXPECT_EQ(directory_.listing(), "out.png run.bag");
+}
+
+// Names of files are bytes, not always UTF-8.
+TEST_F(EvaluateBag, TakesANameOfAnyBytes) {
+  const std::string bag = directory_.file("run_\xff\xfe.bag");
+  std::filesystem::rename(bag_with({}), bag);
+  const std::string file = directory_.file("out.json");
+  const ProgramResult result = run_program("evaluate_bag " + bag + " --quiet --json " + file);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(json::accept(read_file(file)));
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0) return;
+  const ProgramResult drawn =
+      run_program("evaluate_bag " + bag + " --quiet --plot " + directory_.file("out.png"));
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.error;
 }
 
 TEST_F(EvaluateBag, DrawsThePathsAloneWithoutTruth) {

@@ -1,6 +1,7 @@
 #include "tools/datasets/labyrinth.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <complex>
@@ -112,7 +113,18 @@ TEST(ReadLabyrinth, SaysWhatIsWrongAndWhere) {
             std::string::npos);
   EXPECT_NE(error_with("range2 1 2 0.01 0 0 7 0\nrange2 2 2 0.01 5 0 7 0\n").find("beacon 7"),
             std::string::npos);
+  for (const char* id : {"1e30", "-5e30", "4294967297", "-2147483649", "7.5"}) {
+    const std::string said = error_with("range2 1 2 0.01 0 0 " + std::string(id) + " 0\n");
+    EXPECT_EQ(said.rfind(path + ":1: range2: the id ", 0), 0U) << said;
+    EXPECT_NE(said.find("is not a whole number of 32 bits"), std::string::npos) << said;
+  }
+  EXPECT_EQ(error_with("range2 1 2 0.01 0 0 2147483647 0\nrange2 1 2 0.01 0 0 -2147483648 0\n"),
+            "");
   EXPECT_NE(error_with("something else\n").find("no line range2"), std::string::npos);
+  std::filesystem::remove(path);
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_EQ(error_of(directory.path()),
+            path + ": is a pipe or a device, not a file; copy it into a file");
 }
 
 }  // namespace

@@ -43,6 +43,34 @@ TEST(StampCheck, TwoSendersMayHaveTheSameStamp) {
   EXPECT_EQ(check.summary().twice, 1U);
 }
 
+// ROS throws where a difference of times has no room in 32 bits.
+TEST(StampCheck, CountsWhatRosCannotReckonWithAndLeavesItOut) {
+  StampCheck check;
+  check.add(ros::Time(10.0), ros::Time(10.0));
+  for (const std::uint32_t seconds : {0x80000000U, 0xffffffffU}) {
+    ros::Time late;
+    late.sec = seconds;
+    late.nsec = 999999999;
+    check.add(late, ros::Time(10.0));
+  }
+  ros::Time overfull;
+  overfull.sec = 11;
+  overfull.nsec = 1000000000;
+  check.add(overfull, ros::Time(10.0));
+  check.add(ros::Time(11.0), ros::Time(11.5));
+  check.add(ros::Time(0x7fffffff, 0), ros::Time(1.0));  // the last that it can
+  const StampSummary summary = check.summary();
+  EXPECT_EQ(summary.messages, 6U);
+  EXPECT_EQ(summary.impossible, 3U);
+  EXPECT_EQ(summary.usable(), 3U);
+  EXPECT_EQ(summary.zero, 0U);
+  EXPECT_EQ(summary.out_of_order, 0U);
+  EXPECT_EQ(summary.first, 10.0);
+  EXPECT_EQ(summary.last, 2147483647.0);
+  EXPECT_EQ(summary.longest_gap, 2147483636.0);
+  EXPECT_EQ(summary.largest_delay, 2147483646.0);
+}
+
 TEST(StampCheck, OfNothingIsNothing) {
   EXPECT_EQ(summary_of({}).rate(), 0.0);
   EXPECT_EQ(summary_of({5.0}).rate(), 0.0);

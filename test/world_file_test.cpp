@@ -1,11 +1,13 @@
 #include "tools/worlds/world_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
+#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -154,6 +156,27 @@ TEST(LoadWorld, MissingFileIsNamed) {
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("/nowhere/world.yaml"), std::string::npos);
   }
+}
+
+TEST(LoadWorld, WhatHasNoEndIsRefusedAtOnce) {
+  const TemporaryDirectory directory;
+  const auto error_of = [](const std::string& path) -> std::string {
+    try {
+      load_world(path);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* name : {"fifo.yaml", "fifo.mat"}) {
+    const std::string path = directory.file(name);
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    EXPECT_EQ(error_of(path), path + ": is a pipe or a device, not a file; copy it into a file");
+  }
+  const std::string text = kSmallWorld + "#" + std::string(1000000, 'x');
+  const std::string path = directory.write("long.yaml", text);
+  EXPECT_EQ(error_of(path).rfind(path + ": has more than 1000000 bytes", 0), 0u) << error_of(path);
+  expect_refused(text, "w.yaml: has more than 1000000 bytes");
 }
 
 // The drives of the package: what is printed about them in their files has to be true.

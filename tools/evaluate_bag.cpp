@@ -187,7 +187,11 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   }
   const Evaluation evaluation = naming(request.bag, [&] { return judged(bag, request, &run); });
   if (!request.is_quiet) print(request.bag, evaluation);
-  if (request.json) write_file(*request.json, to_json(evaluation).dump(2) + "\n");
+  if (request.json) {
+    // What a bag or its name says may be of any encoding.
+    constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
+    write_file(*request.json, to_json(evaluation).dump(2, ' ', false, kReplace) + "\n");
+  }
   if (request.plot) plot_paths(picture_of(run, evaluation, request), *request.plot);
   return 0;
 }

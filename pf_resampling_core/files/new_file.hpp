@@ -34,8 +34,9 @@ class UnfinishedFile {
   const char* path_;
 };
 
-/// From now on SIGHUP, SIGINT, SIGPIPE, SIGTERM and SIGXFSZ remove what is unfinished before they
-/// end the program. One that is ignored stays so.
+/// From now on the signals that somebody sends to end a program, or that end it at a limit (SIGINT,
+/// SIGQUIT, SIGTERM, SIGXCPU and the like; not SIGKILL), remove what is unfinished before they do.
+/// One that is ignored, or that somebody handles already, stays so.
 void remove_unfinished_on_signals();
 
 /// The file that is to have a name, written beside it, as "<path>.part-<process>-<number>", and

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <set>
+#include <system_error>
 
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/yaml_document.hpp"
@@ -13,8 +15,6 @@
 
 namespace pf_resampling {
 namespace {
-
-constexpr std::size_t kLargestFile = 10000000;  // bytes; ours have ten thousand
 
 /// An element of one of the lists: key -> value as text, and where it stands.
 struct Entry {
@@ -75,17 +75,22 @@ double number_or(const Entry& entry, const std::string& key, double otherwise) {
   return entry.fields.count(key) == 0 ? otherwise : number_of(entry, key);
 }
 
-void add_entry(const std::string& list, const Entry& entry, Configuration* configuration) {
+/// A configuration while it is read.
+struct Draft {
+  Configuration configuration;
+  std::set<int> ids;  // of its beacons
+};
+
+void add_entry(const std::string& list, const Entry& entry, Draft* draft) {
+  Configuration* const configuration = &draft->configuration;
   if (list == "beacons") {
     check_keys(entry, {"id", "x", "y"}, {"z", "frame"});
     Beacon beacon;
     beacon.id = id_of(entry, "id");
     beacon.position = {number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
     beacon.is_planar = entry.fields.count("z") == 0;
-    for (const Beacon& other : configuration->beacons) {
-      if (other.id == beacon.id) {
-        throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " appears twice");
-      }
+    if (!draft->ids.insert(beacon.id).second) {
+      throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " appears twice");
     }
     const auto frame = entry.fields.find("frame");
     if (frame != entry.fields.end() &&
@@ -133,7 +138,7 @@ std::string where_of(const std::string& file, const YAML::Node& node) {
 }
 
 void flatten(const std::string& file, const std::string& prefix, const YAML::Node& node,
-             Configuration* configuration) {
+             Draft* draft) {
   for (const auto& item : node) {
     if (!item.first.IsScalar()) throw Error(where_of(file, item.first) + ": a name is missing");
     const std::string name = prefix + item.first.Scalar();
@@ -152,12 +157,12 @@ void flatten(const std::string& file, const std::string& prefix, const YAML::Nod
           }
           entry.fields[field.first.Scalar()] = field.second.Scalar();
         }
-        add_entry(name, entry, configuration);
+        add_entry(name, entry, draft);
       }
     } else if (value.IsMap()) {
-      flatten(file, name + "/", value, configuration);
+      flatten(file, name + "/", value, draft);
     } else if (value.IsScalar()) {
-      configuration->values[name] = value.Scalar();
+      draft->configuration.values[name] = value.Scalar();
     } else {
       throw Error(where_of(file, item.first) + ": '" + name +
                   "' has a value that is not a number, a word, true or false");
@@ -184,7 +189,7 @@ std::string text_of(const std::string& name, XmlRpc::XmlRpcValue value) {
   }
 }
 
-void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Configuration* configuration) {
+void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Draft* draft) {
   for (auto& item : value) {
     const std::string name = prefix + item.first;
     const bool is_struct = item.second.getType() == XmlRpc::XmlRpcValue::TypeStruct;
@@ -201,12 +206,12 @@ void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Configuration
         for (auto& field : item.second[i]) {
           entry.fields[field.first] = text_of(entry.where + ", " + field.first, field.second);
         }
-        add_entry(name, entry, configuration);
+        add_entry(name, entry, draft);
       }
     } else if (is_struct) {
-      flatten(name + "/", item.second, configuration);
+      flatten(name + "/", item.second, draft);
     } else {
-      configuration->values[name] = text_of(name, item.second);
+      draft->configuration.values[name] = text_of(name, item.second);
     }
   }
 }
@@ -214,46 +219,49 @@ void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Configuration
 }  // namespace
 
 Configuration parse_configuration(const std::string& text, const std::string& name) {
-  Configuration configuration;
+  require_short(text, name);
+  Draft draft;
   try {
     const YAML::Node root = parse_yaml(text);
-    if (root.IsNull()) return configuration;
+    if (root.IsNull()) return draft.configuration;
     if (!root.IsMap()) throw Error(name + ": has to be a YAML map of parameters");
-    flatten(name, "", root, &configuration);
+    flatten(name, "", root, &draft);
   } catch (const YAML::Exception& error) {
     throw Error(name + ":" + std::to_string(error.mark.line + 1) + ":" +
                 std::to_string(error.mark.column + 1) + ": not YAML: " + one_line(error.msg));
   } catch (const Error& error) {
     throw Error(one_line(error.what()));
   }
-  return configuration;
+  return draft.configuration;
 }
 
 Configuration read_configuration(const std::string& path) {
+  // Opening a FIFO waits for somebody who writes into it. --config <(command) is a pipe that is
+  // open.
+  const bool is_open = path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/self/fd/", 0) == 0;
+  std::error_code unknown;
+  if (!is_open && std::filesystem::exists(path, unknown) &&
+      !std::filesystem::is_regular_file(path, unknown)) {
+    throw Error(path + ": cannot be read, it is no regular file; copy it into one");
+  }
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) throw Error(path + ": no such file, or it cannot be read");
   std::string text;
   char block[4096];
   std::size_t count = 0;
-  while (text.size() <= kLargestFile && (count = std::fread(block, 1, sizeof(block), file)) > 0) {
+  while (text.size() <= kLongestYaml && (count = std::fread(block, 1, sizeof(block), file)) > 0) {
     text.append(block, count);
   }
   const bool failed = std::ferror(file) != 0;
   std::fclose(file);
   if (failed) throw Error(path + ": cannot be read; is it a regular file?");
-  if (text.size() > kLargestFile) {
-    throw Error(path + ": has more than " + std::to_string(kLargestFile) +
-                " bytes; is it a configuration?");
-  }
   return parse_configuration(text, path);
 }
 
 Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
-  Configuration configuration;
-  if (parameters.getType() == XmlRpc::XmlRpcValue::TypeStruct) {
-    flatten("", parameters, &configuration);
-  }
-  return configuration;
+  Draft draft;
+  if (parameters.getType() == XmlRpc::XmlRpcValue::TypeStruct) flatten("", parameters, &draft);
+  return draft.configuration;
 }
 
 void apply_values(const Configuration& configuration, const ParameterList& parameters) {

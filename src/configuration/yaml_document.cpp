@@ -8,6 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "pf_resampling_core/error.hpp"
+
 namespace pf_resampling {
 namespace {
 
@@ -71,6 +73,12 @@ class Inspection : public YAML::EventHandler {
 };
 
 }  // namespace
+
+void require_short(const std::string& text, const std::string& name) {
+  if (text.size() <= kLongestYaml) return;
+  throw Error(name + ": has more than " + std::to_string(kLongestYaml) +
+              " bytes; is it a configuration, a world or a study?");
+}
 
 YAML::Node parse_yaml(const std::string& text) {
   std::istringstream stream(text);

@@ -6,6 +6,7 @@
 namespace pf_resampling {
 
 YamlSection YamlSection::of_text(const std::string& text, const std::string& source) {
+  require_short(text, source);
   try {
     return YamlSection(parse_yaml(text), source, "");
   } catch (const YAML::Exception& error) {

@@ -221,6 +221,8 @@ class Checker {
             "messages have a type or version that cannot be read");
     }
     count(stamps.zero, "messages without a stamp");
+    count(stamps.impossible,
+          "stamps that ROS cannot reckon with (of 2038 or later, or 1e9 nanoseconds or more)");
     count(stamps.out_of_order, "stamps are older than the one before");
     count(stamps.twice, "stamps appear twice");
     count(check.not_finite, "values are not finite");
@@ -237,13 +239,17 @@ class Checker {
     }
   }
 
+  static std::string no_stamps(const StampSummary& stamps) {
+    return stamps.impossible == 0 ? " has no stamps" : " has no stamps that can be used";
+  }
+
   void check_odometry() {
     const StampSummary odom = survey_.odom.stamps.summary();
     const auto problem = [&](const std::string& what) {
       beacon_mcl()->push_back(survey_.odom.topic + what);
       fastslam()->push_back(survey_.odom.topic + what);
     };
-    if (odom.messages > 0 && odom.messages == odom.zero) problem(" has no stamps");
+    if (odom.messages > 0 && odom.usable() == 0) problem(no_stamps(odom));
     if (odom.messages > 0 && survey_.odom.not_finite + survey_.odom.impossible >= odom.messages) {
       problem(" has no pose that can be used");
     }
@@ -255,8 +261,8 @@ class Checker {
   void check_times(const TopicSurvey& seen, Lines* problems) {
     const StampSummary odom = survey_.odom.stamps.summary();
     const StampSummary stamps = seen.stamps.summary();
-    if (stamps.messages > 0 && stamps.messages == stamps.zero) {
-      problems->push_back(seen.topic + " has no stamps");
+    if (stamps.messages > 0 && stamps.usable() == 0) {
+      problems->push_back(seen.topic + no_stamps(stamps));
     }
     if (stamps.rate() <= 0.0 || odom.rate() <= 0.0) return;
     if (stamps.last < odom.first || stamps.first > odom.last) {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <variant>
 
@@ -21,6 +22,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/foreign_messages.hpp"
+#include "src/messages/input_checks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/progress_bar.hpp"
@@ -29,8 +31,13 @@ namespace pf_resampling {
 
 namespace {
 
-constexpr double kAfterTheBag = 1.0;      // s, when no tag comes any more
-constexpr double kUnitQuaternion = 1e-3;  // largest deviation of the norm
+constexpr std::uint32_t kAfterTheBag = 1;  // s, when no tag comes any more
+constexpr double kUnitQuaternion = 1e-3;   // largest deviation of the norm
+
+/// No later than the latest that ROS can reckon with.
+ros::Time after(const ros::Time& end) {
+  return {std::min(end.sec + kAfterTheBag, 0x7fffffffU), end.nsec};
+}
 
 bool is_finite(const geometry_msgs::Point& point) {
   return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
@@ -75,10 +82,28 @@ class Surveyor {
     for (const auto& [frame, pose] : read_frames_on_robot(bag_, survey_.base)) {
       survey_.on_robot[frame] = pose;
     }
+    find_below_robot();
     return std::move(survey_);
   }
 
  private:
+  /// From what is on the robot down the tree of /tf; each frame once.
+  void find_below_robot() {
+    std::map<std::string, std::vector<std::string>> children;
+    for (const auto& [parent, child] : survey_.transforms) children[parent].push_back(child);
+    std::vector<std::string> next;
+    for (const auto& [frame, pose] : survey_.on_robot) next.push_back(frame);
+    while (!next.empty()) {
+      const auto below = children.find(next.back());
+      next.pop_back();
+      if (below == children.end()) continue;
+      for (const std::string& child : below->second) {
+        if (survey_.on_robot.count(child) > 0) continue;
+        if (survey_.below_robot.insert(child).second) next.push_back(child);
+      }
+    }
+  }
+
   void take_configuration() {
     const BeaconMclPipelineOptions& beacon_mcl = configuration_.beacon_mcl;
     for (const Beacon& beacon : beacon_mcl.beacons) {
@@ -108,10 +133,14 @@ class Surveyor {
         read(instance);
         progress.update(++done);
       }
-      note_tags(newest_odometry_ + ros::Duration(kAfterTheBag));
+      note_tags(after(newest_odometry_));
+    } catch (const Error&) {
+      throw;
     } catch (const rosbag::BagException& error) {
       throw Error(bag_.getFileName() + ": is damaged (" + error.what() + "); try: rosbag reindex " +
                   bag_.getFileName());
+    } catch (const std::exception& error) {  // for instance no memory for what it holds
+      throw Error(bag_.getFileName() + ": cannot be read to its end (" + error.what() + ")");
     }
   }
 
@@ -153,8 +182,10 @@ class Surveyor {
   void note_odometry(const nav_msgs::Odometry& message, const rosbag::MessageInstance& instance) {
     const nav_msgs::Odometry* const odometry = &message;
     note_header(instance, odometry->header, &survey_.odom);
-    newest_odometry_ = odometry->header.stamp;
-    note_tags(newest_odometry_);
+    if (!check(odometry->header.stamp)) {
+      newest_odometry_ = odometry->header.stamp;
+      note_tags(newest_odometry_);
+    }
     survey_.base_frames.insert(without_slash(odometry->child_frame_id));
     if (!is_finite(odometry->pose.pose)) {
       ++survey_.odom.not_finite;
@@ -347,18 +378,7 @@ const BagTopic* BagSurvey::topic_named(const std::string& name) const {
 }
 
 bool BagSurvey::places_on_robot(const std::string& frame) const {
-  if (on_robot.count(frame) > 0) return true;
-  // Up the tree of /tf, which has no circle of more frames than it has transforms.
-  std::string current = frame;
-  for (std::size_t step = 0; step < transforms.size(); ++step) {
-    const auto up = std::find_if(
-        transforms.begin(), transforms.end(),
-        [&](const auto& parent_and_child) { return parent_and_child.second == current; });
-    if (up == transforms.end()) return false;
-    current = up->first;
-    if (on_robot.count(current) > 0) return true;
-  }
-  return false;
+  return on_robot.count(frame) > 0 || below_robot.count(frame) > 0;
 }
 
 BagSurvey survey_bag(const rosbag::Bag& bag, const CheckedTopics& names,

@@ -50,6 +50,7 @@ struct BagSurvey {
   std::string base = "base_link";                     ///< the one child frame, if there is one
   std::map<std::string, Eigen::Isometry3d> on_robot;  ///< /tf_static, from `base`
   std::set<std::pair<std::string, std::string>> transforms;  ///< parent and child, of /tf
+  std::set<std::string> below_robot;                         ///< frames that those place on it
   std::string beacon_frame;
   std::map<std::int32_t, geometry_msgs::Point> beacons;
   std::vector<std::int32_t> beacons_twice;

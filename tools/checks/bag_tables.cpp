@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -28,18 +30,35 @@ std::string topics_table(const BagSurvey& survey) {
 }
 
 std::string stamps_table(const BagSurvey& survey) {
-  Table table({"stamps", "from s", "to s", "rate Hz", "period s", "longest gap s", "at s", "gaps",
-               "out of order", "twice", "zero", "off bag time s"});
+  std::vector<std::pair<std::string, StampSummary>> topics;
   for (const TopicSurvey* check :
        {&survey.odom, &survey.ranges, &survey.landmarks, &survey.truth}) {
     const StampSummary stamps = check->stamps.summary();
-    if (stamps.messages == 0) continue;
-    table.add_row({check->topic, fixed(stamps.first, 3), fixed(stamps.last, 3),
-                   fixed(stamps.rate(), 2), fixed(stamps.median_period, 3),
-                   fixed(stamps.longest_gap, 3), fixed(stamps.longest_gap_at, 3),
-                   std::to_string(stamps.gaps), std::to_string(stamps.out_of_order),
-                   std::to_string(stamps.twice), std::to_string(stamps.zero),
-                   fixed(stamps.largest_delay, 3)});
+    if (stamps.messages > 0) topics.emplace_back(check->topic, stamps);
+  }
+  // Hardly any bag has some.
+  const bool has_impossible = std::any_of(
+      topics.begin(), topics.end(), [](const auto& topic) { return topic.second.impossible > 0; });
+  std::vector<std::string> head = {"stamps",       "from s",        "to s", "rate Hz",
+                                   "period s",     "longest gap s", "at s", "gaps",
+                                   "out of order", "twice",         "zero", "off bag time s"};
+  if (has_impossible) head.emplace_back("impossible");
+  Table table(head);
+  for (const auto& [topic, stamps] : topics) {
+    std::vector<std::string> row = {topic,
+                                    fixed(stamps.first, 3),
+                                    fixed(stamps.last, 3),
+                                    fixed(stamps.rate(), 2),
+                                    fixed(stamps.median_period, 3),
+                                    fixed(stamps.longest_gap, 3),
+                                    fixed(stamps.longest_gap_at, 3),
+                                    std::to_string(stamps.gaps),
+                                    std::to_string(stamps.out_of_order),
+                                    std::to_string(stamps.twice),
+                                    std::to_string(stamps.zero),
+                                    fixed(stamps.largest_delay, 3)};
+    if (has_impossible) row.push_back(std::to_string(stamps.impossible));
+    table.add_row(row);
   }
   if (table.empty()) return "";
   return "\n" + table.text() + "  (period: the median; gaps: longer than " + fixed(kGapFactor, 0) +

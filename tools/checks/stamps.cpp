@@ -3,11 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/messages/input_checks.hpp"
+
 namespace pf_resampling {
+namespace {
+
+/// From a to b, in s. (ROS throws where its difference of times has no room for it.)
+double seconds_between(const ros::Time& a, const ros::Time& b) {
+  const auto nanoseconds =
+      static_cast<std::int64_t>(b.toNSec()) - static_cast<std::int64_t>(a.toNSec());
+  return static_cast<double>(nanoseconds) / 1e9;
+}
+
+}  // namespace
 
 double StampSummary::rate() const {
-  const std::size_t stamped = messages - zero;
-  return stamped > 1 && last > first ? static_cast<double>(stamped - 1) / (last - first) : 0.0;
+  return usable() > 1 && last > first ? static_cast<double>(usable() - 1) / (last - first) : 0.0;
 }
 
 void StampCheck::add(const ros::Time& stamp, const ros::Time& bag_time, std::int32_t sender) {
@@ -15,16 +26,21 @@ void StampCheck::add(const ros::Time& stamp, const ros::Time& bag_time, std::int
     ++zero_;
     return;
   }
+  if (check(stamp)) {
+    ++impossible_;
+    return;
+  }
   if (!stamps_.empty() && stamp < latest_) ++out_of_order_;
   latest_ = std::max(latest_, stamp);
-  largest_delay_ = std::max(largest_delay_, std::abs((bag_time - stamp).toSec()));
+  largest_delay_ = std::max(largest_delay_, std::abs(seconds_between(stamp, bag_time)));
   stamps_.emplace_back(stamp, sender);
 }
 
 StampSummary StampCheck::summary() const {
   StampSummary summary;
-  summary.messages = stamps_.size() + zero_;
+  summary.messages = stamps_.size() + zero_ + impossible_;
   summary.zero = zero_;
+  summary.impossible = impossible_;
   summary.out_of_order = out_of_order_;
   summary.largest_delay = largest_delay_;
   if (stamps_.empty()) return summary;
@@ -36,7 +52,7 @@ StampSummary StampCheck::summary() const {
   std::vector<double> periods;
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (sorted[i] == sorted[i - 1]) ++summary.twice;
-    const double period = (sorted[i].first - sorted[i - 1].first).toSec();
+    const double period = seconds_between(sorted[i - 1].first, sorted[i].first);
     if (!(period > 0.0)) continue;
     periods.push_back(period);
     if (period > summary.longest_gap) {

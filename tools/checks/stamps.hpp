@@ -12,6 +12,7 @@ namespace pf_resampling {
 struct StampSummary {
   std::size_t messages = 0;
   std::size_t zero = 0;          ///< stamps that are zero, "no time"; not counted below
+  std::size_t impossible = 0;    ///< those that ROS cannot reckon with; not counted below
   double first = 0.0;            ///< s, the earliest
   double last = 0.0;             ///< s, the latest
   double median_period = 0.0;    ///< s, between neighbouring stamps that differ
@@ -22,7 +23,9 @@ struct StampSummary {
   std::size_t twice = 0;         ///< stamps that were there already (for the same sender)
   double largest_delay = 0.0;    ///< s, largest |bag time - stamp|
 
-  /// Mean rate in Hz; 0 for fewer than two stamps.
+  /// How many stamps can be used: neither zero nor impossible.
+  std::size_t usable() const { return messages - zero - impossible; }
+  /// Mean rate in Hz; 0 for fewer than two of them.
   double rate() const;
 };
 
@@ -40,6 +43,7 @@ class StampCheck {
  private:
   std::vector<std::pair<ros::Time, std::int32_t>> stamps_;
   std::size_t zero_ = 0;
+  std::size_t impossible_ = 0;
   std::size_t out_of_order_ = 0;
   ros::Time latest_;
   double largest_delay_ = 0.0;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <fstream>
+#include <iterator>
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
@@ -44,6 +46,38 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
   flush();
 }
 
+// The messages of each topic are counted in the index, which rosbag has by connection.
+class CountingView : public rosbag::View {
+ public:
+  explicit CountingView(const rosbag::Bag& bag) : View(bag) {}
+
+  void count(std::map<std::string, BagTopic>* topics) const {
+    for (const rosbag::MessageRange* range : ranges_) {
+      (*topics)[range->connection_info->topic].messages +=
+          static_cast<std::uint64_t>(std::distance(range->begin, range->end));
+    }
+  }
+};
+
+// Without counts.
+std::map<std::string, BagTopic> topics_by_name(rosbag::View* everything) {
+  std::map<std::string, BagTopic> topics;
+  for (const rosbag::ConnectionInfo* connection : everything->getConnections()) {
+    BagTopic& topic = topics[connection->topic];
+    topic.name = connection->topic;
+    topic.type = connection->datatype;
+    const auto latching = connection->header->find("latching");
+    topic.latched = latching != connection->header->end() && latching->second == "1";
+  }
+  return topics;
+}
+
+std::vector<BagTopic> list_of_values(const std::map<std::string, BagTopic>& topics) {
+  std::vector<BagTopic> list;
+  for (const auto& [name, topic] : topics) list.push_back(topic);
+  return list;
+}
+
 }  // namespace
 
 bool begins_like_a_bag(const std::string& path) {
@@ -69,28 +103,17 @@ rosbag::Bag open_bag(const std::string& path) {
 }
 
 std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
-  std::map<std::string, BagTopic> topics;
-  rosbag::View everything(bag);
-  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
-    BagTopic& topic = topics[connection->topic];
-    topic.name = connection->topic;
-    topic.type = connection->datatype;
-    const auto latching = connection->header->find("latching");
-    topic.latched = latching != connection->header->end() && latching->second == "1";
-  }
-  std::vector<BagTopic> list;
-  for (auto& [name, topic] : topics) {
-    topic.messages = rosbag::View(bag, rosbag::TopicQuery(name)).size();
-    list.push_back(topic);
-  }
-  return list;
+  CountingView everything(bag);
+  std::map<std::string, BagTopic> topics = topics_by_name(&everything);
+  everything.count(&topics);
+  return list_of_values(topics);
 }
 
 bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
-  const std::vector<BagTopic> topics = topics_of(bag);
-  return std::any_of(topics.begin(), topics.end(), [&](const BagTopic& topic) {
-    return topic.name == name && (type.empty() || topic.type == type);
-  });
+  rosbag::View everything(bag);
+  const std::map<std::string, BagTopic> topics = topics_by_name(&everything);
+  const auto found = topics.find(name);
+  return found != topics.end() && (type.empty() || found->second.type == type);
 }
 
 std::string list_of(const std::vector<BagTopic>& topics) {
@@ -101,15 +124,15 @@ std::string list_of(const std::vector<BagTopic>& topics) {
 
 void require_topics(const rosbag::Bag& bag, const std::string& path,
                     const std::vector<NeededTopic>& needed) {
-  const std::vector<BagTopic> topics = topics_of(bag);
+  rosbag::View everything(bag);
+  const std::map<std::string, BagTopic> topics = topics_by_name(&everything);
   for (const NeededTopic& need : needed) {
-    const auto found = std::find_if(topics.begin(), topics.end(), [&](const BagTopic& topic) {
-      return topic.name == need.name &&
-             std::find(need.types.begin(), need.types.end(), topic.type) != need.types.end();
-    });
-    if (found != topics.end()) continue;
+    const auto found = topics.find(need.name);
+    const bool fits = found != topics.end() && std::find(need.types.begin(), need.types.end(),
+                                                         found->second.type) != need.types.end();
+    if (fits) continue;
     throw Error(path + ": has no " + need.name + " of type " + joined(need.types, " or ") +
-                "; it has " + list_of(topics) +
+                "; it has " + list_of(list_of_values(topics)) +
                 (need.option.empty() ? "" : "; " + need.option + " names another topic"));
   }
 }
@@ -123,6 +146,10 @@ void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
   } catch (const rosbag::BagException& error) {
     throw Error(path + ": cannot be read to its end (" + error.what() + "); try: rosbag reindex " +
                 path);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {  // for instance no memory for what it holds
+    throw Error(path + ": cannot be read to its end (" + error.what() + ")");
   }
 }
 

@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <exception>
+#include <queue>
 #include <type_traits>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
@@ -26,6 +28,8 @@
 
 namespace pf_resampling {
 namespace {
+
+constexpr std::size_t kMostFrames = 10000;  // in /tf_static
 
 template <typename Message>
 double stamp_of(const rosbag::MessageInstance& instance, const Message& message) {
@@ -72,7 +76,9 @@ void for_each_message(const rosbag::Bag& bag, const std::string& topic, const Ha
     for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
       handle(instance);
     }
-  } catch (const rosbag::BagException& error) {
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {  // damaged, or no memory for what it holds
     throw Error(bag.getFileName() + ": cannot read " + topic + ": " + error.what());
   }
 }
@@ -153,6 +159,31 @@ Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
                         .normalized()
                         .toRotationMatrix();
   return result;
+}
+
+// Where a frame is.
+struct Placed {
+  std::string parent;
+  Eigen::Isometry3d transform;
+};
+
+/// By the frame that is placed.
+std::map<std::string, Placed> newest_static_transforms(const rosbag::Bag& bag) {
+  std::map<std::string, Placed> parents;
+  for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
+    const auto message = message_in<tf2_msgs::TFMessage>(instance);
+    if (!message) return;
+    for (const auto& transform : message->transforms) {
+      const std::string parent = without_slash(transform.header.frame_id);
+      const std::string child = without_slash(transform.child_frame_id);
+      if (parent == child) continue;
+      parents[child] = {parent, isometry_of(transform.transform)};
+      if (parents.size() <= kMostFrames) continue;
+      throw Error(place_of(bag, "/tf_static") + " has more than " + std::to_string(kMostFrames) +
+                  " frames: no robot has so many");
+    }
+  });
+  return parents;
 }
 
 }  // namespace
@@ -384,34 +415,29 @@ std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,
                                                               const std::string& base) {
-  struct Edge {
-    std::string parent, child;
-    Eigen::Isometry3d transform;
-  };
-  std::vector<Edge> edges;
-  for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
-    const auto message = message_in<tf2_msgs::TFMessage>(instance);
-    if (!message) return;
-    for (const auto& transform : message->transforms) {
-      edges.push_back({without_slash(transform.header.frame_id),
-                       without_slash(transform.child_frame_id), isometry_of(transform.transform)});
-    }
-  });
+  const std::map<std::string, Placed> parents = newest_static_transforms(bag);
+  std::map<std::string, std::vector<std::string>> children;
+  for (const auto& [child, placed] : parents) children[placed.parent].push_back(child);
   std::map<std::string, Eigen::Isometry3d> frames;
   frames[base] = Eigen::Isometry3d::Identity();
-  // The frames are a tree: each round settles at least one more, downwards or upwards.
-  for (bool has_grown = true; has_grown;) {
-    has_grown = false;
-    for (const Edge& edge : edges) {
-      const bool knows_parent = frames.count(edge.parent) > 0;
-      const bool knows_child = frames.count(edge.child) > 0;
-      if (knows_parent == knows_child) continue;
-      if (knows_parent) {
-        frames[edge.child] = frames[edge.parent] * edge.transform;
-      } else {
-        frames[edge.parent] = frames[edge.child] * edge.transform.inverse();
+  // From the base on, downwards and upwards; each frame once.
+  std::queue<std::string> next;
+  next.push(base);
+  const auto settle = [&](const std::string& frame, const Eigen::Isometry3d& pose) {
+    if (frames.emplace(frame, pose).second) next.push(frame);
+  };
+  for (; !next.empty(); next.pop()) {
+    const std::string frame = next.front();
+    const Eigen::Isometry3d pose = frames[frame];
+    const auto below = children.find(frame);
+    if (below != children.end()) {
+      for (const std::string& child : below->second) {
+        settle(child, pose * parents.at(child).transform);
       }
-      has_grown = true;
+    }
+    const auto above = parents.find(frame);
+    if (above != parents.end()) {
+      settle(above->second.parent, pose * above->second.transform.inverse());
     }
   }
   return frames;

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
@@ -23,9 +23,25 @@ namespace {
 const std::string kMagic = "#ROSBAG V2.0\n";
 constexpr std::uint64_t kLargestHeader = std::uint64_t{1} << 24;
 constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 30;
+// Of what chunks are unpacked to, in all: so much, and so many times the file's size. Recordings
+// are far below; a few bytes can claim to be hours of unpacking.
+constexpr std::uint64_t kUnpacked = std::uint64_t{1} << 30;
+constexpr std::uint64_t kUnpackedPerByte = 1000;
+// A byte of LZ4 stands for no more than 255.
+constexpr std::uint64_t kLz4PerByte = 255;
+constexpr std::uint64_t kLz4More = 64;
+// rosbag takes a time that grows with the square of the connections, and more per message.
+constexpr std::uint32_t kMostConnections = 5000;
+// Of a connection: rosbag prints lines of its own about longer fields.
+constexpr std::size_t kLongestField = 1000000;
 
 // What is wrong, without the file's name.
 struct Damage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// More than is taken of something, without the file's name. No damage that could be mended.
+struct Excess : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -54,6 +70,7 @@ class Span {
     return value;
   }
   std::string text() const { return {bytes_, static_cast<std::size_t>(left_)}; }
+  std::uint64_t size() const { return left_; }
 
  private:
   const char* bytes_;
@@ -114,6 +131,13 @@ class Fields {
     std::memcpy(&result, value.data(), sizeof result);
     return result;
   }
+  std::size_t longest() const {
+    std::size_t longest = 0;
+    for (const auto& [name, value] : fields_) {
+      longest = std::max({longest, name.size(), value.size()});
+    }
+    return longest;
+  }
   bool is(Kind kind) const { return number<std::uint8_t>("op") == static_cast<std::uint8_t>(kind); }
   void require_kind(Kind kind) const {
     require(is(kind), name_of(kind) + " is not where it should be");
@@ -137,6 +161,8 @@ class File {
       : stream_(path, std::ios::binary), size_(std::filesystem::file_size(path)) {
     require(stream_.is_open(), "cannot be read");
   }
+
+  std::uint64_t size() const { return size_; }
 
   std::vector<char> bytes(std::uint64_t place, std::uint64_t size) {
     require(place <= size_ && size <= size_ - place, "is truncated");
@@ -170,18 +196,37 @@ class File {
 
 using Connections = std::set<std::uint32_t>;
 
-// What is said of one thing again and again would be read again and again.
-template <typename Number>
-void require_distinct(std::vector<Number> numbers, const std::string& what) {
-  std::sort(numbers.begin(), numbers.end());
-  require(std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end(),
-          "it says the same " + what + " twice");
+// Where something begins and ends.
+struct Extent {
+  std::uint64_t begin;
+  std::uint64_t end;
+};
+
+// What is said of one thing again and again would be read again and again, and so would what lies
+// in many others.
+void require_apart(std::vector<Extent> messages) {
+  std::sort(messages.begin(), messages.end(),
+            [](const Extent& a, const Extent& b) { return a.begin < b.begin; });
+  for (std::size_t i = 1; i < messages.size(); ++i) {
+    require(messages[i].begin != messages[i - 1].begin, "it says the same message twice");
+    require(messages[i].begin >= messages[i - 1].end, "messages overlap");
+  }
+}
+
+// What a chunk says that it is unpacked to; 0 if it is not packed.
+std::uint64_t unpacked_size(const Record& chunk) {
+  const std::string& compression = chunk.fields.text("compression");
+  const auto size = chunk.fields.number<std::uint32_t>("size");
+  require(size <= kLargestChunk, "a chunk claims to hold more than a GiB");
+  if (compression == "none") return 0;
+  require(compression != "lz4" || size <= kLz4PerByte * chunk.size + kLz4More,
+          "a chunk claims to hold more than LZ4 can pack into it");
+  return size;
 }
 
 // The contents of a chunk, as long as its header says.
 std::vector<char> contents_of(File* file, const Record& chunk) {
   const auto size = chunk.fields.number<std::uint32_t>("size");
-  require(size <= kLargestChunk, "a chunk claims to hold more than a GiB");
   std::vector<char> packed = file->bytes(chunk.data, chunk.size);
   const std::string& compression = chunk.fields.text("compression");
   if (compression == "none") {
@@ -214,29 +259,45 @@ bool is_time(std::uint32_t seconds, std::uint32_t nanoseconds) {
          (seconds > 0 || nanoseconds > 0);
 }
 
-// The message at a place of a chunk. (rosbag would pass over the header of a connection there, but
-// take its data for the next header.)
-void check_message(const std::vector<char>& contents, std::uint32_t place,
-                   const Connections& connections) {
+Span from(const std::vector<char>& contents, std::uint64_t place) {
   require(place < contents.size(), "an index points beyond its chunk");
-  Span bytes(contents.data() + place, contents.size() - place);
+  return {contents.data() + place, contents.size() - place};
+}
+
+// Where the message at a place of a chunk begins and ends.
+Extent message_at(const std::vector<char>& contents, std::uint32_t place) {
+  Span bytes = from(contents, place);
+  for (int part = 0; part < 2; ++part) {  // the header and the data
+    bytes.take(bytes.number<std::uint32_t>(name_of(Kind::message)), name_of(Kind::message));
+  }
+  return {place, contents.size() - bytes.size()};
+}
+
+// The header of a message. (rosbag would pass over the header of a connection there, but take its
+// data for the next header.)
+void check_message(const std::vector<char>& contents, const Extent& message,
+                   const Connections& connections) {
+  Span bytes = from(contents, message.begin);
   const auto header_size = bytes.number<std::uint32_t>(name_of(Kind::message));
   const Fields fields(bytes.take(header_size, name_of(Kind::message)));
   fields.require_kind(Kind::message);
-  bytes.take(bytes.number<std::uint32_t>(name_of(Kind::message)), name_of(Kind::message));
   require(connections.count(fields.number<std::uint32_t>("conn")) > 0,
           "a message is of no connection");
   fields.number<std::uint64_t>("time");
 }
 
+Record chunk_of(File* file, const Record& info) {
+  return file->record(info.fields.number<std::uint64_t>("chunk_pos"), Kind::chunk);
+}
+
 void check_chunk(File* file, const Record& info, const Connections& connections) {
   require(info.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
-  const Record chunk = file->record(info.fields.number<std::uint64_t>("chunk_pos"), Kind::chunk);
+  const Record chunk = chunk_of(file, info);
   const std::vector<char> contents = contents_of(file, chunk);
   const auto indices = info.fields.number<std::uint32_t>("count");
   require(info.size == 8 * std::uint64_t{indices}, name_of(Kind::chunk_info) + " is damaged");
   std::uint64_t place = chunk.end();
-  std::vector<std::uint32_t> places;  // of the messages in the chunk
+  std::vector<Extent> found;  // the messages in the chunk
   for (std::uint32_t i = 0; i < indices; ++i) {
     const Record index = file->record(place, Kind::index);
     require(index.fields.number<std::uint32_t>("ver") == 1, "is of a version that is not known");
@@ -250,18 +311,44 @@ void check_chunk(File* file, const Record& info, const Connections& connections)
       const auto seconds = rest.number<std::uint32_t>("an index");
       const auto nanoseconds = rest.number<std::uint32_t>("an index");
       require(is_time(seconds, nanoseconds), "an index has a time of 2038 or later, or none");
-      places.push_back(rest.number<std::uint32_t>("an index"));
-      check_message(contents, places.back(), connections);
+      found.push_back(message_at(contents, rest.number<std::uint32_t>("an index")));
     }
     place = index.end();
   }
-  require_distinct(std::move(places), "message");
+  require_apart(found);
+  for (const Extent& message : found) check_message(contents, message, connections);
+}
+
+// Before any is unpacked.
+void check_sizes(File* file, const std::vector<Record>& infos) {
+  std::vector<std::uint64_t> places;
+  for (const Record& info : infos) {
+    places.push_back(info.fields.number<std::uint64_t>("chunk_pos"));
+  }
+  std::sort(places.begin(), places.end());
+  std::uint64_t unpacked = 0;
+  std::uint64_t end = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    require(i == 0 || places[i] != places[i - 1], "it says the same chunk twice");
+    require(places[i] >= end, "chunks overlap");
+    const Record chunk = file->record(places[i], Kind::chunk);
+    end = chunk.end();
+    unpacked += unpacked_size(chunk);
+  }
+  require(unpacked <= kUnpacked + kUnpackedPerByte * file->size(),
+          "its chunks claim to hold " + std::to_string(unpacked) +
+              " bytes, too many for so small a file");
 }
 
 std::uint32_t check_connection(File* file, const Record& record) {
   const std::vector<char> data = file->bytes(record.data, record.size);
   const Fields fields{Span(data.data(), data.size())};
   for (const char* name : {"type", "md5sum", "message_definition"}) fields.text(name);
+  const std::size_t longest = std::max(record.fields.longest(), fields.longest());
+  if (longest > kLongestField) {
+    throw Excess("a connection has a field of " + std::to_string(longest) +
+                 " bytes, more than 1 MB");
+  }
   record.fields.text("topic");
   return record.fields.number<std::uint32_t>("conn");
 }
@@ -276,6 +363,10 @@ void check(File* file) {
   require(place > 0, "has no index: what recorded it did not end it");
   const auto connection_count = first.fields.number<std::uint32_t>("conn_count");
   const auto chunk_count = first.fields.number<std::uint32_t>("chunk_count");
+  if (connection_count > kMostConnections) {
+    throw Excess("has " + std::to_string(connection_count) + " connections, more than " +
+                 std::to_string(kMostConnections));
+  }
   Connections connections;
   for (std::uint32_t i = 0; i < connection_count; ++i) {
     const Record record = file->record(place, Kind::connection);
@@ -283,13 +374,11 @@ void check(File* file) {
     place = record.end();
   }
   std::vector<Record> infos;
-  std::vector<std::uint64_t> chunks;  // their places
   for (std::uint32_t i = 0; i < chunk_count; ++i) {
     infos.push_back(file->record(place, Kind::chunk_info));
-    chunks.push_back(infos.back().fields.number<std::uint64_t>("chunk_pos"));
     place = infos.back().end();
   }
-  require_distinct(std::move(chunks), "chunk");
+  check_sizes(file, infos);
   for (const Record& info : infos) check_chunk(file, info, connections);
 }
 
@@ -302,10 +391,14 @@ void check_bag_structure(const std::string& path) {
     check(&file);
   } catch (const Damage& damage) {
     throw Error(path + ": is truncated or damaged (" + damage.what() + ")" + remedy);
+  } catch (const Excess& excess) {
+    throw Error(path + ": " + excess.what());
   } catch (const rosbag::BagException& error) {
     throw Error(path + ": a chunk cannot be unpacked (" + error.what() + ")" + remedy);
   } catch (const std::filesystem::filesystem_error&) {
     throw Error(path + ": cannot be read");
+  } catch (const std::exception& error) {  // no memory for what it holds
+    throw Error(path + ": cannot be read (" + error.what() + ")");
   }
 }
 

@@ -70,10 +70,16 @@ void flush_standard_output() {
   throw Error("standard output cannot be written; is the disk full?");
 }
 
-/// Errors are promised to be one line.
+/// Errors are promised to be one line, and must not steer the terminal.
 std::string one_line(std::string text) {
   for (char& character : text) {
-    if (character == '\n' || character == '\r') character = ' ';
+    const bool is_space = character == '\n' || character == '\r' || character == '\t';
+    const auto code = static_cast<unsigned char>(character);
+    if (is_space) {
+      character = ' ';
+    } else if (code < 0x20 || code == 0x7f) {
+      character = '?';
+    }
   }
   return text;
 }

@@ -8,22 +8,19 @@
 #include "pf_resampling_core/files/new_file.hpp"
 
 namespace pf_resampling {
-namespace {
 
-constexpr std::size_t kLongestFile = std::size_t{1} << 30;
-
-}  // namespace
-
-std::string read_file(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such file");
-  if (std::filesystem::is_directory(path)) throw Error(path + ": is a directory, not a file");
+std::string read_file(const std::string& path, std::size_t longest) {
+  require_regular_file(path, "file");
   std::ifstream stream(path, std::ios::binary);
   std::string contents;
   std::array<char, 65536> block{};
   while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
     contents.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    // /dev/zero has no end, and others may have none.
-    if (contents.size() > kLongestFile) throw Error(path + ": is longer than 1 GiB");
+    // A file in /proc may have no end, and one that is being written may grow for ever.
+    if (contents.size() > longest) {
+      throw Error(path + ": has more than " + std::to_string(longest) +
+                  " bytes; is it the right file?");
+    }
   }
   if (!stream.is_open() || stream.bad()) throw Error(path + ": cannot be read");
   return contents;

@@ -248,7 +248,8 @@ void plot_paths(const PathPlot& plot, const std::string& path) {
   const TemporaryFile data;
   const TemporaryFile errors;
   NewFile picture(path, path + ":");
-  write_file(data.path(), plot_json(plot).dump());
+  // A title may have letters of any encoding.
+  write_file(data.path(), plot_json(plot).dump(-1, ' ', false, json::error_handler_t::replace));
   const std::string format = fs::path(path).extension().string().substr(1);
   if (run({kPython, script, data.path(), format}, picture.descriptor(), errors.path()) != 0) {
     throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));

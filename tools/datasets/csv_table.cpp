@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -15,9 +17,15 @@ namespace pf_resampling {
 
 namespace {
 
+constexpr std::size_t kMostColumns = 1000;
+
 struct Line {
   std::size_t number;
-  std::vector<std::string> fields;
+  std::string text;
+
+  std::size_t fields() const {
+    return 1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+  }
 };
 
 /// Without spaces around it, and without a pair of quotes around that.
@@ -43,21 +51,30 @@ std::vector<std::string> split(const std::string& line) {
   }
 }
 
-std::vector<Line> lines_of(const std::string& path) {
-  std::string contents = read_file(path);
-  const std::string kByteOrderMark = "\xEF\xBB\xBF";
-  if (contents.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0) contents.erase(0, 3);
-
-  std::vector<Line> lines;
-  std::istringstream stream(contents);
-  std::string line;
-  for (std::size_t number = 1; std::getline(stream, line); ++number) {
-    line = line.substr(0, line.find('#'));
-    if (trimmed(line).empty()) continue;
-    lines.push_back({number, split(line)});
+/// The lines of a file, one after the other: without comments, and those that say something.
+class Lines {
+ public:
+  explicit Lines(const std::string& path) {
+    std::string contents = read_file(path);
+    const std::string kByteOrderMark = "\xEF\xBB\xBF";
+    if (contents.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0) contents.erase(0, 3);
+    stream_.str(contents);
   }
-  return lines;
-}
+
+  /// Nothing at the end.
+  std::optional<Line> next() {
+    for (std::string line; std::getline(stream_, line);) {
+      ++number_;
+      line.resize(std::min(line.find('#'), line.size()));
+      if (!trimmed(line).empty()) return Line{number_, std::move(line)};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::istringstream stream_;
+  std::size_t number_ = 0;
+};
 
 std::string lower(std::string text) {
   for (char& character : text) {
@@ -80,12 +97,16 @@ std::string joined(const std::vector<CsvColumn>& columns) {
   return text;
 }
 
-std::vector<std::string> header_of(const std::string& path, const std::vector<Line>& lines) {
-  if (lines.empty()) throw Error(path + ": is empty; its first line has to name the columns");
-  const Line& header = lines.front();
-  const std::string place = path + ":" + std::to_string(header.number) + ": ";
+std::vector<std::string> header_of(const std::string& path, const std::optional<Line>& header) {
+  if (!header) throw Error(path + ": is empty; its first line has to name the columns");
+  const std::string place = path + ":" + std::to_string(header->number) + ": ";
+  if (header->fields() > kMostColumns) {
+    throw Error(place + std::to_string(header->fields()) + " columns, more than " +
+                std::to_string(kMostColumns) + "; is it the right file?");
+  }
   std::vector<std::string> names;
-  for (const std::string& field : header.fields) {
+  std::set<std::string> known;
+  for (const std::string& field : split(header->text)) {
     if (is_number(field)) {
       throw Error(place + "'" + field + "' where the name of a column is expected; " +
                   "the first line has to name the columns");
@@ -94,7 +115,7 @@ std::vector<std::string> header_of(const std::string& path, const std::vector<Li
     if (name.find_first_of(";\t") != std::string::npos) {
       throw Error(place + "'" + field + "': columns have to be separated by commas");
     }
-    if (std::find(names.begin(), names.end(), name) != names.end()) {
+    if (!known.insert(name).second) {
       throw Error(place + "column " + name + " is named twice");
     }
     names.push_back(name);
@@ -105,11 +126,12 @@ std::vector<std::string> header_of(const std::string& path, const std::vector<Li
 }  // namespace
 
 CsvTable::CsvTable(const std::string& path, const std::vector<CsvColumn>& columns) : path_(path) {
-  const std::vector<Line> lines = lines_of(path);
-  names_ = header_of(path, lines);
+  Lines lines(path);
+  const std::optional<Line> header = lines.next();
+  names_ = header_of(path, header);
   for (const CsvColumn& column : columns) {
     if (column.required && !has(column.name)) {
-      throw Error(path + ":" + std::to_string(lines.front().number) + ": column " + column.name +
+      throw Error(path + ":" + std::to_string(header->number) + ": column " + column.name +
                   " is missing; the columns are " + joined(columns));
     }
   }
@@ -118,18 +140,18 @@ CsvTable::CsvTable(const std::string& path, const std::vector<CsvColumn>& column
                                    [&](const CsvColumn& column) { return column.name == name; });
     if (!known) ignored_.push_back(name);
   }
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    if (lines[i].fields.size() != names_.size()) {
-      throw Error(path + ":" + std::to_string(lines[i].number) + ": " +
-                  std::to_string(lines[i].fields.size()) + " fields, where the header names " +
+  while (const std::optional<Line> line = lines.next()) {
+    if (line->fields() != names_.size()) {
+      throw Error(path + ":" + std::to_string(line->number) + ": " +
+                  std::to_string(line->fields()) + " fields, where the header names " +
                   std::to_string(names_.size()) + " columns");
     }
-    rows_.push_back({lines[i].number, lines[i].fields});
+    rows_.push_back({line->number, split(line->text)});
   }
 }
 
 std::vector<std::string> CsvTable::names_in(const std::string& path) {
-  return header_of(path, lines_of(path));
+  return header_of(path, Lines(path).next());
 }
 
 bool CsvTable::has(const std::string& column) const {

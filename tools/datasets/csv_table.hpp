@@ -18,8 +18,8 @@ struct CsvColumn {
 class CsvTable {
  public:
   /// Reads the file. Columns of other names than `columns` are left out and listed by ignored().
-  /// Throws Error: no such file, no header, a required column missing, a column named twice, a row
-  /// with another number of fields than the header.
+  /// Throws Error: no such file, no header, more than 1000 columns, a required column missing, a
+  /// column named twice, a row with another number of fields than the header.
   CsvTable(const std::string& path, const std::vector<CsvColumn>& columns);
 
   /// The names in the header of a file, in lower case; to tell kinds of tables apart.

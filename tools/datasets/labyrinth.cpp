@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -29,6 +30,17 @@ struct Line {
     if (numbers.size() >= count) return;
     throw Error(place + kind + " with " + std::to_string(numbers.size()) + " numbers, " +
                 std::to_string(count) + " are needed");
+  }
+
+  std::int32_t id(std::size_t index) const {
+    using Limits = std::numeric_limits<std::int32_t>;
+    const double value = numbers[index];
+    if (value < Limits::min() || value > Limits::max() || std::floor(value) < value) {
+      std::ostringstream text;
+      text << value;
+      throw Error(place + kind + ": the id " + text.str() + " is not a whole number of 32 bits");
+    }
+    return static_cast<std::int32_t>(value);
   }
 };
 
@@ -128,7 +140,7 @@ class Reader {
                                                    : recording_.ranges.back().time);
     range.range = line.numbers[1];
     range.variance = line.numbers[2];
-    range.beacon = static_cast<std::int32_t>(std::lround(line.numbers[5]));
+    range.beacon = line.id(5);
     if (range.range < 0.0) throw Error(line.place + "negative range");
     if (range.variance < 0.0) throw Error(line.place + "negative variance");
     recording_.ranges.push_back(range);

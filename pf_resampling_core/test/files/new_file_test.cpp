@@ -1,6 +1,7 @@
 #include "pf_resampling_core/files/new_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -202,11 +203,14 @@ TEST_F(NewFiles, AreNeitherReadNorWrittenTwice) {
 // Each kind of end that can be caught, in a process of its own; and one that the caller has asked
 // to ignore.
 TEST_F(NewFiles, LeaveNothingBehindWhenASignalComes) {
-  for (const int signal : {SIGHUP, SIGINT, SIGPIPE, SIGTERM, SIGXFSZ}) {
+  for (const int signal : {SIGALRM, SIGHUP, SIGINT, SIGPIPE, SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2,
+                           SIGVTALRM, SIGXCPU, SIGXFSZ}) {
     with("a", "old");
     const pid_t child = fork();
     if (child == 0) {
       std::signal(signal, SIG_DFL);  // under nohup it is ignored, which children inherit
+      const rlimit no_core{0, 0};
+      setrlimit(RLIMIT_CORE, &no_core);
       remove_unfinished_on_signals();
       NewFile file(path("a"), "the file");
       NewFile another(path("b"), "the file");
@@ -227,6 +231,23 @@ TEST_F(NewFiles, LeaveNothingBehindWhenASignalComes) {
     remove_unfinished_on_signals();
     NewFile file(path("a"), "the file");
     raise(SIGINT);
+    file.write("new");
+    file.finish();
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(content("a"), "new");
+}
+
+TEST_F(NewFiles, ASignalThatIsHandledAlreadyStaysSo) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGUSR1, [](int) {});
+    remove_unfinished_on_signals();
+    NewFile file(path("a"), "the file");
+    raise(SIGUSR1);
     file.write("new");
     file.finish();
     _exit(0);
