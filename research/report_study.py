@@ -2,8 +2,10 @@
 
 A figure is a number for each trial. Differences are taken between trials with the same seed.
 """
+import contextlib
 import csv
 import json
+import math
 import sys
 from collections import namedtuple
 
@@ -25,8 +27,83 @@ SCHEME_NAMES = {"residual_then_systematic": "RSR", "stratified": "Stratified", "
                 "systematic": "Systematic", "multinomial": "Multinomial"}
 
 
+MOST_TRIALS = 1000000
+
+
 class StudyError(Exception):
-    """A folder that holds no study."""
+    """A folder that holds no study, or one that was damaged: one line that names the file."""
+
+
+@contextlib.contextmanager
+def reading(path, remedy):
+    """What is wrong with the contents of a file becomes a StudyError that names it."""
+    try:
+        yield
+    except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError, OverflowError, csv.Error):
+        raise StudyError(f"{path}: is damaged; {remedy}") from None
+
+
+def is_count(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 1 <= value <= MOST_TRIALS and value == int(value)
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def is_number_if_any(value):
+    return value is None or is_number(value)
+
+
+def is_text(value):
+    return isinstance(value, str)
+
+
+def is_list_of_texts(value):
+    return isinstance(value, list) and all(map(is_text, value))
+
+
+def is_settings(value):
+    return isinstance(value, dict) and all(is_text(each) or is_number(each) for each in value.values())
+
+
+def is_numbers(value):
+    return isinstance(value, dict) and all(map(is_number, value.values()))
+
+
+def is_list_of(about):
+    """Whether a value is a list of objects with a name that are `about` so."""
+    return lambda value: (isinstance(value, list) and len(value) > 0 and
+                          all(isinstance(each, dict) and "name" in each and not wrong_key(each, about) for each in value))
+
+
+def wrong_key(values, about):
+    """The first key whose value is not what `about` says, or None; keys may be missing."""
+    return next((key for key, is_right in about.items() if key in values and not is_right(values[key])), None)
+
+
+ABOUT_PROBLEM = {"name": is_text, "kind": is_text, "duration": is_number_if_any, "clip": is_number_if_any,
+                 "lost_error": is_number_if_any, "closures": is_numbers}
+ABOUT_FILTER = {"name": is_text, "group": is_text, "estimator": is_text, "settings": is_settings}
+ABOUT_STUDY = {"study": is_text, "title": is_text, "filter": is_text, "preset": is_text, "settings": is_settings,
+               "parameters": is_settings, "trials": is_count, "reference": is_text, "figures": is_list_of_texts,
+               "curves": is_list_of_texts, "problems": is_list_of(ABOUT_PROBLEM), "filters": is_list_of(ABOUT_FILTER)}
+
+
+def read_about(path):
+    """What study.json says. Raises StudyError that names the file and what is wrong."""
+    remedy = "run the study again in another folder"
+    with reading(path, remedy):
+        about = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(about, dict):
+        raise StudyError(f"{path}: is damaged; {remedy}")
+    if about.get("format") != 1:
+        raise StudyError(f'{path}: format {str(about.get("format"))[:40]!r} is unknown; this program reads format 1')
+    missing = [key for key in ("study", "problems", "filters") if key not in about]
+    wrong = missing[0] if missing else wrong_key(about, ABOUT_STUDY)
+    if wrong:
+        raise StudyError(f"{path}: is damaged: its {wrong} {'is missing' if missing else 'cannot be read'}; {remedy}")
+    return about
 
 
 def rows_of(path):
@@ -37,6 +114,10 @@ def rows_of(path):
         yield from csv.DictReader(file)
 
 
+def reading_table(path):
+    return reading(path, f"make it anew: rosrun pf_resampling study merge {path.parent}")
+
+
 def number(text):
     return float(text) if text else float("nan")
 
@@ -45,47 +126,60 @@ class Study:
     def __init__(self, folder):
         if not (folder / "study.json").exists() or not (folder / "trials.csv").exists():
             raise StudyError(f"{folder}: holds no study: study.json and trials.csv are not there")
-        about = json.loads((folder / "study.json").read_text(encoding="utf-8"))
-        if about.get("format") != 1:
-            raise StudyError(f'{folder}/study.json: format {about.get("format")} is unknown; this program reads format 1')
+        about = read_about(folder / "study.json")
         self.name, self.title = about["study"], about.get("title", about["study"])
         self.filter, self.preset = about.get("filter", ""), about.get("preset", "")
         self.settings, self.parameters = about.get("settings", {}), about.get("parameters", {})
-        self.trials, self.reference = about.get("trials", 0), about.get("reference", "")
+        self.trials, self.reference = int(about.get("trials", 0)), about.get("reference", "")
         self.problems = about["problems"]
         self.filters = about["filters"]
         self.figures, self.curves = about.get("figures", []), about.get("curves", [])
-        self._read_trials(folder)
-        self._read_curves(folder)
-        self._paths, self._places = {}, []
-        for row in rows_of(folder / "paths.csv"):
+        self._trials, self._curves, self._paths, self._places, self.scheme_times = {}, {}, {}, [], {}
+        times = {}
+        for name, read in (("trials.csv", self._read_trials), ("times.csv", lambda path: times.update(self._times_in(path))),
+                           ("scheme_times.csv", self._read_scheme_times), ("curves.csv", self._read_curves),
+                           ("paths.csv", self._read_paths), ("places.csv", self._read_places)):
+            with reading_table(folder / name):
+                read(folder / name)
+        self._add_times(times)
+        self._add_scheme_times()
+
+    def _read_paths(self, path):
+        for row in rows_of(path):
             self._paths.setdefault((row["problem"], row["filter"]), []).append(
                 [number(row[name]) for name in ("time", "x", "y")])
-        for row in rows_of(folder / "places.csv"):
+
+    def _read_places(self, path):
+        for row in rows_of(path):
             self._places.append((row["problem"], row["kind"], row["id"], number(row["x"]), number(row["y"])))
 
-    def _read_trials(self, folder):
+    def _read_trials(self, path):
         """{(problem, filter): (seeds, {figure: values})}, by seed; NaN where a trial has no such figure."""
         lists = {}
-        for row in rows_of(folder / "trials.csv"):
+        for row in rows_of(path):
             key = row.pop("problem"), row.pop("filter")
             lists.setdefault(key, []).append((int(row.pop("seed")), [number(text) for text in row.values()], tuple(row)))
-        self._trials = {}
         for key, trials in lists.items():
             trials.sort()
             table = np.array([values for _, values, _ in trials])
             self._trials[key] = (np.array([seed for seed, _, _ in trials]),
                                  {name: table[:, i] for i, name in enumerate(trials[0][2])})
-        times = {}
-        for row in rows_of(folder / "times.csv"):
-            times[row["problem"], row["filter"], int(row["seed"])] = number(row["processor_ms"])
+
+    @staticmethod
+    def _times_in(path):
+        return {(row["problem"], row["filter"], int(row["seed"])): number(row["processor_ms"]) for row in rows_of(path)}
+
+    def _read_scheme_times(self, path):
+        for row in rows_of(path):
+            scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
+            self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = number(row["microseconds"])
+
+    def _add_times(self, times):
         for (problem, name), (seeds, figures) in self._trials.items():
             figures["processor_ms"] = np.array([times.get((problem, name, int(seed)), float("nan")) for seed in seeds])
         self._add_steps()
-        self.scheme_times = {}
-        for row in rows_of(folder / "scheme_times.csv"):
-            scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
-            self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = number(row["microseconds"])
+
+    def _add_scheme_times(self):
         for scheme, points in self.scheme_times.items():
             sizes = np.array(sorted(points))
             # In logarithms, so that a pair of schemes differs by a factor, and small counts weigh like large ones.
@@ -106,11 +200,10 @@ class Study:
                 calls = np.where(figures["calls"] > 0.0, figures["calls"], float("nan"))
                 figures["step_us_per_call"] = 1000.0 * step / calls
 
-    def _read_curves(self, folder):
+    def _read_curves(self, path):
         lists = {}
-        for row in rows_of(folder / "curves.csv"):
+        for row in rows_of(path):
             lists.setdefault((row["problem"], row["filter"]), []).append(row)
-        self._curves = {}
         for key, rows in lists.items():
             for name in [column[:-5] for column in rows[0] if column.endswith("_mean")]:
                 self._curves[key + (name,)] = Curve(*(

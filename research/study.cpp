@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "pf_resampling_core/error.hpp"
 #include "research/studies/fault_study.hpp"
 #include "research/studies/report.hpp"
 #include "research/studies/study_folder.hpp"
@@ -53,6 +54,19 @@ std::string file_name(const std::string& path) {
   return path.substr(path.find_last_of('/') + 1);
 }
 
+/// What `work` makes of a study's folder. Errors of a study name the file that they are about,
+/// which may be a world or a bag; every other exception gets the folder's name in front.
+template <typename Work>
+auto in_folder(const std::string& folder, const Work& work) {
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(folder + ": " + error.what());
+  }
+}
+
 StudyShard shard_of(const CommandLine& line) {
   StudyShard shard;
   if (!line.has("shard")) return shard;
@@ -85,6 +99,25 @@ void run(StudyFolder* folder, const StudyShard& shard, int jobs) {
   folder->run(shard, jobs, [&](std::uint64_t done) { bar.update(done); });
 }
 
+int run_in(const std::string& path, const StudyDefinition& study, const StudyShard& shard,
+           int jobs) {
+  StudyFolder folder(path, study);
+  run(&folder, shard, jobs);
+  const std::size_t missing = folder.missing().size();
+  if (missing > 0) {
+    std::printf(
+        "%zu blocks are missing; when all shards are done: rosrun pf_resampling study merge %s\n",
+        missing, path.c_str());
+    return 0;
+  }
+  folder.merge();
+  std::printf(
+      "%s: %d trials of %zu filters on %zu problems in trials.csv\n"
+      "look at it: rosrun pf_resampling study report %s\n",
+      path.c_str(), folder.trials(), study.filters.size(), study.problems.size(), path.c_str());
+  return 0;
+}
+
 int study_of(const std::string& name, const std::vector<std::string>& arguments) {
   CommandLine line(
       "study " + name,
@@ -114,22 +147,8 @@ int study_of(const std::string& name, const std::vector<std::string>& arguments)
   const int jobs = jobs_of(line);
   if (jobs < 1) throw Error("--jobs is " + std::to_string(jobs) + ": it has to be at least 1");
   const StudyShard shard = shard_of(line);
-  StudyFolder folder(line.text("folder"), study);
-  run(&folder, shard, jobs);
-  const std::size_t missing = folder.missing().size();
-  if (missing > 0) {
-    std::printf(
-        "%zu blocks are missing; when all shards are done: rosrun pf_resampling study merge %s\n",
-        missing, line.text("folder").c_str());
-    return 0;
-  }
-  folder.merge();
-  std::printf(
-      "%s: %d trials of %zu filters on %zu problems in trials.csv\n"
-      "look at it: rosrun pf_resampling study report %s\n",
-      line.text("folder").c_str(), folder.trials(), study.filters.size(), study.problems.size(),
-      line.text("folder").c_str());
-  return 0;
+  return in_folder(line.text("folder"),
+                   [&] { return run_in(line.text("folder"), study, shard, jobs); });
 }
 
 int study_merge(const std::vector<std::string>& arguments) {
@@ -138,7 +157,7 @@ int study_merge(const std::vector<std::string>& arguments) {
   line.example("study merge my_study");
   if (!line.parse(arguments)) return 0;
   const std::string folder = line.text("folder");
-  StudyFolder(folder, definition_in(folder)).merge();
+  naming(folder, [&] { StudyFolder(folder, definition_in(folder)).merge(); });
   std::printf("%s: trials.csv and the other tables are written\n", folder.c_str());
   return 0;
 }
@@ -167,7 +186,7 @@ int study_report(const std::vector<std::string>& arguments) {
   line.example("study report my_study");
   if (!line.parse(arguments)) return 0;
   const std::string folder = line.text("folder");
-  definition_in(folder);  // says what is wrong, if it is no study
+  naming(folder, [&] { definition_in(folder); });  // says what is wrong, if it is no study
   become_script("study_report.py", folder);
 }
 
@@ -187,8 +206,11 @@ int study_trial(const std::vector<std::string>& arguments) {
   if (seed.empty() || *end != 0 || number < 1 || seed.front() == '-') {
     throw UsageError("seed is '" + seed + "': it has to be a whole number from 1");
   }
-  const StudyFolder study(folder, definition_in(folder));
-  std::printf("%s", study.row_of(line.text("problem"), line.text("filter"), number).c_str());
+  const std::string row = naming(folder, [&] {
+    const StudyFolder study(folder, definition_in(folder));
+    return study.row_of(line.text("problem"), line.text("filter"), number);
+  });
+  std::printf("%s", row.c_str());
   return 0;
 }
 
@@ -207,7 +229,7 @@ int study_faults(const std::vector<std::string>& arguments) {
   line.example("study faults plaza2.bag --fault 'an hour ahead' --seeds 3");
   if (!line.parse(arguments)) return 0;
   const auto path = line.text("bag");
-  const RecordedDrive drive = read_drive(path);
+  const RecordedDrive drive = naming(path, [&] { return read_drive(path); });
   FaultStudyOptions options;
   if (drive.beacons.empty()) {
     apply_filter_options(line, &options.fastslam);
@@ -219,8 +241,10 @@ int study_faults(const std::vector<std::string>& arguments) {
   options.seeds = line.get<int>("seeds");
   options.jobs = jobs_of(line);
   ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));
-  const FaultStudy result = run_fault_study(file_name(path), drive, options,
-                                            [&](std::uint64_t done) { bar.update(done); });
+  const FaultStudy result = naming(path, [&] {
+    return run_fault_study(file_name(path), drive, options,
+                           [&](std::uint64_t done) { bar.update(done); });
+  });
   write(line, report_of(result));
   return 0;
 }

@@ -82,6 +82,8 @@ def write(document, folder):
     files[folder / "report.md"] = document.markdown().encode("utf-8")
     files[folder / "report.html"] = document.html().encode("utf-8")
     is_new = not folder.is_dir()
+    if folder.is_symlink():
+        raise WriteError(f"{folder} is no folder; remove or rename it")
     try:
         folder.mkdir(exist_ok=True)
     except FileExistsError:

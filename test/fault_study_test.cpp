@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
@@ -128,6 +129,52 @@ TEST(FaultStudy, HealthIsWrongInBothWays) {
   EXPECT_DOUBLE_EQ(health.healthy, 0.5);
   EXPECT_DOUBLE_EQ(health.wrong_when_healthy, 0.25);
   EXPECT_DOUBLE_EQ(health.right_when_not, 0.25);
+}
+
+// Ranges and landmarks of the same ids: among beacons only ranges are read, and only they go wrong.
+TEST(FaultStudy, ADriveMayHaveRangesAndLandmarks) {
+  const RecordedDrive plain = straight_drive();
+  RecordedDrive both = plain;
+  both.messages.clear();
+  for (const DriveMessage& message : plain.messages) {
+    both.messages.push_back(message);
+    const auto* range = std::get_if<BeaconRange>(&message);
+    if (range == nullptr) continue;
+    LandmarkObservationArray scan;
+    scan.header.stamp = range->header.stamp;
+    scan.observations.resize(2);
+    for (auto& seen : scan.observations) seen.id = range->beacon == 1 ? 2 : range->beacon;
+    both.messages.emplace_back(scan);
+  }
+  const RandomStream random(1, RandomPurpose::resampling, 0);
+  const std::vector<Fault> expected = all_faults(plain, 0.25, random);
+  const std::vector<Fault> faults = all_faults(both, 0.25, random);
+  ASSERT_EQ(faults.size(), expected.size());
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    EXPECT_EQ(faults[i].name, expected[i].name);
+    EXPECT_EQ(faults[i].drive.messages.size(), expected[i].drive.messages.size()) << faults[i].name;
+  }
+  RecordedDrive neither = plain;
+  neither.messages.clear();
+  for (const DriveMessage& message : plain.messages) {
+    if (!std::holds_alternative<BeaconRange>(message)) neither.messages.push_back(message);
+  }
+  EXPECT_THROW(all_faults(neither, 0.25, random), Error);
+}
+
+// The sum of ros::Time throws there. 4294967295 s is the last second that a stamp can have.
+TEST(FaultStudy, StampsAtTheEndOfTimeStayThere) {
+  const std::vector<Fault> faults = all_faults(straight_drive(4294967295.0 - 200.0), 0.25,
+                                               RandomStream(1, RandomPurpose::resampling, 0));
+  const auto ahead = std::find_if(faults.begin(), faults.end(), [](const Fault& fault) {
+    return fault.name == "one in ten: ranges an hour ahead";
+  });
+  ASSERT_NE(ahead, faults.end());
+  std::uint32_t last = 0;
+  for (const DriveMessage& message : ahead->drive.messages) {
+    last = std::max(last, stamp_of(message).sec);
+  }
+  EXPECT_EQ(last, 4294967295U);
 }
 
 // A map turned by a quarter and shifted; two landmarks do not say how it lies.

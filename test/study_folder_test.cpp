@@ -265,6 +265,53 @@ TEST_F(StudyFolderTest, RefusesWhatWasDamaged) {
   EXPECT_TRUE(contains(error_of([&] { definition_in(path); }), "format 2"));
 }
 
+// What a damaged study.json says of the study, its format being right.
+TEST_F(StudyFolderTest, NamesTheStudyFileThatWasDamaged) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("study.json");
+  const auto good = nlohmann::json::parse(read_file(whole() + "/study.json"));
+  const nlohmann::json huge = 1e18;
+  for (const auto& [key, value] :
+       std::vector<std::pair<std::string, nlohmann::json>>{{"trials", "x"},
+                                                           {"trials", huge},
+                                                           {"trials", std::uint64_t{1} << 63},
+                                                           {"trials", 0},
+                                                           {"trials", 1.5},
+                                                           {"trials", true},
+                                                           {"block", huge},
+                                                           {"problems", {1}},
+                                                           {"problems", 1},
+                                                           {"problems", {{{"source", 1}}}},
+                                                           {"format", {1}}}) {
+    auto damaged = good;
+    damaged[key] = value;
+    write_file(path, damaged.dump());
+    for (const std::string& error :
+         {error_of([&] { definition_in(directory.path()); }), key == "block" ? path : error_of([&] {
+            StudyFolder(directory.path(), small_study());
+          })}) {
+      EXPECT_EQ(error.rfind(path, 0), 0u) << damaged[key] << ": " << error;
+    }
+    EXPECT_EQ(read_file(path), damaged.dump());
+  }
+}
+
+// Whoever may write into a shared folder could lead the blocks elsewhere.
+TEST_F(StudyFolderTest, WritesThroughNoLink) {
+  const TemporaryDirectory elsewhere;
+  for (const bool is_link : {true, false}) {
+    const TemporaryDirectory directory;
+    const std::string blocks = directory.file("blocks");
+    is_link ? std::filesystem::create_directory_symlink(elsewhere.path(), blocks)
+            : write_file(blocks, "mine");
+    const std::string error = error_of([&] { StudyFolder(directory.path(), small_study()); });
+    EXPECT_EQ(error, blocks + " is " + (is_link ? "a symbolic link" : "no folder") +
+                         "; remove or rename it");
+    EXPECT_FALSE(std::filesystem::exists(directory.file("study.json")));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(elsewhere.path()));
+}
+
 TEST(StudyProgram, RunsMergesRepeatsAndRefuses) {
   const TemporaryDirectory directory;
   const std::string yaml = directory.write("my.yaml", R"(study: my

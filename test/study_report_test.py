@@ -4,6 +4,8 @@
 import base64
 import csv
 import html.parser
+import importlib.machinery
+import importlib.util
 import json
 import math
 import os
@@ -406,6 +408,37 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn('holds no study', done.stderr)
 
+    def test_damaged_study_is_named_in_one_line(self):
+        trials = {('hall', name): {'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
+        write_study(self.folder, {'Mine': {'RSR': {}, 'A': {}}}, ['mine'], trials)
+        good = (self.folder / 'study.json').read_text(encoding='utf-8')
+        damaged = [('study.json', text.encode('utf-8')) for text in ('', '{', '[]', '[' * 100000, '{"format": 1}', '{"format": [1]}')]
+        damaged.append(('study.json', b'\xff'))
+        for key, value in (('problems', [1]), ('problems', 1), ('problems', []), ('problems', [{'name': 1}]),
+                           ('problems', [{'name': 'hall', 'duration': 'x'}]), ('problems', [{'name': 'hall', 'closures': [1]}]),
+                           ('trials', 'x'), ('trials', 1e18), ('trials', float('inf')), ('trials', 0), ('figures', 1),
+                           ('figures', [1]), ('curves', {}), ('filters', ['A']), ('filters', [{'group': 'Mine'}]), ('settings', [1]),
+                           ('parameters', 'x'), ('study', ['kwak']), ('title', None)):
+            damaged.append(('study.json', json.dumps({**json.loads(good), key: value}).encode('utf-8')))
+        for text in ('problem\nhall\n', 'problem,filter,seed,mine\nhall,RSR,1,x\n', 'problem,filter,seed,mine\nhall,RSR,1,1,1\n',
+                     'problem,filter,seed,mine\nhall,RSR,,1\n'):
+            damaged.append(('trials.csv', text.encode('utf-8')))
+        for name, content in damaged:
+            path = self.folder / name
+            was = path.read_bytes()
+            path.write_bytes(content)
+            with self.subTest(name=name, content=content[-300:]):
+                with self.assertRaises(report_study.StudyError) as caught:
+                    report_study.Study(self.folder)
+                self.assertTrue(str(caught.exception).startswith(f'{path}: '), caught.exception)
+                self.assertNotIn('\n', str(caught.exception))
+            path.write_bytes(was)
+        (self.folder / 'study.json').write_text(json.dumps({**json.loads(good), 'figures': 1}), encoding='utf-8')
+        done = subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True)
+        self.assertEqual((done.returncode, done.stderr.count('\n')), (1, 1), done.stderr)
+        self.assertFalse((self.folder / 'report').exists())
+
     # ---- the papers
 
     def test_papers_are_as_printed(self):
@@ -639,7 +672,7 @@ class StudyReport(unittest.TestCase):
 
     def test_report_in_place_of_the_folder_is_refused(self):
         for make in (lambda path: path.write_text('mine'), lambda path: path.symlink_to(self.folder / 'nowhere'),
-                     lambda path: os.mkfifo(str(path))):
+                     lambda path: path.symlink_to(self.folder), lambda path: os.mkfifo(str(path))):
             path = self.folder / 'report'
             make(path)
             about = path.lstat()[:7]  # all but its times
@@ -714,6 +747,26 @@ class StudyReport(unittest.TestCase):
         done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'research'), str(path)], timeout=60)
         self.assertEqual(done.returncode, 128 + signal.SIGTERM)
         self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
+
+    def test_document_has_the_pictures_that_the_report_shows(self):
+        loader = importlib.machinery.SourceFileLoader('make_data', str(ROOT / 'research/make_data'))
+        make_data = importlib.util.module_from_spec(importlib.util.spec_from_loader('make_data', loader))
+        loader.exec_module(make_data)
+        self.assertEqual(self.report().returncode, 0)
+        report, doc, pictures = self.folder / 'report', self.folder / 'doc', self.folder / 'doc/images/study_made'
+        doc.mkdir()
+        (report / 'mine.svg').write_text('mine')
+        make_data.publish_report('made', report, doc)
+        self.assertEqual([path.name for path in pictures.iterdir()], [self.PICTURE])
+        self.assertIn(f'](images/study_made/{self.PICTURE})', (doc / 'study_made.md').read_text(encoding='utf-8'))
+        (pictures / 'mine.svg').write_text('mine')
+        self.assertEqual(self.report(names=()).returncode, 0)  # without pictures
+        make_data.publish_report('made', report, doc)
+        self.assertEqual([path.name for path in pictures.iterdir()], ['mine.svg'])
+        shutil.rmtree(str(pictures))
+        pictures.symlink_to(report)
+        with self.assertRaises(make_data.WriteError):
+            make_data.publish_report('made', report, doc)
 
     def test_picture_of_the_documents_is_written_likewise(self):
         try:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 
@@ -44,14 +45,37 @@ std::optional<Pose2> true_pose(const RecordedDrive& drive, double time) {
   return Pose2{pose->x, pose->y, pose->heading.value_or(0.0)};
 }
 
+// The sum of ros::Time throws where it leaves the range of a stamp; this one stays at its end.
+void move_stamp(double seconds, ros::Time* stamp) {
+  constexpr std::int64_t kLast = 0xffffffffLL * 1000000000LL + 999999999LL;  // ns
+  const ros::Duration by(std::clamp(seconds, -2e9, 2e9));
+  const std::int64_t sum = static_cast<std::int64_t>(stamp->toNSec()) + by.toNSec();
+  stamp->fromNSec(static_cast<std::uint64_t>(std::clamp(sum, std::int64_t{0}, kLast)));
+}
+
 void shift(double seconds, DriveMessage* message) {
-  const ros::Duration by(seconds);
-  if (auto* odometry = std::get_if<nav_msgs::Odometry>(message)) odometry->header.stamp += by;
-  if (auto* range = std::get_if<BeaconRange>(message)) range->header.stamp += by;
-  if (auto* scan = std::get_if<LandmarkObservationArray>(message)) scan->header.stamp += by;
+  if (auto* odometry = std::get_if<nav_msgs::Odometry>(message)) {
+    move_stamp(seconds, &odometry->header.stamp);
+  }
+  if (auto* range = std::get_if<BeaconRange>(message)) move_stamp(seconds, &range->header.stamp);
+  if (auto* scan = std::get_if<LandmarkObservationArray>(message)) {
+    move_stamp(seconds, &scan->header.stamp);
+  }
 }
 
 // ---- what is observed ---------------------------------------------------------------------------
+
+// A recording may have ranges and landmarks, even of the same ids. The filter reads one of them.
+RecordedDrive as_the_filter_reads(RecordedDrive drive) {
+  const bool is_beacon = !drive.beacons.empty();
+  const auto is_unread = [&](const DriveMessage& message) {
+    return is_beacon ? std::holds_alternative<LandmarkObservationArray>(message)
+                     : std::holds_alternative<BeaconRange>(message);
+  };
+  auto& messages = drive.messages;
+  messages.erase(std::remove_if(messages.begin(), messages.end(), is_unread), messages.end());
+  return drive;
+}
 
 // The beacon, or landmark, that is observed most: what befalls it tells most.
 int most_observed(const RecordedDrive& drive) {
@@ -62,18 +86,25 @@ int most_observed(const RecordedDrive& drive) {
       for (const auto& seen : scan->observations) ++counts[seen.id];
     }
   }
+  if (counts.empty()) {
+    throw Error(drive.beacons.empty()
+                    ? "there is no landmark in the observations: record some"
+                    : "there are beacons but no ranges: record ranges, or leave the beacons out");
+  }
   return std::max_element(counts.begin(), counts.end(),
                           [](const auto& a, const auto& b) { return a.second < b.second; })
       ->first;
 }
 
+// One of the functions may be null: what it is for stays as it is.
 Change for_observation_of(int id, const std::function<bool(BeaconRange*)>& of_range,
                           const std::function<bool(LandmarkObservation*)>& of_landmark) {
   return [=](DriveMessage* message) {
     if (auto* range = std::get_if<BeaconRange>(message)) {
-      return range->beacon != id || of_range(range);
+      return range->beacon != id || !of_range || of_range(range);
     }
-    if (auto* scan = std::get_if<LandmarkObservationArray>(message)) {
+    auto* scan = std::get_if<LandmarkObservationArray>(message);
+    if (scan != nullptr && of_landmark) {
       auto& seen = scan->observations;
       seen.erase(std::remove_if(seen.begin(), seen.end(),
                                 [&](LandmarkObservation& observation) {
@@ -206,7 +237,7 @@ std::vector<BadMessage> bad_observations(bool is_beacon) {
         {"ranges without a stamp",
          on<BeaconRange>([](auto* range) { range->header.stamp = ros::Time(); })},
         {"ranges an hour ahead",
-         on<BeaconRange>([](auto* range) { range->header.stamp += ros::Duration(3600.0); })},
+         on<BeaconRange>([](auto* range) { move_stamp(3600.0, &range->header.stamp); })},
     };
   }
   using Scan = LandmarkObservationArray;
@@ -226,7 +257,7 @@ std::vector<BadMessage> bad_observations(bool is_beacon) {
        on<Scan>([](auto* scan) { scan->header.frame_id = "nowhere"; })},
       {"scans without a stamp", on<Scan>([](auto* scan) { scan->header.stamp = ros::Time(); })},
       {"scans an hour ahead",
-       on<Scan>([](auto* scan) { scan->header.stamp += ros::Duration(3600.0); })},
+       on<Scan>([](auto* scan) { move_stamp(3600.0, &scan->header.stamp); })},
   };
 }
 
@@ -243,7 +274,7 @@ std::vector<BadMessage> bad_odometry() {
       {"odometry in another frame",
        on<Odometry>([](auto* odometry) { odometry->header.frame_id = "elsewhere"; })},
       {"odometry an hour ahead",
-       on<Odometry>([](auto* odometry) { odometry->header.stamp += ros::Duration(3600.0); })},
+       on<Odometry>([](auto* odometry) { move_stamp(3600.0, &odometry->header.stamp); })},
   };
 }
 
@@ -373,7 +404,7 @@ Fault kidnapped(const RecordedDrive& drive, double begin, double distance) {
 
 std::vector<Fault> all_faults(const RecordedDrive& given, double share,
                               const RandomStream& random) {
-  const RecordedDrive drive = begun_late(given);
+  const RecordedDrive drive = begun_late(as_the_filter_reads(given));
   const double first = drive.truth.front().time;
   const double last = drive.truth.back().time;
   const double begin = first + share * (last - first);

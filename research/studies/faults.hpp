@@ -20,8 +20,10 @@ struct Fault {
 
 /// What robots do, put into a drive at `share` of its duration: kidnapping, radios or landmarks
 /// that fail, lie or move, odometry that slips or stops, gaps, every kind of bad message, time that
-/// jumps. The random numbers, of which messages it befalls, are those of `random`. Drives that
-/// begin in the first hour begin an hour later, so that no clock is set back below zero.
+/// jumps. Of ranges and landmarks the drives have what its filter reads: ranges if there are
+/// beacons. Throws Error if there are none of them. The random numbers, of which messages it
+/// befalls, are those of `random`. Drives that begin in the first hour begin an hour later, so that
+/// no clock is set back below zero.
 std::vector<Fault> all_faults(const RecordedDrive& drive, double share, const RandomStream& random);
 
 /// The drive cut and joined so that the robot is at least `distance` (m) elsewhere from one message

@@ -10,8 +10,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kMostTrials = 1000000;
-
 std::string beside(const std::string& folder, const std::string& path) {
   const bool is_file = path.find('/') != std::string::npos || path.find('.') != std::string::npos;
   return path.empty() || path.front() == '/' || folder.empty() || !is_file ? path

@@ -41,6 +41,9 @@ struct StudyFilter {
   bool is_calibrated = true;
 };
 
+/// The most trials that a study may have, and the largest block.
+constexpr int kMostTrials = 1000000;
+
 /// A study: problems x filters x seeds.
 struct StudyDefinition {
   std::string name;

@@ -60,6 +60,18 @@ json to_json(const StudyDefinition& study) {
           {"filters", filters}};
 }
 
+/// A number of trials or the size of a block. Throws Error for what is none.
+int count_in(const json& about, const std::string& key) {
+  const json& value = about.at(key);
+  // First as a double, which holds any number: one that is too large must not become a small int.
+  const double number = value.get<double>();
+  if (!value.is_number() || !(number >= 1.0 && number <= kMostTrials) ||
+      number != std::floor(number)) {
+    throw Error("its " + key + " is no whole number from 1 to " + std::to_string(kMostTrials));
+  }
+  return static_cast<int>(number);
+}
+
 StudyDefinition from_json(const json& about) {
   StudyDefinition study;
   study.name = about.at("study");
@@ -68,8 +80,8 @@ StudyDefinition from_json(const json& about) {
       about.at("filter") == "fastslam" ? StudiedFilter::fastslam : StudiedFilter::beacon_mcl;
   study.preset = about.at("preset");
   study.settings = about.at("settings").get<Settings>();
-  study.trials = about.at("trials");
-  study.block = about.at("block");
+  study.trials = count_in(about, "trials");
+  study.block = count_in(about, "block");
   study.reference = about.at("reference");
   study.times_schemes = about.at("times_schemes");
   for (const json& each : about.at("problems")) {
@@ -111,20 +123,41 @@ bool is_foreign(const std::string& folder) {
   return is_other;
 }
 
-json read_study(const std::string& folder) {
+/// What `work` makes of the study.json of a folder, which may hold anything. Throws Error that
+/// names the file.
+template <typename Work>
+auto read_study(const std::string& folder, const Work& work) {
   const std::string path = file_of(folder, kStudyFile);
   if (!fs::exists(path)) {
     throw Error(folder + ": there is no study in it (no " + std::string(kStudyFile) + ")");
   }
+  const std::string text = read_file(path);
+  const std::string remedy = "; take another folder";
   try {
-    json about = json::parse(read_file(path));
-    if (about.at("format") != kFormat) {
-      throw Error(path + ": format " + about.at("format").dump() +
-                  " is unknown; known: " + std::to_string(kFormat));
+    const json about = json::parse(text);
+    const json& format = about.at("format");
+    if (!format.is_number()) throw Error("is damaged");
+    if (format != kFormat) {
+      throw Error("format " + format.dump() + " is unknown; known: " + std::to_string(kFormat));
     }
-    return about;
+    return work(about);
   } catch (const json::exception&) {
-    throw Error(path + ": is damaged; take another folder");
+    throw Error(path + ": is damaged" + remedy);
+  } catch (const Error& error) {
+    throw Error(path + ": " + error.what() + remedy);
+  }
+}
+
+/// Makes a folder inside the study's, if there is none. Throws Error if something else is there: a
+/// link could lead into a folder of somebody else.
+void make_folder(const fs::path& path) {
+  const fs::file_type there = fs::symlink_status(path).type();
+  if (there == fs::file_type::not_found) {
+    fs::create_directories(path);
+  } else if (there != fs::file_type::directory) {
+    throw Error(path.string() + " is " +
+                (there == fs::file_type::symlink ? "a symbolic link" : "no folder") +
+                "; remove or rename it");
   }
 }
 
@@ -150,6 +183,18 @@ json without_places(json problems) {
     }
   }
   return problems;
+}
+
+/// The key in which two studies differ, or "". What an older program did not write is no
+/// difference.
+std::string difference(const json& there, const json& about) {
+  for (const auto& [key, value] : about.items()) {
+    if (key == "trials" || !there.contains(key)) continue;
+    const bool is_same = key == "problems" ? without_places(there[key]) == without_places(value)
+                                           : there[key] == value;
+    if (!is_same) return key;
+  }
+  return "";
 }
 
 // ---- Numbers as text ---------------------------------------------------------------------------
@@ -333,12 +378,7 @@ std::string paths_text(const std::string& problem, const std::vector<DrawnPath>&
 }  // namespace
 
 StudyDefinition definition_in(const std::string& folder) {
-  const json about = read_study(folder);
-  try {
-    return from_json(about);
-  } catch (const json::exception&) {
-    throw Error(file_of(folder, kStudyFile) + ": is damaged; take another folder");
-  }
+  return read_study(folder, from_json);
 }
 
 StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& definition)
@@ -349,25 +389,23 @@ StudyFolder::StudyFolder(const std::string& folder, const StudyDefinition& defin
     throw Error(folder + " is neither empty nor does it hold a study; take another folder");
   }
   if (fs::exists(file_of(folder, kStudyFile))) {
-    const json there = read_study(folder);
-    for (const auto& [key, value] : about.items()) {
-      if (key == "trials" || !there.contains(key)) continue;
-      const bool is_same = key == "problems" ? without_places(there[key]) == without_places(value)
-                                             : there[key] == value;
-      if (!is_same) {
-        throw Error(folder + " holds another study: its " + key +
-                    " differ. Take another folder, or remove this one");
-      }
+    const auto [trials, other] = read_study(folder, [&](const json& there) {
+      return std::make_pair(there.contains("trials") ? count_in(there, "trials") : 0,
+                            difference(there, about));
+    });
+    if (!other.empty()) {
+      throw Error(folder + " holds another study: its " + other +
+                  " differ. Take another folder, or remove this one");
     }
     // Trials that are there, or that another shard was told to run, stay part of the study.
-    definition_.trials = std::max(definition_.trials, there.value("trials", 0));
+    definition_.trials = std::max(definition_.trials, trials);
     about["trials"] = definition_.trials;
   }
   definition_ = with_usual_estimators(definition_);
   for (const StudyProblem& problem : definition_.problems) {
     experiments_.push_back(experiment_of(definition_, problem));
   }
-  fs::create_directories(fs::path(folder) / "blocks");
+  make_folder(fs::path(folder) / "blocks");
   for (std::size_t p = 0; p < experiments_.size(); ++p) {
     about["problems"][p].update(experiments_[p].about);
   }
