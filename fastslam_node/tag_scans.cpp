@@ -51,13 +51,13 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   const auto& t = transform.transform.translation;
   if (auto wrong = check(stamp)) return wrong;
   if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) {
-    return rejection(RejectReason::not_finite, "the place of tag '", tag,
+    return rejection(RejectReason::not_finite, "the place of tag '", shown_name(tag),
                      "' has a NaN or infinity");
   }
   const auto camera_pose = on_robot->pose(frames_.base, camera);
   if (!camera_pose) {
     return rejection(RejectReason::unknown_frame, "where '", shown_name(camera), "', which sees '",
-                     tag, "', is on '", frames_.base,
+                     shown_name(tag), "', is on '", frames_.base,
                      "' is not known: give it on /tf_static, or in the list `sensors` of the "
                      "configuration");
   }
@@ -70,7 +70,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
                         heading_of(camera_pose->linear())};
   const std::string frame = camera + " from above";
   if (!on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading)) {
-    return rejection(RejectReason::unknown_frame, "where '", frame,
+    return rejection(RejectReason::unknown_frame, "where '", shown_name(frame),
                      "' is cannot be kept: its name is longer than ", kLongestFrameName,
                      " characters");
   }

@@ -7,6 +7,7 @@
 #include <sensor_msgs/Imu.h>
 
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "pf_resampling_core/error.hpp"
@@ -131,6 +132,51 @@ TEST(DescribedMessage, RefusesWhatTheDefinitionDoesNotDescribe) {
   EXPECT_THROW(read_as("B x\n"), Error);  // in itself, without end
   EXPECT_THROW(read_as("int32[-1] x\n"), Error);
   EXPECT_EQ(read_as("int32 kConstant=5\n# a comment\nint32 x # another\n")["x"].number(), -1.0);
+}
+
+// Types without fields take no bytes: a message of none could have any number of them, in arrays of
+// arrays, or in types whose fields double twenty times.
+TEST(DescribedMessage, RefusesValuesWithoutEndThatTakeNoBytes) {
+  std::string nested = "T0[10] x\n";
+  std::string doubled = "T0 a\nT0 b\n";
+  for (int i = 0; i < 14; ++i) {
+    const std::string begin = "====\nMSG: a/T" + std::to_string(i) + "\n";
+    const std::string next = "T" + std::to_string(i + 1);
+    nested += begin + next + "[10] x\n";
+    doubled += begin + next + " a\n" + next + " b\n";
+  }
+  const std::string end = "====\nMSG: a/T14\n";
+  const std::uint8_t bytes[200] = {};
+  for (const std::string& definition :
+       {nested + end, doubled + end, std::string("T[199990] x\n====\nMSG: a/T\n")}) {
+    try {
+      DescribedMessage::read("a/B", definition, bytes, 0);
+      ADD_FAILURE() << definition;
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()), "the message has too many parts");
+    }
+  }
+  // Arrays of a fixed length of none, in each of many elements.
+  std::string empty = "T[] x\n====\nMSG: a/T\nuint8 y\n";
+  for (int i = 0; i < 3000; ++i) empty += "U[0] f" + std::to_string(i) + "\n";
+  std::vector<std::uint8_t> elements(90004);
+  const std::uint32_t length = 90000;
+  std::memcpy(elements.data(), &length, sizeof length);
+  EXPECT_THROW(DescribedMessage::read("a/B", empty, elements.data(), elements.size()), Error);
+  // A few are none too many, and many are not where each has its byte.
+  EXPECT_NO_THROW(DescribedMessage::read("a/B", "T[900] x\n====\nMSG: a/T\n", bytes, 0));
+  const std::vector<std::uint8_t> many(90000);
+  EXPECT_NO_THROW(DescribedMessage::read("a/B", "uint8[90000] x\n", many.data(), many.size()));
+}
+
+// One definition after the other, and back: each message is read by its own.
+TEST(DescribedMessage, EachIsReadByItsOwnDefinition) {
+  const std::uint8_t bytes[2] = {1, 2};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(DescribedMessage::read("a/B", "uint8 x\nuint8 y\n", bytes, 2)["y"].number(), 2.0);
+    EXPECT_EQ(DescribedMessage::read("a/B", "uint8 y\nuint8 x\n", bytes, 2)["y"].number(), 1.0);
+    EXPECT_EQ(DescribedMessage::read("a/C", "uint16 y\n", bytes, 2)["y"].number(), 513.0);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <new>
@@ -311,6 +312,56 @@ TYPED_TEST(HostileInput, ManyObservationsOfOneMomentAreNotAllRemembered) {
 }
 
 // ---- odometry out of this world ----------------------------------------------------------------
+
+// A sensor that is mounted among the first transforms of a message counts, one far behind does not;
+// and whatever came, one that is mounted afterwards does.
+TYPED_TEST(HostileInput, OfTransformsWithoutEndTheFirstAreTaken) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 20.0));
+  for (int round = 0; round < 3; ++round) {
+    tf2_msgs::TFMessage message;
+    message.transforms.resize(300000);
+    for (std::size_t i = 0; i < message.transforms.size(); ++i) {
+      geometry_msgs::TransformStamped& transform = message.transforms[i];
+      transform.header.frame_id = "base_link";
+      transform.child_frame_id = "frame_" + std::to_string(round) + "_" + std::to_string(i);
+      transform.transform.rotation.w = 1.0;
+    }
+    hand_over(message, &run.pipeline);
+  }
+  EXPECT_EQ(run.pipeline.rejects().count("tf", RejectReason::too_many), 3u);
+  expect_good_again(&run, 20.0);
+}
+
+// What a message says of itself goes to the log, to status and to /diagnostics, and so to
+// terminals.
+TYPED_TEST(HostileInput, WhatIsSaidOfAMessageIsOneLineOfLetters) {
+  using Drive = typename TypeParam::Drive;
+  TypeParam run;
+  run.feed(Drive::messages(0.0, 20.0));
+  const std::string name = "x\n[FATAL] [1.0]: the battery burns\x1b[41m\xff";
+  nav_msgs::Odometry odometry;
+  odometry.header.stamp = Drive::at(20.1);
+  odometry.header.frame_id = name;
+  hand_over(odometry, &run.pipeline);
+  tf2_msgs::TFMessage transforms;
+  transforms.transforms.resize(1);
+  transforms.transforms[0].header.frame_id = "base_link";
+  transforms.transforms[0].child_frame_id = name;
+  hand_over(transforms, &run.pipeline);
+  run.pipeline.note_unreadable("odom", "comes as " + std::string(40000, 'x') + name);
+  expect_good_again(&run, 20.0);
+  std::vector<std::string> said = run.out.log;
+  for (const auto& count : run.pipeline.rejects().counts()) said.push_back(count.latest);
+  EXPECT_GE(run.pipeline.rejects().counts().size(), 3u);
+  for (const std::string& text : said) {
+    EXPECT_LT(text.size(), 1200u);
+    EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char letter) {
+      return letter >= ' ' && letter <= '~';
+    })) << text;
+  }
+}
 
 TYPED_TEST(HostileInput, OdometryOutOfThisWorldIsNotBelievedHoweverOftenItComes) {
   using Drive = typename TypeParam::Drive;

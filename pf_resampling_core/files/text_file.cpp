@@ -12,11 +12,15 @@ namespace pf_resampling::text_file {
 
 std::string letters(const std::string& text) {
   constexpr std::size_t kShown = 40;
-  std::string shown = text.substr(0, kShown);
-  for (char& letter : shown) {
+  const std::string shown = in_letters(text.substr(0, kShown));
+  return text.size() > kShown ? shown + "..." : shown;
+}
+
+std::string in_letters(std::string text) {
+  for (char& letter : text) {
     if (letter < ' ' || letter > '~') letter = '?';
   }
-  return text.size() > kShown ? shown + "..." : shown;
+  return text;
 }
 
 std::string printable(const std::string& text) {

@@ -83,10 +83,13 @@ class Checksum {
   std::uint64_t state_ = 0xcbf29ce484222325u;
 };
 
-/// What is in a damaged file may be anything; what is said about it is one line of letters.
+/// What is in a damaged file may be anything; what is said about it is one line of letters: at most
+/// the first 40.
 std::string printable(const std::string& text);
 /// Likewise, without quotes.
 std::string letters(const std::string& text);
+/// Likewise, of any length.
+std::string in_letters(std::string text);
 
 /// The whole of `word` as a finite number in decimals, as a number from 0 to `most`; false if it is
 /// none.

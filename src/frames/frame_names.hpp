@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <string>
 
+#include "pf_resampling_core/files/text_file.hpp"
+
 namespace pf_resampling {
 
 /// The tf frames, as in REP 105.
@@ -19,9 +21,9 @@ constexpr std::size_t kLongestFrameName = 255;
 
 /// A name as it is told of: the beginning and the length of one that is too long.
 inline std::string shown_name(const std::string& name) {
-  if (name.size() <= kLongestFrameName) return name;
-  return name.substr(0, 40) + "... (" + std::to_string(name.size()) + " characters, at most " +
-         std::to_string(kLongestFrameName) + " make a name)";
+  if (name.size() <= kLongestFrameName) return text_file::in_letters(name);
+  return text_file::in_letters(name.substr(0, 40)) + "... (" + std::to_string(name.size()) +
+         " characters, at most " + std::to_string(kLongestFrameName) + " make a name)";
 }
 
 }  // namespace pf_resampling

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFarthest = 1e6;  // m; no robot is that large
 // Joints between a robot and its sensor: more than there are of any. Also what ends a circle.
-constexpr int kLongestChain = 100;
+constexpr int kLongestChain = 50;
 
 }  // namespace
 

@@ -31,7 +31,7 @@ class StaticFrames {
            double yaw = 0.0);
 
   /// Place of the origin of `frame` in the frame `base` (m). Nothing if they are not connected
-  /// going up from `frame` to `base`, by 100 steps at most.
+  /// going up from `frame` to `base`, by 50 steps at most.
   std::optional<Eigen::Vector3d> origin(const std::string& base, const std::string& frame) const;
 
   /// The frame `frame` in the frame `base`, likewise.

@@ -1,5 +1,6 @@
 #include "src/messages/described_message.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <sstream>
 #include <type_traits>
@@ -9,10 +10,13 @@
 namespace pf_resampling {
 namespace {
 
-// Types in types, and values in a message: more than there are of any (a thousand tags have
-// 60,000), and 40 MB of memory.
+// Types in types, and values and arrays in a message: more than there are of any (a thousand tags
+// have 60,000), and 20 MB of memory.
 constexpr int kDeepest = 20;
-constexpr std::size_t kMostValues = 200000;
+constexpr std::size_t kMostParts = 100000;
+// Those that take no bytes, such as values of types without fields, could be any number.
+constexpr std::size_t kMostWithoutBytes = 1000;
+const char* const kTooMany = "the message has too many parts";
 
 struct Field {
   std::string type;  // without brackets
@@ -80,7 +84,7 @@ Definitions definitions_in(const std::string& type, const std::string& text) {
 class DescribedMessageReader {
  public:
   DescribedMessageReader(const Definitions& definitions, const std::uint8_t* data, std::size_t size)
-      : definitions_(definitions), data_(data), left_(size) {}
+      : definitions_(definitions), data_(data), size_(size), left_(size) {}
 
   DescribedMessage read_all(const std::string& type) {
     DescribedMessage message = read(type, 0);
@@ -121,7 +125,8 @@ class DescribedMessageReader {
   }
 
   DescribedMessage read(const std::string& type, int depth) {
-    if (depth > kDeepest || ++values_ > kMostValues) throw Error("the message has too many parts");
+    count_part();
+    if (depth > kDeepest) throw Error(kTooMany);
     DescribedMessage message;
     if (type == "bool" || type == "uint8" || type == "char") {
       take_into<std::uint8_t>(&message);
@@ -157,6 +162,12 @@ class DescribedMessageReader {
     return message;
   }
 
+  void count_part() {
+    // Each byte may be at the end of as many types in types as there may be.
+    const std::size_t most = kMostWithoutBytes + kDeepest * (size_ - left_);
+    if (++parts_ > std::min(most, kMostParts)) throw Error(kTooMany);
+  }
+
   void read_fields(const std::string& type, int depth, DescribedMessage* message) {
     const auto definition = definitions_.find(type);
     if (definition == definitions_.end()) {
@@ -168,6 +179,7 @@ class DescribedMessageReader {
         value = read(field.type, depth + 1);
         continue;
       }
+      count_part();  // it may be empty
       const std::uint64_t length = field.length >= 0 ? static_cast<std::uint64_t>(field.length)
                                                      : take_number<std::uint32_t>();
       for (std::uint64_t i = 0; i < length; ++i) {
@@ -178,13 +190,22 @@ class DescribedMessageReader {
 
   const Definitions& definitions_;
   const std::uint8_t* data_;
+  std::size_t size_;
   std::size_t left_;
-  std::size_t values_ = 0;
+  std::size_t parts_ = 0;
 };
 
 DescribedMessage DescribedMessage::read(const std::string& type, const std::string& definition,
                                         const std::uint8_t* data, std::size_t size) {
-  const Definitions definitions = definitions_in(type, definition);
+  // Messages of one kind come one after the other, and a definition may be longer than they are.
+  thread_local std::string known_type;
+  thread_local std::string known_text;
+  thread_local Definitions definitions;
+  if (type != known_type || definition != known_text) {
+    definitions = definitions_in(type, definition);
+    known_type = type;
+    known_text = definition;
+  }
   return DescribedMessageReader(definitions, data, size).read_all(type);
 }
 

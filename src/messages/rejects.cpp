@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pf_resampling_core/files/text_file.hpp"
+
 namespace pf_resampling {
 
 const EnumNames<RejectReason>& names_of(RejectReason) {
@@ -38,6 +40,12 @@ const EnumNames<RejectReason>& names_of(RejectReason) {
                                               {Reason::unreadable, "unreadable"},
                                               {Reason::exception, "exception"}});
   return names;
+}
+
+std::string shown_detail(const std::string& detail) {
+  constexpr std::size_t kShown = 1000;
+  const std::string shown = text_file::in_letters(detail.substr(0, kShown));
+  return detail.size() > kShown ? shown + "..." : shown;
 }
 
 void RejectCounter::add(const std::string& input, RejectReason reason, const std::string& detail) {

@@ -48,6 +48,10 @@ struct Rejection {
   std::string detail;
 };
 
+/// What is said of a message or request, which may hold anything: one line, without what a terminal
+/// takes for commands, and the beginning of one that has no end.
+std::string shown_detail(const std::string& detail);
+
 /// Counts what was rejected, by input and reason, and keeps the latest case in words.
 class RejectCounter {
  public:

@@ -4,8 +4,11 @@
 #include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
+#include <functional>
+#include <future>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -19,6 +22,7 @@
 #include "src/messages/bounded_message.hpp"
 #include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
+#include "src/node/rebinding.hpp"
 #include "src/node/reconfigure_server.hpp"
 #include "src/node/service_folder.hpp"
 #include "src/pipeline/inputs.hpp"
@@ -68,13 +72,18 @@ class FilterNode {
     watch_ = node->createSteadyTimer(ros::WallDuration(10.0), [this](const auto&) {
       pipeline_.guard("log", [this] { say_what_is_missing(); });
     });
+    rebinding_ = node->createSteadyTimer(ros::WallDuration(1.0), [this](const auto&) {
+      pipeline_.guard("log", [this] { rebind_inputs(); });
+    });
     serve("reset", [this] { pipeline_.reset(); });
     serve<SetParticles>("set_particles", [this](const auto& request) {
       return pipeline_.set_particles(request.particles, request.weights);
     });
     serve<Checkpoint>("checkpoint", [this](const auto& request) {
       // An empty name means checkpoint/file, which is the owner's choice.
-      return checkpoints_.save(request.file.empty() ? "" : path_of(request.file), &pipeline_);
+      const std::string path =
+          request.file.empty() ? "" : path_to_write(request.file, text_file::kCheckpoint);
+      return checkpoints_.save(path, &pipeline_);
     });
   }
 
@@ -100,8 +109,11 @@ class FilterNode {
         });
   }
 
-  /// The file that a caller of a service names; see ServiceFolder.
+  /// The file that a caller of a service names, to be read or written; see ServiceFolder.
   std::string path_of(const std::string& name) const { return folder_.path_of(name); }
+  std::string path_to_write(const std::string& name, const text_file::Kind& kind) const {
+    return folder_.path_to_write(name, kind);
+  }
 
   /// Says which parameters hold now, after the pipeline has changed some by itself.
   void publish_parameters() { parameters_.publish(); }
@@ -148,9 +160,14 @@ class FilterNode {
   void subscribe(const Input<Message>& input, const char* topic) {
     // A publisher of any type is heard where messages of other packages are known.
     if constexpr (kTakesOtherTypes<Message>) {
-      listen<topic_tools::ShapeShifter>(topic, [this, input, topic](const auto& message) {
-        take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
+      const std::size_t place = inputs_.size();
+      listen<topic_tools::ShapeShifter>(topic, [this, input, topic, place](const auto& message) {
+        const bool is_read =
+            take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
+        const bool is_usual = message.getMD5Sum() == ros::message_traits::md5sum<Message>();
+        inputs_[place].rebinding->note_message(is_read || is_usual, Rebinding::Clock::now());
       });
+      inputs_.back().rebinding.emplace();
     } else {
       listen<Bounded<Message>>(topic, [this, topic](const auto& message) {
         take_if_readable(topic, [&]() -> const Message& { return whole(message); });
@@ -159,15 +176,18 @@ class FilterNode {
   }
 
   /// Hands over what `read` makes of a message; it throws Error for one that cannot be read.
+  /// Returns whether it could.
   template <typename Read>
-  void take_if_readable(const char* topic, const Read& read) {
+  bool take_if_readable(const char* topic, const Read& read) {
     std::optional<std::decay_t<decltype(read())>> message;
     try {
       message = read();
     } catch (const Error& error) {
-      return pipeline_.note_unreadable(name_of_topic(topic), error.what());
+      pipeline_.note_unreadable(name_of_topic(topic), error.what());
+      return false;
     }
     hand_over(*message);
+    return true;
   }
   template <typename Message>
   void hand_over(const Message& message) {
@@ -180,29 +200,51 @@ class FilterNode {
 
   template <typename Message, typename Take>
   void listen(const char* topic, const Take& take) {
-    const std::size_t place = awaited_.size();
+    const std::size_t place = inputs_.size();
     const boost::function<void(const boost::shared_ptr<const Message>&)> heard =
         [this, place, topic, take](const boost::shared_ptr<const Message>& message) {
           silence_.message_came();
-          awaited_[place].has_come = true;
+          inputs_[place].has_come = true;
           pipeline_.guard(name_of_topic(topic), [&] { take(*message); });
         };
-    awaited_.push_back(
-        {node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),
-                                   ros::TransportHints().tcpNoDelay()),
-         topic, false});
+    HeardInput input;
+    input.topic = topic;
+    input.subscribe = [this, topic, heard] {
+      return node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),
+                                       ros::TransportHints().tcpNoDelay());
+    };
+    input.subscriber = input.subscribe();
+    inputs_.push_back(std::move(input));
+  }
+
+  /// Subscribes anew where that is due: see Rebinding. In a thread of its own, since roscpp waits
+  /// for the master, which may be gone.
+  void rebind_inputs() {
+    for (HeardInput& input : inputs_) {
+      if (!input.rebinding) continue;
+      if (input.renewed.valid()) {
+        if (input.renewed.wait_for(std::chrono::seconds(0)) != std::future_status::ready) continue;
+        input.subscriber = input.renewed.get();
+      }
+      const auto now = Rebinding::Clock::now();
+      if (!input.rebinding->is_due(input.subscriber.getNumPublishers(), now)) continue;
+      input.renewed = std::async(std::launch::async, [&input, old = input.subscriber]() mutable {
+        old.shutdown();
+        return input.subscribe();
+      });
+    }
   }
 
   /// Says, until the filter runs, which inputs have not come and whether anybody publishes them.
   void say_what_is_missing() {
     if (is_running_) return watch_.stop();
     std::string missing;
-    for (const AwaitedInput& input : awaited_) {
+    for (const HeardInput& input : inputs_) {
       const std::string topic = input.topic;
       const bool is_needed = topic == pipeline_.odometry_input() || topic == "beacons" ||
                              topic.find(Pipeline::kObservations) != std::string::npos;
       if (!is_needed || input.has_come) continue;
-      missing += (missing.empty() ? "" : ", ") + input.subscriber.getTopic();
+      missing += (missing.empty() ? "" : ", ") + node_->resolveName(topic);
       if (input.subscriber.getNumPublishers() > 0) continue;
       const std::string instead = topic == "odom" ? pipeline_.odometry_elsewhere() : "";
       missing += " (nobody publishes it" + (instead.empty() ? "" : "; " + instead) + ")";
@@ -210,10 +252,13 @@ class FilterNode {
     if (!missing.empty()) ROS_INFO("nothing has come yet on %s", missing.c_str());
   }
 
-  struct AwaitedInput {
+  struct HeardInput {
+    const char* topic = "";
+    std::function<ros::Subscriber()> subscribe;
     ros::Subscriber subscriber;
-    const char* topic;
-    bool has_come;
+    bool has_come = false;
+    std::optional<Rebinding> rebinding;    // if it takes messages of any type
+    std::future<ros::Subscriber> renewed;  // while that is being done
   };
 
   ros::NodeHandle* node_;
@@ -224,9 +269,9 @@ class FilterNode {
   ServiceFolder folder_;
   PoseKeeper pose_;
   std::string base_;
-  std::vector<AwaitedInput> awaited_;
+  std::vector<HeardInput> inputs_;
   bool is_running_ = false;
-  ros::SteadyTimer watch_;
+  ros::SteadyTimer watch_, rebinding_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;
   SilenceWatch silence_;

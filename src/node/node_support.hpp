@@ -8,6 +8,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/configuration.hpp"
+#include "src/messages/rejects.hpp"
 #include "src/pipeline/pipeline_sinks.hpp"
 
 namespace pf_resampling {
@@ -39,9 +40,9 @@ void answer(const Work& work, Response* response) {
     response->success = true;
     ROS_INFO("%s", response->message.c_str());
   } catch (const Error& error) {
-    response->message = error.what();
+    response->message = shown_detail(error.what());
     response->success = false;
-    ROS_ERROR("%s", error.what());
+    ROS_ERROR("%s", response->message.c_str());
   }
 }
 

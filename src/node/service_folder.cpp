@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/text_file.hpp"
@@ -50,7 +51,9 @@ std::string ServiceFolder::path_of(const std::string& name) const {
   const fs::path named = name;
   const bool is_plain =
       std::none_of(name.begin(), name.end(),
-                   [](char letter) { return static_cast<unsigned char>(letter) < ' '; }) &&
+                   [](char letter) {
+                     return static_cast<unsigned char>(letter) < ' ' || letter == '\x7f';
+                   }) &&
       std::find(named.begin(), named.end(), "..") == named.end();
   // With every link followed. What cannot be told counts as outside.
   const fs::path path = fs::weakly_canonical(folder / named, failure);
@@ -62,6 +65,38 @@ std::string ServiceFolder::path_of(const std::string& name) const {
   // Not what a link stands for: links are not written.
   return (fs::weakly_canonical((folder / named).parent_path(), failure) / named.filename())
       .string();
+}
+
+std::string ServiceFolder::path_to_write(const std::string& name,
+                                         const text_file::Kind& kind) const {
+  std::string path = path_of(name);
+  std::error_code unknown;
+  if (!fs::exists(path, unknown)) {
+    const fs::path folder = fs::path(path).parent_path();
+    std::ptrdiff_t files = 0;
+    for (fs::directory_iterator file(folder, unknown); file != fs::directory_iterator();
+         file.increment(unknown)) {
+      ++files;
+    }
+    if (files >= kMostFiles) {
+      throw Error("there are " + std::to_string(files) + " files in " + folder.string() +
+                  ", and services write no more than " + std::to_string(kMostFiles) +
+                  "; remove some, or name one that is there");
+    }
+    return path;
+  }
+  // What is no regular file is for those who write to say.
+  const std::string words = kind.first_words;
+  std::string begins(words.size(), '\0');
+  if (fs::is_regular_file(path, unknown) && fs::file_size(path, unknown) > 0) {
+    std::ifstream(path, std::ios::binary)
+        .read(begins.data(), static_cast<std::streamsize>(begins.size()));
+    if (begins != words) {
+      throw Error("file " + path + " is there and is no " + kind.name +
+                  ": give another name, or remove it");
+    }
+  }
+  return path;
 }
 
 std::string file_name_of(const std::string& node) {

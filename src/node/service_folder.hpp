@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+
+#include "pf_resampling_core/files/text_file.hpp"
 
 namespace pf_resampling {
 
@@ -15,6 +18,11 @@ class ServiceFolder {
   /// Makes the folder if it is missing. Throws Error if that fails, and for names that lead out of
   /// it, by "..", links or otherwise.
   std::string path_of(const std::string& name) const;
+
+  /// Likewise of a file that is to be written. Throws Error, too, if there is one of another kind,
+  /// which is somebody's, or if there are kMostFiles in its folder and it is none of them.
+  std::string path_to_write(const std::string& name, const text_file::Kind& kind) const;
+  static constexpr std::ptrdiff_t kMostFiles = 1000;
 
   /// The absolute path of the folder, which need not exist yet.
   const std::string& path() const { return folder_; }

@@ -25,6 +25,9 @@ inline constexpr int kMostPlaces = 10;
 inline constexpr double kPlacesPeriod = 0.5;  // s
 inline constexpr Eigen::Index kManyParticles = 10000;
 
+// Transforms in a message: more than any robot has joints, and milliseconds of work.
+inline constexpr std::size_t kMostTransforms = 1000;
+
 template <typename Types>
 FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
     : options_(options),
@@ -212,7 +215,15 @@ void FilterPipeline<Types>::handle(const geometry_msgs::PoseWithCovarianceStampe
 template <typename Types>
 void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
   const std::size_t forgotten = frames_.forgotten();
+  std::size_t taken = 0;
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    if (++taken > kMostTransforms) {
+      reject("tf",
+             {RejectReason::too_many, "a message has " + std::to_string(message.transforms.size()) +
+                                          " transforms: those behind the first " +
+                                          std::to_string(kMostTransforms) + " are passed over"});
+      break;
+    }
     const std::string* const too_long = name_without_end(transform);
     if (too_long != nullptr) {
       reject("tf", {RejectReason::unknown_frame,
@@ -231,7 +242,7 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     }
     if (child == options_.frames.base || child == options_.frames.odom) continue;
     if (!frames_.add(transform)) {
-      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
+      reject("tf", {RejectReason::not_finite, "the transform of frame '" + shown_name(child) +
                                                   "' is not a rigid motion relative to another "
                                                   "frame"});
     }
@@ -502,11 +513,12 @@ HealthJudgement FilterPipeline<Types>::health() const {
 
 template <typename Types>
 void FilterPipeline<Types>::reject(const std::string& input, const Rejection& rejection) {
+  const std::string detail = shown_detail(rejection.detail);
   if (rejects_.count(input, rejection.reason) == 0) {
-    log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " +
-                               rejection.detail + " (logged once; status counts them)");
+    log(LogLevel::warning, input + ": rejected, " + to_string(rejection.reason) + ": " + detail +
+                               " (logged once; status counts them)");
   }
-  rejects_.add(input, rejection.reason, rejection.detail);
+  rejects_.add(input, rejection.reason, detail);
 }
 
 template <typename Types>

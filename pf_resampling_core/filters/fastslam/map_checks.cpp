@@ -44,7 +44,8 @@ std::string fault_of_gaussian(std::int64_t id, const Eigen::Vector2d& mean,
     return "the place of landmark " + std::to_string(id) + " is not finite or beyond 1e9 m";
   }
   if (!is_covariance(covariance)) {
-    return "the covariance of landmark " + std::to_string(id) + " is not positive definite, or beyond 1e18 m^2";
+    return "the covariance of landmark " + std::to_string(id) +
+           " is not positive definite, or beyond 1e18 m^2";
   }
   return {};
 }
