@@ -9,8 +9,8 @@ import threading
 import time
 
 import rospy
-from hostile_messages import (NODES, Hostile, begin_drive, clock_a_day_ahead, false_landmarks, far_odometry, large_scan,
-                              late_particles, late_pose, many_beacons, memory_of, other_beacons, process_of)
+from hostile_messages import (NODES, Hostile, begin_drive, clock_a_day_ahead, false_landmarks, false_lengths, far_odometry,
+                              large_scan, late_particles, late_pose, many_beacons, memory_of, other_beacons, process_of)
 from pf_resampling.msg import FilterStatus
 
 RATE = 50.0  # Hz, of what is hostile
@@ -19,7 +19,8 @@ RECOVERY = 30.0  # s
 LOST = 1.0  # m
 SILENT = 20  # messages of odometry in a row without a pose; some have to confirm each other after an attack
 LATE = 3.0  # s from odometry to its pose, on a machine that has other things to do as well
-ATTACKS = (other_beacons, many_beacons, late_pose, late_particles, far_odometry, large_scan, false_landmarks, clock_a_day_ahead)
+ATTACKS = (other_beacons, many_beacons, late_pose, late_particles, far_odometry, large_scan, false_lengths,
+           false_landmarks, clock_a_day_ahead)
 
 
 class Attacker(threading.Thread):

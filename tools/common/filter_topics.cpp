@@ -19,6 +19,16 @@ std::optional<Message> read_as(const rosbag::MessageInstance& message) {
   return Message(typename Type::ConstPtr(pointer));
 }
 
+/// Reads a message of another package by its definition. Those who go through a bag name it.
+template <typename Read>
+auto read_foreign(const rosbag::MessageInstance& message, const Read& read) {
+  try {
+    return read(*message.instantiate<topic_tools::ShapeShifter>());
+  } catch (const Error& error) {
+    throw rosbag::BagFormatException("a message on " + message.getTopic() + ": " + error.what());
+  }
+}
+
 /// Odometry, also where it is said as a pose.
 template <typename Message>
 auto odometry_reader(const std::string& base) {
@@ -45,8 +55,9 @@ auto range_reader(const std::string& antenna) {
   return [antenna](const rosbag::MessageInstance& message) -> std::optional<BeaconMclMessage> {
     if (!is_of(foreign_range_types(), message))
       return read_as<BeaconMclMessage, BeaconRange>(message);
-    const auto foreign = message.instantiate<topic_tools::ShapeShifter>();
-    return as_range(range_in(*foreign, antenna, message.getTime()));
+    return as_range(read_foreign(message, [&](const topic_tools::ShapeShifter& foreign) {
+      return range_in(foreign, antenna, message.getTime());
+    }));
   };
 }
 
@@ -60,7 +71,7 @@ std::optional<FastSlamMessage> read_landmarks(const rosbag::MessageInstance& mes
         using Seen = std::decay_t<decltype(seen)>;
         return FastSlamMessage(typename Seen::ConstPtr(boost::make_shared<Seen>(seen)));
       },
-      landmarks_in(*message.instantiate<topic_tools::ShapeShifter>()));
+      read_foreign(message, landmarks_in));
 }
 
 void need_odometry(const rosbag::Bag& bag, const std::string& path, const std::string& topic,
