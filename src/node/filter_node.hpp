@@ -98,7 +98,7 @@ class FilterNode {
           answer([&] { return pipeline_.ask(name.c_str(), done); }, &response);
           return true;
         });
-  }
+  }  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): boost::function frees what it holds.
   /// Likewise one without request and response.
   template <typename Work>
   void serve(const std::string& name, const Work& work) {
@@ -107,7 +107,7 @@ class FilterNode {
         name, [this, name, work](Empty::Request&, Empty::Response&) {
           return pipeline_.guard(name.c_str(), work);
         });
-  }
+  }  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): likewise.
 
   /// The file that a caller of a service names, to be read or written; see ServiceFolder.
   std::string path_of(const std::string& name) const { return folder_.path_of(name); }
