@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
@@ -285,6 +286,38 @@ TEST_F(CheckpointFile, WhatIsOutOfThisWorldIsNeitherWrittenNorRead) {
   EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("a pose of the odometry is beyond 1e9 m"),
             std::string::npos)
       << refusal(read_fastslam_checkpoint, path_);
+}
+
+// ... and what a reader would not take is not written.
+TEST_F(CheckpointFile, NothingIsWrittenThatCouldNotBeRead) {
+  const std::int64_t too_late = std::int64_t{1} << 62;
+  BeaconMcl filter(learning_options(CalibrationEstimation::shared), kBeacons, 3);
+  for (int t = 0; t < 50; ++t) step(t, &filter);
+  const BeaconMclCheckpoint good = {some_progress(), filter.saved()};
+  const std::function<void(BeaconMclCheckpoint*)> changes[] = {
+      [&](auto* c) { c->progress.first_odometry = too_late; },
+      [&](auto* c) { c->progress.last_observation = too_late; },
+      [](auto* c) { c->progress.normalized_innovation = INFINITY; },
+      [](auto* c) { c->filter.calibration_times[0] = std::nan(""); },
+      [](auto* c) { c->filter.ranges[0].time = INFINITY; },
+      [](auto* c) { c->filter.ranges[0].pose.x = std::nan(""); },
+  };
+  for (const auto& change : changes) {
+    BeaconMclCheckpoint checkpoint = good;
+    change(&checkpoint);
+    EXPECT_THROW(write_checkpoint(path_, checkpoint), Error) << &change - changes;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(CheckpointFile, ABeaconMayHaveAnyId) {
+  std::vector<Beacon> beacons = kBeacons;
+  beacons[0].id = std::numeric_limits<int>::min();
+  BeaconMcl filter(learning_options(CalibrationEstimation::shared), beacons, 3);
+  for (int t = 1; t < 50; t += 3) step(t, &filter);
+  write_checkpoint(path_, BeaconMclCheckpoint{some_progress(), filter.saved()});
+  const BeaconMclCheckpoint read = read_beacon_mcl_checkpoint(path_);
+  EXPECT_EQ(read.filter.beacons[0].id, std::numeric_limits<int>::min());
 }
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {

@@ -86,6 +86,48 @@ TEST(Checkpoint, FastSlamGoesOnAsIfNothingHadHappened) {
   expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), FastSlamDrive::options());
 }
 
+FastSlamPipelineOptions redraw_options() {
+  FastSlamPipelineOptions options = FastSlamDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  return options;
+}
+
+TEST(Checkpoint, FastSlamWithARedrawGoesOnAsIfNothingHadHappened) {
+  expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), redraw_options());
+}
+
+// With four landmarks in each place.
+std::vector<FastSlamMessage> with_four_each(std::vector<FastSlamMessage> messages) {
+  for (FastSlamMessage& message : messages) {
+    const auto* const scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
+    if (scan == nullptr) continue;
+    const auto more = boost::make_shared<LandmarkObservationArray>(**scan);
+    for (int copy = 1; copy < 4; ++copy) {
+      for (LandmarkObservation seen : (*scan)->observations) {
+        seen.id += copy * static_cast<int>(FastSlamDrive::landmarks().size());
+        more->observations.push_back(seen);
+      }
+    }
+    message = LandmarkObservationArray::ConstPtr(more);
+  }
+  return messages;
+}
+
+// What is drawn from in a loaded map is the joint information about all landmarks: long lines.
+TEST(Checkpoint, FastSlamInALoadedMapGoesOnAsIfNothingHadHappened) {
+  const TemporaryDirectory directory;
+  const std::vector<FastSlamMessage> messages = with_four_each(FastSlamDrive::messages(40.0));
+  FastSlamPipelineOptions options = redraw_options();
+  FastSlamRig mapped(options);
+  mapped.feed(messages);
+  options.map_file = directory.file("lab.map");
+  mapped.pipeline.save_map(options.map_file);
+  FastSlamRig located(options);
+  located.feed(messages);
+  EXPECT_EQ(located.pipeline.checkpoint()->filter.past.graph.prior.landmarks.size(), 48u);
+  expect_goes_on<FastSlamRig>(messages, options);
+}
+
 // As a node that was killed, and is there again seconds later: the robot went on meanwhile.
 template <typename AnyRig, typename Message>
 double error_after_silence(const std::vector<Message>& before, const std::vector<Message>& after) {

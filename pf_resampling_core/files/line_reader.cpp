@@ -6,11 +6,6 @@
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling::text_file {
-namespace {
-
-constexpr std::size_t kLongestLine = 1000;
-
-}  // namespace
 
 LineReader::LineReader(const Kind& kind, const std::string& path) : kind_(kind), path_(path) {
   open(kind_.name, path, &stream_);

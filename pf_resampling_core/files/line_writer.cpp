@@ -1,8 +1,12 @@
 #include "pf_resampling_core/files/line_writer.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
+
+#include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling::text_file {
 namespace {
@@ -12,14 +16,19 @@ constexpr std::size_t kBlock = std::size_t{1} << 20;
 }  // namespace
 
 LineWriter::LineWriter(const Kind& kind, const std::string& path)
-    : file_(path, std::string(kind.name) + " " + path) {
+    : what_(std::string(kind.name) + " " + path), file_(path, what_) {
   line(kind.first_line());
 }
 
 void LineWriter::line(const std::string& text) {
+  ++lines_;
+  if (text.size() > kLongestLine) {
+    throw Error(what_ + ", line " + std::to_string(lines_) + ", is longer than the " +
+                std::to_string(kLongestLine) +
+                " bytes that a reader takes; take shorter names or fewer landmarks");
+  }
   pending_ += text;
   pending_ += '\n';
-  ++lines_;
   if (pending_.size() > kBlock) flush();
 }
 
@@ -36,6 +45,10 @@ void LineWriter::flush() {
 }
 
 void append(double value, std::string* text) {
+  if (std::isnan(value) || value == std::numeric_limits<double>::infinity()) {
+    throw Error("line to write: a number after " + printable(*text) +
+                " is not finite; reset the filter");
+  }
   std::array<char, 40> digits{};
   std::snprintf(digits.data(), digits.size(), " %.15g", value);
   if (std::strtod(digits.data(), nullptr) != value) {

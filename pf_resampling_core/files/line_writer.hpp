@@ -10,7 +10,8 @@
 namespace pf_resampling::text_file {
 
 /// Writes a file line by line, as a NewFile that lasts: without finish() there is no trace of it.
-/// Throws Error, naming the file, when it cannot be written.
+/// Throws Error, naming the file, when it cannot be written or a line is one that LineReader would
+/// not take.
 class LineWriter {
  public:
   LineWriter(const Kind& kind, const std::string& path);
@@ -22,13 +23,15 @@ class LineWriter {
  private:
   void flush();
 
+  std::string what_;
   NewFile file_;
   Checksum checksum_;
   std::string pending_;
   std::int64_t lines_ = 0;
 };
 
-/// Appends a number after a space, so that it comes back to the bit.
+/// Appends a number after a space, so that it comes back to the bit. It may be minus infinity, a
+/// log-weight; any other that is not finite throws Error.
 void append(double value, std::string* text);
 void append(std::int64_t value, std::string* text);
 void append(const Pose2& pose, std::string* text);

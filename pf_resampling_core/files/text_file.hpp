@@ -11,6 +11,10 @@
 /// described in doc/map_format.md and doc/checkpoints.md.
 namespace pf_resampling::text_file {
 
+/// Bytes of a line, without its end. The longest are rows of the joint information about a map: two
+/// numbers of up to 24 bytes for each landmark; there is room for 20,000 landmarks.
+inline constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+
 /// What a file is, and what is said of one that is not.
 struct Kind {
   const char* name;         ///< "map file"

@@ -80,6 +80,15 @@ std::string of_word(const std::string& word) {
   return text;
 }
 
+std::string take_name(const std::string& keyword, LineReader* reader) {
+  reader->take(keyword, 1);
+  const std::string name = of_word(reader->word(1));
+  if (as_word(name) != reader->word(1)) {
+    reader->refuse(text_file::printable(reader->word(1)) + " is not how a name is written");
+  }
+  return name;
+}
+
 }  // namespace
 
 std::optional<std::string> reason_against(const SavedPose& saved, const PoseAtStart& now) {
@@ -148,10 +157,8 @@ SavedPose read_saved_pose(const std::string& path) {
   const text_file::ClassicLocale locale;
   LineReader reader(text_file::kPose, path);
   SavedPose pose;
-  reader.take("frame", 1);
-  pose.frame = of_word(reader.word(1));
-  reader.take("map", 1);
-  pose.map = of_word(reader.word(1));
+  pose.frame = take_name("frame", &reader);
+  pose.map = take_name("map", &reader);
   pose.stamp = take_stamp("stamp", &reader);
   reader.take("pose", 3);
   pose.pose.mean = reader.pose(1);

@@ -1,6 +1,8 @@
 #include "src/checkpoint/saved_progress.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <tuple>
 
@@ -66,7 +68,9 @@ std::string fault_of(const SavedProgress& progress) {
     if (odometry.stamp <= previous) return "the stamps of the odometry do not ascend";
     previous = odometry.stamp;
   }
-  if (previous / kNanoseconds > kLatest) return "a stamp is too large for ROS 1";
+  const std::int64_t latest =
+      std::max({previous, progress.first_odometry, progress.last_observation});
+  if (latest / kNanoseconds > kLatest) return "a stamp is too large for ROS 1";
   if (progress.used < progress.odometry.front().stamp || progress.used > previous) {
     return "the odometry does not reach back to what the filter has used";
   }
@@ -74,7 +78,9 @@ std::string fault_of(const SavedProgress& progress) {
   if (!(progress.lost_probability >= 0.0 && progress.lost_probability <= 1.0)) {
     return "the probability of being lost is not in [0, 1]";
   }
-  if (!(progress.normalized_innovation >= 0.0)) return "the mean innovation is negative";
+  if (!(progress.normalized_innovation >= 0.0 && std::isfinite(progress.normalized_innovation))) {
+    return "the mean innovation is negative or not finite";
+  }
   return {};
 }
 

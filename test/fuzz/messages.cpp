@@ -221,10 +221,15 @@ std::optional<FastSlamMessage> own_message(Bytes* bytes, QuickRig<FastSlamRig>* 
   const std::string path = new_file("saved.map");
   if (bytes->flip()) {
     const bool frozen = bytes->below(4) == 0;
+    bool is_written = false;
     try {
       run->pipeline.ask("save_map", [&] { return run->pipeline.save_map(path); });
+      is_written = true;
+      read_map_file(path);
+      is_written = false;
       run->pipeline.ask("load_map", [&] { return run->pipeline.load_map(path, frozen); });
     } catch (const Error& error) {
+      require(!is_written, std::string("a map that was written cannot be read: ") + error.what());
       require_one_line(error);
     }
     return std::nullopt;
@@ -232,6 +237,29 @@ std::optional<FastSlamMessage> own_message(Bytes* bytes, QuickRig<FastSlamRig>* 
   LandmarkObservationArray scan = FastSlamDrive::scan(stamp);
   scan.observations.push_back(FastSlamDrive::observation(stamp, bytes->below(12)));
   return worse(bytes, scan);
+}
+
+// ---- what goes through a file ------------------------------------------------------------------
+
+void read_again(const std::string& path, BeaconMclCheckpoint* checkpoint) {
+  *checkpoint = read_beacon_mcl_checkpoint(path);
+}
+void read_again(const std::string& path, FastSlamCheckpoint* checkpoint) {
+  *checkpoint = read_fastslam_checkpoint(path);
+}
+
+// False if it is refused; one that is written can be read.
+template <typename Checkpoint>
+bool go_through_file(Checkpoint* checkpoint) {
+  const std::string path = new_file("checkpoint");
+  try {
+    write_checkpoint(path, *checkpoint);
+  } catch (const Error& error) {
+    require_one_line(error);
+    return false;
+  }
+  read_again(path, checkpoint);
+  return true;
 }
 
 // ---- the drive ---------------------------------------------------------------------------------
@@ -260,11 +288,17 @@ class Attack {
  private:
   static auto options(Bytes* bytes) {
     auto options = Drive::options();
-    options.filter.particles = 1 + bytes->below(kMostParticles);
+    const int choice = bytes->byte();
+    options.filter.particles = 1 + choice % kMostParticles;
     options.queue_length = 20;
     options.odometry_input.length = kBuffer;
     if constexpr (std::is_same_v<AnyRig, FastSlamRig>) {
       options.tag_pattern = bytes->flip() ? "tag_(\\d+)" : "";
+      if (choice / kMostParticles % 2 == 1) {
+        options.filter.strategy.renewal = Renewal::redraw;
+        options.filter.strategy.redraw.every_n = 3;
+        options.filter.strategy.redraw.window = 6;
+      }
     }
     return options;
   }
@@ -345,6 +379,7 @@ class Attack {
         pipeline.guard("checkpoint", [&] { saved = pipeline.checkpoint(); });
         if (!saved) return;
         if (bytes_->flip()) drive(0.2);
+        if (!go_through_file(&*saved)) return;
         ask("resume", [&] {
           pipeline.resume(*saved);
           return "";

@@ -10,11 +10,12 @@ using text_file::LineReader;
 
 // Memory grows with what is in the file, never with what it says is to come.
 constexpr std::int64_t kMost = 10000000;  // of anything that is listed
+constexpr std::int64_t kSmallestInt = std::numeric_limits<int>::min();
 constexpr std::int64_t kLargestInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
 
 int id_of(const LineReader& reader, std::size_t i) {
-  return static_cast<int>(reader.integer(i, -kLargestInt, kLargestInt));
+  return static_cast<int>(reader.integer(i, kSmallestInt, kLargestInt));
 }
 
 // Numbers of all particles, row by row, as columns.

@@ -12,7 +12,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr std::size_t kLongestLine = 1000;
 constexpr double kSurveyedSigma = 0.001;  // m
 constexpr std::array<const char*, 7> kColumns = {"id", "x", "y", "sigma", "xx", "xy", "yy"};
 constexpr std::size_t kNone = kColumns.size();
@@ -74,7 +73,7 @@ class ListReader {
     for (int letter = stream_.get(); letter != std::char_traits<char>::eof();
          letter = stream_.get()) {
       if (letter == '\n') return true;
-      if (line->size() == kLongestLine) refuse("the line is too long");
+      if (line->size() == text_file::kLongestLine) refuse("the line is too long");
       *line += static_cast<char>(letter);
     }
     if (stream_.bad()) refuse("it cannot be read on");
@@ -126,7 +125,7 @@ bool is_list(const std::string& path) {
       if (!is_blank) return false;
       is_comment = false;
       read = 0;
-    } else if (++read > kLongestLine) {
+    } else if (++read > text_file::kLongestLine) {
       return false;
     } else if (letter == '#') {
       is_comment = true;

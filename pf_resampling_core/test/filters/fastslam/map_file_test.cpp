@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
 namespace pf_resampling {
@@ -472,7 +473,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   }
-  write(path_, std::string(5000, 'x'));
+  write(path_, std::string(text_file::kLongestLine + 1, 'x'));
   EXPECT_NE(refusal(path_).find("line 1: the line is too long"), std::string::npos);
 }
 
