@@ -364,12 +364,14 @@ TEST(FastSlamScans, MarkersShowTheLastScanFromWhereItWasTaken) {
 }
 
 TEST(FastSlamScans, StatusAndDiagnosticsSayHowTheFilterIs) {
-  FastSlamRig run;
-  run.pipeline.report_silence(ros::Time(kPi));
-  ASSERT_EQ(run.out.diagnostics.size(), 1u);
-  EXPECT_EQ(run.out.diagnostics[0].status[0].message,
+  FastSlamRig silent;
+  silent.pipeline.report_silence(ros::Time(kPi));
+  ASSERT_EQ(silent.out.diagnostics.size(), 1u);
+  EXPECT_EQ(silent.out.diagnostics[0].status[0].message,
             "waiting for odometry; no landmark has been seen yet");
-  EXPECT_EQ(run.out.diagnostics[0].status[1].message, "no odometry yet; no usable landmarks yet");
+  EXPECT_EQ(silent.out.diagnostics[0].status[1].message,
+            "no odometry yet; no usable landmarks yet");
+  FastSlamRig run;
   run.feed(Drive::messages(20.0));
   ASSERT_EQ(run.out.statuses.size(), 100u);
   for (std::size_t i = 0; i < run.out.statuses.size(); ++i) {

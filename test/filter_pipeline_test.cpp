@@ -87,6 +87,34 @@ TEST(IsDue, AtTheMultiplesOfThePeriodWhereverItBegan) {
   }
 }
 
+// A robot whose sensors fall silent drives on: health follows what it still knows, in `status`,
+// too.
+TYPED_TEST(FilterPipelineOf, StatusGoesOnWhenObservationsStop) {
+  auto options = TypeParam::Drive::options();
+  options.filter.odometry.heading_per_distance = 0.3;
+  TypeParam run(options);
+  run.feed(TypeParam::Drive::messages(15.0));
+  const std::size_t updates = run.out.statuses.size();
+  EXPECT_EQ(run.out.statuses.back().health, "healthy");
+  ros::Time crossed;
+  for (int i = 1; i <= 600; ++i) {
+    const ros::Time now = TypeParam::Drive::at(15.0 + 0.1 * i);
+    run.pipeline.handle(TypeParam::Drive::odometry(now));
+    if (crossed.isZero() && run.pipeline.health().health != Health::healthy) crossed = now;
+  }
+  ASSERT_FALSE(crossed.isZero());
+  ASSERT_GT(run.out.statuses.size(), updates);
+  for (std::size_t i = updates; i < run.out.statuses.size(); ++i) {
+    const FilterStatus& status = run.out.statuses[i];
+    EXPECT_LT((status.header.stamp - run.out.statuses[i - 1].header.stamp).toSec(), 1.15);
+    EXPECT_EQ(status.health, status.header.stamp < crossed ? "healthy" : "converging");
+  }
+  // And when odometry stops as well.
+  const std::size_t before = run.out.statuses.size();
+  for (int i = 1; i <= 5; ++i) run.pipeline.report_silence(TypeParam::Drive::at(75.0 + i));
+  EXPECT_EQ(run.out.statuses.size(), before + 5);
+}
+
 // ---- where odometry comes from ----------------------------------------------------------------
 
 geometry_msgs::TransformStamped as_transform(const nav_msgs::Odometry& odometry) {
@@ -273,8 +301,8 @@ TYPED_TEST(FilterPipelineOf, TheQueueIsBoundedAndDropsTheOldest) {
   EXPECT_EQ(run.rejected(TypeParam::kTopic, RejectReason::queue_full), 16u);
   for (int i = 1; i <= 21; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
   EXPECT_EQ(run.pipeline.queued(), 0);
-  ASSERT_EQ(run.out.statuses.size(), 5u);
-  EXPECT_EQ(run.out.statuses.front().header.stamp, Drive::at(1.6));
+  ASSERT_EQ(run.out.statuses.size(), 6u);  // the first after a second without any
+  EXPECT_EQ(run.out.statuses[1].header.stamp, Drive::at(1.6));
 }
 
 // Computation that does not keep up: what waits is bounded, the oldest goes first and is counted,

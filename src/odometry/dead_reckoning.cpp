@@ -38,8 +38,8 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       return rejected(RejectReason::time_gap, step + " after the newest");
     case OdometryBuffer::Addition::pose_jump:
       return rejected(RejectReason::pose_jump,
-                      "it moves faster than odometry_input/max_speed or turns faster than "
-                      "odometry_input/max_turn_rate");
+                      "it is farther from the one before than the robot can get, by what it did so "
+                      "far and by odometry_input/max_speed and max_turn_rate");
     case OdometryBuffer::Addition::time_jumped: {
       const double forward = (buffer_.oldest() - before).toSec();
       if (forward < 0.0) ++time_jumps_;

@@ -12,6 +12,12 @@ namespace {
 /// What a message may be off by whatever the time since the last: rounding, late stamps.
 constexpr double kPositionSlack = 0.5;  // m
 constexpr double kHeadingSlack = 0.5;   // rad
+/// A velocity is that of so long, of at least so long, and of so many poses at most.
+constexpr double kVelocitySpan = 0.3;   // s
+constexpr double kShortestSpan = 0.05;  // s
+constexpr std::size_t kVelocityPoses = 50;
+/// A robot whose odometry starts again after longer may have done anything.
+constexpr double kLongestJump = 2.0;  // s
 /// After so long, it is the clock that was set, not the odometry that was silent.
 constexpr double kLongestGap = 3600.0;  // s
 
@@ -68,8 +74,10 @@ ParameterList parameters_of(OdometryBufferOptions* options) {
           "by its yaw rate or its orientation. Where the IMU is silent, odometry counts."),
       real_above_parameter("odometry_input/length", &options->length, 0.0, 1e4, "s",
                            "How much odometry is kept, for observations that come late."),
-      real_above_parameter("odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
-                           "Odometry that moves faster has jumped; a jump is not taken as motion."),
+      real_above_parameter(
+          "odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
+          "Odometry that moves faster has jumped; a jump is not taken as motion. What "
+          "the robot was seen to do tells smaller jumps."),
       real_above_parameter("odometry_input/max_turn_rate", &options->max_turn_rate, 0.0, 1e4,
                            "rad/s",
                            "Odometry that turns faster has jumped; a jump is not taken as motion."),
@@ -123,7 +131,57 @@ bool OdometryBuffer::continues(ros::Time stamp, const Pose2& pose,
          turn <= options_.max_turn_rate * duration + kHeadingSlack;
 }
 
-void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
+std::optional<Velocity> OdometryBuffer::velocity() const {
+  const Sample& last = samples_.back();
+  for (std::size_t back = 1; back < samples_.size(); ++back) {
+    const Sample& first = samples_[samples_.size() - 1 - back];
+    const double span = (last.stamp - first.stamp).toSec();
+    const bool is_last = back + 1 == samples_.size() || back == kVelocityPoses;
+    if (span < kVelocitySpan && !is_last) continue;
+    if (span < kShortestSpan) return std::nullopt;
+    return velocity_of(relative(first.pose, last.pose), span);
+  }
+  return std::nullopt;
+}
+
+Velocity OdometryBuffer::velocity_of_suspects() const {
+  const StampedOdometry& first = suspects_.front();
+  const StampedOdometry& last = suspects_.back();
+  if (suspects_.size() < 2) return velocity().value_or(Velocity());
+  return velocity_of(relative(first.pose, last.pose), (last.stamp - first.stamp).toSec());
+}
+
+bool OdometryBuffer::continues_newest(const StampedOdometry& next) const {
+  const Sample& last = samples_.back();
+  if (!continues(last.stamp, last.received, next)) return false;
+  const std::optional<Velocity> before = velocity();
+  return !before || learnt_.allows(relative(last.received, next.pose),
+                                   (next.stamp - last.stamp).toSec(), *before);
+}
+
+bool OdometryBuffer::continues_suspects(const StampedOdometry& next) const {
+  if (suspects_.empty() || suspicion_ != Addition::pose_jump) return false;
+  const StampedOdometry& newest = suspects_.back();
+  if (!continues(newest.stamp, newest.pose, next)) return false;
+  const auto misfit = [&](ros::Time stamp, const Pose2& pose, const Velocity& velocity) {
+    const Pose2 expected = compose(pose, motion_of(velocity, (next.stamp - stamp).toSec()));
+    return std::hypot(next.pose.x - expected.x, next.pose.y - expected.y) +
+           std::abs(wrap_angle(next.pose.heading - expected.heading));
+  };
+  const Sample& last = samples_.back();
+  return misfit(newest.stamp, newest.pose, velocity_of_suspects()) <
+         misfit(last.stamp, last.received, velocity().value_or(Velocity()));
+}
+
+void OdometryBuffer::learn_step(const StampedOdometry& next) {
+  const std::optional<Velocity> before = velocity();
+  const ros::Time stamp = suspects_.empty() ? newest() : suspects_.back().stamp;
+  const Pose2& pose = suspects_.empty() ? newest_pose() : suspects_.back().pose;
+  if (!before || !continues(stamp, pose, next)) return;
+  learnt_.add_step(relative(pose, next.pose), (next.stamp - stamp).toSec(), *before);
+}
+
+void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<Pose2>& given) {
   Sample sample;
   sample.stamp = odometry.stamp;
   sample.received = odometry.pose;
@@ -133,37 +191,37 @@ void OdometryBuffer::push(const StampedOdometry& odometry, bool moved) {
     offset_ = Pose2{};
   } else {
     const Sample& last = samples_.back();
-    if (!moved) offset_ = compose(last.pose, relative(odometry.pose, Pose2{}));
-    if (moved && last.heading && odometry.heading) {
-      const Pose2 motion = turned_by(relative(last.received, odometry.pose),
-                                     wrap_angle(*odometry.heading - *last.heading));
-      offset_ = compose(compose(last.pose, motion), relative(odometry.pose, Pose2{}));
+    std::optional<Pose2> motion = given;
+    if (last.heading && odometry.heading) {
+      motion = turned_by(motion.value_or(relative(last.received, odometry.pose)),
+                         wrap_angle(*odometry.heading - *last.heading));
     }
-    if (moved && options_.use_covariance && last.covariance && odometry.covariance) {
+    if (motion) offset_ = compose(compose(last.pose, *motion), relative(odometry.pose, Pose2{}));
+    if (!given && options_.use_covariance && last.covariance && odometry.covariance) {
       sample.step_covariance =
           covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
     }
   }
   sample.pose = compose(offset_, odometry.pose);
   samples_.push_back(sample);
+  if (const std::optional<Velocity> reached = velocity()) learnt_.add_velocity(*reached);
 }
 
 OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry, ros::Time used) {
   if (samples_.empty()) {
-    push(odometry, false);
+    push(odometry);
     return Addition::added;
   }
   if (newest().toSec() > options_.length) {
     forget_before(std::min(used, newest() - ros::Duration(options_.length)));
   }
   if (is_full()) forget_before(std::min(used, middle()));
-  const Sample& last = samples_.back();
-  if (continues(last.stamp, last.received, odometry)) {
-    suspects_.clear();
-    push(odometry, true);
-    return Addition::added;
-  }
-  return suspect(odometry);
+  const bool is_believed = continues_newest(odometry) && !continues_suspects(odometry);
+  learn_step(odometry);
+  if (!is_believed) return suspect(odometry);
+  suspects_.clear();
+  push(odometry);
+  return Addition::added;
 }
 
 OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry) {
@@ -182,29 +240,54 @@ OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry
     const double duration = (odometry.stamp - last.stamp).toSec();
     const double distance =
         std::hypot(odometry.pose.x - last.received.x, odometry.pose.y - last.received.y);
-    const bool is_gap =
-        duration > options_.max_gap && distance <= options_.max_speed * duration + kPositionSlack;
+    const bool is_gap = duration > options_.max_gap && learnt_.reaches(distance, duration) &&
+                        distance <= options_.max_speed * duration + kPositionSlack;
     suspicion_ = duration < 0.0 || duration > kLongestGap ? Addition::time_jump
                  : is_gap                                 ? Addition::time_gap
                                                           : Addition::pose_jump;
   }
   suspects_.push_back(odometry);
+  if (suspects_have_moved()) return believe_suspects(Addition::added);
   const bool is_confirmed = static_cast<int>(suspects_.size()) >= options_.confirmations;
-  return is_confirmed ? believe_suspects() : suspicion_;
+  return is_confirmed ? believe_suspects(suspicion_) : suspicion_;
 }
 
-OdometryBuffer::Addition OdometryBuffer::believe_suspects() {
+// Whether the step to them is explained by how the robot drove before it and does since.
+bool OdometryBuffer::suspects_have_moved() const {
+  if (suspicion_ != Addition::pose_jump || suspects_.size() < 2) return false;
+  const Sample& last = samples_.back();
+  const StampedOdometry& first = suspects_.front();
+  const double step = (first.stamp - last.stamp).toSec();
+  const std::optional<Velocity> before = velocity();
+  return before && continues(last.stamp, last.received, first) &&
+         (suspects_.back().stamp - first.stamp).toSec() >= 0.5 * step &&
+         LearntMotion::is_between(relative(last.received, first.pose), step, *before,
+                                  velocity_of_suspects());
+}
+
+// One that stands on either side of it has not moved: a base that is started again stands.
+Pose2 OdometryBuffer::motion_of_jump(ros::Time until) const {
+  const double duration = (until - newest()).toSec();
+  const Velocity before = velocity().value_or(Velocity());
+  const Velocity after = velocity_of_suspects();
+  if (duration > kLongestJump || !before.is_moving() || !after.is_moving()) return Pose2{};
+  return motion_of(mixed(before, after, 0.5), duration);
+}
+
+OdometryBuffer::Addition OdometryBuffer::believe_suspects(Addition suspicion) {
+  std::optional<Pose2> motion;
+  if (suspicion == Addition::time_jump) samples_.clear();
+  if (suspicion == Addition::pose_jump) motion = motion_of_jump(suspects_.front().stamp);
   const std::vector<StampedOdometry> believed = std::move(suspects_);
-  if (suspicion_ == Addition::time_jump) samples_.clear();
   suspects_.clear();
-  bool moved = suspicion_ == Addition::time_gap;
   for (const StampedOdometry& odometry : believed) {
-    push(odometry, moved);
-    moved = true;
+    push(odometry, motion);
+    motion.reset();
   }
-  return suspicion_ == Addition::time_jump  ? Addition::time_jumped
-         : suspicion_ == Addition::time_gap ? Addition::gap_closed
-                                            : Addition::pose_jumped;
+  return suspicion == Addition::time_jump   ? Addition::time_jumped
+         : suspicion == Addition::time_gap  ? Addition::gap_closed
+         : suspicion == Addition::pose_jump ? Addition::pose_jumped
+                                            : Addition::added;
 }
 
 void OdometryBuffer::clear() {

@@ -11,6 +11,7 @@
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
 #include "src/checkpoint/saved_progress.hpp"
+#include "src/odometry/learnt_motion.hpp"
 
 namespace pf_resampling {
 
@@ -26,7 +27,8 @@ struct OdometryBufferOptions {
   OdometrySource source = OdometrySource::topic;
   ImuUse imu_heading = ImuUse::none;
   double length = 30.0;         ///< s of odometry that are kept
-  double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion
+  double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion,
+                                ///< whatever was learnt of the robot
   double max_turn_rate = 20.0;  ///< rad/s, likewise
   double max_gap = 5.0;         ///< s; silence after which messages have to confirm one another
   double jump_back = 1.0;       ///< s; older by more than this means that time itself jumped back
@@ -50,10 +52,12 @@ struct StampedOdometry {
 
 /// Recent odometry, to be integrated between any two stamps within it.
 ///
-/// A message that cannot be the continuation of the last one (it jumps in time or space) is held
-/// back until so many in a row (options.confirmations) continue one another, and none between them
-/// continues what was there before: false messages that come in pairs then change nothing, while
-/// a restarted odometry, or a bag played again, is believed after a few messages.
+/// A message that cannot be the continuation of the last one (it jumps in time or space, judged by
+/// what the robot was seen to do) is held back until so many in a row (options.confirmations)
+/// continue one another, and none between them fits better to what was there before: false messages
+/// that come in pairs then change nothing, while a restarted odometry, or a bag played again, is
+/// believed after a few messages. A robot that starts, brakes or turns as it never did is believed
+/// as soon as the next messages show that it does.
 class OdometryBuffer {
  public:
   enum class Addition {
@@ -62,12 +66,13 @@ class OdometryBuffer {
     time_jump,     ///< older by more than jump_back, or newer by more than an hour: held back
                    ///< until others confirm it
     time_gap,      ///< newer by more than max_gap: likewise
-    pose_jump,     ///< faster than max_speed or max_turn_rate: likewise
+    pose_jump,     ///< more than the robot can do, or faster than max_speed or max_turn_rate:
+                   ///< likewise
     time_jumped,   ///< the message that confirms a jump of time: the buffer starts over with
                    ///< those held back
     gap_closed,    ///< the message that confirms a gap: those held back were added
     pose_jumped,   ///< the message that confirms a jump of the pose: those held back were
-                   ///< added, the jump counts as no motion
+                   ///< added; in the step of the jump the robot moved on as before and after it
   };
 
   explicit OdometryBuffer(const OdometryBufferOptions& options = {}) : options_(options) {}
@@ -121,15 +126,28 @@ class OdometryBuffer {
     std::optional<double> heading;  ///< of an IMU
   };
 
+  /// Whether `next` may come after a pose, as far as the limits of the options go.
   bool continues(ros::Time stamp, const Pose2& pose, const StampedOdometry& next) const;
-  void push(const StampedOdometry& odometry, bool moved);
+  /// Whether it continues the newest pose as far as is known of the robot, too.
+  bool continues_newest(const StampedOdometry& next) const;
+  /// Whether it fits better to those held back than to the newest pose.
+  bool continues_suspects(const StampedOdometry& next) const;
+  /// At the newest pose; nothing while that is not known.
+  std::optional<Velocity> velocity() const;
+  Velocity velocity_of_suspects() const;
+  void learn_step(const StampedOdometry& next);
+  /// `motion` from the pose before; nothing: as the poses received say.
+  void push(const StampedOdometry& odometry, const std::optional<Pose2>& motion = std::nullopt);
   Addition suspect(const StampedOdometry& odometry);
-  Addition believe_suspects();
+  bool suspects_have_moved() const;
+  Pose2 motion_of_jump(ros::Time until) const;
+  Addition believe_suspects(Addition suspicion);
   void forget_before(ros::Time stamp);
   Pose2 pose_within(const Sample& first, const Sample& second, double share) const;
 
   OdometryBufferOptions options_;
   std::deque<Sample> samples_;
+  LearntMotion learnt_;
   Pose2 offset_;  // from poses as received to continuous ones: nothing until the odometry jumps
   std::vector<StampedOdometry> suspects_;  // held back: each continues the one before it
   Addition suspicion_ = Addition::added;   // of the first of them

@@ -141,7 +141,7 @@ class FilterPipeline {
   /// Likewise of options that are not yet a pipeline's.
   static ParameterList live_parameters(Options* options);
 
-  /// Gives out diagnostics for a time at which messages do not come any more.
+  /// Gives out status and diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
 
   const RejectCounter& rejects() const { return rejects_; }
@@ -265,9 +265,10 @@ class FilterPipeline {
   std::optional<PoseEstimate> place_now() const;
   double position_unknown(const PoseEstimate& place) const;
   void find_places(ros::Time stamp);
+  PoseClusters places_now() const;
   void add_hypotheses(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);
-  void publish_status(ros::Time stamp, double update_time);
+  void publish_status(ros::Time stamp);
   void publish_diagnostics(ros::Time stamp);
   diagnostic_msgs::DiagnosticStatus belief_diagnostic();
 
@@ -287,6 +288,7 @@ class FilterPipeline {
   StampedOdometry rest_;                          // where the robot stands, and since when
   UpdateTiming timing_;
   RecentMean sample_size_, descendants_;  // shares of the particles
+  double update_time_ = 0.0;              // s, of the last
   double latency_ = 0.0;
   bool has_motion_on_tf_ = false;  // of the robot in the frame of the odometry
   std::uint64_t reported_drops_ = 0;
@@ -294,7 +296,7 @@ class FilterPipeline {
   std::int64_t reported_weight_resets_ = 0;
   PoseClusters places_;  // where the robot may be, as of the last update that was asked for it
   std::size_t shown_places_ = 0;
-  ros::Time last_markers_, last_diagnostics_, last_places_;
+  ros::Time last_markers_, last_status_, last_diagnostics_, last_places_;
 };
 
 }  // namespace pf_resampling

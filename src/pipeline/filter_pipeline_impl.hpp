@@ -390,20 +390,20 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   } catch (const Error& error) {
     return reject({RejectReason::filter_error, error.what()});
   }
-  const double update_time = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
+  update_time_ = sinks_.stopwatch ? sinks_.stopwatch() - start : 0.0;
 
   odometry_.use_until(stamp, noise());
   note_used(group);
   note_step(stamp);
   take_belief();
-  timing_.add(update_time, stamp);
+  timing_.add(update_time_, stamp);
   latency_ = (odometry_.newest() - stamp).toSec();
   const double duration = last_observation_.isZero() ? 0.0 : (stamp - last_observation_).toSec();
   last_observation_ = stamp;
   note_observations(stamp, *observations, std::max(0.0, duration));
   note_health(duration);
   find_places(stamp);
-  publish_status(stamp, update_time);
+  publish_status(stamp);
 }
 
 template <typename Types>
@@ -411,6 +411,7 @@ void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time s
   update_filter(motion, Observations{});
   note_step(stamp);
   take_belief();
+  find_places(stamp);
 }
 
 // The odometry kept is bounded: without observations the particles move on by odometry alone, and

@@ -12,6 +12,9 @@
 
 namespace pf_resampling {
 
+// s from one status to the next while there are no updates.
+inline constexpr double kStatusPeriod = 1.0;
+
 // ---- messages out -----------------------------------------------------------------------------
 
 // What is for looking at, at rates of its own.
@@ -34,14 +37,20 @@ void FilterPipeline<Types>::publish_pictures(ros::Time stamp) {
 }
 
 template <typename Types>
+PoseClusters FilterPipeline<Types>::places_now() const {
+  PoseClusters now = places_;
+  if (now.clusters.empty()) return now;
+  const Pose2 motion = motion_since_update().mean;
+  for (PoseCluster& place : now.clusters) place.pose.mean = compose(place.pose.mean, motion);
+  return now;
+}
+
+template <typename Types>
 void FilterPipeline<Types>::add_hypotheses(ros::Time stamp,
                                            visualization_msgs::MarkerArray* markers) {
   const std::optional<PoseEstimate> belief = estimate();
   if (!belief) return;
-  PoseClusters now = places_;
-  for (PoseCluster& place : now.clusters) {
-    place.pose.mean = compose(place.pose.mean, motion_since_update().mean);
-  }
+  const PoseClusters now = places_now();
   const double size = extent(*belief);
   const visualization_msgs::MarkerArray more =
       hypothesis_markers({options_.frames.map, stamp}, now, std::clamp(0.003 * size, 0.01, 0.4),
@@ -50,32 +59,35 @@ void FilterPipeline<Types>::add_hypotheses(ros::Time stamp,
 }
 
 template <typename Types>
-void FilterPipeline<Types>::publish_status(ros::Time stamp, double update_time) {
+void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   if (!sinks_.status) return;
-  FilterStatus message = to_message(filter_->status());
+  last_status_ = stamp;
+  FilterStatus message = filter_ ? to_message(filter_->status()) : FilterStatus();
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
   message.strategy = strategy_;
   message.refused = refused_;
-  message.update_time = update_time;
+  message.update_time = update_time_;
   message.latency = latency_;
   const HealthJudgement judgement = health();
   message.health = to_string(judgement.health);
   const std::string places = sentence_of(places_);
   message.health_text = sentence_of(judgement) + (places.empty() ? "" : " " + places + ".");
-  message.hypotheses = to_hypotheses(places_);
+  message.hypotheses = to_hypotheses(stamp > last_observation_ ? places_now() : places_);
   message.other_weight = places_.rest;
   message.lost = lost_probability();
   message.normalized_innovation = lost_.normalized_innovation();
   message.queued = static_cast<std::uint32_t>(waiting_.size());
   message.rejects = to_messages(rejects_);
-  fill_in(&message);
+  if (filter_) fill_in(&message);
   publisher_.publish_status(message);
 }
 
 template <typename Types>
 void FilterPipeline<Types>::report_silence(ros::Time now) {
   if (const auto rejection = check(now)) return reject("clock", *rejection);
+  if (last_status_.isZero()) last_status_ = now;
+  if (std::abs(now.toSec() - last_status_.toSec()) >= kStatusPeriod) publish_status(now);
   if (sinks_.diagnostics && is_due(options_.output.diagnostics_period, now, &last_diagnostics_)) {
     publish_diagnostics(now);
   }
