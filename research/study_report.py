@@ -14,6 +14,8 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True  # nothing is written beside the program, where it is installed
 
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tools"))  # installed, all are in one folder
+
 from new_file import WriteError, end_well_on_signals, is_regular_file, write_files  # noqa: E402
 from report_document import Document, Heading, Picture, Text  # noqa: E402
 from report_kwak import KwakReport  # noqa: E402

@@ -8,8 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "test/batch_testing.hpp"
-#include "tools/datasets/labyrinth.hpp"
-#include "tools/datasets/plaza.hpp"
+#include "test/recorded_drive.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -277,8 +276,8 @@ TEST(SolveRangesOnline, ReachesTheBoundOfRecordings) {
   if (!std::filesystem::exists(datasets + "/plaza2")) {
     GTEST_SKIP() << "the data sets are not there: " << datasets;
   }
-  const Recording plaza = read_plaza(datasets + "/plaza2/Plaza2.mat", {});
-  const Recording labyrinth = read_labyrinth(datasets + "/labyrinth_uwb");
+  const Recording plaza = recorded_drive("plaza " + datasets + "/plaza2/Plaza2.mat");
+  const Recording labyrinth = recorded_drive("labyrinth " + datasets + "/labyrinth_uwb");
   for (const auto& [recording, bound] :
        {std::make_pair(plaza, 0.27), std::make_pair(labyrinth, 0.045)}) {
     const RangeProblem problem = problem_of(recording);

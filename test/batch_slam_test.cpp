@@ -8,7 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "test/batch_testing.hpp"
-#include "tools/datasets/mrclam.hpp"
+#include "test/recorded_drive.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -124,7 +124,8 @@ TEST(SolveBatch, ReachesTheBoundOfMrclam) {
   const double path_bound[] = {0.091, 0.088, 0.107};
   const double map_bound[] = {0.045, 0.086, 0.117};
   for (int robot = 1; robot <= 3; ++robot) {
-    const Recording recording = read_mrclam(directory, {robot, 0.0});
+    const Recording recording =
+        recorded_drive("mrclam " + directory, " --robot " + std::to_string(robot));
     const BatchSolution solution = solve_batch(problem_of(recording));
     const double path = evaluate_aligned_path(truth_of(recording), solution.path).cartesian.mean;
     const double map = *evaluate_map(solution.landmarks, map_of(recording)).rms_aligned;

@@ -8,7 +8,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
-#include "tools/datasets/recording.hpp"
+#include "tools/worlds/recording.hpp"
 
 namespace pf_resampling {
 

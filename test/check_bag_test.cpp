@@ -18,7 +18,7 @@
 #include "tools/checks/bag_findings.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -20,7 +20,7 @@ GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
 TESTS = {'.'.join(names) for source in (*ROOT.glob('test/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
          for names in re.findall(r'^(?:TYPED_)?TEST(?:_[FP])?\((\w+), (\w+)\)', source.read_text(), re.MULTILINE)}
 PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
-                            for source in sorted((ROOT / room).rglob('*.?pp')))
+                            for source in sorted((*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'))))
 
 
 def first_of(*paths):
@@ -44,7 +44,7 @@ def wrong_commands(text):
     """What commands of this package name and is not there."""
     wrong = []
     for program, rest in re.findall(r'rosrun pf_resampling ([a-z_]+)([^\n`]*)', text):
-        if not first_of(f'tools/{program}.cpp', f'research/{program}.cpp'):
+        if not first_of(f'tools/{program}.cpp', f'tools/{program}', f'research/{program}.cpp'):
             wrong.append(f'rosrun pf_resampling {program}')
         rest = re.split(r'\s#|&&|\|', rest)[0]
         for option in re.findall(r'\s--([a-z][a-z-]*)', rest):

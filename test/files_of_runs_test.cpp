@@ -11,7 +11,6 @@
 #include <map>
 #include <vector>
 
-#include "test/mat_file_writer.hpp"
 #include "test/run_program.hpp"
 
 namespace pf_resampling {
@@ -46,12 +45,11 @@ class FilesOfRuns : public testing::Test {
     folder_->write("my.yaml", "particles: 20\n");
     folder_->write("load.yaml", "map_file: {load: " + folder_->file("a.map") + "}\n");
     folder_->write("w.yaml", "waypoints: [[0, 0], [20, 0]]\nlandmarks: [[5, 2]]\n");
-    MatFileWriter mat;
-    mat.add("DR", {{1.0, 0.5, 0.0}, {1.5, 0.5, 0.1}}).add("TD", {{1.2, 2.0, 7.0, 10.0}});
-    mat.add("TL", {{7.0, 1.0, 2.0}});
-    folder_->write("p.mat", mat.bytes());
-    fs::create_directory(folder_->file("c"));
-    folder_->write("c/odometry.csv", "t,x,y,heading\n1,0,0,0\n2,0,0,0\n");
+    folder_->write("p.mat", "MATLAB");
+    for (const std::string name : {"c", "d"}) {
+      fs::create_directory(folder_->file(name));
+      folder_->write(name + "/odometry.csv", "t,x,y,heading\n1,0,0,0\n2,0,0,0\n");
+    }
     fs::create_hard_link(folder_->file("drive.bag"), folder_->file("same.bag"));
     fs::create_symlink(folder_->file("drive.bag"), folder_->file("link.bag"));
     fs::create_symlink(folder_->file("drive.bag"), folder_->file("link.png"));
@@ -138,7 +136,7 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
          {"run_bag beacon_mcl ranges.bag ",
           "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
           "run_bag fastslam y.bag o.bag --save-map ", "simulate_bag beacons_circle ",
-          "dataset_to_bag plaza p.mat ", "evaluate_bag x.bag --json ",
+          "dataset_to_bag csv d ", "evaluate_bag x.bag --json ",
           "calibrate_ranges ranges.bag --output ", "study faults ranges.bag --seeds 1 --json ",
           "study faults ranges.bag --seeds 1 --csv "}) {
       expect_refused(command + name, {name, why});
@@ -172,8 +170,7 @@ TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
         "calibrate_ranges --help", "study --help", "study faults --help",
         "run_bag fastslam --parameters", "check_bag drive.bag", "evaluate_bag x.bag",
         "calibrate_ranges ranges.bag", "simulate_bag beacons_circle s.bag --duration 5",
-        "dataset_to_bag plaza p.mat s.bag", "run_bag beacon_mcl ranges.bag s.bag",
-        "study kwak --help"}) {
+        "dataset_to_bag csv c s.bag", "run_bag beacon_mcl ranges.bag s.bag", "study kwak --help"}) {
     const std::string tool = std::string(command).substr(0, std::string(command).find(' '));
     for (const char* out : {" > /dev/full", " >&-"}) {
       const ProgramResult result = program(command + std::string(out));

@@ -1,4 +1,4 @@
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -199,13 +199,6 @@ TEST(WriteRecording, TheSameRecordingGivesTheSameBytes) {
   const std::string bytes = read_file(directory.file("a.bag"));
   EXPECT_GT(bytes.size(), 1000U);
   EXPECT_TRUE(bytes == read_file(directory.file("b.bag")));
-}
-
-TEST(MidpointMotion, PointsHalfTheTurnToTheLeft) {
-  const Pose2 motion = midpoint_motion(2.0, kPi / 2);
-  EXPECT_DOUBLE_EQ(motion.x, std::sqrt(2.0));
-  EXPECT_DOUBLE_EQ(motion.y, std::sqrt(2.0));
-  EXPECT_DOUBLE_EQ(motion.heading, kPi / 2);
 }
 
 }  // namespace

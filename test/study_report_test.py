@@ -26,6 +26,7 @@ import rosunit
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / 'research'))
+sys.path.insert(0, str(ROOT / 'tools'))
 
 import report_claims  # noqa: E402
 import report_document  # noqa: E402
@@ -592,7 +593,7 @@ class StudyReport(unittest.TestCase):
         installed = self.folder / 'lib'
         installed.mkdir()
         research = ROOT / 'research'
-        for path in (*research.glob('report_*.py'), research / 'study_report.py', research / 'new_file.py',
+        for path in (*research.glob('report_*.py'), research / 'study_report.py', ROOT / 'tools/new_file.py',
                      research / 'data/papers.json', research / 'data/report_claims.json'):
             shutil.copy(str(path), str(installed))
         (self.folder / 'study').mkdir()
@@ -744,7 +745,7 @@ class StudyReport(unittest.TestCase):
                    'new_file.write_files({sys.argv[2]: b"new"})\n')
         path = self.folder / 'file'
         path.write_text('old')
-        done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'research'), str(path)], timeout=60)
+        done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'tools'), str(path)], timeout=60)
         self.assertEqual(done.returncode, 128 + signal.SIGTERM)
         self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
 

@@ -5,7 +5,7 @@
 
 #include "tools/common/command_line.hpp"
 #include "tools/common/table.hpp"
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -38,7 +38,8 @@ CommandLine command_line() {
           joined(builtin_worlds(), ", ") +
           ", or the path of\n"
           "a YAML file like those in config/worlds, or of a map of the public FastSLAM simulator\n"
-          "(.mat with landmarks lm and waypoints wp), driven by the robot of indoor_two_loops\n"
+          "(.mat, as text, with landmarks lm and waypoints wp), driven by the robot of "
+          "indoor_two_loops\n"
           "with a sensor that reaches 30 m.");
   line.positional("WORLD", "name of a world, or path of a world's YAML file or of a map");
   line.positional("out.bag", "the bag to write");

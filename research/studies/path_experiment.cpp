@@ -13,7 +13,7 @@
 #include "pf_resampling_core/simulation/simulate.hpp"
 #include "research/studies/recorded_drive.hpp"
 #include "research/studies/study_trials.hpp"
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 

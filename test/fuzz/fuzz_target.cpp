@@ -1,9 +1,7 @@
 #include "test/fuzz/fuzz_target.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <sstream>
 
 #include "test/temporary_directory.hpp"
 
@@ -55,24 +53,6 @@ double Bytes::number() {
 
 std::string file_of(const std::string& bytes, const std::string& name) {
   return scratch().write(name, bytes);
-}
-
-std::string folder_of(const std::string& text, const std::vector<std::string>& known) {
-  const std::filesystem::path folder = scratch().file("folder");
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directory(folder);
-  std::istringstream stream(text);
-  std::ofstream file;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.rfind("== ", 0) != 0) {
-      file << line << '\n';
-      continue;
-    }
-    file.close();
-    const std::string name = line.substr(3);
-    if (std::find(known.begin(), known.end(), name) != known.end()) file.open(folder / name);
-  }
-  return folder.string();
 }
 
 std::string new_file(const std::string& name) {

@@ -68,9 +68,6 @@ class Bytes {
 
 /// A file of these bytes, until the next call; returns its path.
 std::string file_of(const std::string& bytes, const std::string& name = "input");
-/// A folder of the files that a text holds, until the next call: a line "== NAME" begins one.
-/// Names are those of `known`; all else is passed over.
-std::string folder_of(const std::string& text, const std::vector<std::string>& known);
 /// A file that does not exist, in a folder of this process.
 std::string new_file(const std::string& name = "output");
 
@@ -82,9 +79,6 @@ void map_file(const std::uint8_t* bytes, std::size_t size);
 void checkpoint(const std::uint8_t* bytes, std::size_t size);
 void configuration(const std::uint8_t* bytes, std::size_t size);
 void world(const std::uint8_t* bytes, std::size_t size);
-void csv_dataset(const std::uint8_t* bytes, std::size_t size);
-void mat_dataset(const std::uint8_t* bytes, std::size_t size);
-void mrclam_dataset(const std::uint8_t* bytes, std::size_t size);
 void bag(const std::uint8_t* bytes, std::size_t size);
 void beacon_mcl_messages(const std::uint8_t* bytes, std::size_t size);
 void fastslam_messages(const std::uint8_t* bytes, std::size_t size);

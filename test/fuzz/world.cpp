@@ -4,7 +4,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "test/fuzz/fuzz_target.hpp"
 #include "test/fuzz/saved_text.hpp"
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 

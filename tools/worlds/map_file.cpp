@@ -5,7 +5,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
-#include "tools/datasets/mat_file.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
@@ -14,20 +13,6 @@ namespace {
 using Points = std::vector<Eigen::Vector2d>;
 
 constexpr double kSimulatorRange = 30.0;  // m, MAX_RANGE of its configfile.m
-
-Points points_from_mat(const MatFile& file, const std::string& path, const std::string& name) {
-  const auto matrix = file.matrix(name, 1);
-  if (!matrix) throw Error(path + ": has no variable " + name + ", only " + file.names());
-  if (matrix->rows() != 2 && matrix->cols() != 2) {
-    throw Error(path + ": variable " + name + " has to be 2 x N, is " +
-                std::to_string(matrix->rows()) + " x " + std::to_string(matrix->cols()));
-  }
-  if (!matrix->allFinite()) throw Error(path + ": variable " + name + " is not finite");
-  const Eigen::MatrixXd columns = matrix->rows() == 2 ? *matrix : matrix->transpose();
-  Points points;
-  for (Eigen::Index i = 0; i < columns.cols(); ++i) points.emplace_back(columns.col(i));
-  return points;
-}
 
 [[noreturn]] void fail_at(const std::string& path, std::size_t line, const std::string& what) {
   throw Error(path + ":" + std::to_string(line) + ": " + what);
@@ -78,12 +63,11 @@ World load_map(const std::string& path) {
   world.landmark_sensor.range_max = kSimulatorRange;
   const std::string text = read_file(path);
   if (text.compare(0, 6, "MATLAB") == 0) {
-    const MatFile file(path);
-    world.landmarks = points_from_mat(file, path, "lm");
-    world.waypoints = points_from_mat(file, path, "wp");
-  } else {
-    read_text(text, path, &world.landmarks, &world.waypoints);
+    throw Error(
+        path +
+        ": is a MATLAB file; write it as text: lm 2 N, then N lines x y, and the same for wp");
   }
+  read_text(text, path, &world.landmarks, &world.waypoints);
   if (world.waypoints.size() < 2) throw Error(path + ": has fewer than two waypoints (wp)");
   const Eigen::Vector2d start = world.waypoints[0];
   const Eigen::Vector2d ahead = world.waypoints[1] - start;

@@ -68,6 +68,25 @@ def create_beside(path, unfinished):
     return file
 
 
+@contextlib.contextmanager
+def new_file(path):
+    """The name of a file to write, which takes the place of `path` when all went well, and is removed otherwise. Raises
+    WriteError if it cannot be written."""
+    unfinished = {}
+    try:
+        require_writable(path)
+        create_beside(path, unfinished).close()
+        yield unfinished[path]
+        require_writable(path)  # what is there now
+        os.replace(unfinished.pop(path), path)
+    except OSError as error:
+        raise WriteError(f"{path} cannot be written: {error.strerror}; {REMEDY}") from error
+    finally:
+        for name in unfinished.values():
+            with contextlib.suppress(OSError):
+                os.unlink(name)
+
+
 def write_files(contents):
     """Writes {path: bytes}. If one of them cannot be written, none is: raises WriteError, and leaves no trace."""
     unfinished = {}  # {path: the name that it has until it is whole}

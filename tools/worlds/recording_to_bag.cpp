@@ -1,4 +1,4 @@
-#include "tools/datasets/recording_to_bag.hpp"
+#include "tools/worlds/recording_to_bag.hpp"
 
 #include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>

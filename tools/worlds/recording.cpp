@@ -1,8 +1,6 @@
-#include "tools/datasets/recording.hpp"
+#include "tools/worlds/recording.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "tools/common/table.hpp"
@@ -10,14 +8,6 @@
 namespace pf_resampling {
 
 namespace {
-
-constexpr std::size_t kLeastRangesForRatio = 10;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Count, first and last time, rate of one list, as words.
 template <typename Stamped>
@@ -42,40 +32,6 @@ double path_length(const std::vector<Recording::Odometry>& odometry) {
 }
 
 }  // namespace
-
-Pose2 midpoint_motion(double distance, double turn) {
-  return {distance * std::cos(0.5 * turn), distance * std::sin(0.5 * turn), wrap_angle(turn)};
-}
-
-double start_of_steps(const std::vector<double>& times) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
-  return times.at(0) - (intervals.empty() ? 1.0 : median(std::move(intervals)));
-}
-
-std::optional<double> median_range_ratio(const Recording& recording) {
-  std::map<std::int32_t, const Recording::Beacon*> beacons;
-  for (const auto& beacon : recording.beacons) beacons[beacon.id] = &beacon;
-
-  std::vector<double> ratios;
-  for (const auto& range : recording.ranges) {
-    const auto beacon = beacons.find(range.beacon);
-    const auto after = std::lower_bound(
-        recording.truth.begin(), recording.truth.end(), range.time,
-        [](const Recording::Truth& truth, double time) { return truth.time < time; });
-    if (beacon == beacons.end() || after == recording.truth.end()) continue;
-    if (after == recording.truth.begin() && after->time > range.time) continue;
-    const double distance =
-        std::hypot(after->pose.x - beacon->second->x, after->pose.y - beacon->second->y);
-    if (distance > 0.0) ratios.push_back(range.range / distance);
-  }
-  if (ratios.size() < kLeastRangesForRatio) return std::nullopt;
-  return median(std::move(ratios));
-}
-
-bool looks_like_feet(double range_ratio) {
-  return range_ratio > std::sqrt(1.0 / kMetresPerFoot);
-}
 
 std::string report(const Recording& recording) {
   std::string text;

@@ -10,8 +10,8 @@
 
 namespace pf_resampling {
 
-/// What a robot recorded on a drive, whatever file it came from: readers fill it, write_recording()
-/// makes a bag of it. Times in seconds, on one clock; each list in order of time.
+/// What a simulated robot recorded on a drive; write_recording() makes a bag of it. Times in
+/// seconds, on one clock; each list in order of time.
 struct Recording {
   /// Dead reckoning: where the robot would be had it started at the origin and slipped nowhere.
   struct Odometry {
@@ -72,27 +72,9 @@ struct Recording {
   bool truth_has_heading = false;
   std::vector<Frame> frames;
 
-  /// What the reader found and did, a line each, for people.
+  /// What is worth knowing of it, a line each, for people.
   std::vector<std::string> notes;
 };
-
-inline constexpr double kMetresPerFoot = 0.3048;
-
-/// The motion of one step of dead reckoning, in the frame of its start: `distance` (m) driven while
-/// the heading turns by `turn` (rad). The mid-point rule: the chord points half the turn to the
-/// left of the old heading.
-Pose2 midpoint_motion(double distance, double turn);
-
-/// The time at which a recording of steps began whose first step ended at `times[0]`: one median
-/// interval earlier (1 s if there is only one time).
-double start_of_steps(const std::vector<double>& times);
-
-/// The median of range over true distance, over all ranges to known beacons whose time the truth
-/// covers; nothing if fewer than ten. About 1 for ranges in metres, 3.28 for ranges in feet.
-std::optional<double> median_range_ratio(const Recording& recording);
-
-/// Whether that ratio says feet rather than metres: nearer 1/0.3048 than 1.
-bool looks_like_feet(double range_ratio);
 
 /// The recording's counts, duration and rates, a line each, then its notes.
 std::string report(const Recording& recording);

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tools/common/bag.hpp"
-#include "tools/datasets/recording.hpp"
+#include "tools/worlds/recording.hpp"
 
 namespace pf_resampling {
 

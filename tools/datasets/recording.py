@@ -1,0 +1,125 @@
+"""What a robot recorded on a drive, whatever file it came from: readers fill a Recording, bag.py makes a bag of it.
+
+Times are in seconds, on one clock, and each list is in their order. Poses are (x, y, heading): m and rad, counter-clockwise
+from x. Angles go through `math`, whose values are those of the C library; numpy's may differ in the last bit.
+"""
+import math
+from bisect import bisect_left
+from collections import namedtuple
+
+METRES_PER_FOOT = 0.3048
+FEWEST_RANGES_FOR_RATIO = 10
+
+
+class Error(Exception):
+    """Of an input: one line that names the file, the place in it, what is wrong there and the remedy."""
+
+
+class UsageError(Error):
+    """Of the command line."""
+
+
+Odometry = namedtuple("Odometry", "time pose")  # dead reckoning from the origin of the frame "odom"
+Range = namedtuple("Range", "time beacon range variance frame")  # m, m^2 (0: unknown), the antenna's frame
+Beacon = namedtuple("Beacon", "id x y z")  # frame "map"; z None: as high as the antenna
+# Of one landmark; those of equal time are a scan. Frame "sensor"; id -1: unknown; variances 0: unknown.
+Observation = namedtuple("Observation", "time id range bearing range_variance bearing_variance")
+Landmark = namedtuple("Landmark", "id x y sigma_x sigma_y")  # frame "map"
+Truth = namedtuple("Truth", "time pose")  # frame "map"; the heading counts if truth_has_heading
+Frame = namedtuple("Frame", "name x y z yaw")  # where it sits on base_link
+
+
+class Recording:
+    def __init__(self):
+        self.odometry, self.ranges, self.beacons, self.observations, self.landmarks = [], [], [], [], []
+        self.truth, self.truth_has_heading, self.frames = [], False, []
+        self.notes = []  # what the reader found and did, for people
+
+    def report(self):
+        """Counts, duration and rates, a line each, then the notes."""
+        length = sum(math.hypot(b.pose[0] - a.pose[0], b.pose[1] - a.pose[1])
+                     for a, b in zip(self.odometry, self.odometry[1:]))
+        lines = [("odometry", describe(self.odometry) + (f", {length:.1f} m" if self.odometry else "")),
+                 ("ranges", describe(self.ranges) +
+                  (f", to {len({heard.beacon for heard in self.ranges})} beacons" if self.ranges else "")),
+                 ("beacons", len(self.beacons) or "none")]
+        if self.observations:
+            scans = len({seen.time for seen in self.observations})
+            lines.append(("landmark observations", f"{describe(self.observations)}, in {scans} scans"))
+        if self.landmarks:
+            lines.append(("landmarks", len(self.landmarks)))
+        heading = f", {'with' if self.truth_has_heading else 'without'} heading" if self.truth else ""
+        lines.append(("ground truth", describe(self.truth) + heading))
+        return "".join(f"  {name:23}{what}\n" for name, what in lines) + \
+            "".join(f"  note: {note}\n" for note in self.notes)
+
+
+def describe(entries):
+    if not entries:
+        return "none"
+    duration = entries[-1].time - entries[0].time
+    rate = f" in {duration:.1f} s ({(len(entries) - 1) / duration:.2f} Hz)" if duration > 0 else ""
+    return f"{len(entries)}{rate}"
+
+
+def wrap_angle(angle):
+    """To [-pi, pi]; nan of what is not finite."""
+    return math.remainder(angle, 2 * math.pi) if math.isfinite(angle) else math.nan
+
+
+def compose(first, second):
+    """`first`, then `second`, which is given in the frame of the former."""
+    cosine, sine = math.cos(first[2]), math.sin(first[2])
+    return (first[0] + cosine * second[0] - sine * second[1], first[1] + sine * second[0] + cosine * second[1],
+            wrap_angle(first[2] + second[2]))
+
+
+def relative(origin, pose):
+    """`pose` seen from `origin`."""
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    dx, dy = pose[0] - origin[0], pose[1] - origin[1]
+    return cosine * dx + sine * dy, -sine * dx + cosine * dy, wrap_angle(pose[2] - origin[2])
+
+
+def midpoint_motion(distance, turn):
+    """The pose after `distance` while the heading turns by `turn`: the chord points half the turn to the left."""
+    half = 0.5 * turn if math.isfinite(turn) else math.nan
+    return distance * math.cos(half), distance * math.sin(half), wrap_angle(turn)
+
+
+def upper_median(values):
+    return sorted(values)[len(values) // 2]
+
+
+def start_of_steps(times):
+    """When a recording of steps began whose first one ended at times[0]: a median interval (or 1 s) earlier."""
+    intervals = [b - a for a, b in zip(times, times[1:])]
+    return times[0] - (upper_median(intervals) if intervals else 1.0)
+
+
+def median_range_ratio(recording):
+    """The median of range over true distance, about 1 in metres and 3.28 in feet; None if fewer than ten can be compared."""
+    beacons = {beacon.id: beacon for beacon in recording.beacons}
+    times = [truth.time for truth in recording.truth]
+    ratios = []
+    for heard in recording.ranges:
+        beacon, after = beacons.get(heard.beacon), bisect_left(times, heard.time)
+        if beacon is None or after == len(times) or (after == 0 and times[0] > heard.time):
+            continue
+        x, y, _ = recording.truth[after].pose
+        distance = math.hypot(x - beacon.x, y - beacon.y)
+        if distance > 0:
+            ratios.append(heard.range / distance)
+    return upper_median(ratios) if len(ratios) >= FEWEST_RANGES_FOR_RATIO else None
+
+
+def looks_like_feet(ratio):
+    """Whether such a ratio is nearer that of feet than 1."""
+    return ratio is not None and ratio > math.sqrt(1 / METRES_PER_FOOT)
+
+
+def metres_per(unit):
+    """The value of --range-unit."""
+    if unit not in ("m", "ft"):
+        raise UsageError(f"--range-unit {unit}: known are m and ft")
+    return METRES_PER_FOOT if unit == "ft" else 1.0

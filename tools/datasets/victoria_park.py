@@ -1,0 +1,132 @@
+"""The Victoria Park data set (Guivant, Nebot, "Optimization of the simultaneous localization and map-building algorithm for
+real-time implementation", 2001), with the trees already found in the laser scans: a directory with time.txt (ms), speed.txt
+(m/s), steering.txt (rad), or all three in aa3_dr.mat; lasersampling.txt (ms), ObservationDistance.txt (m) and
+ObservationAngle.txt (rad, from the right, ahead is pi/2), a row per scan, zeros at its end; and, if there is truth, aa3_gpsx.mat
+with timeGps (ms), Lo_m and La_m (m).
+
+The vehicle steers by its front wheels (info.txt: L = 2.83, a = 0.95, b = 0.5, H = 0.76 m). base_link is the middle of its rear
+axle. The encoder sits at the left rear wheel, H from there, so the middle moves at v / (1 - tan(steering) H / L) and turns at
+that times tan(steering) / L; both hold until the next row. The laser sits a before the front axle and b left of the middle:
+frame "sensor" at (L + a, b). Observations have no ids. The GPS gives no heading, has gaps, and its x axis is not the direction
+in which the vehicle starts.
+"""
+import math
+import os
+
+from .files import MatFile, NumberTable, require_directory
+from .recording import Error, Frame, Observation, Odometry, Recording, Truth, compose, midpoint_motion, wrap_angle
+
+LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
+HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (or
+aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt
+and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
+INPUT = "DIRECTORY"
+OPTIONS = ()
+EXAMPLES = ("victoria_park victoria_park victoria_park.bag",)
+
+SECONDS_PER_UNIT = 1e-3  # all times are in ms
+WHEEL_BASE = 2.83  # L, m
+LASER_BEFORE_FRONT = 0.95  # a
+LASER_LEFT_OF_MIDDLE = 0.5  # b
+ENCODER_LEFT_OF_MIDDLE = 0.76  # H
+MOST_STEERING = 1.0  # rad: wheels do not turn further, and near pi/2 the model has no meaning
+
+
+def read(directory):
+    require_directory(directory, "time.txt and the like")
+    recording = Recording()
+    recording.odometry = integrate(read_controls(directory))
+    recording.observations = read_scans(directory)
+    gps = os.path.join(directory, "aa3_gpsx.mat")
+    if os.path.exists(gps):
+        rows = in_order_of_time(columns_of_mat(gps, ("timeGps", "Lo_m", "La_m")), gps)
+        recording.truth = [Truth(SECONDS_PER_UNIT * time, (x, y, 0.0)) for time, x, y in rows]
+    # No document says that the GPS gives the path of the laser, but in FastSLAM's map it fits best: the distance to the GPS is
+    # smallest at (3.80, 0.50).
+    recording.frames = [Frame(name, WHEEL_BASE + LASER_BEFORE_FRONT, LASER_LEFT_OF_MIDDLE, 0.0, 0.0)
+                        for name in ("sensor", "ground_truth")]
+    recording.notes.append("base_link is the middle of the rear axle; the laser is 3.78 m in front of it and 0.5 m to its "
+                           "left, and so is the point whose path the GPS gives (frame ground_truth)")
+    return recording
+
+
+def together(columns, names, place):
+    """Columns of one length as rows; `place` says what an error calls the file of a column."""
+    for name, column in zip(names, columns):
+        if len(column) != len(columns[0]):
+            raise Error(f"{place(name)} has {len(column)} rows and {names[0]} {len(columns[0])}")
+    return list(zip(*columns))
+
+
+def columns_of_mat(path, names):
+    file = MatFile(path)
+    matrices = [file.matrix(name, 1) for name in names]
+    if None in matrices:
+        raise Error(f"{path}: has no variable {names[matrices.index(None)]}, only {file.names()}")
+    columns = [[row[0] for row in matrix] for matrix in matrices]
+    if not all(math.isfinite(value) for column in columns for value in column):
+        raise Error(f"{path}: has numbers that are not finite")
+    return together(columns, names, lambda name: f"{path}: variable {name}")
+
+
+def columns_of_text(directory, names):
+    tables = [NumberTable(os.path.join(directory, name), 1) for name in names]
+    return together([[row[0] for row in table.rows] for table in tables], names,
+                    lambda name: f"{os.path.join(directory, name)}:")
+
+
+def in_order_of_time(rows, path):
+    for row in range(1, len(rows)):
+        if rows[row][0] < rows[row - 1][0]:
+            raise Error(f"{path}: the time of row {row + 1} is before that of the row above")
+    return rows
+
+
+def read_controls(directory):
+    """(s, m/s of the left rear wheel, rad), a row each."""
+    path = os.path.join(directory, "time.txt")
+    if os.path.exists(path):
+        rows = columns_of_text(directory, ("time.txt", "speed.txt", "steering.txt"))
+    else:
+        path = os.path.join(directory, "aa3_dr.mat")
+        if not os.path.exists(path):
+            raise Error(f"{directory}: has neither time.txt, speed.txt, steering.txt nor aa3_dr.mat")
+        rows = columns_of_mat(path, ("time", "speed", "steering"))
+    for row, (_, _, steering) in enumerate(in_order_of_time(rows, path), 1):
+        if abs(steering) > MOST_STEERING:
+            raise Error(f"{path}: steering {steering:f} in row {row} is not a steering angle in radians")
+    return [(SECONDS_PER_UNIT * time, speed, steering) for time, speed, steering in rows]
+
+
+def integrate(controls):
+    """The path of the middle of the rear axle."""
+    odometry, pose, before = [], (0.0, 0.0, 0.0), None
+    for control in controls:
+        duration = control[0] - before[0] if before else 0.0
+        if before and duration > 0:
+            tangent = math.tan(before[2])
+            speed = before[1] / (1.0 - tangent * ENCODER_LEFT_OF_MIDDLE / WHEEL_BASE)
+            pose = compose(pose, midpoint_motion(speed * duration, speed * tangent / WHEEL_BASE * duration))
+        if not before or duration > 0:
+            odometry.append(Odometry(control[0], pose))
+        before = control
+    return odometry
+
+
+def read_scans(directory):
+    path = os.path.join(directory, "lasersampling.txt")
+    times = in_order_of_time(columns_of_text(directory, ("lasersampling.txt",)), path)
+    distances, angles = (NumberTable(os.path.join(directory, name), 1)
+                         for name in ("ObservationDistance.txt", "ObservationAngle.txt"))
+    for table in (distances, angles):
+        if len(table.rows) != len(times):
+            raise Error(f"{table.path}: has {len(table.rows)} rows and lasersampling.txt {len(times)}")
+    observations = []
+    for scan, (distance, angle) in enumerate(zip(distances.rows, angles.rows)):
+        if len(angle) != len(distance):
+            raise angles.error(scan, f"{len(angle)} angles and {len(distance)} distances")
+        if min(distance) < 0:
+            raise distances.error(scan, "negative distance")
+        observations += [Observation(SECONDS_PER_UNIT * times[scan][0], -1, r, wrap_angle(a - 0.5 * math.pi), 0.0, 0.0)
+                         for r, a in zip(distance, angle) if r > 0]  # the rest is padding
+    return observations
