@@ -16,8 +16,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 
-constexpr double kChiSquare95TwoDof = 5.991464547107979;
-constexpr int kMostRounds = 20;  // of matching and aligning in turn
+constexpr int kMostMatchingRounds = 20;  // of matching and aligning in turn
 
 Pose2 alignment_of(const std::vector<PointLandmark>& estimated,
                    const std::vector<PointLandmark>& truth,
@@ -58,7 +57,7 @@ std::vector<LandmarkMatch> match_and_align(const std::vector<PointLandmark>& est
                                            const std::vector<PointLandmark>& truth, double gate,
                                            Pose2 alignment) {
   std::vector<LandmarkMatch> matches = match_by_nearest(moved(estimated, alignment), truth, gate);
-  for (int round = 0; round < kMostRounds && matches.size() >= 2; ++round) {
+  for (int round = 0; round < kMostMatchingRounds && matches.size() >= 2; ++round) {
     alignment = alignment_of(estimated, truth, matches);
     std::vector<LandmarkMatch> next = match_by_nearest(moved(estimated, alignment), truth, gate);
     if (next.size() < matches.size()) break;

@@ -14,7 +14,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kChiSquare95TwoDof = 5.991464547107979;
 constexpr double kChiSquare95ThreeDof = 7.814727903251179;
 constexpr double kConvergedFor = 10.0;   // s
 constexpr double kTimeToConverge = 0.2;  // share of the time that never counts as lost

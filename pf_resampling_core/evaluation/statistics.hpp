@@ -4,6 +4,10 @@
 
 namespace pf_resampling {
 
+/// Within it are 95 % of squared Mahalanobis distances in the plane: chi-square, two degrees of
+/// freedom.
+constexpr double kChiSquare95TwoDof = 5.991464547107979;
+
 /// Average of repeated runs, with how well it is known.
 struct MeanEstimate {
   int count = 0;

@@ -2,13 +2,11 @@
 
 #include <cmath>
 
+#include "pf_resampling_core/population/lanes.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
-
-// Fixed number of interleaved partial sums: the same bytes for every vector width.
-constexpr int kLanes = 8;
 
 PF_RESAMPLING_VECTOR_CLONES
 void first_moments(const double* weights, const double* x, const double* y, const double* heading,

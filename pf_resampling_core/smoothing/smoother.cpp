@@ -55,14 +55,14 @@ bool is_finite(const JointBelief& belief) {
 }
 
 // Cost, and where that is.
-struct Candidate {
+struct Iterate {
   double cost = std::numeric_limits<double>::infinity();
   SmoothingGraph graph;
 };
 
 // Along a step that goes downhill at first: all of it, or as much as lowers the cost.
 bool search_line(const SmoothingOptions& options, const NormalEquations& equations,
-                 const Eigen::VectorXd& step, Candidate* best) {
+                 const Eigen::VectorXd& step, Iterate* best) {
   for (const double share : {1.0, 0.5, 0.25, 0.125}) {
     SmoothingGraph moved = best->graph;
     equations.move(share * step, &moved);
@@ -77,7 +77,7 @@ bool search_line(const SmoothingOptions& options, const NormalEquations& equatio
 
 // Steps from the graph's estimate to the least cost. `is_factorized`: whether the equations are
 // left factorised, without damping, so near to the solution that this makes no difference.
-SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations, Candidate* best,
+SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations, Iterate* best,
                        int* iterations, bool* is_factorized) {
   *is_factorized = false;
   double damping = 0.0;  // none as long as the steps are good
@@ -116,7 +116,7 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
   check(*graph);
   SmoothingResult result;
   NormalEquations equations(*graph);
-  Candidate best;
+  Iterate best;
   best.graph = *graph;
   bool is_factorized = false;
   result.fault = descend(options, &equations, &best, &result.iterations, &is_factorized);

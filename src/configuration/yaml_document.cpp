@@ -13,7 +13,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr std::size_t kDeepest = 50;
+constexpr std::size_t kDeepestYaml = 50;
 
 // Goes through a text as it is parsed, before anything is made of it.
 class Inspection : public YAML::EventHandler {
@@ -60,8 +60,8 @@ class Inspection : public YAML::EventHandler {
   }
   void open(const YAML::Mark& mark, bool is_map) {
     take_item();
-    if (open_.size() == kDeepest) {
-      refuse(mark, "it is nested deeper than " + std::to_string(kDeepest) + " levels");
+    if (open_.size() == kDeepestYaml) {
+      refuse(mark, "it is nested deeper than " + std::to_string(kDeepestYaml) + " levels");
     }
     Collection collection;
     collection.is_map = is_map;

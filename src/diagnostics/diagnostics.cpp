@@ -8,7 +8,7 @@ namespace {
 using diagnostic_msgs::DiagnosticStatus;
 
 // Without observations for so long, dead reckoning is all there is.
-constexpr double kSilence = 5.0;  // s
+constexpr double kLongSilence = 5.0;  // s
 // Weight of a new update in running means.
 constexpr double kTimingRate = 0.1;
 
@@ -51,13 +51,13 @@ DiagnosticStatus inputs_diagnostic(const std::string& name, ros::Time stamp,
   DiagnosticStatus inputs = make_diagnostic(name);
   if (odometry.empty()) {
     worsen(DiagnosticStatus::WARN, "no odometry yet", &inputs);
-  } else if ((stamp - odometry.newest()).toSec() > kSilence) {
+  } else if ((stamp - odometry.newest()).toSec() > kLongSilence) {
     worsen(DiagnosticStatus::WARN,
            "no odometry for " + number_text((stamp - odometry.newest()).toSec()) + " s", &inputs);
   }
   if (last_used.isZero()) {
     worsen(DiagnosticStatus::WARN, "no usable " + observations + " yet", &inputs);
-  } else if ((stamp - last_used).toSec() > kSilence) {
+  } else if ((stamp - last_used).toSec() > kLongSilence) {
     worsen(DiagnosticStatus::WARN,
            "no usable " + observations + " for " + number_text((stamp - last_used).toSec()) + " s",
            &inputs);

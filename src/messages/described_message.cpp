@@ -12,7 +12,7 @@ namespace {
 
 // Types in types, and values and arrays in a message: more than there are of any (a thousand tags
 // have 60,000), and 20 MB of memory.
-constexpr int kDeepest = 20;
+constexpr int kDeepestMessage = 20;
 constexpr std::size_t kMostParts = 100000;
 // Those that take no bytes, such as values of types without fields, could be any number.
 constexpr std::size_t kMostWithoutBytes = 1000;
@@ -126,7 +126,7 @@ class DescribedMessageReader {
 
   DescribedMessage read(const std::string& type, int depth) {
     count_part();
-    if (depth > kDeepest) throw Error(kTooMany);
+    if (depth > kDeepestMessage) throw Error(kTooMany);
     DescribedMessage message;
     if (type == "bool" || type == "uint8" || type == "char") {
       take_into<std::uint8_t>(&message);
@@ -164,7 +164,7 @@ class DescribedMessageReader {
 
   void count_part() {
     // Each byte may be at the end of as many types in types as there may be.
-    const std::size_t most = kMostWithoutBytes + kDeepest * (size_ - left_);
+    const std::size_t most = kMostWithoutBytes + kDeepestMessage * (size_ - left_);
     if (++parts_ > std::min(most, kMostParts)) throw Error(kTooMany);
   }
 

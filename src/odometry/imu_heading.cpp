@@ -12,7 +12,7 @@ namespace {
 
 // An IMU that was silent for so long, or odometry that is so far from its newest message, is no
 // measure of how the robot turned.
-constexpr double kSilence = 0.2;  // s
+constexpr double kImuSilence = 0.2;  // s
 // No robot turns faster.
 constexpr double kLargestRate = 100.0;  // rad/s
 
@@ -50,7 +50,7 @@ std::optional<Rejection> ImuHeading::take(const sensor_msgs::Imu& imu, const std
     }
     on_base = pose->linear();
   }
-  const double silence = newest_.isZero() ? 2.0 * kSilence : (stamp - newest_).toSec();
+  const double silence = newest_.isZero() ? 2.0 * kImuSilence : (stamp - newest_).toSec();
   if (silence <= 0.0 && silence > -1.0) {
     return rejection(RejectReason::out_of_order, seconds_text(silence), " after the newest");
   }
@@ -61,7 +61,7 @@ std::optional<Rejection> ImuHeading::take(const sensor_msgs::Imu& imu, const std
   if (use_ == ImuUse::orientation) {
     const Eigen::Quaterniond turn(q.w, q.x, q.y, q.z);
     heading_ = yaw_of(turn.normalized().toRotationMatrix() * on_base.transpose());
-  } else if (silence > 0.0 && silence <= kSilence) {
+  } else if (silence > 0.0 && silence <= kImuSilence) {
     heading_ = wrap_angle(heading_ + 0.5 * (rate_ + rate) * silence);
   } else {
     was_silent_ = true;
@@ -74,7 +74,7 @@ std::optional<Rejection> ImuHeading::take(const sensor_msgs::Imu& imu, const std
 std::optional<double> ImuHeading::at(ros::Time stamp) {
   if (use_ == ImuUse::none || newest_.isZero()) return std::nullopt;
   const double ahead = (stamp - newest_).toSec();
-  if (std::abs(ahead) > kSilence) return std::nullopt;
+  if (std::abs(ahead) > kImuSilence) return std::nullopt;
   if (std::exchange(was_silent_, false)) return std::nullopt;
   return heading_ + rate_ * ahead;
 }

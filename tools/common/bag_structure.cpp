@@ -353,7 +353,7 @@ std::uint32_t check_connection(File* file, const Record& record) {
   return record.fields.number<std::uint32_t>("conn");
 }
 
-void check(File* file) {
+void check_bag(File* file) {
   const std::vector<char> magic = file->bytes(0, kMagic.size());
   require(std::string(magic.begin(), magic.end()) == kMagic,
           "is a bag of another format than 2.0; try: rosbag fix");
@@ -388,7 +388,7 @@ void check_bag_structure(const std::string& path) {
   const std::string remedy = "; try: rosbag reindex " + path;
   try {
     File file(path);
-    check(&file);
+    check_bag(&file);
   } catch (const Damage& damage) {
     throw Error(path + ": is truncated or damaged (" + damage.what() + ")" + remedy);
   } catch (const Excess& excess) {

@@ -13,9 +13,10 @@ namespace pf_resampling {
 namespace {
 
 // Wide, as the noise is found together with it: most ranges count as of Gaussian noise.
-constexpr double kRobustWidth = 3.0;  // standard deviations
-constexpr double kOutlier = 4.0;      // standard deviations
-constexpr double kLeastNoise = 1e-4;  // m or rad per sqrt(s), where none is stated for an axis
+constexpr double kRobustRangeWidth = 3.0;  // standard deviations
+constexpr double kOutlyingRange = 4.0;     // standard deviations
+constexpr double kLeastMotionNoise =
+    1e-4;  // m or rad per sqrt(s), where none is stated for an axis
 // Of the search for the noise: factors tried, and how small it may be found, as exact data have
 // none.
 constexpr double kSteps[] = {4.0, 2.0, 1.4};
@@ -64,7 +65,7 @@ class DriveAmongRadios {
                    const RangeBatchScales& scales)
       : drive(
             problem.odometry, [this](double from, double to) { return motion_between(from, to); },
-            prior_of(problem, noise), kRobustWidth),
+            prior_of(problem, noise), kRobustRangeWidth),
         problem_(problem),
         noise_(noise),
         scales_(scales) {
@@ -120,8 +121,8 @@ class DriveAmongRadios {
 
   int outliers(int first) const {
     const std::vector<double> values = residuals(first);
-    return static_cast<int>(
-        std::count_if(values.begin(), values.end(), [](double value) { return value > kOutlier; }));
+    return static_cast<int>(std::count_if(values.begin(), values.end(),
+                                          [](double value) { return value > kOutlyingRange; }));
   }
 
   /// Takes the noise of all data as so large.
@@ -172,7 +173,7 @@ class DriveAmongRadios {
       const StatedOdometryNoise& stated = *problem_.odometry_noise;
       const double root = std::sqrt(to - from);
       const Eigen::Vector3d sigmas(stated.along, stated.across, stated.heading);
-      motion.covariance = (root * sigmas.cwiseMax(kLeastNoise)).cwiseAbs2().asDiagonal();
+      motion.covariance = (root * sigmas.cwiseMax(kLeastMotionNoise)).cwiseAbs2().asDiagonal();
     }
     scale(scales_.translation, scales_.heading, &motion);
     return motion;

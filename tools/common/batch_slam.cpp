@@ -13,8 +13,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kRobustWidth = 2.0;  // standard deviations: misread ids are far off
-constexpr double kOutlier = 4.0;      // standard deviations
+constexpr double kRobustSightingWidth = 2.0;  // standard deviations: misread ids are far off
+constexpr double kOutlyingSighting = 4.0;     // standard deviations
 // m or rad per sqrt(s): where none is stated for an axis, the problem would have no solution.
 constexpr double kLeastNoise = 1e-4;
 
@@ -31,7 +31,7 @@ class DriveAmongLandmarks {
   DriveAmongLandmarks(const BatchProblem& problem, const BatchNoise& noise)
       : drive(
             problem.odometry, [this](double from, double to) { return motion_between(from, to); },
-            prior_of(noise), kRobustWidth),
+            prior_of(noise), kRobustSightingWidth),
         problem_(problem),
         noise_(noise),
         scans_(problem.scans) {
@@ -128,7 +128,7 @@ class DriveAmongLandmarks {
       const SightingResidual residual = sighting_residual(
           *s, drive.graph.noise, drive.graph.poses[static_cast<std::size_t>(s->pose)],
           drive.graph.landmarks[static_cast<std::size_t>(s->landmark)], drive.graph.constants);
-      if (residual.value.norm() > kOutlier) ++count;
+      if (residual.value.norm() > kOutlyingSighting) ++count;
     }
     return count;
   }

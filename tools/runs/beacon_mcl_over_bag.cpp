@@ -8,7 +8,7 @@
 namespace pf_resampling {
 namespace {
 
-BeaconMclPipelineOptions read_options(const CommandLine& line) {
+BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   BeaconMclPipelineOptions options;
   apply_filter_options(line, &options);
   apply_run_parameters(line, parameters_of(&options));
@@ -25,7 +25,7 @@ std::string why_no_pose(const BeaconMclPipeline& pipeline) {
 }  // namespace
 
 int beacon_mcl_over_bag(const CommandLine& line) {
-  const BeaconMclPipelineOptions options = read_options(line);
+  const BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   FilterOverBag run(line);
   require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
@@ -47,7 +47,7 @@ int beacon_mcl_over_bag(const CommandLine& line) {
 }
 
 void print_beacon_mcl_parameters(const CommandLine& line) {
-  BeaconMclPipelineOptions options = read_options(line);
+  BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   print_parameters(line, parameters_of(&options), BeaconMclPipeline::live_parameters(&options));
 }
 

@@ -12,7 +12,7 @@
 namespace pf_resampling {
 namespace {
 
-FastSlamPipelineOptions read_options(const CommandLine& line) {
+FastSlamPipelineOptions read_fastslam_options(const CommandLine& line) {
   FastSlamPipelineOptions options;
   apply_filter_options(line, &options);
   apply_run_parameters(line, parameters_of(&options));
@@ -62,7 +62,7 @@ std::optional<ParticleJudge> judge_of(const rosbag::Bag& bag, const std::string&
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
-  const FastSlamPipelineOptions options = read_options(line);
+  const FastSlamPipelineOptions options = read_fastslam_options(line);
   const FastSlamTopics topics = fastslam_topics(line);
   FilterOverBag run(line);
   require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
@@ -121,7 +121,7 @@ int fastslam_over_bag(const CommandLine& line) {
 }
 
 void print_fastslam_parameters(const CommandLine& line) {
-  FastSlamPipelineOptions options = read_options(line);
+  FastSlamPipelineOptions options = read_fastslam_options(line);
   print_parameters(line, parameters_of(&options), FastSlamPipeline::live_parameters(&options));
 }
 

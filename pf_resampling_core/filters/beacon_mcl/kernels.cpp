@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "pf_resampling_core/population/lanes.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
@@ -168,9 +169,6 @@ void weigh_calibrating_clones(const Range& range, bool has_lever, std::int64_t c
                       innovation_variance, inlier);
   }
 }
-
-// Partial sums of fixed number, so that their order does not depend on the vector width.
-constexpr int kLanes = 8;
 
 PF_RESAMPLING_INLINE void add_noise(double variance, double weight, double innovation,
                                     double innovation_variance, double inlier, double* squares,

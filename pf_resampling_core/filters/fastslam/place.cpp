@@ -12,8 +12,8 @@ namespace pf_resampling {
 namespace {
 
 // Of landmarks, the nearest: farther ones say little more.
-constexpr std::size_t kMostLandmarks = 20;
-constexpr std::size_t kFewestLandmarks = 2;
+constexpr std::size_t kMostNearLandmarks = 20;
+constexpr std::size_t kFewestNearLandmarks = 2;
 
 struct NearLandmark {
   LandmarkRow row;
@@ -69,10 +69,10 @@ PoseEstimate FastSlam::place() {
   const Eigen::ArrayXd& weight = particles_.weight;
   const Eigen::Index count = particles_.size();
   std::vector<NearLandmark> near;
-  for (const int row : nearest_rows(robot, kMostLandmarks)) {
+  for (const int row : nearest_rows(robot, kMostNearLandmarks)) {
     if (const auto landmark = near_landmark(store_.row(row), weight)) near.push_back(*landmark);
   }
-  if (near.size() < kFewestLandmarks) return belief;
+  if (near.size() < kFewestNearLandmarks) return belief;
 
   const double share = 1.0 / static_cast<double>(near.size());
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();

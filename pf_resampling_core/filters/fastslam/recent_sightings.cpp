@@ -6,9 +6,9 @@ namespace pf_resampling {
 namespace {
 
 // For so long odometry alone may lie between sightings.
-constexpr std::int64_t kWindow = 10'000'000'000;  // ns
-constexpr std::size_t kLeastScans = 3;            // one alone may be a mistake of the sensor
-constexpr std::size_t kMost = 60;
+constexpr std::int64_t kRecentWindow = 10'000'000'000;  // ns
+constexpr std::size_t kLeastRecentScans = 3;            // one alone may be a mistake of the sensor
+constexpr std::size_t kMostRecent = 60;
 
 }  // namespace
 
@@ -18,7 +18,7 @@ void RecentSightings::add(std::int64_t stamp, const LandmarkSighting& sighting) 
 
 void RecentSightings::forget_before(std::int64_t stamp) {
   while (!sightings_.empty() &&
-         (sightings_.size() > kMost || stamp - sightings_.front().stamp > kWindow)) {
+         (sightings_.size() > kMostRecent || stamp - sightings_.front().stamp > kRecentWindow)) {
     sightings_.pop_front();
   }
 }
@@ -30,7 +30,7 @@ bool RecentSightings::suffice() const {
     scans.insert(stamped.stamp);
     landmarks.insert(stamped.sighting.id);
   }
-  return scans.size() >= kLeastScans && landmarks.size() >= 2;
+  return scans.size() >= kLeastRecentScans && landmarks.size() >= 2;
 }
 
 std::vector<LandmarkSighting> RecentSightings::all() const {

@@ -18,7 +18,7 @@ namespace pf_resampling {
 namespace {
 
 // A landmark that less of the weight holds is no part of the map that particles share.
-constexpr double kBelieved = 0.5;
+constexpr double kHeldEnough = 0.5;
 
 // Of what was computed the halves differ by rounding; what differs by more stays as it is.
 Eigen::Matrix3d without_rounding(const Eigen::Matrix3d& covariance) {
@@ -66,7 +66,7 @@ LoadedMaps shared_maps(const SavedMap& map, int particles) {
   LoadedMaps maps(particles);
   for (const SavedLandmark& landmark : map.landmarks) {
     const LandmarkEstimate& estimate = landmark.estimate;
-    if (estimate.held < kBelieved) continue;
+    if (estimate.held < kHeldEnough) continue;
     const LandmarkRow row = maps.add(estimate.id, estimate.mean);
     for (int i = 0; i < particles; ++i) {
       put(i, estimate.mean, estimate.covariance, estimate.log_odds, row);
