@@ -13,6 +13,7 @@
 
 #include "src/messages/rejects.hpp"
 #include "test/filter_listener.hpp"
+#include "test/places.hpp"
 #include "test/strategy_switcher.hpp"
 #include "test/temporary_directory.hpp"
 
@@ -32,8 +33,8 @@ TEST(BeaconMclNode, FollowsTheTruth) {
   const TemporaryDirectory directory;
   const std::string bag = directory.file("in.bag");
   const auto make_bag = settings.param<std::string>("make_bag", "");
-  ASSERT_EQ(std::system((std::string(PF_RESAMPLING_PROGRAMS) + "/" +
-                         replaced(make_bag, "BAG", bag) + " > /dev/null")
+  ASSERT_EQ(std::system((std::string(kProgramsFolder) + "/" + replaced(make_bag, "BAG", bag) +
+                         " > /dev/null")
                             .c_str()),
             0);
   FilterListener heard(&node);

@@ -16,13 +16,14 @@
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "test/filter_listener.hpp"
 #include "test/node_process.hpp"
+#include "test/places.hpp"
 #include "test/strategy_switcher.hpp"
 #include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
 
-const std::string kPrograms = PF_RESAMPLING_PROGRAMS;
+const std::string kPrograms = kProgramsFolder;
 
 /// The node as the launch file has it, on parameters of that name; with a folder for its maps, and
 /// a map to start with.

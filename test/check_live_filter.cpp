@@ -24,6 +24,7 @@
 #include "test/beacon_mcl_drive.hpp"
 #include "test/fastslam_drive.hpp"
 #include "test/node_process.hpp"
+#include "test/places.hpp"
 #include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
@@ -204,7 +205,7 @@ class LiveFilter : public testing::Test {
 
   void start(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "__name:=" + filter_);
-    process_.emplace(std::string(PF_RESAMPLING_PROGRAMS) + "/" + filter_ + "_node", arguments);
+    process_.emplace(std::string(kProgramsFolder) + "/" + filter_ + "_node", arguments);
     ASSERT_TRUE(ros::service::waitForService("set_particles", ros::Duration(20.0)));
   }
   static void wait(double seconds) { ros::WallDuration(seconds).sleep(); }

@@ -17,7 +17,7 @@ DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc'
 PARAMETERS = {name for file in ('beacon_mcl.yaml', 'fastslam.yaml')
               for name in re.findall(r'^#([a-z][a-z_/0-9]*): ', (ROOT / 'config' / file).read_text(), re.MULTILINE)}
 GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
-TESTS = {'.'.join(names) for source in (*ROOT.glob('test/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
+TESTS = {'.'.join(names) for source in (*ROOT.glob('test/**/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
          for names in re.findall(r'^(?:TYPED_)?TEST(?:_[FP])?\((\w+), (\w+)\)', source.read_text(), re.MULTILINE)}
 PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
                             for source in sorted((*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'))))

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "test/places.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
@@ -30,7 +31,7 @@ struct ProgramResult {
 inline ProgramResult run_program(const std::string& command) {
   const TemporaryDirectory directory;
   const std::string error_file = directory.file("error");
-  const std::string line = std::string(PF_RESAMPLING_PROGRAMS) + "/" + command + " 2>" + error_file;
+  const std::string line = std::string(kProgramsFolder) + "/" + command + " 2>" + error_file;
   FILE* pipe = popen(line.c_str(), "r");
   if (pipe == nullptr) throw std::runtime_error("cannot run " + line);
   ProgramResult result;

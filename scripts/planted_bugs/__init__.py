@@ -2,7 +2,7 @@
 
 Each is (name, file, right, wrong, tests). `right` is a fragment of the source that occurs once in the
 file, or, should the file have another name by now, once in the core; white space does not count.
-`tests`: the test programs that should notice.
+`tests`: the test files that should notice.
 """
 
 from . import beacon_mcl, fastslam, odometry_and_health, population, resampling, smoothing, strategy

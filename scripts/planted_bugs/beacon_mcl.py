@@ -1,8 +1,8 @@
 """Localization by ranges."""
 
-RANGES = ("core_kernels_test", "core_learning_test")
-MCL = ("core_beacon_mcl_test",)
-RENEWAL = ("core_renewal_test",)
+RANGES = ("kernels_test", "learning_test")
+MCL = ("beacon_mcl_test",)
+RENEWAL = ("renewal_test",)
 
 BUGS = [
     # Its kernels.

@@ -1,11 +1,11 @@
 """FastSLAM."""
 
-FASTSLAM = ("core_fastslam_test",)
-STORE = ("core_landmark_store_test",)
-BACKGROUND = ("core_background_redraw_test",)
-PLACE = ("core_place_test",)
-PAST = ("core_smoothed_past_test",)
-FASTSLAM_FILTER = FASTSLAM + ("core_odd_observations_test", "core_saved_map_test", "core_redraw_test")
+FASTSLAM = ("fastslam_test",)
+STORE = ("landmark_store_test",)
+BACKGROUND = ("background_redraw_test",)
+PLACE = ("place_test",)
+PAST = ("smoothed_past_test",)
+FASTSLAM_FILTER = FASTSLAM + ("odd_observations_test", "saved_map_test", "redraw_test")
 
 BUGS = [
     # Its kernels.
@@ -78,7 +78,7 @@ BUGS = [
         "fastslam.cpp",
         "odometry_errors_.blend(pairs);",
         "",
-        FASTSLAM_FILTER + ("core_odometry_errors_test",),
+        FASTSLAM_FILTER + ("odometry_errors_test",),
     ),
     (
         "tempering: FastSLAM tempers under a redraw alone",
@@ -201,7 +201,7 @@ BUGS = [
         "fastslam/association.cpp",
         "past_.give_up_landmark(store_.birth(row));",
         "past_.forget_landmark(store_.birth(row));",
-        ("core_redraw_test",),
+        ("redraw_test",),
     ),
     (
         "redraw: visits of the past stay as they are",

@@ -1,7 +1,7 @@
 """Motion by odometry, and whether the belief can be believed."""
 
-MOTION = ("core_odometry_motion_test",)
-LOST = ("core_lost_detector_test",)
+MOTION = ("odometry_motion_test",)
+LOST = ("lost_detector_test",)
 
 BUGS = [
     # Motion.
@@ -68,20 +68,20 @@ BUGS = [
         "health.cpp",
         "if (!inputs.misfit.empty()) {",
         "if (false) {",
-        ("core_health_test",),
+        ("health_test",),
     ),
     (
         "unknown place: noise is never doubted",
         "unknown_place.cpp",
         "std::pow(doubt, (f + 0.5) / factors)",
         "std::pow(1.0, (f + 0.5) / factors)",
-        ("core_unknown_place_test",),
+        ("unknown_place_test",),
     ),
     (
         "unknown place: a narrow belief counts as a round one",
         "unknown_place.cpp",
         "const double cosine = std::cos((d + 0.5) * kPi / kDirections);",
         "const double cosine = std::sqrt(0.5 + 0.0 * d);",
-        ("core_unknown_place_test",),
+        ("unknown_place_test",),
     ),
 ]

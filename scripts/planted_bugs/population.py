@@ -1,7 +1,7 @@
 """Weights, ancestors and means of a population."""
 
-WEIGHTS = ("core_weights_test",)
-ANCESTRY = ("core_ancestry_test", "core_resampling_test")
+WEIGHTS = ("weights_test",)
+ANCESTRY = ("ancestry_test", "resampling_test")
 
 BUGS = [
     # Weights.
@@ -61,6 +61,6 @@ BUGS = [
         "pose_statistics.cpp",
         "std::atan2(total(first[4]), total(first[3]))};",
         "total(first[4])};",
-        ("core_pose_statistics_test",),
+        ("pose_statistics_test",),
     ),
 ]

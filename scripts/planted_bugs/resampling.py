@@ -1,6 +1,6 @@
 """Resampling schemes: most are bugs that other libraries ship."""
 
-SCHEMES = ("core_schemes_test", "core_resampling_test", "core_unbiasedness_test")
+SCHEMES = ("schemes_test", "resampling_test", "unbiasedness_test")
 
 BUGS = [
     (
@@ -157,6 +157,6 @@ BUGS = [
         "  work_.own_counts.swap(counts_);"
         "  draw_own(options_.own_scheme, weights, size, stream, &work_);"
         "}",
-        ("core_resampling_test",),
+        ("resampling_test",),
     ),
 ]

@@ -1,9 +1,9 @@
 """Least squares over all poses and landmarks."""
 
-REASSOCIATION = ("core_reassociation_test",)
-SMOOTHING = ("core_smoother_test", "core_normal_equations_test", "core_residuals_test")
-SMOOTHED_PAST = ("core_smoothed_past_test",)
-CROSS_VALIDATION = ("core_cross_validation_test",)
+REASSOCIATION = ("reassociation_test",)
+SMOOTHING = ("smoother_test", "normal_equations_test", "residuals_test")
+SMOOTHED_PAST = ("smoothed_past_test",)
+CROSS_VALIDATION = ("cross_validation_test",)
 
 BUGS = [
     # Which landmark was seen.

@@ -1,8 +1,8 @@
 """When a population is renewed, and how, but for the schemes."""
 
-COMPENSATION = ("core_compensation_test",)
-EXCITATION = ("core_excitation_test",)
-STRATEGY = ("core_strategy_test",)
+COMPENSATION = ("compensation_test",)
+EXCITATION = ("excitation_test",)
+STRATEGY = ("strategy_test",)
 
 BUGS = [
     # When.

@@ -10,6 +10,7 @@
 #include "src/checkpoint/saved_pose.hpp"
 #include "test/fuzz/fuzz_target.hpp"
 #include "test/fuzz/saved_text.hpp"
+#include "test/places.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -22,8 +23,7 @@ void PrintTo(const Target& target, std::ostream* stream) {
 }  // namespace fuzz
 namespace {
 
-const std::filesystem::path kCorpora =
-    std::filesystem::path(PF_RESAMPLING_SOURCE) / "test/fuzz/corpora";
+const std::filesystem::path kCorpora = std::filesystem::path(kSourceFolder) / "test/fuzz/corpora";
 
 class FuzzCorpora : public testing::TestWithParam<fuzz::Target> {};
 

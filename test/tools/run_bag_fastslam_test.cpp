@@ -4,6 +4,7 @@
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include "test/places.hpp"
 #include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {
@@ -34,7 +35,7 @@ TEST_F(RunBagFastSlam, SameSeedGivesTheSameBytes) {
 }
 
 TEST_F(RunBagFastSlam, IsReproducibleOnARecording) {
-  const std::string recording = std::string(PF_RESAMPLING_DATASETS) + "/mrclam6";
+  const std::string recording = std::string(kDatasetsFolder) + "/mrclam6";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is not there";
   const std::string all = directory_.file("all.bag");
   ASSERT_EQ(run_program("dataset_to_bag mrclam " + recording + " " + all + " --robot 1").exit_code,

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "test/beacon_mcl_drive.hpp"
+#include "test/places.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
@@ -313,7 +314,7 @@ TEST_F(RunBag, RangesMayBeOfSensorMsgs) {
 }
 
 TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {
-  const std::string recording = std::string(PF_RESAMPLING_DATASETS) + "/plaza2/Plaza2.mat";
+  const std::string recording = std::string(kDatasetsFolder) + "/plaza2/Plaza2.mat";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is not there";
   const TemporaryDirectory directory;
   const std::string in = directory.file("plaza2.bag");

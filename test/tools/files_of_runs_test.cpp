@@ -11,6 +11,7 @@
 #include <map>
 #include <vector>
 
+#include "test/places.hpp"
 #include "test/run_program.hpp"
 
 namespace pf_resampling {
@@ -187,7 +188,7 @@ int signal_amid(const std::vector<std::string>& command, const std::string& fold
   const pid_t child = fork();
   if (child == 0) {
     std::vector<std::string> words = command;
-    words[0] = std::string(PF_RESAMPLING_PROGRAMS) + "/" + words[0];
+    words[0] = std::string(kProgramsFolder) + "/" + words[0];
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);

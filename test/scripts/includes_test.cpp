@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "test/places.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
@@ -20,14 +21,14 @@ struct Findings {
 Findings check_includes(const std::string& root) {
   const TemporaryDirectory directory;
   const std::string file = directory.file("findings");
-  const std::string command = "/usr/bin/python3 " + std::string(PF_RESAMPLING_SOURCE) +
+  const std::string command = "/usr/bin/python3 " + std::string(kSourceFolder) +
                               "/scripts/check_includes " + root + " > " + file;
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(file)};
 }
 
 TEST(Includes, NoneGoesUpwardsOrToASibling) {
-  const Findings found = check_includes(PF_RESAMPLING_SOURCE);
+  const Findings found = check_includes(kSourceFolder);
   EXPECT_EQ(found.text, "");
   EXPECT_EQ(found.exit_code, 0);
 }

@@ -5,8 +5,11 @@
 #include <cstdio>
 #include <string>
 
+#include "test/places.hpp"
+
 TEST(Packages, EveryPythonModuleIsInstalledAndTheVersionsAgree) {
-  FILE* pipe = popen("/usr/bin/python3 " PF_RESAMPLING_SOURCE "/scripts/check_packages 2>&1", "r");
+  const std::string source = pf_resampling::kSourceFolder;
+  FILE* pipe = popen(("/usr/bin/python3 " + source + "/scripts/check_packages 2>&1").c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string findings;
   std::array<char, 4096> line;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "test/places.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
@@ -13,9 +14,9 @@ namespace {
 
 TEST(DamagedFiles, EndNoToolBadly) {
   const TemporaryDirectory directory;
-  const std::string command = std::string(PF_RESAMPLING_SOURCE) +
+  const std::string command = std::string(kSourceFolder) +
                               "/scripts/damage_files --bags 40 --others 20 --seed 11 --programs " +
-                              PF_RESAMPLING_PROGRAMS + " > " + directory.file("said") + " 2>&1";
+                              kProgramsFolder + " > " + directory.file("said") + " 2>&1";
   const int status = std::system(command.c_str());
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << read_file(directory.file("said"));
 }

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <map>
 
+#include "test/places.hpp"
 #include "test/run_program.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
@@ -234,7 +235,7 @@ TEST_F(SimulateBag, TakesMapsOfThePublicSimulator) {
   const auto truth = messages<geometry_msgs::PoseStamped>(path, "/ground_truth");
   EXPECT_NEAR(truth.back().pose.position.x, 18.4, 0.1);  // 1.6 m before the last way-point
 
-  const std::string maps = std::string(PF_RESAMPLING_DATASETS) + "/simulation_maps";
+  const std::string maps = std::string(kDatasetsFolder) + "/simulation_maps";
   if (!std::filesystem::exists(maps)) GTEST_SKIP() << "the data set is not there: " << maps;
   const std::vector<std::pair<std::string, std::size_t>> sizes = {
       {"webmap", 35}, {"loop1", 22}, {"loop902", 117}};  // the lines "lm 2 N" of the files

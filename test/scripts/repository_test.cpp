@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <string>
 
+#include "test/places.hpp"
+
 TEST(Repository, KeepsItsRules) {
-  if (!std::filesystem::exists(PF_RESAMPLING_SOURCE "/.git")) {
+  const std::string source = pf_resampling::kSourceFolder;
+  if (!std::filesystem::exists(source + "/.git")) {
     GTEST_SKIP() << "not a clone: git lists the files that the rules are about";
   }
-  FILE* pipe = popen(PF_RESAMPLING_SOURCE "/scripts/check_repository 2>&1", "r");
+  FILE* pipe = popen((source + "/scripts/check_repository 2>&1").c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string findings;
   std::array<char, 4096> line;

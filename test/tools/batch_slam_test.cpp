@@ -8,6 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "test/batch_testing.hpp"
+#include "test/places.hpp"
 #include "test/recorded_drive.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
@@ -115,7 +116,7 @@ TEST(SolveBatch, ReachesTheBoundOfTheReferenceWorld) {
 }
 
 TEST(SolveBatch, ReachesTheBoundOfMrclam) {
-  const std::string directory = std::string(PF_RESAMPLING_DATASETS) + "/mrclam6";
+  const std::string directory = std::string(kDatasetsFolder) + "/mrclam6";
   if (!std::filesystem::exists(directory)) {
     GTEST_SKIP() << "the data set is not there: " << directory;
   }

@@ -13,6 +13,7 @@
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/parameter_table.hpp"
+#include "test/places.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
@@ -217,7 +218,7 @@ std::string text_of_all(Options* options) {
 
 template <typename Options>
 void expect_shipped(const std::string& name) {
-  const std::string path = std::string(PF_RESAMPLING_SOURCE) + "/config/" + name;
+  const std::string path = std::string(kSourceFolder) + "/config/" + name;
   const std::string shipped = read_file(path);
   const std::string expected = defaults_as<Options>(to_template);
   const std::size_t begin = shipped.find(expected.substr(0, expected.find('\n')));
@@ -268,7 +269,7 @@ TEST(Configuration, TheTableSaysWhatARunningNodeTakes) {
 }
 
 TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
-  const std::string document = read_file(std::string(PF_RESAMPLING_SOURCE) + "/doc/parameters.md");
+  const std::string document = read_file(std::string(kSourceFolder) + "/doc/parameters.md");
   for (const std::string& expected :
        {table_of<BeaconMclPipeline>(), table_of<FastSlamPipeline>()}) {
     EXPECT_NE(document.find(expected), std::string::npos)
@@ -277,7 +278,7 @@ TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
 }
 
 TEST(Configuration, TheDocumentedPresetsAreThoseThereAre) {
-  const std::string document = read_file(std::string(PF_RESAMPLING_SOURCE) + "/doc/strategies.md");
+  const std::string document = read_file(std::string(kSourceFolder) + "/doc/strategies.md");
   for (const Preset& preset : fastslam_presets()) {
     EXPECT_NE(document.find("| `fastslam` | `" + preset.name + "` |"), std::string::npos);
   }
@@ -290,13 +291,12 @@ TEST(Configuration, TheDocumentedPresetsAreThoseThereAre) {
 // something himself, that wins.
 TEST(Configuration, APresetIsBehindWhatIsSetBesideIt) {
   FastSlamPipelineOptions by_file;
-  apply(read_configuration(std::string(PF_RESAMPLING_SOURCE) + "/config/kwak2008.yaml"), &by_file);
+  apply(read_configuration(std::string(kSourceFolder) + "/config/kwak2008.yaml"), &by_file);
   FastSlamPipelineOptions by_name("kwak2008");
   EXPECT_EQ(text_of_all(&by_file), text_of_all(&by_name));
   EXPECT_EQ(by_file.filter.strategy.resampling.scheme, ResamplingScheme::residual_systematic);
   BeaconMclPipelineOptions mahmoud;
-  apply(read_configuration(std::string(PF_RESAMPLING_SOURCE) + "/config/mahmoud2012.yaml"),
-        &mahmoud);
+  apply(read_configuration(std::string(kSourceFolder) + "/config/mahmoud2012.yaml"), &mahmoud);
   EXPECT_FALSE(mahmoud.filter.recovery.enabled);
   EXPECT_EQ(mahmoud.preset, "mahmoud2012");
 

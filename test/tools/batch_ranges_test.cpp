@@ -8,6 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "test/batch_testing.hpp"
+#include "test/places.hpp"
 #include "test/recorded_drive.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
@@ -272,7 +273,7 @@ TEST(SolveRangesOnline, EndsWhereTheBatchSolutionEnds) {
 // An independent program, which starts at the truth and estimates the same errors, has 0.27 m on
 // Plaza 2 and 0.045 m in the labyrinth on line; within 20 %, as its noise is not told.
 TEST(SolveRangesOnline, ReachesTheBoundOfRecordings) {
-  const std::string datasets = PF_RESAMPLING_DATASETS;
+  const std::string datasets = kDatasetsFolder;
   if (!std::filesystem::exists(datasets + "/plaza2")) {
     GTEST_SKIP() << "the data sets are not there: " << datasets;
   }
