@@ -6,12 +6,14 @@ SECONDS := 60
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
-demo: ## install what is missing, build, run both filters on simulated drives (BAG=file.bag: on yours, OPTIONS=: of check_bag)
+# What the demo runs, and what the launch files start; the rest is for `make build`.
+DEMO := pf_resampling_generate_messages_py beacon_mcl_node fastslam_node played_tf_node check_bag evaluate_bag run_bag simulate_bag
+demo: ## install what is missing, build what it takes, run both filters on simulated drives (BAG=file.bag: on yours, OPTIONS=: of check_bag)
 	@scripts/set_up build demo
-	@scripts/build
+	@scripts/build --only '$(DEMO) $(if $(DISPLAY),pf_resampling_rviz_panel)'
 	@scripts/demo $(if $(BAG),'$(BAG)') $(OPTIONS)
 
-build: ## build only
+build: ## build all but the tests
 	@scripts/build
 
 test: ## install what is missing, build, run every test, end with "N passed, N failed" (SANITIZE=..., BUILD_TYPE=Debug)
@@ -29,9 +31,9 @@ coverage: ## which lines and branches of the core and the pipelines no test runs
 fresh: ## as root: the two commands on machines made for it that have nothing but git and make
 	@scripts/fresh_machine
 
-bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL, Ceres and plain loops
+bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL, Ceres and plain loops (QUICK=yes: for a moment)
 	@scripts/set_up build bench
-	@scripts/bench
+	@scripts/bench $(if $(QUICK),--quick)
 
 lint: ## formatting, catkin_lint, clang-tidy
 	@scripts/set_up build test lint
