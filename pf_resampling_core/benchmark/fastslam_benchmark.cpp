@@ -27,6 +27,7 @@ enum class Kind { nothing, selection, keep, moment_matched };
 FastSlamOptions options_for(Kind kind, DataAssociation association) {
   FastSlamOptions options;
   options.particles = kParticles;
+  options.map.max_landmarks = 100000;
   options.association.method = association;
   options.strategy.schedule = kind == Kind::nothing ? Schedule::never : Schedule::always;
   options.strategy.renewal = kind == Kind::keep || kind == Kind::moment_matched
