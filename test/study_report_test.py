@@ -651,7 +651,7 @@ class StudyReport(unittest.TestCase):
                     victim.write_text(text)
                 (self.folder / 'report' / name).unlink()
                 (self.folder / 'report' / name).symlink_to(victim)
-                self.assertIn('symbolic link; remove or rename it', self.assert_refuses(name))
+                self.assertIn('not a regular file; remove or rename it', self.assert_refuses(name))
                 if text:
                     self.assertEqual(victim.read_text(), text)
                     victim.unlink()
@@ -782,7 +782,7 @@ class StudyReport(unittest.TestCase):
         with self.assertRaises(SystemExit) as refused:
             pictures.save(figure, str(path))
         self.assertEqual(str(refused.exception),
-                         f'{path} cannot be written: it is a symbolic link; remove or rename it')
+                         f'{path} cannot be written: it is not a regular file; remove or rename it')
         self.assertEqual((victim.read_text(), path.is_symlink(), len(list(self.folder.iterdir()))), ('mine', True, 2))
         path.unlink()
         pictures.save(figure, str(path))

@@ -35,7 +35,7 @@ void LineWriter::line(const std::string& text) {
 void LineWriter::finish() {
   flush();
   file_.write(checksum_.end_line(lines_) + "\n");
-  file_.finish(true);
+  file_.finish();
 }
 
 void LineWriter::flush() {

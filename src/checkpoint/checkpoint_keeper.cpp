@@ -3,8 +3,6 @@
 #include <filesystem>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/new_file.hpp"
-#include "pf_resampling_core/files/text_file.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
@@ -21,7 +19,6 @@ void add_parameters(CheckpointOptions* options, ParameterList* list) {
 }
 
 bool CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
-  if (is_used()) remove_left_of(writer_.file(), text_file::kCheckpoint.first_line());
   if (!is_used() || !resume_) return false;
   std::error_code trouble;  // such as no permission to look: then reading says what it is
   if (!std::filesystem::exists(writer_.file(), trouble) && !trouble) return false;

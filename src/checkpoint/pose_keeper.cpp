@@ -3,8 +3,6 @@
 #include <exception>
 #include <filesystem>
 
-#include "pf_resampling_core/files/new_file.hpp"
-#include "pf_resampling_core/files/text_file.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
@@ -45,7 +43,6 @@ std::string PoseKeeper::file_of(const SavedPoseOptions& options,
 
 std::optional<SavedPose> PoseKeeper::read() {
   if (!writer_.is_used()) return std::nullopt;
-  remove_left_of(file(), text_file::kPose.first_line());
   std::error_code trouble;  // such as no permission to look: then reading says what it is
   if (!std::filesystem::exists(file(), trouble) && !trouble) return std::nullopt;
   try {

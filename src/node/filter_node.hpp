@@ -16,7 +16,6 @@
 #include <variant>
 #include <vector>
 
-#include "pf_resampling_core/files/new_file.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/checkpoint/pose_keeper.hpp"
 #include "src/messages/bounded_message.hpp"
@@ -283,7 +282,6 @@ class FilterNode {
 template <typename Pipeline, typename Connect, typename Serve>
 int run_filter_node(int argc, char** argv, const char* name, const Connect& connect,
                     const Serve& serve) {
-  remove_unfinished_on_signals();  // roscpp takes SIGINT and SIGPIPE itself
   ros::init(argc, argv, name);
   ros::NodeHandle handle;
   try {

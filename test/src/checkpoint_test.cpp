@@ -353,25 +353,6 @@ TEST(CheckpointKeeper, KeepsWhatEitherPipelineKnows) {
   EXPECT_TRUE(nothing.status.empty());
 }
 
-// And nothing of the user's, even if it has a name that looks much the same.
-TEST(CheckpointKeeper, WhatAKilledProcessLeftIsRemoved) {
-  const TemporaryDirectory directory;
-  CheckpointOptions options;
-  options.file = directory.file("a");
-  // No process has a number above 4194304.
-  directory.write("a.part-4194305-1", "pf_resampling checkpoint 2\nfilter beacon_mcl\n");
-  directory.write("a.part-4194305-2", "");
-  directory.write("a.part-4194305-3", "notes of mine");
-  for (const char* name :
-       {"a.part-backup", "a.part-4194305-1.old", "b.part-4194305-1", "a.other"}) {
-    directory.write(name, "pf_resampling checkpoint 2\n");
-  }
-  Kept kept(options);
-  kept.keeper.start([](const std::string&) { FAIL() << "there is none"; });
-  EXPECT_EQ(directory.listing(),
-            "a.other a.part-4194305-1.old a.part-4194305-3 a.part-backup b.part-4194305-1");
-}
-
 TEST(CheckpointKeeper, WhatCannotBeWrittenIsToldOf) {
   CheckpointOptions options;
   options.file = "/nowhere/at/all";

@@ -249,7 +249,6 @@ int run_tool(const std::string& tool, int argc, char** argv,
              const std::function<int(const std::vector<std::string>&)>& body) {
   reserve_standard_streams();
   limit_memory();
-  remove_unfinished_on_signals();
   try {
     const int code = body(std::vector<std::string>(argv + 1, argv + argc));
     flush_standard_output();

@@ -161,7 +161,7 @@ std::vector<double> parse_numbers(const std::string& name, const std::string& te
 /// The body of every main: runs `body` on the arguments (without the program's name) and returns
 /// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error,
 /// also when standard output could not be written; the error is one line "<tool>: <message>" on
-/// stderr. Signals that end the program leave no unfinished file behind.
+/// stderr.
 int run_tool(const std::string& tool, int argc, char** argv,
              const std::function<int(const std::vector<std::string>&)>& body);
 

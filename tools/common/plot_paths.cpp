@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -26,27 +28,22 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPython = "/usr/bin/python3";
 
-/// A file in the directory for temporary files, removed at the end.
+/// A file in memory that other processes can open by its path.
 class TemporaryFile {
  public:
-  TemporaryFile() : path_((fs::temp_directory_path() / "pf_resampling_XXXXXX").string()) {
-    const int descriptor = mkstemp(path_.data());
-    if (descriptor < 0) throw Error(path_ + ": cannot be written; is the disk full?");
-    close(descriptor);
-    unfinished_.emplace(path_.c_str());
+  TemporaryFile() : descriptor_(memfd_create("plot_paths", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw Error("there is no memory for a picture");
   }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
+  ~TemporaryFile() { close(descriptor_); }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  const std::string& path() const { return path_; }
+  std::string path() const {
+    return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
+  }
 
  private:
-  std::string path_;
-  std::optional<UnfinishedFile> unfinished_;
+  int descriptor_;
 };
 
 /// The script beside this program, as installed, or in the source tree the program was built from.
@@ -249,7 +246,8 @@ void plot_paths(const PathPlot& plot, const std::string& path) {
   const TemporaryFile errors;
   NewFile picture(path, path + ":");
   // A title may have letters of any encoding.
-  write_file(data.path(), plot_json(plot).dump(-1, ' ', false, json::error_handler_t::replace));
+  std::ofstream(data.path()) << plot_json(plot).dump(-1, ' ', false,
+                                                     json::error_handler_t::replace);
   const std::string format = fs::path(path).extension().string().substr(1);
   if (run({kPython, script, data.path(), format}, picture.descriptor(), errors.path()) != 0) {
     throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));
