@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/yaml_document.hpp"
+#include "src/configuration/yaml_section.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -162,7 +162,9 @@ void flatten(const std::string& file, const std::string& prefix, const YAML::Nod
     } else if (value.IsMap()) {
       flatten(file, name + "/", value, draft);
     } else if (value.IsScalar()) {
-      draft->configuration.values[name] = value.Scalar();
+      if (!draft->configuration.values.emplace(name, value.Scalar()).second) {
+        throw Error(where_of(file, item.first) + ": '" + name + "' is there twice; give it once");
+      }
     } else {
       throw Error(where_of(file, item.first) + ": '" + name +
                   "' has a value that is not a number, a word, true or false");
@@ -219,10 +221,9 @@ void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Draft* draft)
 }  // namespace
 
 Configuration parse_configuration(const std::string& text, const std::string& name) {
-  require_short(text, name);
   Draft draft;
   try {
-    const YAML::Node root = parse_yaml(text);
+    const YAML::Node root = YAML::Load(text);
     if (root.IsNull()) return draft.configuration;
     if (!root.IsMap()) throw Error(name + ": has to be a YAML map of parameters");
     flatten(name, "", root, &draft);
@@ -249,7 +250,7 @@ Configuration read_configuration(const std::string& path) {
   std::string text;
   char block[4096];
   std::size_t count = 0;
-  while (text.size() <= kLongestYaml && (count = std::fread(block, 1, sizeof(block), file)) > 0) {
+  while ((count = std::fread(block, 1, sizeof(block), file)) > 0) {
     text.append(block, count);
   }
   const bool failed = std::ferror(file) != 0;

@@ -1,14 +1,21 @@
 #include "src/configuration/yaml_section.hpp"
 
+#include <cctype>
+
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/yaml_document.hpp"
 
 namespace pf_resampling {
 
+std::string one_line(std::string text) {
+  for (char& letter : text) {
+    if (std::iscntrl(static_cast<unsigned char>(letter)) != 0) letter = ' ';
+  }
+  return text;
+}
+
 YamlSection YamlSection::of_text(const std::string& text, const std::string& source) {
-  require_short(text, source);
   try {
-    return YamlSection(parse_yaml(text), source, "");
+    return YamlSection(YAML::Load(text), source, "");
   } catch (const YAML::Exception& error) {
     throw Error(source + ", line " + std::to_string(error.mark.line + 1) +
                 ": not YAML: " + one_line(error.msg));
@@ -19,6 +26,11 @@ YamlSection::YamlSection(const YAML::Node& node, std::string source, std::string
     : node_(node), source_(std::move(source)), path_(std::move(path)) {
   if (!node_.IsMap()) {
     fail_at(node_, path_.empty() ? "the file" : path_, "has to be a map of keys");
+  }
+  std::set<std::string> keys;
+  for (const auto& item : node_) {
+    const std::string key = text(item.first);
+    if (!keys.insert(key).second) fail_at(item.first, name(key), "is there twice");
   }
 }
 

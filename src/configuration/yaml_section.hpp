@@ -10,6 +10,9 @@
 
 namespace pf_resampling {
 
+/// What an error says of a text that may hold any letters: on one line.
+std::string one_line(std::string text);
+
 /// A map of a YAML file, read key by key; afterwards, keys that nobody asked for are an error, so
 /// that a misspelt one never silently leaves a default in place. All members throw Error naming
 /// source, line and key of what is unknown, missing or makes no sense.

@@ -15,9 +15,8 @@ class FramePattern {
   /// Matches nothing.
   FramePattern() = default;
 
-  /// Empty: matches nothing. Throws Error if it is no regular expression with one group,
-  /// longer than 200 letters, or one that may take without end: a repetition of a group that has a
-  /// repetition or an alternative in it, such as (a|b)*, or a back-reference.
+  /// Empty: matches nothing. Throws Error if it is no regular expression with one group, or has a
+  /// back-reference.
   explicit FramePattern(const std::string& pattern);
 
   /// The id in the name of a frame, with or without a slash in front; nothing if the name does not

@@ -62,48 +62,5 @@ TEST(FramePattern, AParameterThatIsNoneIsRefusedByNameAndValue) {
   }
 }
 
-TEST(FramePattern, WhatMayTakeWithoutEndIsRefused) {
-  for (const char* bad : {"(?:a*)*(b)", "(a|a)*b", "(?:a|a)*(b)", "(a+)+", "(?:a?){2,}(b)",
-                          "((?:a*))*", "(?:(?:a*)b)+(c)", "(a{2})*", "(?:[)]a*)*(b)",
-                          "(?:[[:alpha:])]*)*(b)", "(?:\\)a*)*(b)", "(?:a|b)+?(c)"}) {
-    const std::string said = error_of(bad);
-    EXPECT_NE(said.find("may take without end"), std::string::npos) << bad << ": " << said;
-    EXPECT_NE(said.find("a repetition of a group"), std::string::npos) << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
-  }
-  EXPECT_NE(error_of("a{0,51}(b)").find("more than 50 repetitions"), std::string::npos);
-  EXPECT_NE(error_of("a{99999999999}(b)").find("more than 50 repetitions"), std::string::npos);
-  EXPECT_NE(error_of("(?=.*(?!.*c))(b)").find("a look-ahead within"), std::string::npos);
-  EXPECT_NE(error_of("(a)\\1"), "") << "a back-reference";
-  for (const char* good : {"(?:.*/)?tag_(\\d+)", "(?:tag|marker)_(\\d+)", "(?:left_)*(\\d+)",
-                           "(\\d{1,3})", "\\(*(\\d+)", "[(*|]*(\\d+)", "[[:alpha:]*]+(\\d+)",
-                           "(?!old).*_(\\d+)", "(?:[*|])+([0-9])"}) {
-    EXPECT_EQ(error_of(good), "") << good;
-  }
-}
-
-TEST(FramePattern, ALongOneIsRefusedBeforeItIsRead) {
-  const std::string said = error_of(std::string(20000, '('));
-  EXPECT_NE(said.find("of 20000 letters, where 200 are allowed"), std::string::npos) << said;
-  EXPECT_LT(said.size(), 400u);
-  EXPECT_EQ(error_of(std::string(196, 'a') + "(.)"), "");
-  EXPECT_NE(error_of(std::string(198, 'a') + "(.)"), "");
-}
-
-// Going back, each of these would take longer than the world has been there.
-TEST(FramePattern, TheTimeIsBounded) {
-  const auto repeated = [](int count, const std::string& part) {
-    std::string all;
-    for (int i = 0; i < count; ++i) all += part;
-    return all + "(b)";
-  };
-  const std::string name(250, 'a');
-  EXPECT_EQ(FramePattern(repeated(98, ".*")).id_of(name), std::nullopt);
-  EXPECT_EQ(FramePattern(repeated(98, "a?")).id_of(name), std::nullopt);
-  EXPECT_EQ(FramePattern(repeated(26, "a{0,50}")).id_of(name), std::nullopt);
-  EXPECT_EQ(FramePattern(repeated(28, "(?:a|a)")).id_of(name), std::nullopt);
-  EXPECT_EQ(FramePattern("(?:" + std::string(180, '^') + "){50}(b)").id_of(name), std::nullopt);
-}
-
 }  // namespace
 }  // namespace pf_resampling

@@ -132,9 +132,7 @@ TEST(ParseWorld, RefusesWhatItDoesNotUnderstandInOneLine) {
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1, x: 2}\n", "line 5: beacons/y is missing");
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1.5, x: 2, y: 3}\n", "beacons/id is \"1.5\"");
   expect_refused(kSmallWorld + "closure_B: 2\n", "closure_B is 2");
-  expect_refused(kSmallWorld + "robot: {speed: 1, speed: 2}\n", "'speed' is there twice");
-  expect_refused(kSmallWorld + "filter: &a {b: *a}\n", "alias");
-  expect_refused(kSmallWorld + "---\na: 1\n", "second document");
+  expect_refused(kSmallWorld + "robot: {speed: 1, speed: 2}\n", "robot/speed is there twice");
   expect_refused(kSmallWorld + "odometry: {period: 1e300}\n", "odometry/period");
 }
 
@@ -158,7 +156,7 @@ TEST(LoadWorld, MissingFileIsNamed) {
   }
 }
 
-TEST(LoadWorld, WhatHasNoEndIsRefusedAtOnce) {
+TEST(LoadWorld, APipeIsRefusedAtOnce) {
   const TemporaryDirectory directory;
   const auto error_of = [](const std::string& path) -> std::string {
     try {
@@ -173,10 +171,6 @@ TEST(LoadWorld, WhatHasNoEndIsRefusedAtOnce) {
     ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
     EXPECT_EQ(error_of(path), path + ": is a pipe or a device, not a file; copy it into a file");
   }
-  const std::string text = kSmallWorld + "#" + std::string(1000000, 'x');
-  const std::string path = directory.write("long.yaml", text);
-  EXPECT_EQ(error_of(path).rfind(path + ": has more than 1000000 bytes", 0), 0u) << error_of(path);
-  expect_refused(text, "w.yaml: has more than 1000000 bytes");
 }
 
 // The drives of the package: what is printed about them in their files has to be true.

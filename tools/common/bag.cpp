@@ -3,15 +3,21 @@
 #include <rosbag/exceptions.h>
 #include <rosbag/view.h>
 
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <exception>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
-#include "tools/common/bag_structure.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 
@@ -78,6 +84,75 @@ std::vector<BagTopic> list_of_values(const std::map<std::string, BagTopic>& topi
   return list;
 }
 
+std::string last_words;
+
+extern "C" void say_last_words(int /*signal*/) {
+  [[maybe_unused]] const ssize_t said = write(STDERR_FILENO, last_words.data(), last_words.size());
+  _exit(1);
+}
+
+/// Where a wrong length leads depends on what lies behind it in memory: what a child could read may
+/// end this process. It then says one line.
+void leave_last_words(const std::string& what, const std::string& path) {
+  last_words = std::string(program_invocation_short_name) + ": " + path + ": " + what + "\n";
+  for (const int signal : {SIGSEGV, SIGBUS}) {
+    struct sigaction now {};
+    // Sanitizers have a handler of their own.
+    if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_DFL) {
+      std::signal(signal, say_last_words);
+    }
+  }
+}
+
+/// Reads a bag to its end; what goes wrong is said on the stream.
+int read_all_of(const std::string& path) {
+  try {
+    const rosbag::Bag bag(path, rosbag::bagmode::Read);
+    rosbag::View everything(bag);
+    std::vector<std::uint8_t> bytes;
+    for (const rosbag::MessageInstance& message : everything) {
+      bytes.resize(message.size());
+      ros::serialization::OStream stream(bytes.data(), message.size());
+      message.write(stream);
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
+
+/// What is wrong with a bag; nothing if it can be read to its end. rosbag takes lengths and places
+/// as the file has them, and where these are wrong it says lines of its own or ends the process: a
+/// child reads the bag first.
+std::string fault_in(const std::string& path) {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw Error(path + ": cannot be read: no pipe is left");
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    dup2(ends[1], STDERR_FILENO);
+    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE}) std::signal(signal, SIG_DFL);
+    _exit(read_all_of(path));
+  }
+  close(ends[1]);
+  if (child < 0) {
+    close(ends[0]);
+    throw Error(path + ": cannot be read: the system starts no more processes");
+  }
+  std::string said;
+  std::array<char, 4096> block{};
+  for (ssize_t size = 0; (size = read(ends[0], block.data(), block.size())) > 0;) {
+    if (said.size() < block.size()) said.append(block.data(), static_cast<std::size_t>(size));
+  }
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFSIGNALED(status))
+    return "reading it ends rosbag by signal " + std::to_string(WTERMSIG(status));
+  return said.substr(0, said.find('\n'));
+}
+
 }  // namespace
 
 bool begins_like_a_bag(const std::string& path) {
@@ -91,15 +166,12 @@ bool begins_like_a_bag(const std::string& path) {
 rosbag::Bag open_bag(const std::string& path) {
   require_regular_file(path, "bag");
   if (!begins_like_a_bag(path)) throw Error(path + ": is not a bag (it does not begin like one)");
-  check_bag_structure(path);
-  rosbag::Bag bag;
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const std::exception& error) {
-    throw Error(path + ": is truncated or damaged (" + error.what() + "); try: rosbag reindex " +
-                path);
+  const std::string fault = fault_in(path);
+  if (!fault.empty()) {
+    throw Error(path + ": is truncated or damaged (" + fault + "); try: rosbag reindex " + path);
   }
-  return bag;
+  leave_last_words("is damaged, or this program has a fault: reading the bag ended it", path);
+  return rosbag::Bag(path, rosbag::bagmode::Read);
 }
 
 std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {

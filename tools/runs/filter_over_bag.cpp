@@ -79,7 +79,7 @@ void FilterOverBag::for_each_in_bag(
     const std::vector<std::string>& order, const FrameNames& frames,
     const std::function<void(const rosbag::MessageInstance&)>& take) {
   rosbag::View view(in_);
-  recorded_ = (view.getEndTime() - view.getBeginTime()).toSec();
+  recorded_ = view.getEndTime().toSec() - view.getBeginTime().toSec();
   ProgressBar bar("run_bag", view.size());
   std::uint64_t done = 0;
   for_each_in_order(in_, in_path_, order, [&](const rosbag::MessageInstance& message) {

@@ -1,7 +1,6 @@
 #include "tools/worlds/world_file.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/yaml_document.hpp"
 #include "src/configuration/yaml_section.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
@@ -136,7 +135,7 @@ World load_world(const std::string& name_or_path) {
   if (ending != std::string::npos && ending + 4 == name_or_path.size()) {
     return load_map(name_or_path);
   }
-  World world = parse_world(read_file(name_or_path, kLongestYaml), name_or_path);
+  World world = parse_world(read_file(name_or_path), name_or_path);
   world.name = name_or_path;
   return world;
 }

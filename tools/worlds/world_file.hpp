@@ -12,7 +12,7 @@ std::vector<std::string> builtin_worlds();
 
 /// A world from YAML text; the files of config/worlds explain each value. `source` names the text
 /// in errors. Throws Error naming source, line and key of the first thing that is unknown, missing
-/// or makes no sense, or if the text is longer than kLongestYaml.
+/// or makes no sense.
 World parse_world(const std::string& text, const std::string& source);
 
 /// A world that comes with the package, by name, or from a YAML file, or, where the path ends in
