@@ -77,12 +77,8 @@ inline std::string text_of(const std::uint8_t* bytes, std::size_t size) {
 
 void map_file(const std::uint8_t* bytes, std::size_t size);
 void checkpoint(const std::uint8_t* bytes, std::size_t size);
-void configuration(const std::uint8_t* bytes, std::size_t size);
-void world(const std::uint8_t* bytes, std::size_t size);
-void bag(const std::uint8_t* bytes, std::size_t size);
 void beacon_mcl_messages(const std::uint8_t* bytes, std::size_t size);
 void fastslam_messages(const std::uint8_t* bytes, std::size_t size);
 void landmark_store(const std::uint8_t* bytes, std::size_t size);
-void smoother(const std::uint8_t* bytes, std::size_t size);
 
 }  // namespace pf_resampling::fuzz

@@ -6,13 +6,9 @@ namespace pf_resampling::fuzz {
 const std::vector<Target>& targets() {
   static const std::vector<Target> kTargets = {{"map_file", map_file},
                                                {"checkpoint", checkpoint},
-                                               {"configuration", configuration},
-                                               {"world", world},
-                                               {"bag", bag},
                                                {"beacon_mcl_messages", beacon_mcl_messages},
                                                {"fastslam_messages", fastslam_messages},
-                                               {"landmark_store", landmark_store},
-                                               {"smoother", smoother}};
+                                               {"landmark_store", landmark_store}};
   return kTargets;
 }
 
