@@ -9,7 +9,7 @@ import rospy
 import rostest
 from hostile_messages import (NODES, begin_drive, clock_from_1970, false_landmarks, false_lengths, far_clock, far_odometry,
                               forget_peak, large_scan, late_particles, late_pose, long_names, many_beacons, memory_of,
-                              no_map, other_beacons, peak_of, process_of, strangers_first)
+                              no_map, other_beacons, peak_of, process_of)
 
 # m. What is driven and seen is exact: a filter that is right is within 0.4 m, with a map that it made itself.
 LOST = 1.0
@@ -20,7 +20,6 @@ ATTACKS = (other_beacons, many_beacons, late_pose, late_particles, long_names, f
 
 class HostileInput(unittest.TestCase):
     def test_no_attack_ends_a_node(self):
-        strangers_first()
         drive = begin_drive()
         self.processes = {name: process_of(name) for name in NODES}
         before = self.expect_good(drive, 'nothing yet')

@@ -6,7 +6,6 @@ import io
 import math
 import random
 import struct
-import subprocess
 import threading
 import time
 import xmlrpc.client
@@ -139,17 +138,6 @@ class Drive:
                 return math.hypot(position.x - x, position.y - y)
             time.sleep(0.1)
         return math.inf
-
-
-def strangers_first():
-    """Others publish on the topics of the inputs before there is a drive, messages that are none, or nothing."""
-    strangers = [subprocess.Popen(['rostopic', 'pub', '-r', '10', topic, 'std_msgs/String', 'x'],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                 for topic in ('/odom', '/ranges', '/landmarks')]
-    time.sleep(5.0)
-    for stranger in strangers:
-        stranger.terminate()
-        stranger.wait()
 
 
 def begin_drive():

@@ -4,11 +4,8 @@
 #include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
-#include <chrono>
 #include <cstdio>
 #include <exception>
-#include <functional>
-#include <future>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -21,7 +18,6 @@
 #include "src/messages/bounded_message.hpp"
 #include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
-#include "src/node/rebinding.hpp"
 #include "src/node/reconfigure_server.hpp"
 #include "src/node/service_folder.hpp"
 #include "src/pipeline/inputs.hpp"
@@ -70,9 +66,6 @@ class FilterNode {
     say_what_is_missing();
     watch_ = node->createSteadyTimer(ros::WallDuration(10.0), [this](const auto&) {
       pipeline_.guard("log", [this] { say_what_is_missing(); });
-    });
-    rebinding_ = node->createSteadyTimer(ros::WallDuration(1.0), [this](const auto&) {
-      pipeline_.guard("log", [this] { rebind_inputs(); });
     });
     serve("reset", [this] { pipeline_.reset(); });
     serve<SetParticles>("set_particles", [this](const auto& request) {
@@ -159,14 +152,9 @@ class FilterNode {
   void subscribe(const Input<Message>& input, const char* topic) {
     // A publisher of any type is heard where messages of other packages are known.
     if constexpr (kTakesOtherTypes<Message>) {
-      const std::size_t place = inputs_.size();
-      listen<topic_tools::ShapeShifter>(topic, [this, input, topic, place](const auto& message) {
-        const bool is_read =
-            take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
-        const bool is_usual = message.getMD5Sum() == ros::message_traits::md5sum<Message>();
-        inputs_[place].rebinding->note_message(is_read || is_usual, Rebinding::Clock::now());
+      listen<topic_tools::ShapeShifter>(topic, [this, input, topic](const auto& message) {
+        take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
       });
-      inputs_.back().rebinding.emplace();
     } else {
       listen<Bounded<Message>>(topic, [this, topic](const auto& message) {
         take_if_readable(topic, [&]() -> const Message& { return whole(message); });
@@ -175,18 +163,16 @@ class FilterNode {
   }
 
   /// Hands over what `read` makes of a message; it throws Error for one that cannot be read.
-  /// Returns whether it could.
   template <typename Read>
-  bool take_if_readable(const char* topic, const Read& read) {
+  void take_if_readable(const char* topic, const Read& read) {
     std::optional<std::decay_t<decltype(read())>> message;
     try {
       message = read();
     } catch (const Error& error) {
       pipeline_.note_unreadable(name_of_topic(topic), error.what());
-      return false;
+      return;
     }
     hand_over(*message);
-    return true;
   }
   template <typename Message>
   void hand_over(const Message& message) {
@@ -208,30 +194,9 @@ class FilterNode {
         };
     HeardInput input;
     input.topic = topic;
-    input.subscribe = [this, topic, heard] {
-      return node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),
-                                       ros::TransportHints().tcpNoDelay());
-    };
-    input.subscriber = input.subscribe();
+    input.subscriber = node_->subscribe<Message>(topic, kNodeInputQueue, heard, ros::VoidConstPtr(),
+                                                 ros::TransportHints().tcpNoDelay());
     inputs_.push_back(std::move(input));
-  }
-
-  /// Subscribes anew where that is due: see Rebinding. In a thread of its own, since roscpp waits
-  /// for the master, which may be gone.
-  void rebind_inputs() {
-    for (HeardInput& input : inputs_) {
-      if (!input.rebinding) continue;
-      if (input.renewed.valid()) {
-        if (input.renewed.wait_for(std::chrono::seconds(0)) != std::future_status::ready) continue;
-        input.subscriber = input.renewed.get();
-      }
-      const auto now = Rebinding::Clock::now();
-      if (!input.rebinding->is_due(input.subscriber.getNumPublishers(), now)) continue;
-      input.renewed = std::async(std::launch::async, [&input, old = input.subscriber]() mutable {
-        old.shutdown();
-        return input.subscribe();
-      });
-    }
   }
 
   /// Says, until the filter runs, which inputs have not come and whether anybody publishes them.
@@ -253,11 +218,8 @@ class FilterNode {
 
   struct HeardInput {
     const char* topic = "";
-    std::function<ros::Subscriber()> subscribe;
     ros::Subscriber subscriber;
     bool has_come = false;
-    std::optional<Rebinding> rebinding;    // if it takes messages of any type
-    std::future<ros::Subscriber> renewed;  // while that is being done
   };
 
   ros::NodeHandle* node_;
@@ -270,7 +232,7 @@ class FilterNode {
   std::string base_;
   std::vector<HeardInput> inputs_;
   bool is_running_ = false;
-  ros::SteadyTimer watch_, rebinding_;
+  ros::SteadyTimer watch_;
   std::vector<ros::ServiceServer> services_;
   ReconfigureServer parameters_;
   SilenceWatch silence_;
