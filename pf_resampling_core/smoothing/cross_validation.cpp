@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "pf_resampling_core/smoothing/normal_equations.hpp"
@@ -23,6 +24,10 @@ constexpr double kLargestSquareOfTwo = 13.8;
 constexpr double kMeanSquareOfTwo = 1.998;
 // Windows whose errors are for less than a quarter the odometry's say the less about it.
 constexpr double kFullShare = 4.0;
+// Without so many, odometry is not taken to be better than stated.
+constexpr std::size_t kFewestWindows = 6;
+// Standard deviation of the logarithm of a scale before there is any block.
+constexpr double kPriorSigma = 0.7;
 
 // Sum of a group's sightings, weighted by information and scaled to unit variance: value, and the
 // derivatives by all unknowns.
@@ -84,6 +89,12 @@ PredictionError prediction_error(const SmoothingGraph& graph, double robust_widt
   return error;
 }
 
+Eigen::Matrix2d covariance_of(const PredictionError& e, const NoiseScales& scales) {
+  return scales.range * scales.range * e.by_ranges +
+         scales.bearing * scales.bearing * e.by_bearings +
+         scales.motion * scales.motion * e.by_motions + e.by_prior;
+}
+
 // Means over prediction errors: their squares, in range, in bearing, and of both together; and the
 // share of the odometry in their variances.
 struct MeanSquares {
@@ -96,10 +107,7 @@ MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseS
   double count = 0.0;
   for (const PredictedBlock& block : blocks) {
     for (const PredictionError& e : block) {
-      const Eigen::Matrix2d by_motions = scales.motion * scales.motion * e.by_motions;
-      const Eigen::Matrix2d covariance = scales.range * scales.range * e.by_ranges +
-                                         scales.bearing * scales.bearing * e.by_bearings +
-                                         by_motions + e.by_prior;
+      const Eigen::Matrix2d covariance = covariance_of(e, scales);
       // What comes from a file may be anything.
       const double square_of_both = e.error.dot(covariance.inverse() * e.error);
       if (!covariance.allFinite() || covariance.diagonal().minCoeff() <= 0.0 ||
@@ -112,6 +120,7 @@ MeanSquares mean_squares(const std::vector<PredictedBlock>& blocks, const NoiseS
       sum.range += square(0);
       sum.bearing += square(1);
       sum.both += std::clamp(square_of_both, 0.0, kLargestSquareOfTwo);
+      const Eigen::Matrix2d by_motions = scales.motion * scales.motion * e.by_motions;
       sum.by_motions += by_motions.trace() / covariance.trace();
       ++count;
     }
@@ -131,8 +140,40 @@ double excess(const MeanSquares& squares, const std::vector<PredictedBlock>& blo
   return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));
 }
 
-double excess(const std::vector<PredictedBlock>& blocks, const NoiseScales& scales) {
-  return excess(mean_squares(blocks, scales), blocks);
+// Logarithm of how likely the errors are, up to a constant: those of a block count as one.
+double log_likelihood(const std::vector<PredictedBlock>& blocks, const NoiseScales& scales) {
+  double sum = 0.0;
+  for (const PredictedBlock& block : blocks) {
+    double of_block = 0.0;
+    for (const PredictionError& e : block) {
+      const Eigen::Matrix2d covariance = covariance_of(e, scales);
+      const double square = e.error.dot(covariance.inverse() * e.error);
+      const double determinant = covariance.determinant();
+      if (!std::isfinite(square) || !(determinant > 0.0)) continue;
+      of_block -= 0.5 * (std::log(determinant) + std::clamp(square, 0.0, kLargestSquareOfTwo));
+    }
+    sum += of_block / static_cast<double>(block.size());
+  }
+  return sum;
+}
+
+// The likeliest scale of the odometry, at most 1, under a log-normal prior, where sightings are as
+// stated; larger by a standard error.
+double better_motion(const std::vector<PredictedBlock>& windows) {
+  constexpr int kSteps = 46;  // of 5 %, down to kSmallestNoiseScale
+  double best = -std::numeric_limits<double>::infinity();
+  double found = 1.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double log_scale = std::log(kSmallestNoiseScale) * i / kSteps;
+    const double of_prior = log_scale / kPriorSigma;
+    const double scale = std::exp(log_scale);
+    const double likelihood =
+        log_likelihood(windows, {1.0, 1.0, scale}) - 0.5 * of_prior * of_prior;
+    if (likelihood <= best) continue;
+    best = likelihood;
+    found = scale;
+  }
+  return std::min(1.0, found * std::sqrt(1.0 + standard_error(windows)));
 }
 
 // How much larger, in standard deviations, the errors of ranges are than those of bearings, nearer
@@ -145,7 +186,7 @@ double ratio_of_range(const std::vector<PredictedBlock>& passages, const NoiseSc
   return std::exp(ratio - std::clamp(ratio, -error, error));
 }
 
-double scaled(double scale, double excess) {
+double worse(double scale, double excess) {
   return std::clamp(scale * std::sqrt(excess), 1.0, kLargestNoiseScale);
 }
 
@@ -239,23 +280,26 @@ std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector
 }
 
 NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
-                         const std::vector<PredictedBlock>& windows) {
+                         const std::vector<PredictedBlock>& windows, NoiseDirection direction) {
   constexpr int kIterations = 30;
-  // Both fitted together would run along a ridge, on which errors that sightings have in common
-  // pass for noise of the odometry: so sightings are judged under odometry as stated.
+  // Worse than stated: sightings are judged under odometry as stated. Both fitted together would
+  // run along a ridge, on which errors that sightings have in common pass for noise of the
+  // odometry.
   NoiseScales sightings, all;
   for (int i = 0; i < kIterations; ++i) {
     sightings.range = sightings.bearing =
-        scaled(sightings.range, std::max(excess(passages, sightings), excess(windows, sightings)));
-    const double of_passages = excess(passages, all);
+        worse(sightings.range, std::max(excess(mean_squares(passages, sightings), passages),
+                                        excess(mean_squares(windows, sightings), windows)));
     const MeanSquares of_windows = mean_squares(windows, all);
     const double share = std::min(1.0, kFullShare * of_windows.by_motions);
-    all.range = all.bearing = scaled(all.range, of_passages);
-    all.motion = scaled(all.motion, std::pow(excess(of_windows, windows), share));
+    all.range = all.bearing = worse(all.range, excess(mean_squares(passages, all), passages));
+    all.motion = worse(all.motion, std::pow(excess(of_windows, windows), share));
   }
+  if (direction == NoiseDirection::both && all.motion == 1.0 && windows.size() >= kFewestWindows)
+    all.motion = better_motion(windows);
   // The product stays: what a sighting says of a place.
   const double root = std::sqrt(ratio_of_range(passages, sightings));
-  return {scaled(sightings.range * root, 1.0), scaled(sightings.bearing / root, 1.0), all.motion};
+  return {worse(sightings.range * root, 1.0), worse(sightings.bearing / root, 1.0), all.motion};
 }
 
 double noise_doubt(std::size_t blocks) {

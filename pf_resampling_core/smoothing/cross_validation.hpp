@@ -49,10 +49,16 @@ std::vector<LeftOutBlock> passages(const SmoothingGraph& graph, const std::vecto
 std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector<double>& times,
                                   double since, double until);
 
+/// Whether odometry may be found to be better than stated, too.
+enum class NoiseDirection { worse, both };
+
 /// The scales under which the mean squares of the prediction errors of passages and of windows are
 /// at most a standard error larger than they should be, none below 1: no more than the data show.
+/// With both directions, odometry that is not worse than stated may be better: its scale is then
+/// the likeliest under a log-normal prior (0.7), larger by a standard error.
 NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
-                         const std::vector<PredictedBlock>& windows);
+                         const std::vector<PredictedBlock>& windows,
+                         NoiseDirection direction = NoiseDirection::worse);
 
 /// By what factor standard deviations may still be larger than noise_scales() found from so many
 /// blocks: by three standard errors of what is found from two numbers a block, e^(1.5/sqrt(n)). The

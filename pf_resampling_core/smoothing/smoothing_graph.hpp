@@ -65,12 +65,14 @@ struct RangeFactor {
 };
 
 /// Factors of the standard deviations as stated: errors of real sensors last, and so many count for
-/// less than as many that do not. Within [1, kLargestNoiseScale].
+/// less than as many that do not; and what is stated may be too large. Within
+/// [kSmallestNoiseScale, kLargestNoiseScale].
 struct NoiseScales {
   double range = 1.0;
   double bearing = 1.0;
   double motion = 1.0;
 };
+inline constexpr double kSmallestNoiseScale = 0.1;
 inline constexpr double kLargestNoiseScale = 20.0;
 
 /// What is known from elsewhere (a belief at the start, data that have left the window) about the

@@ -1,0 +1,245 @@
+#include "pf_resampling_core/filters/fastslam/memory/left_out.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pf_resampling_core/smoothing/residuals.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kWindow = 25.0;  // s
+// A prediction so many times less certain than the observations tells nothing.
+constexpr double kNoPrediction = 1e7;
+constexpr double kFar = 1e4;  // m
+
+// A segment without what is left out, at the graph's estimate.
+struct Remainder {
+  Segment whole;  // with it, not condensed
+  Segment segment;
+  SegmentLinearization linear;
+  Eigen::LLT<Eigen::MatrixXd> between;  // of the poses between, summed over kinds
+  Eigen::VectorXd pull;                 // their gradient
+};
+using Remainders = std::map<std::size_t, Remainder>;
+
+bool leave_out(const SegmentGraph& graph, double robust_width, const LeftOutSightings& block,
+               Remainders* remainders) {
+  std::map<std::size_t, std::vector<std::size_t>> left_out;
+  for (const SightingPlace& place : block.sightings) {
+    left_out[place.segment].push_back(place.sighting);
+  }
+  for (auto& [s, sightings] : left_out) {
+    if (!graph.segments[s]->has_data()) return false;
+    std::sort(sightings.begin(), sightings.end());
+    Remainder& rest = (*remainders)[s];
+    rest.whole = at_estimate(graph, s);
+    rest.segment = without(sightings, rest.whole);
+    if (!condense(robust_width, &rest.segment, &rest.linear)) return false;
+    const Eigen::Index size = rest.segment.between.rows();
+    if (size == 0) continue;
+    Eigen::MatrixXd own = Eigen::MatrixXd::Zero(size, size);
+    rest.pull = Eigen::VectorXd::Zero(size);
+    for (int kind = 0; kind < kDataKinds; ++kind) {
+      const std::size_t k = static_cast<std::size_t>(kind);
+      if (rest.linear.hessian[k].size() == 0) continue;
+      own += rest.linear.hessian[k].topLeftCorner(size, size);
+      rest.pull += rest.linear.gradient[k].head(size);
+    }
+    rest.between.compute(own);
+  }
+  return true;
+}
+
+// The mean residual of a group, scaled to unit variance, and how it follows the unknowns of the
+// graph and the poses between of the segments that it is in.
+struct GroupMean {
+  Eigen::Vector2d value = Eigen::Vector2d::Zero();
+  Eigen::MatrixXd by_unknowns;
+  std::map<std::size_t, Eigen::MatrixXd> by_between;  // two columns
+};
+
+GroupMean mean_of(const SegmentGraph& graph, double robust_width,
+                  const std::vector<SightingPlace>& group, const Remainders& remainders,
+                  const SegmentEquations& equations) {
+  GroupMean mean;
+  mean.by_unknowns.setZero(equations.size(), 2);
+  Eigen::Array2d information = Eigen::Array2d::Zero();
+  for (const SightingPlace& place : group) {
+    const Remainder& rest = remainders.at(place.segment);
+    const Segment& whole = rest.whole;
+    const SightingFactor& sighting = whole.sightings[place.sighting];
+    const std::size_t track = static_cast<std::size_t>(sighting.landmark);
+    const SightingResidual r = sighting_residual(
+        sighting, graph.noise, whole.poses[static_cast<std::size_t>(sighting.pose)],
+        whole.tracks[track], graph.constants);
+    const double root = std::sqrt(robust_weight(r.value.squaredNorm(), robust_width));
+    const Eigen::Array2d share(root / std::sqrt(sighting.range_variance),
+                               root / std::sqrt(sighting.bearing_variance));
+    information += share.square();
+    const Eigen::Matrix2d factor = (root * share).matrix().asDiagonal();
+    mean.value += factor * r.value;
+    // As of a segment that has this track alone.
+    Segment alone;
+    alone.landmarks = {whole.landmarks[track]};
+    alone.tracks = {whole.tracks[track]};
+    Eigen::MatrixXd local = Eigen::MatrixXd::Zero(alone.size(), 2);
+    local.middleRows<2>(3) = (factor * r.by_landmark).transpose();
+    local.bottomRows<2>() = (factor * r.by_constants).transpose();
+    const Eigen::Matrix<double, 3, 2> by_pose = (factor * r.by_pose).transpose();
+    if (static_cast<std::size_t>(sighting.pose) + 1 == whole.poses.size()) {
+      local.topRows<3>() = by_pose;
+    } else {
+      Eigen::MatrixXd& by_between = mean.by_between[place.segment];
+      if (by_between.size() == 0) by_between.setZero(rest.segment.between.rows(), 2);
+      by_between.middleRows<3>(3 * sighting.pose) += by_pose;
+    }
+    equations.from_segment(graph, place.segment, alone, local, &mean.by_unknowns);
+  }
+  const Eigen::Matrix2d scale = information.rsqrt().matrix().asDiagonal();
+  mean.value = (scale * mean.value).eval();
+  mean.by_unknowns = (mean.by_unknowns * scale).eval();
+  for (auto& [s, by_between] : mean.by_between) {
+    by_between = (by_between * scale).eval();
+    const Remainder& rest = remainders.at(s);
+    mean.value -= by_between.transpose() * rest.between.solve(rest.pull);
+    equations.from_segment(graph, s, rest.segment, rest.segment.between.transpose() * by_between,
+                           &mean.by_unknowns);
+  }
+  return mean;
+}
+
+using Parts = std::array<Eigen::Matrix2d, kDataKinds>;
+
+// What each kind of data but those left out says along directions: those of the graph's unknowns,
+// and with them, in segments of the group, of the poses between.
+Parts parts_along(const SegmentGraph& graph, const GroupMean& mean, const Remainders& remainders,
+                  const Eigen::MatrixXd& spread, const SegmentEquations& equations) {
+  Parts parts;
+  parts.fill(Eigen::Matrix2d::Zero());
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const auto rest = remainders.find(s);
+    if (rest == remainders.end()) {
+      const Segment& segment = *graph.segments[s];
+      const std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
+      const Eigen::MatrixXd along = equations.to_segment(graph, s, segment, spread);
+      for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
+        if (segment.information[kind].size() == 0) continue;
+        parts[kind] += weights[kind] * along.transpose() * (segment.information[kind] * along);
+      }
+      continue;
+    }
+    const Segment& segment = rest->second.segment;
+    const Eigen::MatrixXd along = equations.to_segment(graph, s, segment, spread);
+    const Eigen::Index between = segment.between.rows();
+    Eigen::MatrixXd all(between + along.rows(), 2);
+    all.bottomRows(along.rows()) = along;
+    if (between > 0) {
+      all.topRows(between) = segment.between * along;
+      const auto by_between = mean.by_between.find(s);
+      if (by_between != mean.by_between.end()) {
+        all.topRows(between) += rest->second.between.solve(by_between->second);
+      }
+    }
+    for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
+      const Eigen::MatrixXd& hessian = rest->second.linear.hessian[kind];
+      if (hessian.size() == 0) continue;
+      parts[kind] += all.transpose() * (hessian.selfadjointView<Eigen::Lower>() * all);
+    }
+  }
+  const Eigen::MatrixXd constants = spread.middleRows<kSensorConstants>(equations.constants_at());
+  parts[DataKind::given] +=
+      constants.transpose() * constants_information(graph).asDiagonal() * constants;
+  return parts;
+}
+
+PredictionError prediction_error(const NoiseScales& noise, const GroupMean& mean, Parts parts,
+                                 const Eigen::VectorXd& step) {
+  parts[DataKind::range](0, 0) += 1.0;
+  parts[DataKind::bearing](1, 1) += 1.0;
+  // From standard deviations as they are taken to be back to those stated.
+  const Eigen::Vector2d unit(noise.range, noise.bearing);
+  const auto stated = [&](const Eigen::Matrix2d& covariance, double scale) -> Eigen::Matrix2d {
+    return unit.asDiagonal() * covariance * unit.asDiagonal() / (scale * scale);
+  };
+  PredictionError error;
+  error.error = unit.cwiseProduct(mean.value + mean.by_unknowns.transpose() * step);
+  error.by_ranges = stated(parts[DataKind::range], noise.range);
+  error.by_bearings = stated(parts[DataKind::bearing], noise.bearing);
+  error.by_motions = stated(parts[DataKind::motion], noise.motion);
+  error.by_prior = stated(parts[DataKind::given], 1.0);
+  return error;
+}
+
+}  // namespace
+
+std::vector<LeftOutSightings> completed_windows(const SegmentGraph& graph,
+                                                const std::vector<double>& begins, double since,
+                                                double until) {
+  constexpr double kStride = 0.5 * kWindow;
+  std::vector<LeftOutSightings> windows;
+  const double first = std::floor((since - kWindow - kStride) / kStride) * kStride;
+  // The first segment that may reach into the first window.
+  std::size_t from = begins.size();
+  while (from > 0 && begins[from - 1] >= first) --from;
+  if (from > 0) --from;
+  for (double begin = std::max(0.0, first); begin + kWindow + kStride <= until; begin += kStride) {
+    if (begin + kWindow + kStride <= since) continue;
+    LeftOutSightings window;
+    std::map<int, std::vector<SightingPlace>> groups;
+    bool has_data = true;
+    for (std::size_t s = from; s < graph.segments.size() && begins[s] < begin + kWindow; ++s) {
+      const Segment& segment = *graph.segments[s];
+      std::vector<double> times;
+      double time = begins[s];
+      for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+      if (time < begin) continue;
+      has_data = has_data && segment.has_data();
+      for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
+        const SightingFactor& sighting = segment.sightings[i];
+        const double at = times[static_cast<std::size_t>(sighting.pose)];
+        if (at < begin || at >= begin + kWindow) continue;
+        window.sightings.push_back({s, i});
+        if (std::abs(at - begin - kStride) > 0.5 * kStride) continue;
+        groups[segment.landmarks[static_cast<std::size_t>(sighting.landmark)]].push_back({s, i});
+      }
+    }
+    for (auto& [landmark, group] : groups) window.groups.push_back(std::move(group));
+    if (has_data && !window.groups.empty()) windows.push_back(std::move(window));
+  }
+  return windows;
+}
+
+std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_width,
+                                    const std::vector<LeftOutSightings>& blocks) {
+  std::vector<PredictedBlock> predicted_blocks;
+  if (blocks.empty()) return predicted_blocks;
+  SegmentEquations equations(graph);
+  for (const LeftOutSightings& block : blocks) {
+    Remainders remainders;
+    if (!leave_out(graph, robust_width, block, &remainders)) continue;
+    equations.linearize(graph);
+    for (const auto& [s, rest] : remainders) {
+      equations.add(graph, s, *graph.segments[s], -1.0);
+      equations.add(graph, s, rest.segment, 1.0);
+    }
+    equations.add_to_landmarks(kFar);
+    if (!equations.factorize(0.0)) continue;
+    const Eigen::VectorXd step = equations.step();
+    PredictedBlock errors;
+    for (const std::vector<SightingPlace>& group : block.groups) {
+      const GroupMean mean = mean_of(graph, robust_width, group, remainders, equations);
+      const Eigen::MatrixXd spread = equations.solve(mean.by_unknowns);
+      const Eigen::Matrix2d predicted = mean.by_unknowns.transpose() * spread;
+      if (!predicted.allFinite() || predicted.maxCoeff() > kNoPrediction) continue;
+      errors.push_back(prediction_error(
+          graph.noise, mean, parts_along(graph, mean, remainders, spread, equations), step));
+    }
+    if (!errors.empty()) predicted_blocks.push_back(std::move(errors));
+  }
+  return predicted_blocks;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/memory/left_out.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/segment_graph.hpp"
+#include "pf_resampling_core/smoothing/cross_validation.hpp"
+
+namespace pf_resampling {
+
+/// A belief to begin with, where there is one: means and joint covariance of (pose; landmarks;
+/// constants), in the frame of the map.
+struct StartingBelief {
+  Pose2 pose;
+  std::vector<Eigen::Vector2d> landmarks;
+  std::vector<std::int64_t> landmark_ids;
+  SensorConstants constants = SensorConstants::Zero();
+  Eigen::MatrixXd covariance;
+};
+
+/// What a population is drawn from.
+struct MemoryDraw {
+  Eigen::MatrixXd deviations;  ///< see draw_deviations()
+  std::vector<Eigen::Matrix2d> landmarks_given_path;
+  OdometryInformation odometry_given_path = OdometryInformation::Zero();
+};
+
+/// Where the wheels slipped: the odometry of a segment is far from what all data say.
+struct Slip {
+  double begin = 0.0, end = 0.0;  ///< s since the start
+  double square = 0.0;  ///< squared error in standard deviations, three degrees of freedom
+};
+
+/// What a memory holds, as it is saved.
+struct MemoryState {
+  SegmentGraph graph;
+  std::vector<std::int64_t> landmark_ids;
+  std::vector<int> last_seen;  ///< update in which each landmark was seen last
+  std::vector<double> begins;  ///< s since the start, of each segment
+  Segment open;                ///< what came since the last of them, not condensed
+  std::size_t placed = 0;      ///< landmarks that have an estimate
+  std::size_t next_start = 0;  ///< segments from which a doubtful solution is started anew
+  int updates = 0;
+  int longest_absence = 0;                 ///< updates without the landmarks of the last one
+  double time = 0.0;                       ///< s since the start
+  double validated = 0.0;                  ///< s, up to where blocks were left out and predicted
+  double next_validation = 0.0;            ///< s
+  std::vector<OpenPassage> open_passages;  ///< of each landmark
+  std::vector<LeftOutSightings> passages_left;  ///< that have ended and are not yet predicted
+  /// Passages and windows that were predicted, the newest last.
+  std::vector<PredictedBlock> passages;
+  std::vector<PredictedBlock> windows;
+};
+
+/// The whole drive, in segments.
+class Memory {
+ public:
+  bool is_empty() const { return state_.graph.bases.empty(); }
+  void clear() { *this = Memory(); }
+  /// The same, but what was found of the noise stays for the next drive.
+  void forget_drive();
+
+  /// Begins at a pose that is known, with constants known to `sigma`.
+  void start(const Pose2& pose, const SensorConstants& sigma);
+  /// Begins at a belief. False, changing nothing, unless its covariance is positive definite.
+  bool start(const StartingBelief& belief);
+  void resume(const MemoryState& state);
+
+  /// An update: the odometry that led to it; then what was seen.
+  void append(const MotionFactor& motion);
+  void append_sighting(std::int64_t landmark_id, SightingFactor sighting);
+
+  /// Whether the last update saw a landmark that the `absence` updates before it did not see.
+  bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
+
+  /// Solves for the whole drive, from the last solution. False if there is no solution: what came
+  /// is kept, and takes part in the next.
+  bool solve(double robust_width);
+  /// After solve().
+  MemoryDraw draw(int particles, const RandomStream& stream) const;
+  /// After solve(): leaves out and predicts what has been completed since the last call and states
+  /// the noise by how well that went, from the next solve() on.
+  void validate(double robust_width);
+  void take_noise_as_stated() { state_.graph.noise = {}; }
+
+  const MemoryState& state() const { return state_; }
+  const SegmentGraph& graph() const { return state_.graph; }
+  std::size_t updates() const { return static_cast<std::size_t>(state_.updates); }
+  /// Number of a landmark in the graph by its id; -1: none.
+  int number_of(std::int64_t landmark_id) const;
+  /// After solve(): of all updates, the first pose left out.
+  std::vector<Pose2> path() const;
+  std::vector<Slip> slips() const;
+
+ private:
+  bool close_segment(double robust_width);
+  bool start_anew(double robust_width, SegmentGraph* graph) const;
+  void note_passages(std::size_t segment);
+
+  MemoryState state_;
+  std::unordered_map<std::int64_t, int> numbers_;      // of landmark_ids
+  std::shared_ptr<const SegmentEquations> equations_;  // factorised at the last solution
+};
+
+}  // namespace pf_resampling

@@ -1,0 +1,277 @@
+#include "pf_resampling_core/filters/fastslam/memory/segment.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/smoothing/residuals.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kMostFits = 20;
+constexpr double kFitted = 1e-4;  // of the cost, that a step promises
+constexpr double kLeastFitDamping = 1e-6;
+constexpr double kLargestFitDamping = 1e8;
+constexpr std::size_t kDataOfSegments = 3;  // kinds
+
+Eigen::Index between_size(const Segment& segment) {
+  return 3 * (static_cast<Eigen::Index>(segment.poses.size()) - 1);
+}
+
+Eigen::Index track_at(const Segment& segment, int track) {
+  return between_size(segment) + 3 + 2 * track;
+}
+
+Pose2 pose_before(const Segment& segment, std::size_t i) {
+  return i == 0 ? Pose2{} : segment.poses[i - 1];
+}
+
+double motion_scale(const Segment& segment) {
+  return segment.noise.motion / std::sqrt(segment.motion_share);
+}
+
+double cost_of(const Segment& segment, const std::vector<Eigen::Matrix3d>& roots, double width) {
+  double cost = 0.0;
+  for (std::size_t i = 0; i < segment.motions.size(); ++i) {
+    const MotionResidual r = motion_residual(segment.motions[i], roots[i], pose_before(segment, i),
+                                             segment.poses[i], segment.constants);
+    cost += robust_cost(r.value.squaredNorm(), width);
+  }
+  for (const SightingFactor& sighting : segment.sightings) {
+    const SightingResidual r = sighting_residual(
+        sighting, segment.noise, segment.poses[static_cast<std::size_t>(sighting.pose)],
+        segment.tracks[static_cast<std::size_t>(sighting.landmark)], segment.constants);
+    cost += robust_cost(r.value.squaredNorm(), width);
+  }
+  return cost;
+}
+
+std::vector<Eigen::Matrix3d> motion_roots(const Segment& segment) {
+  std::vector<Eigen::Matrix3d> roots;
+  roots.reserve(segment.motions.size());
+  for (const MotionFactor& motion : segment.motions) {
+    roots.push_back(motion_root(motion, motion_scale(segment)));
+  }
+  return roots;
+}
+
+// Lower triangles only.
+void linearize(const Segment& segment, const std::vector<Eigen::Matrix3d>& roots, double width,
+               SegmentLinearization* linear) {
+  const Eigen::Index between = between_size(segment);
+  const Eigen::Index size = between + segment.size();
+  const Eigen::Index constants = size - kSensorConstants;
+  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
+    linear->hessian[kind].setZero(size, size);
+    linear->gradient[kind].setZero(size);
+    linear->cost[kind] = 0.0;
+  }
+  Eigen::MatrixXd& of_motions = linear->hessian[DataKind::motion];
+  Eigen::VectorXd& motion_gradient = linear->gradient[DataKind::motion];
+  for (std::size_t i = 0; i < segment.motions.size(); ++i) {
+    const MotionResidual r = motion_residual(segment.motions[i], roots[i], pose_before(segment, i),
+                                             segment.poses[i], segment.constants);
+    const double squared = r.value.squaredNorm();
+    const double weight = robust_weight(squared, width);
+    linear->cost[DataKind::motion] += robust_cost(squared, width);
+    const Eigen::Index to = 3 * static_cast<Eigen::Index>(i);
+    const auto by_constants = r.by_constants;
+    of_motions.block<3, 3>(to, to).noalias() += weight * r.by_to.transpose() * r.by_to;
+    of_motions.block<kOdometryConstants, 3>(constants, to).noalias() +=
+        weight * by_constants.transpose() * r.by_to;
+    of_motions.block<kOdometryConstants, kOdometryConstants>(constants, constants).noalias() +=
+        weight * by_constants.transpose() * by_constants;
+    motion_gradient.segment<3>(to).noalias() += weight * r.by_to.transpose() * r.value;
+    motion_gradient.segment<kOdometryConstants>(constants).noalias() +=
+        weight * by_constants.transpose() * r.value;
+    if (i == 0) continue;
+    of_motions.block<3, 3>(to - 3, to - 3).noalias() += weight * r.by_from.transpose() * r.by_from;
+    of_motions.block<3, 3>(to, to - 3).noalias() += weight * r.by_to.transpose() * r.by_from;
+    of_motions.block<kOdometryConstants, 3>(constants, to - 3).noalias() +=
+        weight * by_constants.transpose() * r.by_from;
+    motion_gradient.segment<3>(to - 3).noalias() += weight * r.by_from.transpose() * r.value;
+  }
+  for (const SightingFactor& sighting : segment.sightings) {
+    const SightingResidual r = sighting_residual(
+        sighting, segment.noise, segment.poses[static_cast<std::size_t>(sighting.pose)],
+        segment.tracks[static_cast<std::size_t>(sighting.landmark)], segment.constants);
+    const double squared = r.value.squaredNorm();
+    const double weight = robust_weight(squared, width);
+    const double cost = robust_cost(squared, width);
+    const Eigen::Index pose = 3 * sighting.pose;
+    const Eigen::Index track = track_at(segment, sighting.landmark);
+    const Eigen::Index sensor = constants + SensorConstant::range_scale;
+    for (int row = 0; row < 2; ++row) {
+      const std::size_t kind = row == 0 ? DataKind::range : DataKind::bearing;
+      linear->cost[kind] +=
+          squared > 0.0 ? cost * r.value[row] * r.value[row] / squared : 0.5 * cost;
+      const Eigen::RowVector3d by_pose = r.by_pose.row(row);
+      const Eigen::RowVector2d by_track = r.by_landmark.row(row);
+      const Eigen::RowVector2d by_sensor = r.by_constants.row(row);
+      const double value = weight * r.value[row];
+      Eigen::MatrixXd& hessian = linear->hessian[kind];
+      Eigen::VectorXd& gradient = linear->gradient[kind];
+      hessian.block<3, 3>(pose, pose).noalias() += weight * by_pose.transpose() * by_pose;
+      hessian.block<2, 3>(track, pose).noalias() += weight * by_track.transpose() * by_pose;
+      hessian.block<2, 2>(track, track).noalias() += weight * by_track.transpose() * by_track;
+      hessian.block<2, 3>(sensor, pose).noalias() += weight * by_sensor.transpose() * by_pose;
+      hessian.block<2, 2>(sensor, track).noalias() += weight * by_sensor.transpose() * by_track;
+      hessian.block<2, 2>(sensor, sensor).noalias() += weight * by_sensor.transpose() * by_sensor;
+      gradient.segment<3>(pose) += value * by_pose.transpose();
+      gradient.segment<2>(track) += value * by_track.transpose();
+      gradient.segment<2>(sensor) += value * by_sensor.transpose();
+    }
+  }
+}
+
+void move(const Eigen::VectorXd& step, Segment* segment) {
+  for (std::size_t i = 0; i < segment->poses.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    if (at + 3 > step.size()) return;
+    Pose2& pose = segment->poses[i];
+    pose = {pose.x + step[at], pose.y + step[at + 1], wrap_angle(pose.heading + step[at + 2])};
+  }
+  for (std::size_t k = 0; k < segment->tracks.size(); ++k) {
+    segment->tracks[k] += step.segment<2>(track_at(*segment, static_cast<int>(k)));
+  }
+}
+
+}  // namespace
+
+double Segment::duration() const {
+  double sum = 0.0;
+  for (const MotionFactor& motion : motions) sum += motion.duration();
+  return sum;
+}
+
+void initialize(Segment* segment) {
+  segment->poses.clear();
+  Pose2 pose;
+  for (const MotionFactor& motion : segment->motions) {
+    pose = compose(pose, corrected_motion(motion, segment->constants));
+    segment->poses.push_back(pose);
+  }
+  segment->tracks.resize(segment->landmarks.size());
+  for (std::size_t s = segment->sightings.size(); s-- > 0;) {  // the first has the last word
+    const SightingFactor& sighting = segment->sightings[s];
+    const Pose2 eye =
+        compose(segment->poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
+    const double direction =
+        eye.heading + sighting.bearing - segment->constants[SensorConstant::bearing_bias];
+    const double range = sighting.range / (1.0 + segment->constants[SensorConstant::range_scale]);
+    segment->tracks[static_cast<std::size_t>(sighting.landmark)] = {
+        eye.x + range * std::cos(direction), eye.y + range * std::sin(direction)};
+  }
+}
+
+bool fit(FreePart free, double robust_width, Segment* segment) {
+  const Eigen::Index between = between_size(*segment);
+  const Eigen::Index count =
+      free == FreePart::between ? between : between + segment->size() - kSensorConstants;
+  if (count == 0) return true;
+  const std::vector<Eigen::Matrix3d> roots = motion_roots(*segment);
+  SegmentLinearization linear;
+  double cost = cost_of(*segment, roots, robust_width);
+  double damping = 0.0;
+  for (int i = 0; i < kMostFits; ++i) {
+    linearize(*segment, roots, robust_width, &linear);
+    Eigen::MatrixXd hessian = linear.hessian[0].topLeftCorner(count, count);
+    Eigen::VectorXd gradient = linear.gradient[0].head(count);
+    for (std::size_t kind = 1; kind < kDataOfSegments; ++kind) {
+      hessian += linear.hessian[kind].topLeftCorner(count, count);
+      gradient += linear.gradient[kind].head(count);
+    }
+    if (!gradient.allFinite()) return false;
+    for (bool is_better = false; !is_better;) {
+      if (damping > kLargestFitDamping) return true;
+      Eigen::MatrixXd damped = hessian;
+      damped.diagonal() *= 1.0 + damping;
+      const Eigen::LLT<Eigen::MatrixXd> root(damped);
+      if (root.info() == Eigen::Success) {
+        const Eigen::VectorXd step = -root.solve(gradient);
+        const double promise = -0.5 * step.dot(gradient);
+        Segment moved = *segment;
+        move(step, &moved);
+        const double moved_cost = cost_of(moved, roots, robust_width);
+        is_better = moved_cost <= cost;
+        if (is_better) {
+          segment->poses = std::move(moved.poses);
+          segment->tracks = std::move(moved.tracks);
+          cost = moved_cost;
+        }
+        if (promise < kFitted) return true;
+      }
+      damping = is_better ? 0.1 * damping : std::max(kLeastFitDamping, 10.0 * damping);
+      if (damping < kLeastFitDamping) damping = 0.0;
+    }
+  }
+  return std::isfinite(cost);
+}
+
+bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization) {
+  const Eigen::Index between = between_size(*segment);
+  const Eigen::Index size = segment->size();
+  SegmentLinearization own_linearization;
+  SegmentLinearization& linear = linearization == nullptr ? own_linearization : *linearization;
+  linearize(*segment, motion_roots(*segment), robust_width, &linear);
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(between, between);
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, between);
+  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
+    own += linear.hessian[kind].topLeftCorner(between, between);
+    coupling += linear.hessian[kind].bottomLeftCorner(size, between);
+  }
+  if (between > 0) {
+    const Eigen::LLT<Eigen::MatrixXd> root(own);
+    if (root.info() != Eigen::Success) return false;
+    segment->between = -root.solve(coupling.transpose());
+  } else {
+    segment->between.resize(0, size);
+  }
+  const Eigen::MatrixXd& follow = segment->between;
+  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
+    const Eigen::MatrixXd& hessian = linear.hessian[kind];
+    Eigen::MatrixXd information = hessian.bottomRightCorner(size, size);
+    if (between > 0) {
+      const Eigen::MatrixXd of_between =
+          hessian.topLeftCorner(between, between).selfadjointView<Eigen::Lower>() * follow;
+      const Eigen::MatrixXd across = hessian.bottomLeftCorner(size, between) * follow;
+      information.noalias() += across + across.transpose() + follow.transpose() * of_between;
+    }
+    information.triangularView<Eigen::StrictlyUpper>() =
+        information.transpose().triangularView<Eigen::StrictlyUpper>();
+    segment->information[kind] = std::move(information);
+    segment->gradient[kind] = linear.gradient[kind].tail(size);
+    if (between > 0) {
+      segment->gradient[kind].noalias() += follow.transpose() * linear.gradient[kind].head(between);
+    }
+    segment->cost[kind] = linear.cost[kind];
+    if (!segment->information[kind].allFinite() || !segment->gradient[kind].allFinite()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Segment without(const std::vector<std::size_t>& sightings, const Segment& segment) {
+  Segment left = segment;
+  left.sightings.clear();
+  left.landmarks.clear();
+  left.tracks.clear();
+  std::vector<int> new_track(segment.tracks.size(), -1);
+  for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
+    if (std::binary_search(sightings.begin(), sightings.end(), i)) continue;
+    SightingFactor sighting = segment.sightings[i];
+    const std::size_t track = static_cast<std::size_t>(sighting.landmark);
+    if (new_track[track] < 0) {
+      new_track[track] = static_cast<int>(left.tracks.size());
+      left.tracks.push_back(segment.tracks[track]);
+      left.landmarks.push_back(segment.landmarks[track]);
+    }
+    sighting.landmark = new_track[track];
+    left.sightings.push_back(sighting);
+  }
+  return left;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/smoothing/smoothing_graph.hpp"
+
+namespace pf_resampling {
+
+/// Where information comes from: the noise of the first three is learnt, each by itself.
+struct DataKind {
+  enum Index : int {
+    range,
+    bearing,
+    motion,
+    given,  ///< a belief at the start
+  };
+};
+inline constexpr int kDataKinds = 4;
+
+/// What a stretch of the drive says, in the frame of the pose that it starts from (its base): the
+/// cost, for each kind of data,
+///   cost + gradientᵀ·e + ½ eᵀ·information·e,   e = y − (where it was condensed),
+/// over y = (end pose; tracks; constants), 3 + 2K + 7 unknowns. A track is a landmark as this
+/// segment saw it. The poses between are eliminated. The segment turns and moves as one: nothing is
+/// linearised in a frame that a loop will turn.
+struct Segment {
+  std::vector<MotionFactor> motions;      ///< i leads to poses[i], the first from the base
+  std::vector<SightingFactor> sightings;  ///< `pose` of poses, `landmark` of tracks
+  std::vector<int> landmarks;             ///< of each track
+
+  // Where it was condensed.
+  std::vector<Pose2> poses;             ///< the last is the end
+  std::vector<Eigen::Vector2d> tracks;  ///< m
+  SensorConstants constants = SensorConstants::Zero();
+  NoiseScales noise;
+  double motion_share = 1.0;  ///< weight of its odometry: less than 1 where the wheels slipped
+
+  std::array<double, kDataKinds> cost = {};
+  std::array<Eigen::VectorXd, kDataKinds> gradient;
+  std::array<Eigen::MatrixXd, kDataKinds> information;  ///< empty: none
+  /// How the poses between follow y: 3 (poses − 1) rows; empty where the data are gone.
+  Eigen::MatrixXd between;
+
+  Eigen::Index size() const {
+    return 3 + 2 * static_cast<Eigen::Index>(tracks.size()) + kSensorConstants;
+  }
+  Eigen::Index constants_at() const { return size() - kSensorConstants; }
+  /// Whether it can be condensed anew.
+  bool has_data() const { return !motions.empty(); }
+  /// s
+  double duration() const;
+};
+
+/// Poses as the odometry has them, tracks where they were first seen.
+void initialize(Segment* segment);
+
+/// What fit() may move.
+enum class FreePart { between, between_end_and_tracks };
+
+/// Least squares over the segment alone: robust (Cauchy) in sightings and motions. False, with what
+/// was reached, where that is not finite.
+bool fit(FreePart free, double robust_width, Segment* segment);
+
+/// Of all unknowns of a segment (poses between, end, tracks, constants), at where it was condensed;
+/// lower triangles.
+struct SegmentLinearization {
+  std::array<Eigen::MatrixXd, kDataKinds> hessian;  ///< empty: none
+  std::array<Eigen::VectorXd, kDataKinds> gradient;
+  std::array<double, kDataKinds> cost = {};
+};
+
+/// Linearises at the poses, tracks and constants that it has, and eliminates the poses between.
+/// False if these are not determined. `linearization`, if given, is left there.
+bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization = nullptr);
+
+/// Without some of its sightings, ascending, and without tracks that have no other; not condensed.
+Segment without(const std::vector<std::size_t>& sightings, const Segment& segment);
+
+}  // namespace pf_resampling

@@ -1,0 +1,195 @@
+#include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "pf_resampling_core/smoothing/smoother.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kWidth = 4.0;
+constexpr double kPeriod = 0.25;  // s
+constexpr int kUpdatesPerSegment = 25;
+
+// A robot that drives circles among landmarks of which it sees the nearest ones, so that it closes
+// a loop with each lap.
+struct Drive {
+  std::vector<Eigen::Vector2d> landmarks;
+  std::vector<Pose2> poses;
+  std::vector<MotionFactor> motions;
+  std::vector<std::vector<SightingFactor>> sightings;  // of each motion's end
+};
+
+Drive drive(int laps, std::uint64_t seed, double slip_from = -1.0) {
+  constexpr int kPerLap = 200;
+  Drive drive;
+  for (int l = 0; l < 16; ++l) {
+    const double angle = 2.0 * kPi * l / 16.0;
+    const double radius = l % 2 == 0 ? 11.0 : 6.0;
+    drive.landmarks.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  const RandomStream noise(seed, RandomPurpose::test, 0);
+  std::uint64_t next = 0;
+  const Pose2 step = {2.0 * 8.0 * std::sin(kPi / kPerLap), 0.0, 2.0 * kPi / kPerLap};
+  Pose2 pose = {8.0, 0.0, 0.5 * kPi};
+  drive.poses = {pose};
+  for (int i = 0; i < laps * kPerLap; ++i) {
+    pose = compose(pose, step);
+    drive.poses.push_back(pose);
+    const double time = (i + 1) * kPeriod;
+    const bool slips = slip_from >= 0.0 && time > slip_from && time <= slip_from + 3.0;
+    MotionFactor motion;
+    motion.mean = {step.x + 0.02 * noise.normal(next) + (slips ? 0.8 * kPeriod : 0.0),
+                   step.y + 0.01 * noise.normal(next + 1),
+                   step.heading + 0.01 * noise.normal(next + 2) + (slips ? 0.4 * kPeriod : 0.0)};
+    next += 3;
+    motion.covariance = Eigen::Vector3d(4e-4, 1e-4, 1e-4).asDiagonal();
+    motion.sensitivity(2, SensorConstant::yaw_rate) = kPeriod;
+    drive.motions.push_back(motion);
+    drive.sightings.emplace_back();
+    for (std::size_t l = 0; l < drive.landmarks.size(); ++l) {
+      const Pose2 seen = relative(pose, {drive.landmarks[l].x(), drive.landmarks[l].y(), 0.0});
+      const double range = std::hypot(seen.x, seen.y);
+      if (range > 5.0) continue;
+      SightingFactor sighting;
+      sighting.landmark = static_cast<int>(l);
+      sighting.range = range + 0.05 * noise.normal(next);
+      sighting.bearing = std::atan2(seen.y, seen.x) + 0.02 * noise.normal(next + 1);
+      next += 2;
+      sighting.range_variance = 0.05 * 0.05;
+      sighting.bearing_variance = 0.02 * 0.02;
+      drive.sightings.back().push_back(sighting);
+    }
+  }
+  return drive;
+}
+
+Memory remember(const Drive& drive) {
+  Memory memory;
+  memory.start(drive.poses.front(), SensorConstants::Zero());
+  for (std::size_t i = 0; i < drive.motions.size(); ++i) {
+    memory.append(drive.motions[i]);
+    for (const SightingFactor& sighting : drive.sightings[i]) {
+      memory.append_sighting(sighting.landmark, sighting);
+    }
+    if ((i + 1) % kUpdatesPerSegment != 0) continue;
+    EXPECT_TRUE(memory.solve(kWidth)) << i;
+  }
+  return memory;
+}
+
+// The same data as one graph.
+SmoothingGraph whole_graph(const Drive& drive) {
+  SmoothingGraph graph;
+  graph.prior = prior_at(drive.poses.front(), SensorConstants::Zero());
+  graph.poses = drive.poses;
+  graph.landmarks = drive.landmarks;
+  graph.motions = drive.motions;
+  for (std::size_t i = 0; i < drive.sightings.size(); ++i) {
+    for (SightingFactor sighting : drive.sightings[i]) {
+      sighting.pose = static_cast<int>(i) + 1;
+      graph.sightings.push_back(sighting);
+    }
+  }
+  return graph;
+}
+
+TEST(Memory, SolvesLikeLeastSquaresOfAllData) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const Drive data = drive(2, seed);
+    const Memory memory = remember(data);
+    SmoothingGraph graph = whole_graph(data);
+    const SmoothingResult whole = smooth({50, kWidth}, &graph);
+    ASSERT_EQ(whole.fault, SmoothingFault::none);
+    const Pose2& newest = memory.graph().newest();
+    // The loss of whole segments moves it by a part of a standard deviation.
+    EXPECT_NEAR(newest.x, graph.poses.back().x, 0.02);
+    EXPECT_NEAR(newest.y, graph.poses.back().y, 0.02);
+    EXPECT_NEAR(newest.heading, graph.poses.back().heading, 0.005);
+    for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+      const int number = memory.number_of(static_cast<std::int64_t>(l));
+      ASSERT_GE(number, 0);
+      const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
+      const Eigen::Index at = 2 * static_cast<Eigen::Index>(l);
+      const double sigma = std::sqrt(whole.belief.covariance.block<2, 2>(at, at).trace());
+      EXPECT_LT((place - graph.landmarks[l]).norm(), 0.3 * sigma) << l;
+    }
+    const std::vector<Pose2> path = memory.path();
+    ASSERT_EQ(path.size() + 1, graph.poses.size());
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      EXPECT_NEAR(path[i].x, graph.poses[i + 1].x, 0.05);
+      EXPECT_NEAR(path[i].y, graph.poses[i + 1].y, 0.05);
+    }
+  }
+}
+
+// 4000 draws: a variance is off by more than 15 % with a chance of 1e-10.
+TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
+  const Drive data = drive(1, 4);
+  const Memory memory = remember(data);
+  SmoothingGraph graph = whole_graph(data);
+  const SmoothingResult whole = smooth({50, kWidth}, &graph);
+  ASSERT_EQ(whole.fault, SmoothingFault::none);
+  const MemoryDraw draw = memory.draw(4000, RandomStream(1, RandomPurpose::redraw, 0));
+  const Eigen::MatrixXd& deviations = draw.deviations;
+  const auto variance = [&](Eigen::Index column) {
+    return deviations.col(column).squaredNorm() / static_cast<double>(deviations.rows());
+  };
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    const std::size_t number =
+        static_cast<std::size_t>(memory.number_of(static_cast<std::int64_t>(l)));
+    for (const int k : {0, 1}) {
+      const Eigen::Index column = 2 * static_cast<Eigen::Index>(number) + k;
+      const Eigen::Index of_whole = 2 * static_cast<Eigen::Index>(l) + k;
+      const double expected = whole.belief.covariance(of_whole, of_whole);
+      EXPECT_NEAR(variance(column) + draw.landmarks_given_path[number](k, k), expected,
+                  0.2 * expected)
+          << l;
+    }
+  }
+  for (const int k : {1, 2, 3}) {
+    const double expected = whole.belief.covariance.diagonal().tail(4)[k];
+    EXPECT_NEAR(variance(deviations.cols() - 4 + k), expected, 0.2 * expected);
+  }
+}
+
+TEST(Memory, NamesASlipAndIsNotBentByIt) {
+  for (const std::uint64_t seed : {5u, 6u, 7u}) {
+    const Drive data = drive(2, seed, 40.0);
+    const Memory memory = remember(data);
+    for (std::size_t l = 0; l < data.landmarks.size(); ++l) {
+      const int number = memory.number_of(static_cast<std::int64_t>(l));
+      ASSERT_GE(number, 0);
+      const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
+      EXPECT_LT((place - data.landmarks[l]).norm(), 0.4) << l;
+    }
+    const std::vector<Slip> slips = memory.slips();
+    ASSERT_EQ(slips.size(), 1u);
+    EXPECT_LT(slips[0].begin, 43.0);
+    EXPECT_GT(slips[0].end, 40.0);
+    EXPECT_TRUE(remember(drive(2, seed)).slips().empty());
+  }
+}
+
+TEST(Memory, GoesOnFromABelief) {
+  StartingBelief belief;
+  belief.pose = {1.0, 2.0, 0.3};
+  belief.landmarks = {{5.0, 2.0}, {1.0, 6.0}};
+  belief.landmark_ids = {7, 9};
+  const Eigen::Index size = 3 + 4 + kSensorConstants;
+  belief.covariance = 0.01 * Eigen::MatrixXd::Identity(size, size);
+  Memory memory;
+  ASSERT_TRUE(memory.start(belief));
+  ASSERT_TRUE(memory.solve(kWidth));
+  EXPECT_NEAR(memory.graph().newest().x, 1.0, 1e-9);
+  EXPECT_LT((memory.graph().landmarks[1] - belief.landmarks[1]).norm(), 1e-9);
+  belief.covariance(0, 0) = -1.0;
+  EXPECT_FALSE(memory.start(belief));
+  EXPECT_EQ(memory.number_of(9), 1) << "nothing changes";
+}
+
+}  // namespace
+}  // namespace pf_resampling
