@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 
 namespace pf_resampling {

@@ -8,6 +8,7 @@
 
 #include "pf_resampling_core/filters/fastslam/memory/left_out.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/segment_graph.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
 #include "pf_resampling_core/smoothing/cross_validation.hpp"
 
 namespace pf_resampling {

@@ -1,0 +1,221 @@
+#include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "pf_resampling_core/smoothing/residuals.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kLeastDamping = 1e-6;
+constexpr double kLargestDamping = 1e8;
+constexpr double kTolerance = 0.01;  // of the cost, that a step promises
+constexpr int kMostSteps = 100;
+constexpr int kMostRounds = 12;
+// How far what a segment is linearised in may move.
+constexpr double kTurned = 0.02;        // rad
+constexpr double kMoved = 0.1;          // m
+constexpr double kMovedShare = 0.02;    // of a track's distance
+constexpr double kShareChanged = 1.25;  // factor
+constexpr double kNoiseChanged = 1.1;   // factor
+// Cauchy's width for the odometry of a whole segment.
+constexpr double kSlipWidth = 4.0;
+constexpr double kNoSlip = 8.0;
+
+bool is_near(double a, double b, double factor) {
+  return a < factor * b && b < factor * a;
+}
+
+bool has_moved(const SegmentGraph& graph, std::size_t s, const Eigen::VectorXd& moved) {
+  const Segment& segment = *graph.segments[s];
+  if (std::abs(moved[2]) > kTurned || moved.head<2>().norm() > kMoved) return true;
+  for (std::size_t k = 0; k < segment.tracks.size(); ++k) {
+    const double distance = std::max(1.0, segment.tracks[k].norm());
+    if (moved.segment<2>(3 + 2 * static_cast<Eigen::Index>(k)).norm() > kMovedShare * distance) {
+      return true;
+    }
+  }
+  return !is_near(segment.motion_share, graph.motion_shares[s], kShareChanged) ||
+         !is_near(segment.noise.range, graph.noise.range, kNoiseChanged) ||
+         !is_near(segment.noise.bearing, graph.noise.bearing, kNoiseChanged) ||
+         !is_near(segment.noise.motion, graph.noise.motion, kNoiseChanged);
+}
+
+// Condenses where the graph's estimate has the segment.
+bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph) {
+  Segment segment = at_estimate(*graph, s);
+  if (!fit(FreePart::between, robust_width, &segment) || !condense(robust_width, &segment)) {
+    return false;
+  }
+  graph->segments[s] = std::make_shared<const Segment>(std::move(segment));
+  return true;
+}
+
+struct Descent {
+  bool is_solved = false;
+  double cost = 0.0;
+  int steps = 0;
+};
+
+Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
+  Descent descent;
+  double damping = 0.0;
+  descent.cost = equations->linearize(*graph);
+  for (; descent.steps < kMostSteps && std::isfinite(descent.cost); ++descent.steps) {
+    if (!equations->gradient().allFinite()) return descent;
+    for (bool is_better = false; !is_better;) {
+      if (damping > kLargestDamping) return descent;
+      if (equations->factorize(damping)) {
+        const Eigen::VectorXd step = equations->step();
+        const double promise = -0.5 * step.dot(equations->gradient());
+        SegmentGraph moved;
+        moved.bases = graph->bases;
+        moved.landmarks = graph->landmarks;
+        moved.constants = graph->constants;
+        equations->move(step, &moved);
+        std::swap(moved.bases, graph->bases);
+        std::swap(moved.landmarks, graph->landmarks);
+        std::swap(moved.constants, graph->constants);
+        const double cost = equations->cost(*graph);
+        is_better = cost <= descent.cost;
+        if (!is_better) {
+          std::swap(moved.bases, graph->bases);
+          std::swap(moved.landmarks, graph->landmarks);
+          std::swap(moved.constants, graph->constants);
+        } else {
+          descent.cost = cost;
+        }
+        if (promise < kTolerance) {
+          descent.is_solved = std::isfinite(promise);
+          return descent;
+        }
+      }
+      damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
+      if (damping < kLeastDamping) damping = 0.0;
+    }
+    equations->linearize(*graph);
+  }
+  return descent;
+}
+
+// Weight of the odometry of a segment under Cauchy's loss, but for what chance does; and what the
+// loss adds to the cost of data with that weight (Black, Rangarajan 1996).
+double share_of(double square) {
+  return robust_weight(std::max(0.0, square - kNoSlip), kSlipWidth);
+}
+
+double loss_of(double share) {
+  return 0.5 * kSlipWidth * kSlipWidth * (share - 1.0 - std::log(share));
+}
+
+double loss(const SegmentGraph& graph) {
+  double sum = 0.0;
+  for (const double share : graph.motion_shares) sum += loss_of(share);
+  return sum;
+}
+
+// Whether the odometry of any segment is to have another weight; takes it over.
+bool update_shares(SegmentGraph* graph) {
+  bool has_changed = false;
+  for (std::size_t s = 0; s < graph->segments.size(); ++s) {
+    if (!graph->segments[s]->has_data()) continue;
+    const double share = share_of(slip_square(*graph, s));
+    if (is_near(share, graph->motion_shares[s], kShareChanged)) continue;
+    graph->motion_shares[s] = share;
+    has_changed = true;
+  }
+  return has_changed;
+}
+
+// Steps and new condensations in turn, until both rest; the weights of the odometry too where
+// `with_shares`.
+Descent settle(double robust_width, bool with_shares, SegmentEquations* equations,
+               SegmentSolution* solution, SegmentGraph* graph) {
+  Descent descent;
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool has_changed = with_shares && update_shares(graph);
+    descent = descend(equations, graph);
+    solution->steps += descent.steps + 1;
+    if (!descent.is_solved) return descent;
+    for (std::size_t s = 0; s < graph->segments.size(); ++s) {
+      const Segment& segment = *graph->segments[s];
+      if (!segment.has_data() || !has_moved(*graph, s, difference(*graph, s, segment))) continue;
+      if (!relinearize(robust_width, s, graph)) continue;
+      ++solution->relinearized;
+      has_changed = true;
+    }
+    if (!has_changed) break;
+  }
+  return descent;
+}
+
+}  // namespace
+
+SegmentSolution solve(double robust_width, SegmentGraph* graph,
+                      std::unique_ptr<SegmentEquations>* result) {
+  SegmentSolution solution;
+  auto equations = std::make_unique<SegmentEquations>(*graph);
+  SegmentGraph solved = *graph;
+  const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
+  solution.is_solved = as_believed.is_solved;
+  solution.cost = as_believed.cost + loss(solved);
+  SegmentGraph doubted = as_believed.is_solved ? solved : *graph;
+  if (update_shares(&doubted)) {
+    const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
+    const double cost = descent.cost + loss(doubted);
+    if (descent.is_solved && !(solution.is_solved && solution.cost <= cost)) {
+      solution.is_solved = true;
+      solution.cost = cost;
+      solved = std::move(doubted);
+    }
+  }
+  if (!solution.is_solved) return solution;
+  equations->linearize(solved);
+  solution.is_solved = equations->factorize(0.0);
+  if (!solution.is_solved) return solution;
+  solution.log_determinant = equations->log_determinant();
+  solution.is_solved = std::isfinite(solution.log_determinant);
+  if (!solution.is_solved) return solution;
+  *graph = std::move(solved);
+  if (result != nullptr) *result = std::move(equations);
+  return solution;
+}
+
+Eigen::MatrixXd draw_deviations(const SegmentEquations& equations, const SegmentGraph& graph,
+                                int particles, const RandomStream& stream) {
+  const Eigen::Index pairs = (particles + 1) / 2;
+  Eigen::MatrixXd draws;
+  Eigen::MatrixXd pulled;
+  equations.draw(static_cast<int>(pairs), stream, &draws, &pulled);
+  const Eigen::Index landmarks = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
+  Eigen::MatrixXd half(pairs, landmarks + kSensorConstants + 3);
+  // A landmark given all the rest is independent of it, and what the particles keep.
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    const int at = equations.landmark_at(l);
+    half.middleCols<2>(2 * static_cast<Eigen::Index>(l)) =
+        (draws.middleRows<2>(at) -
+         equations.landmark_information(l).inverse() * pulled.middleRows<2>(at))
+            .transpose();
+  }
+  const int constants = equations.constants_at();
+  half.middleCols<kSensorConstants>(landmarks) =
+      draws.middleRows<kSensorConstants>(constants).transpose();
+  half.middleCols<kOdometryConstants>(landmarks) -=
+      (equations.odometry_information().inverse() *
+       pulled.middleRows<kOdometryConstants>(constants))
+          .transpose();
+  half.rightCols<3>() = draws.middleRows<3>(equations.base_at(graph.bases.size() - 1)).transpose();
+  Eigen::MatrixXd deviations(particles, half.cols());
+  for (Eigen::Index i = 0; i < particles; ++i) {
+    deviations.row(i) = (i % 2 == 0 ? 1.0 : -1.0) * half.row(i / 2);
+  }
+  // An odd one out is the estimate itself, so that the mean stays.
+  if (particles % 2 == 1) deviations.row(particles - 1).setZero();
+  return deviations;
+}
+
+}  // namespace pf_resampling
