@@ -84,11 +84,12 @@ def draw_beacons(axes, beacons):
                       textcoords="offset points", color=BEACON, fontsize=9, zorder=6)
 
 
-def set_window(axes, data, main):
-    """Limits that hold the main path and all marks. Dead reckoning may leave the picture: it does not set the scale."""
+def set_window(axes, data, main, estimate):
+    """Limits that hold the main path, the estimate and all marks. Dead reckoning may leave the picture: it does not set
+    the scale."""
     marks = data["beacons"] + data["true_landmarks"] + data["landmarks"]
-    x = np.concatenate([main["x"], [mark["x"] for mark in marks]])
-    y = np.concatenate([main["y"], [mark["y"] for mark in marks]])
+    x = np.concatenate([main["x"], estimate["x"], [mark["x"] for mark in marks]])
+    y = np.concatenate([main["y"], estimate["y"], [mark["y"] for mark in marks]])
     x, y = x[np.isfinite(x)], y[np.isfinite(y)]
     dead_reckoning = data["dead_reckoning"]
     if dead_reckoning["x"]:
@@ -100,42 +101,49 @@ def set_window(axes, data, main):
     axes.set_ylim(window(y))
 
 
+def width_of(path):
+    """Of the lines of a drive that crosses itself often, as a share of the usual: they would hide one another."""
+    x, y = path["x"][np.isfinite(path["x"])], path["y"][np.isfinite(path["y"])]
+    extent = max(np.ptp(x), np.ptp(y), 1e-6) if len(x) else 1.0
+    return np.clip(15.0 * extent / max(np.sum(np.hypot(np.diff(x), np.diff(y))), 1e-6), 0.35, 1.0)
+
+
 def draw_paths(axes, data, closures):
     truth, estimate, dead_reckoning = data["truth"], data["estimate"], data["dead_reckoning"]
     truth = {"x": numbers(truth["x"]), "y": numbers(truth["y"])}
     has_truth = len(truth["x"]) > 0
+    estimate = {"x": numbers(estimate["x"]), "y": numbers(estimate["y"])}
+    width = width_of(estimate)
     if dead_reckoning["x"]:
-        axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=1.0, alpha=0.65,
+        axes.plot(dead_reckoning["x"], dead_reckoning["y"], color=DEAD_RECKONING, lw=width, alpha=0.5,
                   label="dead reckoning", zorder=1)
     if has_truth:
-        axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4, alpha=0.35, label="truth", zorder=2)
+        axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4 * width, alpha=0.55, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
     begin = max(data["clipped_points"] - 1, 0)
     # The errors beside are drawn in the same colors, of the path as it was given out and laid on the truth.
     color = ALIGNED if data.get("aligned_errors") else ESTIMATE
     axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=color, lw=0.9, ls=":", zorder=3)
-    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=color, lw=1.2, zorder=3,
+    axes.plot(estimate["x"][begin:], estimate["y"][begin:], color=color, lw=1.2 * width, zorder=3,
               label="estimate, laid on the truth" if data["is_aligned"] else "estimate")
-    main = truth if has_truth else {"x": np.array(estimate["x"]), "y": np.array(estimate["y"])}
+    main = truth if has_truth else estimate
     known = np.flatnonzero(np.isfinite(main["x"]))
     axes.plot(main["x"][known[0]], main["y"][known[0]], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=8)
     axes.plot(main["x"][known[-1]], main["y"][known[-1]], "s", color=TRUTH, mec="white", ms=7, label="end", zorder=8)
     if closures:
         at = [i for i, _ in closures]
-        axes.plot(np.array(estimate["x"])[at], np.array(estimate["y"])[at], "*", color=CLOSURE, mec=TRUTH, mew=0.7,
+        axes.plot(estimate["x"][at], estimate["y"][at], "*", color=CLOSURE, mec=TRUTH, mew=0.7,
                   ms=13, label="loop closed", zorder=9)
     draw_beacons(axes, data["beacons"])
     draw_landmarks(axes, data)
-    set_window(axes, data, main)
+    set_window(axes, data, main, {name: values[begin:] for name, values in estimate.items()})
     axes.set_aspect("equal", adjustable="box" if has_truth else "datalim")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
 
 
-def path_axes(figure, place, data):
-    """Axes for the paths; where marks are all over the picture, with axes below that take the legend."""
-    if not data["landmarks"] and not data["true_landmarks"]:
-        return figure.add_subplot(place), None
+def path_axes(figure, place):
+    """Axes for the paths, and axes below that take the legend, so that it covers nothing."""
     parts = place.subgridspec(2, 1, height_ratios=[12.0, 1.0])
     below = figure.add_subplot(parts[1])
     below.axis("off")
@@ -143,9 +151,6 @@ def path_axes(figure, place, data):
 
 
 def draw_legend(axes, below):
-    if below is None:
-        axes.legend(loc="best", fontsize=9, framealpha=0.9)
-        return
     below.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=9, ncol=4, frameon=False)
 
 
@@ -183,7 +188,7 @@ def draw_cartesian(axes, errors, dead_reckoning, aligned):
     if errors["lost_error"] < top and not aligned:
         axes.axhline(errors["lost_error"], color="0.35", lw=0.9, ls=":", label="bound of being lost")
     axes.set_ylabel("Cartesian (m)")
-    axes.legend(loc="upper right", fontsize=8, ncol=5, framealpha=0.9)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, fontsize=8, ncol=5, frameon=False)
 
 
 def draw_signed(axes, errors, name, label, scale=1.0):
@@ -232,7 +237,7 @@ def draw(data):
     closures = loop_closures(data["estimate"]) if data["is_slam"] else []
     if not errors:
         figure = plt.figure(figsize=(8.5, 8.0), constrained_layout=True)
-        axes, below = path_axes(figure, figure.add_gridspec(1, 1)[0], data)
+        axes, below = path_axes(figure, figure.add_gridspec(1, 1)[0])
         axes.grid(alpha=0.3)
         draw_paths(axes, data, closures)
         draw_legend(axes, below)
@@ -240,7 +245,7 @@ def draw(data):
         return figure
     figure = plt.figure(figsize=(15.0, 8.0), constrained_layout=True)
     grid = figure.add_gridspec(4, 2, width_ratios=[1.0, 1.05], height_ratios=[1.5, 1.0, 1.0, 1.0])
-    paths, below = path_axes(figure, grid[:, 0], data)
+    paths, below = path_axes(figure, grid[:, 0])
     panels = [figure.add_subplot(grid[0, 1])]
     panels += [figure.add_subplot(grid[row, 1], sharex=panels[0]) for row in (1, 2, 3)]
     draw_paths(paths, data, closures)
