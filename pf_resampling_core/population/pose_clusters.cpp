@@ -14,6 +14,10 @@
 namespace pf_resampling {
 namespace {
 
+// What people take for one place.
+constexpr double kSamePlace = 0.3;    // m
+constexpr double kSameHeading = 0.5;  // rad
+
 using Indices = std::vector<Eigen::Index>;
 
 // Share of the weight, of all and of the cluster that is looked at, that a place has at least.
@@ -374,14 +378,28 @@ PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, Const
 }
 
 std::string sentence_of(const PoseClusters& found) {
-  const auto& clusters = found.clusters;
-  if (clusters.size() < 2) return "";
-  std::string text = std::to_string(clusters.size()) + " places fit: ";
+  // Those beside a heavier one are the same place to people.
+  std::vector<PoseCluster> places;
+  for (const PoseCluster& cluster : found.clusters) {
+    const Pose2& mean = cluster.pose.mean;
+    const auto same = std::find_if(places.begin(), places.end(), [&](const PoseCluster& place) {
+      const Pose2& there = place.pose.mean;
+      return std::hypot(mean.x - there.x, mean.y - there.y) < kSamePlace &&
+             std::abs(wrap_angle(mean.heading - there.heading)) < kSameHeading;
+    });
+    if (same == places.end()) {
+      places.push_back(cluster);
+    } else {
+      same->weight += cluster.weight;
+    }
+  }
+  if (places.size() < 2) return "";
+  std::string text = std::to_string(places.size()) + " places fit: ";
   std::array<char, 96> words{};
-  for (std::size_t i = 0; i < clusters.size(); ++i) {
-    const Pose2& mean = clusters[i].pose.mean;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Pose2& mean = places[i].pose.mean;
     std::snprintf(words.data(), words.size(), "%s%.0f %% at (%.2f, %.2f) m, %.2f rad",
-                  i == 0 ? "" : "; ", 100.0 * clusters[i].weight, mean.x, mean.y, mean.heading);
+                  i == 0 ? "" : "; ", 100.0 * places[i].weight, mean.x, mean.y, mean.heading);
     text += words.data();
   }
   return text;

@@ -46,27 +46,28 @@ int id_of(const Entry& entry, const std::string& key) {
   return static_cast<int>(value);
 }
 
-[[noreturn]] void refuse_key(const Entry& entry, const std::string& key,
-                             const std::set<std::string>& needed,
-                             const std::set<std::string>& optional) {
-  std::string known;
-  for (const auto* keys : {&needed, &optional}) {
-    for (const std::string& name : *keys) {
-      known += known.empty() ? "" : ", ";
-      known += name;
-    }
-  }
-  throw Error(entry.where + ": unknown key '" + key + "'; known are " + known);
+/// "id, x, y and, if wanted, frame, z".
+std::string list_of_keys(const std::set<std::string>& needed,
+                         const std::set<std::string>& optional) {
+  const auto joined = [](const std::set<std::string>& keys) {
+    std::string text;
+    for (const std::string& key : keys) text += (text.empty() ? "" : ", ") + key;
+    return text;
+  };
+  return joined(needed) + (optional.empty() ? "" : " and, if wanted, " + joined(optional));
 }
 
 void check_keys(const Entry& entry, const std::set<std::string>& needed,
                 const std::set<std::string>& optional) {
-  for (const std::string& key : needed) {
-    if (entry.fields.count(key) == 0) throw Error(entry.where + ": '" + key + "' is missing");
-  }
+  const std::string known = "; the keys are " + list_of_keys(needed, optional);
   for (const auto& [key, value] : entry.fields) {
     if (needed.count(key) == 0 && optional.count(key) == 0) {
-      refuse_key(entry, key, needed, optional);
+      throw Error(entry.where + ": unknown key '" + key + "'" + known);
+    }
+  }
+  for (const std::string& key : needed) {
+    if (entry.fields.count(key) == 0) {
+      throw Error(entry.where + ": '" + key + "' is missing" + known);
     }
   }
 }
@@ -152,10 +153,12 @@ void flatten(const std::string& file, const std::string& prefix, const YAML::Nod
         entry.where = where_of(file, element) + ": " + name;
         if (!element.IsMap()) throw Error(entry.where + ": an element has to be {key: value, ...}");
         for (const auto& field : element) {
-          if (!field.first.IsScalar() || !field.second.IsScalar()) {
+          if (!field.first.IsScalar()) {
             throw Error(entry.where + ": an element has to be {key: value, ...}");
           }
-          entry.fields[field.first.Scalar()] = field.second.Scalar();
+          // What is no word or number is of no key that is known, or is none of its values.
+          entry.fields[field.first.Scalar()] =
+              field.second.IsScalar() ? field.second.Scalar() : "a list";
         }
         add_entry(name, entry, draft);
       }

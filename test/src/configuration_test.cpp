@@ -175,13 +175,14 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("beacons:\n- {id: 1.5, x: 0, y: 0}"), {"id", "1.5", "integer"});
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0}\n- {id: 1, x: 0, y: 0}"),
                {"file.yaml:3", "1", "twice"});
-  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"), {"'q'", "id, x, y, frame, z"});
+  expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"),
+               {"'q'", "id, x, y and, if wanted, frame, z"});
   expect_words(error_of("calibration: [{beacon: 1, scale: 0}]"), {"scale", "above 0"});
   expect_words(error_of("calibration: [{beacon: 1, sigma: -1}]"), {"sigma", "0 or more"});
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
   expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});
   expect_words(error_of("frames: {map: ''}"), {"frames/map", "empty"});
-  for (const char* const element : {"3", "[1, 2]", "{id: [1]}", "{[1]: 2}"}) {
+  for (const char* const element : {"3", "[1, 2]", "{[1]: 2}"}) {
     expect_words(error_of(std::string("beacons:\n- ") + element),
                  {"file.yaml:2", "beacons", "an element has to be {key: value, ...}"});
   }
@@ -339,6 +340,9 @@ TEST(Configuration, SensorsArePlacedWithOrWithoutATurn) {
   EXPECT_EQ(configuration.sensors.at("laser").heading, 1.5);
   EXPECT_EQ(configuration.sensors.at("laser").y, -0.1);
   EXPECT_EQ(configuration.sensors.at("camera").heading, 0.0);
+  expect_words(error_of("beacons: [{id: 1, pos: [0, 0]}]"),
+               {"unknown key 'pos'; the keys are id, x, y and, if wanted, frame, z"});
+  expect_words(error_of("beacons: [{id: 1, x: [0, 0], y: 1}]"), {"x is 'a list'"});
   expect_words(error_of("sensors: [{frame: laser, x: 0.2}]"), {"'y' is missing"});
 }
 

@@ -244,6 +244,11 @@ TEST(PoseClusters, TheSentenceSaysWherePlacesAre) {
   found.clusters.push_back(at(0.39, {-5.0, 2.0, -1.0}));
   EXPECT_EQ(sentence_of(found),
             "2 places fit: 61 % at (1.20, 3.40) m, 0.50 rad; 39 % at (-5.00, 2.00) m, -1.00 rad");
+  // Eight centimetres beside one of them is no other place.
+  found.clusters[0].weight = 0.41;
+  found.clusters.push_back(at(0.2, {1.28, 3.4, 0.5}));
+  EXPECT_EQ(sentence_of(found),
+            "2 places fit: 61 % at (1.20, 3.40) m, 0.50 rad; 39 % at (-5.00, 2.00) m, -1.00 rad");
 }
 
 }  // namespace
