@@ -1,6 +1,7 @@
 #include "beacon_mcl_node/beacon_checks.hpp"
 
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "src/messages/input_checks.hpp"
@@ -63,6 +64,20 @@ std::vector<Beacon> to_beacons(const BeaconArray& array) {
     beacons.push_back(beacon);
   }
   return beacons;
+}
+
+BeaconArray to_message(const std::vector<Beacon>& beacons, const std::string& frame) {
+  BeaconArray array;
+  array.header.frame_id = frame;
+  for (const Beacon& beacon : beacons) {
+    array.beacons.emplace_back();
+    array.beacons.back().id = beacon.id;
+    array.beacons.back().position.x = beacon.position.x();
+    array.beacons.back().position.y = beacon.position.y();
+    array.beacons.back().position.z =
+        beacon.is_planar ? std::numeric_limits<double>::quiet_NaN() : beacon.position.z();
+  }
+  return array;
 }
 
 }  // namespace pf_resampling

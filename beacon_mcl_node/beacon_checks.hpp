@@ -20,4 +20,7 @@ std::optional<Rejection> check(const BeaconArray& beacons, const FrameNames& fra
 /// A checked array. A height of NaN means that the beacon is as high as the antenna.
 std::vector<Beacon> to_beacons(const BeaconArray& beacons);
 
+/// And back, as of `frame`.
+BeaconArray to_message(const std::vector<Beacon>& beacons, const std::string& frame);
+
 }  // namespace pf_resampling

@@ -12,7 +12,13 @@
 
 namespace pf_resampling {
 
-inline constexpr ObservationNames kRangeNames = {"ranges", "ranges", "range_input", "the beacons",
+inline constexpr ObservationNames kRangeNames = {"ranges",
+                                                 "ranges",
+                                                 "range_input",
+                                                 "the beacons",
+                                                 "they come on the topic beacons (beacons:= names "
+                                                 "another), or as the list `beacons` of the "
+                                                 "configuration",
                                                  "localization"};
 
 /// Everything that can be configured about range-beacon localization under ROS.

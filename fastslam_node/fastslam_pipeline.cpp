@@ -36,6 +36,8 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
                                    const FastSlamSinks& sinks)
     : FilterPipeline(options, sinks),
       landmark_map_(sinks.landmark_map),
+      final_path_(sinks.final_path),
+      scan_(sinks.scan),
       updated_(sinks.updated),
       starts_frozen_(options.filter.map.frozen),
       tags_(FramePattern(options.tag_pattern), options.frames) {
@@ -136,9 +138,15 @@ std::optional<Pose2> FastSlamPipeline::sensor_of(const std::string& frame) {
 std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
     const LandmarkObservationArray& scan) {
   std::vector<RangeBearingObservation> usable;
+  const bool with_ids = filter_->association() != DataAssociation::mutual_exclusion;
+  if (with_ids) note_id_at_two_places(id_at_two_places(scan));
   for (const LandmarkObservation& observation : scan.observations) {
     if (const auto rejection = check(observation)) {
       reject(*rejection);
+    } else if (const auto repeated = with_ids && observation.id >= 0
+                                         ? check_repeated(observation, scan)
+                                         : std::nullopt) {
+      reject(*repeated);
     } else if (observation.id < 0 && filter_->association() == DataAssociation::known) {
       reject({RejectReason::unknown_id,
               "an observation has the id " + std::to_string(observation.id) +
@@ -148,6 +156,13 @@ std::vector<RangeBearingObservation> FastSlamPipeline::usable_observations(
     }
   }
   return usable;
+}
+
+void FastSlamPipeline::note_id_at_two_places(const std::string& which) {
+  if (which.empty()) return;
+  if (ids_at_two_places_ == 0) log(LogLevel::warning, which);
+  ++ids_at_two_places_;
+  last_id_at_two_places_ = which;
 }
 
 // ---- the filter -------------------------------------------------------------------------------
@@ -178,6 +193,7 @@ bool FastSlamPipeline::take_up_work() {
 
 void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& used,
                                          double duration) {
+  if (scan_) scan_(used);
   if (search_) return search(stamp, used);
   const ScanPicture picture = {belief_->mean, used.sensor, used.observations, filter_->outcomes()};
   note_outcomes(picture, duration);

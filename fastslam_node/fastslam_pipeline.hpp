@@ -49,6 +49,10 @@ extern template class FilterPipeline<FastSlamTypes>;
 /// Where the messages of the pipeline go. What is empty is not made at all.
 struct FastSlamSinks : PipelineSinks {
   std::function<void(const LandmarkMap&)> landmark_map;
+  /// The whole path as it is believed at the end: stamps, and as many poses.
+  std::function<void(const std::vector<ros::Time>&, const std::vector<Pose2>&)> final_path;
+  /// Every scan that is used.
+  std::function<void(const LandmarkScan&)> scan;
   /// After every update, at the stamp of its scan: for evaluation of the particles and their maps.
   std::function<void(ros::Time, FastSlam*)> updated;
 };
@@ -129,6 +133,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void diagnose(diagnostic_msgs::DiagnosticStatus* status) override;
 
   std::optional<Pose2> sensor_of(const std::string& frame);
+  void note_id_at_two_places(const std::string& which);
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
   void spread_over_map();
   void search(ros::Time stamp, const LandmarkScan& scan);
@@ -142,8 +147,12 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void publish_map_and_path();
 
   std::function<void(const LandmarkMap&)> landmark_map_;
+  std::function<void(const std::vector<ros::Time>&, const std::vector<Pose2>&)> final_path_;
+  std::function<void(const LandmarkScan&)> scan_;
   std::function<void(ros::Time, FastSlam*)> updated_;
   bool starts_frozen_;
+  std::uint64_t ids_at_two_places_ = 0;  // scans
+  std::string last_id_at_two_places_;
   std::optional<SavedMap> start_map_;
   std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
   std::optional<GlobalSearch> search_;       // while it is not known where in the map the robot is

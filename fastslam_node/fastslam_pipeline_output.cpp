@@ -34,6 +34,7 @@ void FastSlamPipeline::publish_map_and_path() {
   publish_map(odometry_.newest());
   publisher_.hurry_path();
   publish_path(odometry_.newest());
+  if (final_path_) final_path_(path_stamps_, filter_->path());
 }
 
 void FastSlamPipeline::publish_map_if_due(ros::Time stamp) {
@@ -149,6 +150,10 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   add_value("observations not believed",
             std::to_string(not_believed_) +
                 (not_believed_ > 0 ? ", last: " + last_not_believed_ : std::string()),
+            entry);
+  add_value("scans with an id at two places",
+            std::to_string(ids_at_two_places_) +
+                (ids_at_two_places_ > 0 ? ", last: " + last_id_at_two_places_ : std::string()),
             entry);
   add_value("redraws", std::to_string(status.redraws), entry);
   add_value("redraws refused", std::to_string(status.redraws_refused), entry);

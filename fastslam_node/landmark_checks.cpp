@@ -1,7 +1,10 @@
 #include "fastslam_node/landmark_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/input_checks.hpp"
 
 namespace pf_resampling {
@@ -15,6 +18,14 @@ constexpr double kSmallestVariance = 1e-12;      // of a micrometre, or a micror
 /// Zero: unknown.
 bool is_possible(double variance, double largest) {
   return variance == 0.0 || (variance >= kSmallestVariance && variance <= largest);
+}
+
+// m, between what may be two sightings of one landmark.
+constexpr double kSamePlace = 0.3;
+
+double distance(const LandmarkObservation& a, const LandmarkObservation& b) {
+  return std::sqrt(std::max(0.0, a.range * a.range + b.range * b.range -
+                                     2.0 * a.range * b.range * std::cos(a.bearing - b.bearing)));
 }
 
 }  // namespace
@@ -51,6 +62,31 @@ std::optional<Rejection> check(const LandmarkObservation& observation) {
                      z.range_variance, " m^2 and ", z.bearing_variance, " rad^2");
   }
   return std::nullopt;
+}
+
+std::optional<Rejection> check_repeated(const LandmarkObservation& observation,
+                                        const LandmarkObservationArray& scan) {
+  for (const LandmarkObservation& other : scan.observations) {
+    if (&other == &observation) return std::nullopt;
+    if (other.id == observation.id && !check(other) && distance(other, observation) <= kSamePlace) {
+      return rejection(RejectReason::repeated, "the id ", observation.id,
+                       " is twice in a scan, at the same place: the first counts");
+    }
+  }
+  return std::nullopt;
+}
+
+std::string id_at_two_places(const LandmarkObservationArray& scan) {
+  std::map<int, const LandmarkObservation*> seen;
+  for (const LandmarkObservation& observation : scan.observations) {
+    if (observation.id < 0 || check(observation)) continue;
+    const auto [other, is_new] = seen.emplace(observation.id, &observation);
+    if (is_new || !(distance(*other->second, observation) > kSamePlace)) continue;
+    return "the id " + std::to_string(observation.id) + " is twice in a scan, " +
+           number_text(distance(*other->second, observation)) +
+           " m apart: misread, or two landmarks with one id? Only what fits the map is believed";
+  }
+  return "";
 }
 
 }  // namespace pf_resampling

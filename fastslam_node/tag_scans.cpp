@@ -38,6 +38,7 @@ std::optional<int> TagScans::id_of(const std::string& frame) const {
 }
 
 bool TagScans::is_tag(const geometry_msgs::TransformStamped& transform) const {
+  if (is_detected_tag(transform.child_frame_id)) return true;
   if (!id_of(transform.child_frame_id)) return false;
   const std::string parent = without_slash(transform.header.frame_id);
   return parent != without_slash(frames_.map) && parent != without_slash(frames_.odom);
@@ -50,6 +51,12 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   const ros::Time stamp = transform.header.stamp;
   const auto& t = transform.transform.translation;
   if (auto wrong = check(stamp)) return wrong;
+  const std::optional<int> id = id_of(tag);
+  if (!id) {
+    return rejection(RejectReason::unknown_id, "'", shown_name(tag),
+                     "' is no landmark: let the detector report each tag of the bundle by itself "
+                     "(apriltag_ros: standalone_tags)");
+  }
   if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) {
     return rejection(RejectReason::not_finite, "the place of tag '", shown_name(tag),
                      "' has a NaN or infinity");
@@ -76,7 +83,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   }
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);
   LandmarkObservation seen;
-  seen.id = *id_of(tag);
+  seen.id = *id;
   seen.range = std::hypot(place.x() - sensor.x, place.y() - sensor.y);
   seen.bearing =
       wrap_angle(std::atan2(place.y() - sensor.y, place.x() - sensor.x) - sensor.heading);

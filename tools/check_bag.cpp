@@ -19,11 +19,7 @@ CommandLine command_line() {
       "what each filter is missing. Exits with 0 if a filter can run on it, with 1 if none can.");
   line.positional("in.bag", "the bag to look at");
   const CheckedTopics usual;
-  line.topic("odom", usual.odom, "odometry");
-  line.topic("imu", usual.imu, "IMU");
-  line.topic("ranges", usual.ranges, "ranges to beacons");
-  line.topic("sensor-ranges", usual.sensor_ranges, "ranges as sensor_msgs/Range");
-  line.topic("beacons", usual.beacons, "places of the beacons");
+  add_beacon_mcl_topics(&line);
   line.topic("landmarks", usual.landmarks, "observations of landmarks");
   line.topic("ground-truth", usual.ground_truth, "true poses");
   add_filter_options(&line);
@@ -35,12 +31,10 @@ CommandLine command_line() {
   return line;
 }
 
-int check(const std::vector<std::string>& arguments) {
+int check_bag(const std::vector<std::string>& arguments) {
   CommandLine line = command_line();
   if (!line.parse(arguments)) return 0;
-  const CheckedTopics topics = {line.topic("odom"),        line.topic("imu"),
-                                line.topic("ranges"),      line.topic("sensor-ranges"),
-                                line.topic("beacons"),     line.topic("landmarks"),
+  const CheckedTopics topics = {beacon_mcl_topics(line), line.topic("landmarks"),
                                 line.topic("ground-truth")};
   const rosbag::Bag bag = open_bag(line.text("in.bag"));
   const CheckedConfiguration configuration = configuration_of(line);
@@ -64,5 +58,5 @@ int check(const std::vector<std::string>& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_tool("check_bag", argc, argv, check);
+  return run_tool("check_bag", argc, argv, check_bag);
 }

@@ -153,6 +153,22 @@ std::string lay_on_truth(const EvaluationRequest& request, RecordedRun* run) {
   return frame.frame;
 }
 
+/// Whether landmarks were seen, and none of them had an id: those of the map are numbers that the
+/// filter gave.
+bool are_seen_without_ids(const rosbag::Bag& bag) {
+  bool is_seen = false;
+  for (const BagTopic& topic : topics_of(bag)) {
+    if (topic.type != "pf_resampling/LandmarkObservationArray") continue;
+    for (const StampedScan& scan : read_landmark_scans(bag, topic.name)) {
+      for (const SeenLandmark& landmark : scan.landmarks) {
+        if (landmark.id >= 0) return false;
+        is_seen = true;
+      }
+    }
+  }
+  return is_seen;
+}
+
 /// Judges what the bag says against its truth; changes the run to the truth's frame.
 Evaluation judged(const rosbag::Bag& bag, const EvaluationRequest& request, RecordedRun* run) {
   run->truth = truth_while_recording(read_truth(bag, request.truth), run->dead_reckoning);
@@ -177,6 +193,9 @@ int evaluate_bag(const std::vector<std::string>& arguments) {
   const bool is_asked_for = request.odom != kUsualOdometry || request.with_batch;
   if (!is_asked_for && !has_topic(bag, request.odom)) request.with_odometry = false;
   require_topics(bag, request);
+  if (request.map_options.matching == LandmarkMatching::automatic && are_seen_without_ids(bag)) {
+    request.map_options.matching = LandmarkMatching::nearest;
+  }
   RecordedRun run = naming(request.bag, [&] { return read_run(bag, request); });
   if (!request.is_quiet && !run.odometry_left_out.empty()) {
     std::printf("%s: %s\n", request.bag.c_str(), run.odometry_left_out.c_str());

@@ -21,7 +21,19 @@ CommandLine command_line() {
   line.option<std::string>("seed", "N", "seed of the random numbers (1)");
   line.option<std::string>("threads", "N",
                            "beacon_mcl: number of threads (1); the result does not depend on it");
-  line.flag("no-clouds", "leave out what is only for looking at: clouds, path, markers");
+  line.repeatable_option("more", "FILE",
+                         "another bag of the same drive, such as the next part of a split "
+                         "recording; may be repeated");
+  line.option<double>("start", "S", "leave out what comes before, s after the begin of the bag");
+  line.option<double>("duration", "S", "s after which to stop");
+  line.repeatable_option("topics", "TOPIC", "read this topic and no others; may be repeated");
+  line.option<std::string>("tum", "FILE",
+                           "write the path at the end, as text for evo: a line `time x y z qx qy "
+                           "qz qw` for each pose");
+  line.option<std::string>("map-csv", "FILE",
+                           "fastslam: write the map at the end, as a table id,x,y,sigma");
+  line.flag("no-clouds",
+            "leave out what is only for looking at: clouds, markers, and paths but the last");
   line.flag("pose-only", "write pose and tf only");
   line.option<std::string>(
       "load-map", "FILE",
@@ -31,8 +43,9 @@ CommandLine command_line() {
       "resume", "FILE",
       "continue from a checkpoint, with the configuration of the run that wrote it");
   line.option<std::string>("save-checkpoint", "FILE", "write a checkpoint at the end");
-  for (const char* name : {"in.bag", "load-map", "resume"}) line.reads(name);
-  for (const char* name : {"out.bag", "save-map", "save-checkpoint"}) line.writes(name);
+  for (const char* name : {"in.bag", "more", "load-map", "resume"}) line.reads(name);
+  for (const char* name : {"out.bag", "save-map", "save-checkpoint", "tum", "map-csv"})
+    line.writes(name);
   line.option_with_implicit(
       "parameters", "FORMAT", "yaml",
       "print all parameters, with the values that the other options set, and "
@@ -43,6 +56,7 @@ CommandLine command_line() {
   line.example("run_bag fastslam mrclam.bag out.bag --save-map lab.map");
   line.example("run_bag beacon_mcl monday.bag m.bag --save-checkpoint monday.checkpoint");
   line.example("run_bag fastslam mrclam.bag out.bag --set preset=fast");
+  line.example("run_bag fastslam part_0.bag out.bag --more part_1.bag --tum path.tum");
   line.example("run_bag fastslam --parameters=template > my.yaml");
   return line;
 }
@@ -55,7 +69,7 @@ int run(const std::vector<std::string>& arguments) {
   if (!is_fastslam && filter != "beacon_mcl") {
     throw Error("filter '" + filter + "' is unknown; known are beacon_mcl and fastslam");
   }
-  for (const char* option : {"load-map", "save-map"}) {
+  for (const char* option : {"load-map", "save-map", "map-csv"}) {
     if (line.has(option) && !is_fastslam) {
       throw UsageError(std::string("--") + option +
                        " is only for fastslam, because beacon_mcl has no map");

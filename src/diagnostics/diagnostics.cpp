@@ -91,8 +91,7 @@ DiagnosticStatus timing_diagnostic(const std::string& name, const UpdateTiming& 
                                    double latency, const RejectCounter& rejects,
                                    const std::string& observations, std::uint64_t* reported_drops) {
   DiagnosticStatus status = make_diagnostic(name);
-  const std::uint64_t drops = rejects.count(observations, RejectReason::overload) +
-                              rejects.count(observations, RejectReason::queue_full);
+  const std::uint64_t drops = rejects.count(observations, RejectReason::overload);
   if (drops > *reported_drops) {
     worsen(DiagnosticStatus::WARN,
            std::to_string(drops - *reported_drops) + " " + observations +

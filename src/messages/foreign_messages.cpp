@@ -63,6 +63,16 @@ void add_tag(const std_msgs::Header& header, const DescribedMessage& id,
   tags->transforms.push_back(tag);
 }
 
+// Several tags on a board, which are seen as one: no landmark has its place.
+void add_bundle(const std_msgs::Header& header, const std::vector<DescribedMessage>& ids,
+                Tags* tags) {
+  geometry_msgs::TransformStamped bundle;
+  bundle.header = header;
+  bundle.child_frame_id = std::string(kDetectedTag) + "bundle of";
+  for (const DescribedMessage& id : ids) bundle.child_frame_id += " " + std::to_string(id_of(id));
+  tags->transforms.push_back(bundle);
+}
+
 // Where a driver's message has its tags.
 struct TagFields {
   const char* list;
@@ -79,7 +89,10 @@ Tags tags_in(const DescribedMessage& message, const TagFields& fields) {
   const std_msgs::Header header = header_of(message["header"]);
   for (const DescribedMessage& seen : message[fields.list].elements()) {
     const DescribedMessage& id = seen[fields.id];
-    if (fields.id_is_list && id.elements().size() != 1) continue;
+    if (fields.id_is_list && id.elements().size() != 1) {
+      if (!id.elements().empty()) add_bundle(header, id.elements(), &tags);
+      continue;
+    }
     add_tag(header, fields.id_is_list ? id.elements().front() : id, seen[fields.place], &tags);
   }
   return tags;
@@ -116,10 +129,13 @@ std::string detected_tag_name(int id) {
   return kDetectedTag + std::to_string(id);
 }
 
+bool is_detected_tag(const std::string& frame) {
+  return frame.rfind(kDetectedTag, 0) == 0;
+}
+
 std::optional<int> id_of_detected_tag(const std::string& frame) {
-  static const std::string begin = kDetectedTag;
-  if (frame.compare(0, begin.size(), begin) != 0) return std::nullopt;
-  std::istringstream number(frame.substr(begin.size()));
+  if (!is_detected_tag(frame)) return std::nullopt;
+  std::istringstream number(frame.substr(std::string(kDetectedTag).size()));
   int id = 0;
   if (!(number >> id) || id < 0) return std::nullopt;
   return id;

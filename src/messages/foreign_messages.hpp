@@ -23,6 +23,8 @@ std::vector<std::string> foreign_range_types();
 /// The name of the frame that stands for a detected tag; see TagScans.
 std::string detected_tag_name(int id);
 std::optional<int> id_of_detected_tag(const std::string& frame);
+/// Whether it is of a tag, or of a bundle of tags, which has no id.
+bool is_detected_tag(const std::string& frame);
 
 /// What a message of such a type says: detections of tags as transforms camera -> tag
 /// (detected_tag_name()), which TagScans makes scans of, or a scan. The types:

@@ -74,9 +74,12 @@ std::optional<Rejection> check(const nav_msgs::Odometry& odometry, const FrameNa
           check_frame("header.frame_id", odometry.header.frame_id, frames.odom, "frames/odom")) {
     return wrong;
   }
-  if (auto wrong =
-          check_frame("child_frame_id", odometry.child_frame_id, frames.base, "frames/base")) {
-    return wrong;
+  // Many drivers leave it out: it is the robot's.
+  if (!odometry.child_frame_id.empty()) {
+    if (auto wrong =
+            check_frame("child_frame_id", odometry.child_frame_id, frames.base, "frames/base")) {
+      return wrong;
+    }
   }
   if (auto wrong = check_pose(odometry.pose.pose)) return wrong;
   return check_covariance(odometry.pose.covariance);

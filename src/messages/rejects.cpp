@@ -74,4 +74,13 @@ std::uint64_t RejectCounter::total() const {
   return total;
 }
 
+std::vector<std::string> lines_of(const RejectCounter& rejects) {
+  std::vector<std::string> lines;
+  for (const RejectCounter::Count& count : rejects.counts()) {
+    lines.push_back(std::to_string(count.count) + " " + count.input + " rejected, " +
+                    to_string(count.reason) + ": " + count.latest);
+  }
+  return lines;
+}
+
 }  // namespace pf_resampling

@@ -75,4 +75,7 @@ class RejectCounter {
   std::vector<Count> counts_;
 };
 
+/// A line for each count: "12 ranges rejected, unknown_beacon: beacon 7 is unknown; known are 1".
+std::vector<std::string> lines_of(const RejectCounter& rejects);
+
 }  // namespace pf_resampling

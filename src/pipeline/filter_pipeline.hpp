@@ -146,6 +146,10 @@ class FilterPipeline {
 
   const RejectCounter& rejects() const { return rejects_; }
   int queued() const { return static_cast<int>(waiting_.size()); }
+  /// How many messages of observations the filter has used.
+  std::uint64_t used() const { return used_count_; }
+  /// Why it has used none, as far as can be told.
+  std::string why_none_used() const;
   /// Belief at the newest odometry; nothing before the first, or before the filter has started.
   std::optional<PoseEstimate> estimate() const;
 
@@ -276,6 +280,7 @@ class FilterPipeline {
   std::string refused_;          // why parameters were refused last; empty once some were taken
   std::deque<Message> waiting_;  // in order of time
   std::deque<Message> used_;     // of which another may come that is not too old
+  std::uint64_t used_count_ = 0;
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
   /// Of an earlier run; until odometry and filter are there.
   struct OfferedPose {

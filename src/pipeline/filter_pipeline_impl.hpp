@@ -169,6 +169,7 @@ bool FilterPipeline<Types>::came_before(const Message& message) const {
 template <typename Types>
 void FilterPipeline<Types>::note_used(const std::vector<Message>& group) {
   used_.insert(used_.end(), group.begin(), group.end());
+  used_count_ += group.size();
   const ros::Duration window(simultaneous().value_or(0.0));
   const auto most = static_cast<std::size_t>(options_.queue_length);
   // However many come of one moment.
@@ -195,7 +196,8 @@ void FilterPipeline<Types>::drop_oldest() {
   const std::string needs = is_late ? "computation" : filter_ ? "odometry" : Types::kNames.needs;
   reject({is_late ? RejectReason::overload : RejectReason::queue_full,
           "more than " + std::to_string(options_.queue_length) + " " + Types::kNames.plural +
-              " wait for " + needs + ": the oldest is dropped"});
+              " wait for " + needs + ": the oldest is dropped" +
+              (filter_ ? "" : std::string("; ") + Types::kNames.remedy)});
   waiting_.pop_front();
 }
 
@@ -520,6 +522,18 @@ void FilterPipeline<Types>::reject(const std::string& input, const Rejection& re
                                " (logged once; status counts them)");
   }
   rejects_.add(input, rejection.reason, detail);
+}
+
+template <typename Types>
+std::string FilterPipeline<Types>::why_none_used() const {
+  const std::string plural = Types::kNames.plural;
+  std::string why;
+  for (const std::string& line : lines_of(rejects_)) why += (why.empty() ? "" : "; ") + line;
+  if (!why.empty()) return why;
+  if (!filter_) return "it waits for " + waits_for();
+  if (odometry_.empty()) return "there is no odometry";
+  return waiting_.empty() ? "there are no " + plural
+                          : std::to_string(queued()) + " " + plural + " wait for odometry";
 }
 
 template <typename Types>

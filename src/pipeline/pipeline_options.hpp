@@ -19,6 +19,7 @@ struct ObservationNames {
   const char* plural;      ///< in sentences: "ranges"
   const char* parameters;  ///< group of the parameters about them: "range_input"
   const char* needs;       ///< what has to be known before the first: "the beacons"; "": nothing
+  const char* remedy;      ///< how it becomes known
   const char* task;        ///< what the filter does with them, in the diagnostics: "localization"
 };
 

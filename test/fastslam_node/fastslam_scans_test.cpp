@@ -288,6 +288,20 @@ TEST(FastSlamScans, AnIdTwiceInAScanIsOneLandmark) {
   for (const Landmark& landmark : run.out.maps.back().landmarks) ids.insert(landmark.id);
   EXPECT_EQ(ids.size(), run.out.maps.back().landmarks.size());
   EXPECT_LT(run.error(), kLost);
+  EXPECT_EQ(run.rejected("landmarks", RejectReason::repeated), 100u);
+}
+
+// Two tags with one id in one image: what fits the map is believed, and it is said.
+TEST(FastSlamScans, AnIdAtTwoPlacesInAScanIsSaid) {
+  FastSlamRig run;
+  run.feed(changed(Drive::messages(20.0), [](LandmarkObservationArray* scan) {
+    scan->observations.push_back(scan->observations.front());
+    scan->observations.back().range += 2.0;
+  }));
+  EXPECT_TRUE(run.has_said("is twice in a scan, 2.000 m apart"));
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "scans with an id at two places").substr(0, 2),
+            "10");
+  EXPECT_LT(run.error(), kLost);
 }
 
 // ---- what comes out ---------------------------------------------------------------------------

@@ -63,7 +63,7 @@ TEST(ForeignMessages, AprilTagsAreDetectionsOfTheCamera) {
   Bytes bytes;
   bytes.add(header(10.0, "camera")).add(kTwo);
   bytes.add(kOne).add(std::int32_t{7}).add(kOne).add(0.16).add(pose);
-  // A bundle: no tag.
+  // A bundle: no tag, but to be told of.
   bytes.add(kTwo).add(std::int32_t{1}).add(std::int32_t{2}).add(kOne).add(0.16).add(pose);
   const auto message = bytes.as(
       "apriltag_ros/AprilTagDetectionArray",
@@ -73,7 +73,9 @@ TEST(ForeignMessages, AprilTagsAreDetectionsOfTheCamera) {
           definition_of<geometry_msgs::PoseWithCovarianceStamped>(
               "geometry_msgs/PoseWithCovarianceStamped"));
   const auto tags = std::get<tf2_msgs::TFMessage>(landmarks_in(message));
-  ASSERT_EQ(tags.transforms.size(), 1u);
+  ASSERT_EQ(tags.transforms.size(), 2u);
+  EXPECT_TRUE(is_detected_tag(tags.transforms[1].child_frame_id));
+  EXPECT_FALSE(id_of_detected_tag(tags.transforms[1].child_frame_id));
   EXPECT_EQ(id_of_detected_tag(tags.transforms[0].child_frame_id), 7);
   EXPECT_EQ(tags.transforms[0].header.frame_id, "camera");
   EXPECT_EQ(tags.transforms[0].header.stamp, ros::Time(10.0));

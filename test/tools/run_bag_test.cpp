@@ -3,6 +3,7 @@
 #include <rosbag/view.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <map>
@@ -300,6 +301,40 @@ TEST_F(RunBag, BeaconsMayComeFromAFile) {
   const ProgramResult result = run("beacon_mcl " + poor + " " + out_ + " --config " + beacons);
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_GT(counts_of(out_)["/pose"], 90u);
+  EXPECT_EQ(counts_of(out_)["/beacons"], 1u) << "for those who judge and draw";
+}
+
+// Half of the drive, or the drive from its halves: what is said once, before, is known.
+TEST_F(RunBag, TakesAPartOfABagAndSeveral) {
+  const auto poses = [&](const std::string& options) {
+    const ProgramResult result = run("beacon_mcl " + in_ + " " + out_ + options);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    return counts_of(out_)["/pose"];
+  };
+  const std::uint64_t all = poses("");
+  EXPECT_NEAR(static_cast<double>(poses(" --start 5")), static_cast<double>(all) - 50.0, 15.0);
+  EXPECT_EQ(counts_of(out_)["/beacons"], 1u);
+  EXPECT_LT(poses(" --duration 5"), all - 20);
+  EXPECT_EQ(poses(" --topics odom --topics ranges --topics beacons --topics /tf_static"), all);
+  EXPECT_EQ(counts_of(out_).count("/ground_truth"), 0u);
+  // The poses as evo reads them.
+  poses(" --tum " + directory_.file("path.tum"));
+  const std::string path = read_file(directory_.file("path.tum"));
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(path.begin(), path.end(), '\n')), all);
+}
+
+// What has no observations that can be used is no success.
+TEST_F(RunBag, SaysWhyNothingWasUsed) {
+  const std::string poor = directory_.file("poor.bag");
+  Content content;
+  content.beacons = false;
+  write_drive(poor, 10.0, content);
+  const std::string yaml = directory_.file("beacons.yaml");
+  write_file(yaml, "beacons:\n  - {id: 77, x: 0, y: 0}\n");
+  const ProgramResult result = run("beacon_mcl " + poor + " " + out_ + " --config " + yaml);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.error.find("unknown; known are 77"), std::string::npos) << result.error;
+  EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
 TEST_F(RunBag, RangesMayBeOfSensorMsgs) {

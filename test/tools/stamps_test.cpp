@@ -20,31 +20,11 @@ TEST(StampCheck, FindsRateAndGaps) {
   EXPECT_DOUBLE_EQ(summary.longest_gap, 5.5);
   EXPECT_DOUBLE_EQ(summary.longest_gap_at, 18.0);
   EXPECT_EQ(summary.gaps, 1U);
-  EXPECT_EQ(summary.out_of_order, 0U);
   EXPECT_DOUBLE_EQ(summary.largest_delay, 90.0);
 }
 
-TEST(StampCheck, FindsOrderTwiceAndZero) {
-  const StampSummary summary = summary_of({10, 12, 11, 12, 0, 13});
-  EXPECT_EQ(summary.messages, 6U);
-  EXPECT_EQ(summary.zero, 1U);
-  EXPECT_EQ(summary.out_of_order, 1U);
-  EXPECT_EQ(summary.twice, 1U);
-  EXPECT_EQ(summary.first, 10.0);
-  EXPECT_EQ(summary.last, 13.0);
-}
-
-TEST(StampCheck, TwoSendersMayHaveTheSameStamp) {
-  StampCheck check;
-  check.add(ros::Time(1.0), ros::Time(1.0), 4);
-  check.add(ros::Time(1.0), ros::Time(1.0), 5);
-  EXPECT_EQ(check.summary().twice, 0U);
-  check.add(ros::Time(1.0), ros::Time(1.0), 4);
-  EXPECT_EQ(check.summary().twice, 1U);
-}
-
 // ROS throws where a difference of times has no room in 32 bits.
-TEST(StampCheck, CountsWhatRosCannotReckonWithAndLeavesItOut) {
+TEST(StampCheck, LeavesOutWhatRosCannotReckonWith) {
   StampCheck check;
   check.add(ros::Time(10.0), ros::Time(10.0));
   for (const std::uint32_t seconds : {0x80000000U, 0xffffffffU}) {
@@ -60,11 +40,7 @@ TEST(StampCheck, CountsWhatRosCannotReckonWithAndLeavesItOut) {
   check.add(ros::Time(11.0), ros::Time(11.5));
   check.add(ros::Time(0x7fffffff, 0), ros::Time(1.0));  // the last that it can
   const StampSummary summary = check.summary();
-  EXPECT_EQ(summary.messages, 6U);
-  EXPECT_EQ(summary.impossible, 3U);
-  EXPECT_EQ(summary.usable(), 3U);
-  EXPECT_EQ(summary.zero, 0U);
-  EXPECT_EQ(summary.out_of_order, 0U);
+  EXPECT_EQ(summary.messages, 3U);
   EXPECT_EQ(summary.first, 10.0);
   EXPECT_EQ(summary.last, 2147483647.0);
   EXPECT_EQ(summary.longest_gap, 2147483636.0);
@@ -74,7 +50,7 @@ TEST(StampCheck, CountsWhatRosCannotReckonWithAndLeavesItOut) {
 TEST(StampCheck, OfNothingIsNothing) {
   EXPECT_EQ(summary_of({}).rate(), 0.0);
   EXPECT_EQ(summary_of({5.0}).rate(), 0.0);
-  EXPECT_EQ(summary_of({0.0}).zero, 1U);
+  EXPECT_EQ(summary_of({0.0}).messages, 0U);
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 
 #include "tools/checks/bag_survey.hpp"
 #include "tools/checks/bag_tables.hpp"
+#include "tools/checks/dry_run.hpp"
+#include "tools/checks/units.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
@@ -18,7 +20,6 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kLongDelay = 1.0;  // s, between stamp and bag time
-constexpr double kUpright = 0.9;    // how far a sensor's z axis may be off the robot's: cosine
 const char* const kBeaconsType = "pf_resampling/BeaconArray";
 
 using Lines = std::vector<std::string>;
@@ -50,17 +51,26 @@ class Checker {
       fastslam()->push_back(configuration_.fastslam_fault);
     }
     check_presence();
-    for (const TopicSurvey* topic :
-         {&survey_.odom, &survey_.ranges, &survey_.landmarks, &survey_.truth}) {
-      check_topic(*topic);
+    for (const TopicSurvey* topic : {&survey_.odom, &survey_.ranges, &survey_.landmarks}) {
+      const double delay = topic->stamps.summary().largest_delay;
+      if (delay > kLongDelay) {
+        remark(topic->topic + ": stamps and bag times differ by up to " + fixed(delay, 3) + " s");
+      }
     }
-    check_odometry();
-    check_times(survey_.ranges, beacon_mcl());
-    check_times(survey_.landmarks, fastslam());
     check_frames();
+    check_odometry();
     check_beacons();
-    check_landmarks();
-    result_.text = tables_of(bag_, names_, survey_);
+    if (beacon_mcl()->empty()) {
+      take(dry_run(bag_, names_, configuration_.beacon_mcl), &result_.beacon_mcl);
+    }
+    LandmarkSurvey seen;
+    if (fastslam()->empty()) {
+      DryRun run = dry_run(bag_, names_.of_fastslam(), configuration_.fastslam);
+      take(run, &result_.fastslam);
+      seen = std::move(run.seen);
+      check_landmarks(seen);
+    }
+    result_.text = tables_of(bag_, names_, survey_, seen);
     result_.beacon_mcl.command = command("beacon_mcl");
     result_.fastslam.command = command("fastslam");
     return std::move(result_);
@@ -69,7 +79,10 @@ class Checker {
  private:
   Lines* beacon_mcl() { return &result_.beacon_mcl.problems; }
   Lines* fastslam() { return &result_.fastslam.problems; }
-  void remark(const std::string& text) { result_.remarks.push_back(text); }
+  void remark(const std::string& text) {
+    auto& known = result_.remarks;
+    if (std::find(known.begin(), known.end(), text) == known.end()) known.push_back(text);
+  }
 
   /// Options that could mend a verdict; each once.
   void advise(const Lines& words, FilterVerdict* verdict) {
@@ -128,12 +141,6 @@ class Checker {
                    "; for the node sensor_ranges:=" + topic.name + ")";
       }
       need(names_.ranges, range_types(), "ranges", {beacon_mcl}, instead);
-    } else {
-      for (const std::string& frame : survey_.unnamed) {
-        remark(survey_.ranges.topic + ": frame " + quoted(frame) +
-               " does not name a beacon: change range_input/frame_pattern to fit it, or give it as "
-               "`frame` in the list `beacons`");
-      }
     }
     if (configuration_.beacon_mcl.beacons.empty()) {
       need(names_.beacons, {kBeaconsType}, "beacons", {beacon_mcl},
@@ -141,14 +148,14 @@ class Checker {
     } else if (survey_.topic_named(names_.beacons) != nullptr) {
       remark(names_.beacons + " is ignored: the configuration has beacons");
     }
-    if (!survey_.with_tags) {
+    if (configuration_.fastslam.tag_pattern.empty()) {
       need(names_.landmarks, landmark_types(), "landmarks", {fastslam}, tags_instead());
-    } else if (survey_.seen.scans == 0 && survey_.topic_named(names_.landmarks) == nullptr) {
-      fastslam->problems.push_back(
-          survey_.tag_fault.empty()
-              ? "no " + names_.landmarks + ", and no frame in /tf has a name that fits " +
-                    "landmark_input/tag_pattern " + configuration_.fastslam.tag_pattern
-              : survey_.tag_fault);
+    } else if (survey_.landmarks.frames.empty() &&
+               survey_.topic_named(names_.landmarks) == nullptr) {
+      fastslam->problems.push_back("no " + names_.landmarks +
+                                   ", and no frame in /tf has a name that fits "
+                                   "landmark_input/tag_pattern " +
+                                   configuration_.fastslam.tag_pattern);
     }
   }
 
@@ -209,167 +216,81 @@ class Checker {
     return "";
   }
 
-  /// Stamps and numbers of one topic.
-  void check_topic(const TopicSurvey& check) {
-    const StampSummary stamps = check.stamps.summary();
-    const auto count = [&](std::size_t messages, const std::string& what) {
-      if (messages > 0) remark(check.topic + ": " + std::to_string(messages) + " " + what);
-    };
-    const BagTopic* topic = survey_.topic_named(check.topic);
-    if (topic != nullptr && topic->messages > stamps.messages) {
-      count(topic->messages - stamps.messages,
-            "messages have a type or version that cannot be read");
-    }
-    count(stamps.zero, "messages without a stamp");
-    count(stamps.impossible,
-          "stamps that ROS cannot reckon with (of 2038 or later, or 1e9 nanoseconds or more)");
-    count(stamps.out_of_order, "stamps are older than the one before");
-    count(stamps.twice, "stamps appear twice");
-    count(check.not_finite, "values are not finite");
-    count(check.impossible, &check == &survey_.ranges || &check == &survey_.landmarks
-                                ? "ranges are not positive or variances negative"
-                                : "orientations are not unit quaternions");
-    if (stamps.largest_delay > kLongDelay) {
-      remark(check.topic + ": stamps and bag times differ by up to " +
-             fixed(stamps.largest_delay, 3) + " s");
-    }
-    const bool is_sensor = &check == &survey_.ranges || &check == &survey_.landmarks;
-    if (check.frames.size() > 1 && !is_sensor) {
-      remark(check.topic + ": several frames: " + listed(check.frames));
-    }
-  }
-
-  static std::string no_stamps(const StampSummary& stamps) {
-    return stamps.impossible == 0 ? " has no stamps" : " has no stamps that can be used";
-  }
-
   void check_odometry() {
-    const StampSummary odom = survey_.odom.stamps.summary();
-    const auto problem = [&](const std::string& what) {
-      beacon_mcl()->push_back(survey_.odom.topic + what);
-      fastslam()->push_back(survey_.odom.topic + what);
-    };
-    if (odom.messages > 0 && odom.usable() == 0) problem(no_stamps(odom));
-    if (odom.messages > 0 && survey_.odom.not_finite + survey_.odom.impossible >= odom.messages) {
-      problem(" has no pose that can be used");
+    if (survey_.base_frames.count("") > 0) {
+      remark(survey_.odom.topic + " names no child_frame_id: it is taken as that of " +
+             quoted(configuration_.frames().base) + " (frames/base)");
     }
-    if (survey_.base_frames.count("") > 0) problem(" names no child_frame_id");
-    if (survey_.odom.frames.count("") > 0) problem(" names no frame_id");
+    if (survey_.turns.in_degrees()) {
+      remark(survey_.odom.topic +
+             ": it turns about 57 times as much as its way does: is its heading in degrees? It has "
+             "to be in radians");
+    }
   }
 
-  /// Whether the odometry is of the time of the ranges, or of the landmarks.
-  void check_times(const TopicSurvey& seen, Lines* problems) {
-    const StampSummary odom = survey_.odom.stamps.summary();
-    const StampSummary stamps = seen.stamps.summary();
-    if (stamps.messages > 0 && stamps.usable() == 0) {
-      problems->push_back(seen.topic + no_stamps(stamps));
+  void take(const DryRun& run, FilterVerdict* verdict) {
+    if (run.used == 0) {
+      verdict->problems.push_back(run.why_none);
+      return;
     }
-    if (stamps.rate() <= 0.0 || odom.rate() <= 0.0) return;
-    if (stamps.last < odom.first || stamps.first > odom.last) {
-      problems->push_back(survey_.odom.topic + " and " + seen.topic + " are of different times");
-    } else if (stamps.first < odom.first - 1.0 || stamps.last > odom.last + 1.0) {
-      remark(survey_.odom.topic + " does not cover all of " + seen.topic);
-    }
+    for (const std::string& line : run.remarks) remark(line);
   }
 
   void check_frames() {
-    check_sensor_frames(survey_.ranges, "antennas", beacon_mcl());
-    check_sensor_frames(survey_.landmarks, "sensors", fastslam());
-    const auto expect = [&](const std::set<std::string>& frames, const std::string& usual,
+    const auto expect = [&](const std::set<std::string>& frames, std::string FrameNames::*name,
                             const std::string& parameter) {
+      const std::string usual = configuration_.frames().*name;
       for (const std::string& frame : frames) {
         if (frame.empty() || frame == usual) continue;
         remark("frame " + quoted(frame) + " instead of " + quoted(usual) + ": set the parameter " +
                parameter + " to it");
-        if (frames.size() == 1) settings_ += " --set " + shell_word(parameter + "=" + frame);
+        if (frames.size() > 1) continue;
+        settings_ += " --set " + shell_word(parameter + "=" + frame);
+        configuration_.beacon_mcl.frames.*name = frame;
+        configuration_.fastslam.frames.*name = frame;
       }
     };
-    const FrameNames& configured = configuration_.frames();
-    expect(survey_.odom.frames, configured.odom, "frames/odom");
-    expect(survey_.base_frames, configured.base, "frames/base");
-    expect({survey_.beacon_frame}, configured.map, "frames/map");
+    expect(survey_.odom.frames, &FrameNames::odom, "frames/odom");
+    expect(survey_.base_frames, &FrameNames::base, "frames/base");
+    expect({survey_.beacon_frame}, &FrameNames::map, "frames/map");
     for (const auto& [parent, child] : survey_.transforms) {
       if (survey_.odom.frames.count(child) > 0) {
         remark("/tf places " + quoted(child) + " in " + quoted(parent) +
                ": that is from another localization; leave it out when you play the bag");
       }
     }
-    if (!survey_.beacon_frame.empty() && !survey_.truth.frames.empty() &&
-        survey_.truth.frames.count(survey_.beacon_frame) == 0) {
-      remark(names_.beacons + " is in " + quoted(survey_.beacon_frame) + ", " +
-             names_.ground_truth + " in " + listed(survey_.truth.frames));
-    }
-  }
-
-  void check_sensor_frames(const TopicSurvey& seen, const std::string& list, Lines* problems) {
-    for (const std::string& frame : seen.frames) {
-      if (!survey_.places_on_robot(frame)) {
-        problems->push_back(seen.topic + ": nothing in /tf_static places its frame " +
-                            quoted(frame) + " on " + quoted(survey_.base) +
-                            " (or give it in the list `" + list + "` of the configuration)");
-        continue;
-      }
-      const auto place = survey_.on_robot.find(frame);
-      if (&seen == &survey_.landmarks && !survey_.with_tags && place != survey_.on_robot.end() &&
-          place->second.linear()(2, 2) < kUpright) {
-        problems->push_back(seen.topic + ": the z axis of its frame " + quoted(frame) +
-                            " does not point up, so bearings are not in the plane");
-      }
-    }
   }
 
   void check_beacons() {
-    if (survey_.ranges_by_beacon.empty() && survey_.ranges.stamps.summary().messages > 0) {
-      beacon_mcl()->push_back(survey_.ranges.topic + " has no range that can be used");
-    }
-    const bool is_configured = !configuration_.beacon_mcl.beacons.empty();
-    if (survey_.topic_named(names_.beacons) == nullptr && !is_configured) return;
-    const std::string where = is_configured ? "the configuration" : names_.beacons;
-    for (const std::int32_t id : survey_.beacons_twice) {
-      beacon_mcl()->push_back("beacon " + std::to_string(id) + " is there twice in " + where);
-    }
-    for (const auto& [id, position] : survey_.beacons) {
-      // A height that is not a number says: as high as the antenna.
-      const double height = std::isnan(position.z) ? 0.0 : position.z;
-      if (std::isfinite(position.x + position.y + height)) continue;
-      beacon_mcl()->push_back("the position of beacon " + std::to_string(id) + " is not finite");
-    }
-    Lines unknown;
     std::size_t known = 0;
-    for (const auto& [id, ranges] : survey_.ranges_by_beacon) {
-      if (survey_.beacons.count(id) > 0) {
-        ++known;
-      } else {
-        unknown.push_back(std::to_string(id));
-      }
-    }
-    if (!unknown.empty()) {
-      remark("ranges to beacons that are not in " + where + ": " + joined(unknown, ", "));
-    }
-    if (known == 0 && !survey_.ranges_by_beacon.empty()) {
-      beacon_mcl()->push_back("no range is to a beacon of " + where);
-    } else if (known > 0 && known < 3) {
+    for (const auto& [id, ranges] : survey_.ranges_by_beacon) known += survey_.beacons.count(id);
+    if (known > 0 && known < 3) {
       remark("ranges to only " + std::to_string(known) +
              " known beacons: the pose may stay ambiguous");
     }
+    if (const auto unit = unit_of_ranges(survey_.timed_ranges, survey_.beacons)) {
+      remark(survey_.ranges.topic + ": ranges are about " + unit->times +
+             " for the distances between the beacons, as if " + unit->as_if +
+             ": both have to be in metres");
+    }
+    const auto& antennas = configuration_.beacon_mcl.antennas;
+    const bool is_used = std::any_of(antennas.begin(), antennas.end(), [&](const auto& antenna) {
+      return survey_.ranges.frames.count(antenna.first) > 0;
+    });
+    if (!antennas.empty() && !is_used && !survey_.ranges.frames.empty()) {
+      const std::string& first = antennas.begin()->first;
+      remark("the list `antennas` places " + quoted(first) + ", but " + survey_.ranges.topic +
+             " is measured from " + listed(survey_.ranges.frames) + ": --set range_input/antenna=" +
+             first + " says that it is (for drivers that name no frame)");
+    }
   }
 
-  void check_landmarks() {
-    const LandmarkSurvey& seen = survey_.seen;
-    if (seen.scans == 0) return;
-    if (seen.ranges.empty()) {
-      fastslam()->push_back(survey_.landmarks.topic + " has no observation that can be used");
-      return;
-    }
+  void check_landmarks(const LandmarkSurvey& seen) {
+    if (seen.ranges.empty()) return;
     const std::size_t with_id = seen.with_id();
     if (with_id == 0) {
       remark(survey_.landmarks.topic +
              ": without ids; the filter finds out which landmark is which by where they are");
-    } else if (with_id < seen.ranges.size()) {
-      remark(survey_.landmarks.topic + ": " + std::to_string(seen.ranges.size() - with_id) +
-             " of " + std::to_string(seen.ranges.size()) +
-             " observations have no id and are rejected while ids are used (association/method "
-             "mutual_exclusion takes all observations and ignores ids)");
     }
     if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
       remark(survey_.landmarks.topic +
@@ -401,13 +322,21 @@ class Checker {
 
   const rosbag::Bag& bag_;
   const CheckedTopics& names_;
-  const CheckedConfiguration& configuration_;
+  CheckedConfiguration configuration_;
   const BagSurvey survey_;
   std::string settings_;  // options of run_bag: those given, and for frames of other names
   BagFindings result_;
 };
 
 }  // namespace
+
+FastSlamTopics CheckedTopics::of_fastslam() const {
+  FastSlamTopics topics;
+  topics.odom = odom;
+  topics.imu = imu;
+  topics.landmarks = landmarks;
+  return topics;
+}
 
 std::string FilterVerdict::text() const {
   return "ready for " + filter + ": " + (is_ready() ? "yes" : "no: " + joined(problems, "; "));

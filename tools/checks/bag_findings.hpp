@@ -5,21 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "beacon_mcl_node/pipeline_options.hpp"
-#include "fastslam_node/pipeline_options.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/filter_topics.hpp"
 
 namespace pf_resampling {
 
 /// Where a bag has what the filters need.
-struct CheckedTopics {
-  std::string odom = "/odom";
-  std::string imu = "/imu";
-  std::string ranges = "/ranges";
-  std::string sensor_ranges = "/sensor_ranges";  ///< looked at where there are no `ranges`
-  std::string beacons = "/beacons";
-  std::string landmarks = "/landmarks";
+struct CheckedTopics : BeaconMclTopics {
+  std::string landmarks = FastSlamTopics().landmarks;
   std::string ground_truth = "/ground_truth";
+
+  FastSlamTopics of_fastslam() const;
 };
 
 /// How the filters are to be configured.

@@ -30,35 +30,15 @@ std::string topics_table(const BagSurvey& survey) {
 }
 
 std::string stamps_table(const BagSurvey& survey) {
-  std::vector<std::pair<std::string, StampSummary>> topics;
-  for (const TopicSurvey* check :
-       {&survey.odom, &survey.ranges, &survey.landmarks, &survey.truth}) {
-    const StampSummary stamps = check->stamps.summary();
-    if (stamps.messages > 0) topics.emplace_back(check->topic, stamps);
-  }
-  // Hardly any bag has some.
-  const bool has_impossible = std::any_of(
-      topics.begin(), topics.end(), [](const auto& topic) { return topic.second.impossible > 0; });
-  std::vector<std::string> head = {"stamps",       "from s",        "to s", "rate Hz",
-                                   "period s",     "longest gap s", "at s", "gaps",
-                                   "out of order", "twice",         "zero", "off bag time s"};
-  if (has_impossible) head.emplace_back("impossible");
-  Table table(head);
-  for (const auto& [topic, stamps] : topics) {
-    std::vector<std::string> row = {topic,
-                                    fixed(stamps.first, 3),
-                                    fixed(stamps.last, 3),
-                                    fixed(stamps.rate(), 2),
-                                    fixed(stamps.median_period, 3),
-                                    fixed(stamps.longest_gap, 3),
-                                    fixed(stamps.longest_gap_at, 3),
-                                    std::to_string(stamps.gaps),
-                                    std::to_string(stamps.out_of_order),
-                                    std::to_string(stamps.twice),
-                                    std::to_string(stamps.zero),
-                                    fixed(stamps.largest_delay, 3)};
-    if (has_impossible) row.push_back(std::to_string(stamps.impossible));
-    table.add_row(row);
+  Table table({"stamps", "from s", "to s", "rate Hz", "period s", "longest gap s", "at s", "gaps",
+               "off bag time s"});
+  for (const TopicSurvey* topic : {&survey.odom, &survey.ranges, &survey.landmarks}) {
+    const StampSummary stamps = topic->stamps.summary();
+    if (stamps.messages == 0) continue;
+    table.add_row({topic->topic, fixed(stamps.first, 3), fixed(stamps.last, 3),
+                   fixed(stamps.rate(), 2), fixed(stamps.median_period, 3),
+                   fixed(stamps.longest_gap, 3), fixed(stamps.longest_gap_at, 3),
+                   std::to_string(stamps.gaps), fixed(stamps.largest_delay, 3)});
   }
   if (table.empty()) return "";
   return "\n" + table.text() + "  (period: the median; gaps: longer than " + fixed(kGapFactor, 0) +
@@ -86,9 +66,6 @@ std::string frames_table(const CheckedTopics& names, const BagSurvey& survey) {
   for (const std::string& frame : survey.ranges.frames) place(names.ranges, frame);
   for (const std::string& frame : survey.landmarks.frames) place(survey.landmarks.topic, frame);
   if (!survey.beacon_frame.empty()) table.add_row({names.beacons + ": " + survey.beacon_frame});
-  for (const std::string& frame : survey.truth.frames) {
-    table.add_row({names.ground_truth + ": " + frame});
-  }
   return table.empty() ? "" : "\n" + table.text();
 }
 
@@ -142,14 +119,14 @@ std::string landmarks_table(const LandmarkSurvey& seen) {
 
 }  // namespace
 
-std::string tables_of(const rosbag::Bag& bag, const CheckedTopics& names, const BagSurvey& survey) {
+std::string tables_of(const rosbag::Bag& bag, const CheckedTopics& names, const BagSurvey& survey,
+                      const LandmarkSurvey& seen) {
   rosbag::View view(bag);
   const double duration = view.size() > 0 ? (view.getEndTime() - view.getBeginTime()).toSec() : 0.0;
   const BagTopic* truth = survey.topic_named(names.ground_truth);
   std::string text = bag.getFileName() + ": " + std::to_string(view.size()) + " messages, " +
                      fixed(duration, 1) + " s\n" + topics_table(survey) + stamps_table(survey) +
-                     frames_table(names, survey) + ranges_table(survey) +
-                     landmarks_table(survey.seen);
+                     frames_table(names, survey) + ranges_table(survey) + landmarks_table(seen);
   text += "\n  ground truth: " + (truth == nullptr ? "none" : truth->type);
   if (survey.topic_named("/ground_truth_landmarks") != nullptr) text += ", and of the landmarks";
   return text + "\n";

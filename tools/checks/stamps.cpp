@@ -18,46 +18,33 @@ double seconds_between(const ros::Time& a, const ros::Time& b) {
 }  // namespace
 
 double StampSummary::rate() const {
-  return usable() > 1 && last > first ? static_cast<double>(usable() - 1) / (last - first) : 0.0;
+  return messages > 1 && last > first ? static_cast<double>(messages - 1) / (last - first) : 0.0;
 }
 
-void StampCheck::add(const ros::Time& stamp, const ros::Time& bag_time, std::int32_t sender) {
-  if (stamp.isZero()) {
-    ++zero_;
-    return;
-  }
-  if (check(stamp)) {
-    ++impossible_;
-    return;
-  }
-  if (!stamps_.empty() && stamp < latest_) ++out_of_order_;
-  latest_ = std::max(latest_, stamp);
+void StampCheck::add(const ros::Time& stamp, const ros::Time& bag_time) {
+  if (check(stamp)) return;
   largest_delay_ = std::max(largest_delay_, std::abs(seconds_between(stamp, bag_time)));
-  stamps_.emplace_back(stamp, sender);
+  stamps_.push_back(stamp);
 }
 
 StampSummary StampCheck::summary() const {
   StampSummary summary;
-  summary.messages = stamps_.size() + zero_ + impossible_;
-  summary.zero = zero_;
-  summary.impossible = impossible_;
-  summary.out_of_order = out_of_order_;
+  summary.messages = stamps_.size();
   summary.largest_delay = largest_delay_;
   if (stamps_.empty()) return summary;
 
   auto sorted = stamps_;
   std::sort(sorted.begin(), sorted.end());
-  summary.first = sorted.front().first.toSec();
-  summary.last = sorted.back().first.toSec();
+  summary.first = sorted.front().toSec();
+  summary.last = sorted.back().toSec();
   std::vector<double> periods;
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i] == sorted[i - 1]) ++summary.twice;
-    const double period = seconds_between(sorted[i - 1].first, sorted[i].first);
+    const double period = seconds_between(sorted[i - 1], sorted[i]);
     if (!(period > 0.0)) continue;
     periods.push_back(period);
     if (period > summary.longest_gap) {
       summary.longest_gap = period;
-      summary.longest_gap_at = sorted[i - 1].first.toSec();
+      summary.longest_gap_at = sorted[i - 1].toSec();
     }
   }
   if (periods.empty()) return summary;

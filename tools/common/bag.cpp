@@ -212,8 +212,15 @@ void require_topics(const rosbag::Bag& bag, const std::string& path,
 void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
                        const std::vector<std::string>& order,
                        const std::function<void(const rosbag::MessageInstance&)>& take) {
+  for_each_in_order(std::vector<const rosbag::Bag*>{&bag}, path, order, take);
+}
+
+void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::string& path,
+                       const std::vector<std::string>& order,
+                       const std::function<void(const rosbag::MessageInstance&)>& take) {
   try {
-    rosbag::View view(bag);
+    rosbag::View view;
+    for (const rosbag::Bag* bag : bags) view.addQuery(*bag);
     for_each_in_order(&view, order, take);
   } catch (const rosbag::BagException& error) {
     throw Error(path + ": cannot be read to its end (" + error.what() + "); try: rosbag reindex " +

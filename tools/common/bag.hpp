@@ -77,6 +77,11 @@ void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
                        const std::vector<std::string>& order,
                        const std::function<void(const rosbag::MessageInstance&)>& take);
 
+/// Likewise of several bags at once.
+void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::string& path,
+                       const std::vector<std::string>& order,
+                       const std::function<void(const rosbag::MessageInstance&)>& take);
+
 /// Writes a bag as a NewFile, so that `path` is never half a bag. Messages are to be written in
 /// order of time.
 class BagWriter {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -11,6 +12,11 @@ namespace pf_resampling {
 namespace {
 
 constexpr int kWidth = 40;
+constexpr double kUntilItIsKnown = 1.0;  // s, how fast it goes
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 }  // namespace
 
@@ -29,10 +35,17 @@ void ProgressBar::update(std::uint64_t done) {
   const int percent = static_cast<int>(100.0 * share);
   if (percent == drawn_percent_) return;
   drawn_percent_ = percent;
+  const double passed = seconds_since(start_);
+  const std::string left =
+      passed > kUntilItIsKnown && share > 0.0
+          ? std::to_string(static_cast<int>(std::lround(passed * (1.0 - share) / share))) +
+                " s left"
+          : "";
   const int filled = static_cast<int>(kWidth * share);
-  std::fprintf(stderr, "\r%s [%s%s] %3d %%", label_.c_str(),
+  std::fprintf(stderr, "\r%s [%s%s] %3d %% %s\033[K", label_.c_str(),
                std::string(static_cast<std::size_t>(filled), '#').c_str(),
-               std::string(static_cast<std::size_t>(kWidth - filled), ' ').c_str(), percent);
+               std::string(static_cast<std::size_t>(kWidth - filled), ' ').c_str(), percent,
+               left.c_str());
   std::fflush(stderr);
 }
 

@@ -1,12 +1,13 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
 namespace pf_resampling {
 
-/// A bar on stderr that shows how far long work has come; nothing is written when stderr is not a
-/// terminal, so that logs stay clean.
+/// A bar on stderr that shows how far long work has come and how long it will take; nothing is
+/// written when stderr is not a terminal, so that logs stay clean.
 class ProgressBar {
  public:
   /// `total`: amount of work, in the unit of update().
@@ -25,6 +26,7 @@ class ProgressBar {
   std::string label_;
   std::uint64_t total_;
   int drawn_percent_ = -1;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool active_;
 };
 

@@ -60,9 +60,9 @@ CommandLine evaluation_command_line() {
   line.topic("status", "/status", "the filter's status, for its particles");
   line.topic("particle-errors", "/particle_errors",
              "errors of the particles' poses and maps, as run_bag writes them");
-  line.option<std::string>(
-      "match", "HOW", "auto",
-      "how to match estimated and true landmarks: id, nearest, or auto (by id if the ids fit)");
+  line.option<std::string>("match", "HOW", "auto",
+                           "how to match estimated and true landmarks: id, nearest, or auto (by id "
+                           "if the sensor gives ids and they fit)");
   line.option<double>(
       "gate", "METRES", 0.0,
       "largest distance to the nearest; 0: half the usual distance of neighbours, at least 0.5 m");

@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "beacon_mcl_node/beacon_checks.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
@@ -15,28 +16,26 @@ BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   return options;
 }
 
-/// Why there is not a single pose, as far as can be told.
-std::string why_no_pose(const BeaconMclPipeline& pipeline) {
-  if (pipeline.filter() == nullptr) return "the beacons are not known";
-  const std::string reasons = text_of(pipeline.rejects());
-  return reasons.empty() ? "there are too few ranges" : reasons;
-}
-
 }  // namespace
 
 int beacon_mcl_over_bag(const CommandLine& line) {
   const BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   FilterOverBag run(line);
-  require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
-                            options.beacons.empty() && !line.has("resume"));
+  if (run.is_only()) {
+    require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
+                              options.beacons.empty() && !line.has("resume"));
+  }
+  if (!options.beacons.empty()) {
+    run.write_beacons(topics.beacons, to_message(options.beacons, options.frames.map));
+  }
   BeaconMclSinks sinks;
   run.connect(&sinks);
   BeaconMclPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
   run.for_each_message(topics.inputs(options.frames.base, pipeline.antenna()), options.frames,
                        [&](const auto& message) { handle(message, &pipeline); });
-  run.finish([&] { return why_no_pose(pipeline); });
+  run.finish(pipeline);
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();
   run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +

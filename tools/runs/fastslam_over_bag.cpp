@@ -1,8 +1,11 @@
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <optional>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
+#include "tools/common/files.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
 #include "tools/common/table.hpp"
@@ -59,28 +62,53 @@ std::optional<ParticleJudge> judge_of(const rosbag::Bag& bag, const std::string&
   return std::nullopt;
 }
 
+/// As a list of landmarks, which can be loaded again.
+std::string table_of(const LandmarkMap& map) {
+  std::string table = "id,x,y,sigma\n";
+  for (const Landmark& landmark : map.landmarks) {
+    const double variance = 0.5 * (landmark.covariance[0] + landmark.covariance[3]);
+    table += std::to_string(landmark.id) + "," + fixed(landmark.position.x, 6) + "," +
+             fixed(landmark.position.y, 6) + "," + fixed(std::sqrt(std::max(0.0, variance)), 6) +
+             "\n";
+  }
+  return table;
+}
+
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
   const FastSlamPipelineOptions options = read_fastslam_options(line);
   const FastSlamTopics topics = fastslam_topics(line);
   FilterOverBag run(line);
-  require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
-                          options.tag_pattern.empty());
+  if (run.is_only()) {
+    require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
+                            options.tag_pattern.empty());
+  }
   FastSlamSinks sinks;
   run.connect(&sinks);
+  if (line.has("tum")) {
+    sinks.final_path = [&](const auto& stamps, const auto& poses) { run.take_path(stamps, poses); };
+  }
+  // Without pictures, of the paths only the last is worth its place: it is what is believed at the
+  // end.
+  bool is_end = false;
   if (run.with_status()) {
-    sinks.path = [&](const nav_msgs::Path& path) { run.writer().write("/path", run.now(), path); };
-    sinks.landmark_map = [&](const LandmarkMap& map) {
-      run.writer().write_latched("/landmark_map", run.now(), map);
+    sinks.path = [&](const nav_msgs::Path& path) {
+      if (run.with_pictures() || is_end) run.writer().write("/path", run.now(), path);
     };
   }
+  LandmarkMap last_map;
+  sinks.landmark_map = [&](const LandmarkMap& map) {
+    last_map = map;
+    if (run.with_status()) run.writer().write_latched("/landmark_map", run.now(), map);
+  };
   const bool frame_is_given =
       has_topic(run.in(), topics.initial_pose) || !options.map_file.empty() || line.has("resume");
   std::string not_judged;
   const std::optional<ParticleJudge> judge =
-      run.with_status() ? judge_of(run.in(), topics.odom, frame_is_given, &not_judged)
-                        : std::nullopt;
+      run.with_status() && run.is_only() && !line.has("start")
+          ? judge_of(run.in(), topics.odom, frame_is_given, &not_judged)
+          : std::nullopt;
   RunErrors errors;
   if (judge) {
     sinks.updated = [&](ros::Time stamp, FastSlam* filter) {
@@ -95,28 +123,27 @@ int fastslam_over_bag(const CommandLine& line) {
   resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
   run.for_each_message(topics.inputs(options.frames.base), options.frames,
                        [&](const auto& message) { handle(message, &pipeline); });
+  is_end = true;
   pipeline.guard("results", [&] { pipeline.publish_results(); });
-  run.finish([&] {
-    const std::string reasons = text_of(pipeline.rejects());
-    return reasons.empty() ? "there is no odometry" : reasons;
-  });
+  run.finish(pipeline);
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
+  if (line.has("map-csv")) write_file(line.text("map-csv"), table_of(last_map));
   if (line.has("save-map")) {
     std::cout << pipeline.save_map(line.text("save-map")) << "\n";
   }
   const FastSlamStatus& status = pipeline.filter().status();
-  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
-                                     std::to_string(status.renewals) + " renewals, " +
-                                     std::to_string(status.particles) + " particles, " +
-                                     std::to_string(pipeline.landmarks()) + " landmarks (" +
-                                     to_string(pipeline.filter().association()) + "), " +
-                                     strategy_of(options.filter.strategy));
   if (pipeline.not_believed() > 0) {
     std::cout << pipeline.not_believed()
               << " observations were not believed: they did not fit the map\n";
   }
   if (errors.updates > 0) std::cout << errors.text() << "\n";
   if (!not_judged.empty()) std::cout << "no errors of the particles: " << not_judged << "\n";
+  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
+                                     std::to_string(status.renewals) + " renewals, " +
+                                     std::to_string(status.particles) + " particles, " +
+                                     std::to_string(pipeline.landmarks()) + " landmarks (" +
+                                     to_string(pipeline.filter().association()) + "), " +
+                                     strategy_of(options.filter.strategy));
   return 0;
 }
 

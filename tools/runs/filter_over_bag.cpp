@@ -4,12 +4,16 @@
 #include <sys/resource.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <set>
 
 #include "src/configuration/parameter_table.hpp"
 #include "src/messages/conversions.hpp"
+#include "tools/common/files.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/common/table.hpp"
 
@@ -37,6 +41,10 @@ std::string in_path_of(const CommandLine& line) {
   return line.text("in.bag");
 }
 
+std::vector<std::string> more_of(const CommandLine& line) {
+  return line.has("more") ? line.get<std::vector<std::string>>("more") : std::vector<std::string>();
+}
+
 }  // namespace
 
 FilterOverBag::FilterOverBag(const CommandLine& line)
@@ -44,6 +52,19 @@ FilterOverBag::FilterOverBag(const CommandLine& line)
       in_(open_bag(in_path_)),
       writer_(line.text("out.bag")),
       wall_start_(wall_seconds()) {
+  for (const std::string& path : more_of(line)) {
+    more_.emplace_back(new rosbag::Bag(open_bag(path)));  // a bag that is moved cannot be read
+  }
+  if (line.has("start")) start_ = line.get<double>("start");
+  if (line.has("tum")) tum_ = line.text("tum");
+  if (line.has("duration")) duration_ = line.get<double>("duration");
+  if (line.has("topics")) {
+    for (const std::string& topic : line.get<std::vector<std::string>>("topics")) {
+      topics_.insert(topic.rfind('/', 0) == 0 ? topic : "/" + topic);
+    }
+  }
+  rosbag::View view(in_);
+  begin_ = view.getBeginTime();
   if (line.get<bool>("no-clouds")) outputs_ = Outputs::no_clouds;
   if (line.get<bool>("pose-only")) outputs_ = Outputs::pose_only;
 }
@@ -51,6 +72,7 @@ FilterOverBag::FilterOverBag(const CommandLine& line)
 void FilterOverBag::connect(PipelineSinks* sinks) {
   sinks->pose = [this](const geometry_msgs::PoseWithCovarianceStamped& message) {
     ++poses_;
+    note_pose(message.header.stamp, to_pose2(message.pose.pose));
     writer_.write("/pose", now_, message);
   };
   sinks->transform = [this](const geometry_msgs::TransformStamped& transform) {
@@ -78,22 +100,46 @@ void FilterOverBag::connect(PipelineSinks* sinks) {
 void FilterOverBag::for_each_in_bag(
     const std::vector<std::string>& order, const FrameNames& frames,
     const std::function<void(const rosbag::MessageInstance&)>& take) {
-  rosbag::View view(in_);
-  recorded_ = view.getEndTime().toSec() - view.getBeginTime().toSec();
+  std::vector<const rosbag::Bag*> bags = {&in_};
+  for (const auto& bag : more_) bags.push_back(bag.get());
+  rosbag::View view;
+  for (const rosbag::Bag* bag : bags) view.addQuery(*bag);
+  begin_ = view.getBeginTime();
+  // Differences of stamps that are far apart have no room in a duration of ROS.
+  const double all = view.getEndTime().toSec() - begin_.toSec();
+  recorded_ = std::max(0.0, std::min(all - start_, duration_));
   ProgressBar bar("run_bag", view.size());
   std::uint64_t done = 0;
-  for_each_in_order(in_, in_path_, order, [&](const rosbag::MessageInstance& message) {
+  for_each_in_order(bags, in_path_, order, [&](const rosbag::MessageInstance& message) {
+    bar.update(++done);
+    if (!is_wanted(message)) return;
     now_ = message.getTime();
     copy_input(message, frames);
     take(message);
     writer_.check();  // a pipeline lets no exception out
-    bar.update(++done);
   });
+}
+
+/// What was said once, before the part that is wanted, is wanted, too.
+bool FilterOverBag::is_wanted(const rosbag::MessageInstance& message) const {
+  if (!topics_.empty() && topics_.count(message.getTopic()) == 0) return false;
+  const double time = message.getTime().toSec() - begin_.toSec();
+  if (time >= start_) return time <= start_ + duration_;
+  const auto header = message.getConnectionHeader();
+  const auto latching = header->find("latching");
+  return message.getTopic() == "/tf_static" ||
+         (latching != header->end() && latching->second == "1");
+}
+
+void FilterOverBag::write_beacons(const std::string& topic, BeaconArray beacons) {
+  left_out_ = topic;
+  beacons.header.stamp = begin_;
+  writer_.write_latched(topic, begin_, beacons);
 }
 
 /// Copies an input message; what an earlier run of the filter wrote is left out.
 void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const FrameNames& frames) {
-  if (kOutputTopics.count(message.getTopic()) > 0) return;
+  if (kOutputTopics.count(message.getTopic()) > 0 || message.getTopic() == left_out_) return;
   if (message.getTopic() == "/tf") {
     const auto transforms = message_in<tf2_msgs::TFMessage>(message);
     if (transforms) {
@@ -112,9 +158,25 @@ void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const Fra
   writer_.copy(message);
 }
 
-void FilterOverBag::finish(const std::function<std::string()>& otherwise) {
-  if (poses_ == 0) throw Error(in_path_ + ": no pose came out: " + otherwise());
+void FilterOverBag::close() {
   writer_.finish();
+  if (!tum_.empty()) write_file(tum_, path_text_);
+}
+
+void FilterOverBag::note_pose(ros::Time stamp, const Pose2& pose) {
+  if (tum_.empty()) return;
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(), "%u.%09u %.6f %.6f 0 0 0 %.9f %.9f\n", stamp.sec,
+                stamp.nsec, pose.x, pose.y, std::sin(0.5 * pose.heading),
+                std::cos(0.5 * pose.heading));
+  path_text_ += text.data();
+}
+
+void FilterOverBag::take_path(const std::vector<ros::Time>& stamps,
+                              const std::vector<Pose2>& poses) {
+  path_text_.clear();
+  for (std::size_t i = 0; i < stamps.size() && i < poses.size(); ++i)
+    note_pose(stamps[i], poses[i]);
 }
 
 void FilterOverBag::report(const RejectCounter& rejects, const std::string& summary) const {
@@ -131,15 +193,6 @@ void FilterOverBag::report(const RejectCounter& rejects, const std::string& summ
             << " s, peak memory " << fixed(static_cast<double>(usage.ru_maxrss) / 1024.0, 0)
             << " MiB, " << fixed(recorded_ / wall, 0) << " x real time (" << fixed(recorded_, 1)
             << " s)\n";
-}
-
-std::string text_of(const RejectCounter& rejects) {
-  std::string text;
-  for (const RejectCounter::Count& count : rejects.counts()) {
-    text += (text.empty() ? "" : "; ") + std::to_string(count.count) + " " + count.input +
-            " rejected, " + to_string(count.reason) + ": " + count.latest;
-  }
-  return text;
 }
 
 void apply_run_parameters(const CommandLine& line, const ParameterList& parameters) {

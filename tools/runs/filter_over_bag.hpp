@@ -4,6 +4,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,6 +30,8 @@ class FilterOverBag {
   explicit FilterOverBag(const CommandLine& line);
 
   const rosbag::Bag& in() const { return in_; }
+  /// Whether there is no other (--more): what is needed has to be in it.
+  bool is_only() const { return more_.empty(); }
   const std::string& in_path() const { return in_path_; }
   BagWriter& writer() { return writer_; }
   /// Bag time of the message that is being taken.
@@ -34,6 +39,12 @@ class FilterOverBag {
   /// Whether clouds, markers and paths are to be written; status and diagnostics; or poses alone.
   bool with_pictures() const { return outputs_ == Outputs::all; }
   bool with_status() const { return outputs_ != Outputs::pose_only; }
+
+  /// Writes beacons of the configuration in the place of those of the bag.
+  void write_beacons(const std::string& topic, BeaconArray beacons);
+
+  /// The path at the end, for --tum, in the place of the poses as they were given out.
+  void take_path(const std::vector<ros::Time>& stamps, const std::vector<Pose2>& poses);
 
   /// Connects the outputs that are to be written.
   void connect(PipelineSinks* sinks);
@@ -47,8 +58,15 @@ class FilterOverBag {
     });
   }
 
-  /// Closes the output. Throws Error when there is no pose in it, for the reason `otherwise`.
-  void finish(const std::function<std::string()>& otherwise);
+  /// Closes the output. Throws Error, and leaves none, if the filter has used no observation.
+  template <typename Pipeline>
+  void finish(const Pipeline& pipeline) {
+    if (pipeline.used() == 0) {
+      throw Error(in_path_ + ": none of its " + Pipeline::kObservations +
+                  " were used: " + pipeline.why_none_used());
+    }
+    close();
+  }
 
   /// Prints what the filter had to say, what was rejected, `summary`, and what it took.
   void report(const RejectCounter& rejects, const std::string& summary) const;
@@ -60,10 +78,19 @@ class FilterOverBag {
 
   void for_each_in_bag(const std::vector<std::string>& order, const FrameNames& frames,
                        const std::function<void(const rosbag::MessageInstance&)>& take);
+  void close();
+  void note_pose(ros::Time stamp, const Pose2& pose);
+  bool is_wanted(const rosbag::MessageInstance& message) const;
   void copy_input(const rosbag::MessageInstance& message, const FrameNames& frames);
 
   std::string in_path_;
   rosbag::Bag in_;
+  std::vector<std::unique_ptr<rosbag::Bag>> more_;
+  double start_ = 0.0, duration_ = std::numeric_limits<double>::infinity();  // s
+  std::set<std::string> topics_;                                             // empty: all
+  ros::Time begin_;
+  std::string left_out_;  // a topic that is not copied
+  std::string tum_, path_text_;
   BagWriter writer_;
   Outputs outputs_ = Outputs::all;
   ros::Time now_;
@@ -89,9 +116,6 @@ std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipelin
   write_checkpoint(path, *checkpoint);
   return "checkpoint written to " + path + "\n";
 }
-
-/// "; "-separated: what was rejected, why, and the latest case of each.
-std::string text_of(const RejectCounter& rejects);
 
 /// Sets the parameters that have options of their own: --seed and --threads.
 void apply_run_parameters(const CommandLine& line, const ParameterList& parameters);

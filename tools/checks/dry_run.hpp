@@ -1,0 +1,42 @@
+#pragma once
+
+#include <rosbag/bag.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/common/filter_topics.hpp"
+
+namespace pf_resampling {
+
+/// The landmark observations that FastSLAM used.
+struct LandmarkSurvey {
+  std::size_t scans = 0;
+  std::map<std::int64_t, std::size_t> by_id;  ///< how often each id was seen
+  std::vector<double> ranges;                 ///< m, of all
+  double least_bearing = 0.0;                 ///< rad
+  double largest_bearing = 0.0;               ///< rad
+
+  std::size_t with_id() const;
+  /// How many ids were seen in no more than one observation.
+  std::size_t seen_once() const;
+};
+
+/// What a filter says of the messages of a bag.
+struct DryRun {
+  std::uint64_t used = 0;            ///< of its observations
+  std::string why_none;              ///< if that is none
+  std::vector<std::string> remarks;  ///< its warnings; what it did not use, and why
+  LandmarkSurvey seen;               ///< of FastSLAM
+};
+
+/// Runs a filter over a bag, with few particles: what it takes does not depend on them. Throws
+/// Error if the bag is damaged.
+DryRun dry_run(const rosbag::Bag& bag, const BeaconMclTopics& topics,
+               const BeaconMclPipelineOptions& options);
+DryRun dry_run(const rosbag::Bag& bag, const FastSlamTopics& topics,
+               const FastSlamPipelineOptions& options);
+
+}  // namespace pf_resampling
