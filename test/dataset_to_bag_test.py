@@ -126,10 +126,11 @@ class Reading(unittest.TestCase):
         self.assertEqual(read.notes, ['odometry.csv: rows put in order of time', 'ranges.csv: rows put in order of time'])
 
     def test_csv_says_what_looks_like_another_unit(self):
-        self.write(ranges='t,beacon,range\n' + ''.join(f'{i},1,16.4\n' for i in range(20)),  # 5 m in feet
-                   beacons='beacon,x,y\n1,3,4\n', ground_truth='t,x,y\n0,0,0\n20,0,0\n')
-        self.assertIn('--range-unit ft', self.csv().notes[0])
-        self.assertEqual(self.csv('ft').notes, [])
+        for unit, five_metres in (('ft', 16.4), ('cm', 510), ('mm', 4900)):
+            self.write(ranges='t,beacon,range\n' + ''.join(f'{i},1,{five_metres}\n' for i in range(20)),
+                       beacons='beacon,x,y\n1,3,4\n', ground_truth='t,x,y\n0,0,0\n20,0,0\n')
+            self.assertIn(f'--range-unit {unit} ', self.csv().notes[0])
+            self.assertEqual(self.csv(unit).notes, [])
         for file, text, column, largest in (
                 ('odometry', 't,x,y,heading\n1,0,0,90\n2,0,1,91\n', 'heading', '91.0'),
                 ('odometry', 't,x,y,heading\n1,0,0,-1\n2,0,1,359\n', 'heading', '359.0'),

@@ -9,7 +9,7 @@ import os
 
 from .files import lines_of, number_of, require_directory
 from .recording import (Beacon, Error, Frame, Landmark, Observation, Odometry, Range, Recording, Truth, compose,
-                        looks_like_feet, median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, wrap_angle)
+                        median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "a directory with CSV files of your own"
 HELP = """Makes a bag of a directory with any of
@@ -24,7 +24,7 @@ The first line names the columns, in any order; # begins a comment. Seconds, met
 radians; id -1: unknown; variance 0: unknown. distance and dheading are since the row
 before; v and omega hold until the next row."""
 INPUT = "DIRECTORY"
-OPTIONS = (("range-unit", "m|ft", "m", "unit of the measured ranges"),)
+OPTIONS = (("range-unit", "m|ft|cm|mm", "m", "unit of the measured ranges"),)
 EXAMPLES = ("csv my_recording my_recording.bag",)
 
 FULL_TURN = 2 * math.pi  # an angle beyond it is one in degrees
@@ -161,8 +161,9 @@ def read(directory, range_unit="m"):
         add_rows(table, unit, recording)
         table.note_ignored()
     ratio = median_range_ratio(recording)
-    if looks_like_feet(ratio):
-        recording.notes.append(f"ranges are {ratio:.2f} times the true distances: if they are in feet, give --range-unit ft")
+    if unit_of(ratio) not in (None, "m"):
+        recording.notes.append(f"ranges are {ratio:.2f} times the true distances: are they in another unit? "
+                               f"--range-unit {unit_of(ratio)} would make metres of them")
     return recording
 
 

@@ -12,13 +12,13 @@ import math
 
 from .files import MatFile, number_of
 from .recording import (METRES_PER_FOOT, Beacon, Error, Frame, Odometry, Range, Recording, Truth, UsageError, compose,
-                        looks_like_feet, median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, wrap_angle)
+                        median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
 HELP = """Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD
 [t antenna beacon range], TL [beacon x y] and GT [t x y heading]."""
 INPUT = "FILE.mat"
-OPTIONS = (("range-unit", "m|ft", None, "unit of the ranges; by default found from the true distances"),
+OPTIONS = (("range-unit", "m|ft|cm|mm", None, "unit of the ranges; by default found from the true distances"),
            ("antenna", "[N:]x,y,z", [], "where the antenna (with number N) sits on the robot, in m; may be repeated"))
 EXAMPLES = ("plaza Plaza2.mat plaza2.bag", "plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5")
 
@@ -160,9 +160,9 @@ def scale_ranges(metres, recording):
     """Brings ranges to metres; without `metres` per unit that is seen from the true distances."""
     ratio = median_range_ratio(recording)
     scale = metres or 1.0
-    if metres and ratio and looks_like_feet(ratio * metres):
+    if metres and ratio and unit_of(ratio * metres) == "ft":
         recording.notes.append(f"ranges are {ratio * metres:.2f} times the true distances: are they in feet?")
-    elif not metres and looks_like_feet(ratio):
+    elif not metres and unit_of(ratio) == "ft":
         scale = METRES_PER_FOOT
         recording.notes.append(f"TD: ranges are {ratio:.2f} times the true distances: taken as feet")
     elif not metres and ratio is None:

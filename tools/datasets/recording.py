@@ -8,6 +8,7 @@ from bisect import bisect_left
 from collections import namedtuple
 
 METRES_PER_FOOT = 0.3048
+METRES_PER = {"m": 1.0, "ft": METRES_PER_FOOT, "cm": 0.01, "mm": 0.001}
 FEWEST_RANGES_FOR_RATIO = 10
 
 
@@ -113,13 +114,13 @@ def median_range_ratio(recording):
     return upper_median(ratios) if len(ratios) >= FEWEST_RANGES_FOR_RATIO else None
 
 
-def looks_like_feet(ratio):
-    """Whether such a ratio is nearer that of feet than 1."""
-    return ratio is not None and ratio > math.sqrt(1 / METRES_PER_FOOT)
+def unit_of(ratio):
+    """The unit whose ratio is nearest to such a one, as a factor; None if that is none."""
+    return ratio and min(METRES_PER, key=lambda unit: abs(math.log(ratio * METRES_PER[unit])))
 
 
 def metres_per(unit):
     """The value of --range-unit."""
-    if unit not in ("m", "ft"):
-        raise UsageError(f"--range-unit {unit}: known are m and ft")
-    return METRES_PER_FOOT if unit == "ft" else 1.0
+    if unit not in METRES_PER:
+        raise UsageError(f"--range-unit {unit}: known are {', '.join(METRES_PER)}")
+    return METRES_PER[unit]
