@@ -8,6 +8,10 @@
 namespace pf_resampling {
 namespace {
 
+// Poses of paths per second that are given out at most, 16 kB: all of the path each time, its
+// volume would grow with the square of the time.
+constexpr double kMostPathPoses = 200.0;
+
 bool is_finite(const FilterStatus& status) {
   bool finite = true;
   for (const double number :
@@ -127,19 +131,30 @@ void BeliefPublisher::publish_clouds(ros::Time stamp, const ParticleView& partic
 
 void BeliefPublisher::publish_path(ros::Time stamp) {
   if (!sinks_->path || path_.path().poses.empty()) return;
-  if (is_due(options_.path_period, stamp, &last_path_)) sinks_->path(path_.path());
+  if (is_path_due(stamp)) give_out(path_.path());
+}
+
+bool BeliefPublisher::is_path_due(ros::Time stamp) {
+  const double least = static_cast<double>(path_size_) / kMostPathPoses;
+  const double period = options_.path_period > 0.0 ? std::max(options_.path_period, least) : 0.0;
+  return is_due(period, stamp, &last_path_);
+}
+
+void BeliefPublisher::give_out(const nav_msgs::Path& path) {
+  path_size_ = path.poses.size();
+  sinks_->path(path);
 }
 
 void BeliefPublisher::publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
                                    const std::function<std::vector<Pose2>()>& poses) {
-  if (!sinks_->path || stamps.empty() || !is_due(options_.path_period, stamp, &last_path_)) return;
+  if (!sinks_->path || stamps.empty() || !is_path_due(stamp)) return;
   const std::vector<Pose2> all = poses();
   PathRecorder path(options_.path_spacing, options_.path_length);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!is_finite(all[i])) return hold_back();
     path.add(stamps[i], frames_.map, all[i]);
   }
-  sinks_->path(path.path());
+  give_out(path.path());
 }
 
 void BeliefPublisher::publish_markers(const visualization_msgs::MarkerArray& markers) {

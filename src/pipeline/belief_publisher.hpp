@@ -53,7 +53,8 @@ class BeliefPublisher {
   /// The particles, each moved by `motion`, in its own frame; when they are due.
   void publish_clouds(ros::Time stamp, const ParticleView& particles, const Pose2& motion);
   bool wants_clouds() const { return sinks_->particlecloud || sinks_->particles; }
-  /// The path driven as it was believed at the time, when it is due.
+  /// The path driven as it was believed at the time, when it is due: every path_period, and less
+  /// often when it has become long, since all of it is given out each time.
   void publish_path(ros::Time stamp);
   /// Likewise a path that is known otherwise: `poses` at `stamps`, as many. Poses nearer to the one
   /// before than path_spacing are left out.
@@ -70,11 +71,15 @@ class BeliefPublisher {
   std::uint64_t held_back() const { return held_back_; }
 
  private:
+  bool is_path_due(ros::Time stamp);
+  void give_out(const nav_msgs::Path& path);
+
   FrameNames frames_;
   OutputOptions options_;
   const PipelineSinks* sinks_;
   PathRecorder path_;
   std::uint64_t held_back_ = 0;
+  std::size_t path_size_ = 0;  // of the last path that was given out
   ros::Time last_cloud_, last_path_;
 };
 

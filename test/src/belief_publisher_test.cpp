@@ -153,6 +153,28 @@ TEST(BeliefPublisher, APathThatIsNotFiniteIsHeldBack) {
   EXPECT_TRUE(publisher.out.paths.empty());
 }
 
+// 2 h at 1 m/s are 7200 poses 1 m apart: a path with 200 n of them comes n s after the one before.
+TEST(BeliefPublisher, ALongPathIsGivenOutLessOften) {
+  OutputOptions options;
+  options.path_period = 2.0;
+  options.path_spacing = 1.0;
+  Publisher publisher(options);
+  std::size_t poses = 0;
+  for (int second = 0; second < 7200; ++second) {
+    const ros::Time stamp(1.0 + second);
+    publisher.belief.publish_pose(stamp, sure({1.0 * second, 0.0, 0.0}), {});
+    publisher.belief.publish_path(stamp);
+    if (second == 300) {
+      EXPECT_EQ(publisher.out.paths.size(), 151u) << "short ones every 2 s";
+    }
+  }
+  for (const nav_msgs::Path& path : publisher.out.paths) poses += path.poses.size();
+  EXPECT_LT(poses, 300u * 7200u);
+  publisher.belief.hurry_path();
+  publisher.belief.publish_path(ros::Time(7201.0));
+  EXPECT_EQ(publisher.out.paths.back().poses.size(), 7200u);
+}
+
 // It may drive for days: every other pose goes, the first and the last drive on, and the steps
 // between are twice as long from then on.
 TEST(BeliefPublisher, APathThatGetsTooLongIsThinned) {
