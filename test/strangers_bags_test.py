@@ -68,13 +68,13 @@ def april_tags(scan, types):
     return tags
 
 
-def write_tags(source, out):
+def write_tags(source, out, odometry='/tf'):
     types = genpy.dynamic.generate_dynamic('apriltag_ros/AprilTagDetectionArray', APRIL_TAGS)
     with rosbag.Bag(str(out), 'w') as bag:
         for number, (topic, message, time) in enumerate(rosbag.Bag(str(source)).read_messages()):
             if number == 0:
                 bag.write('/tf_static', camera_on_robot(time), time)
-            if topic in ('/tf', '/ground_truth', '/ground_truth_landmarks'):
+            if topic in (odometry, '/ground_truth', '/ground_truth_landmarks'):
                 bag.write(topic, message, time)
             elif topic == '/landmarks':
                 bag.write('/tag_detections', april_tags(message, types), time)
@@ -159,6 +159,20 @@ class StrangersBags(unittest.TestCase):
         self.assertEqual(command[:3], ['run_bag', 'fastslam', 'tags.bag'])
         self.say(*command)
         self.assert_good()
+
+    def test_drivers_messages_are_solved_by_least_squares(self):
+        write_tags(self.folder / 'world.bag', self.folder / 'tags.bag', '/odom')
+        self.say('run_bag', 'fastslam', 'tags.bag', 'out.bag', '--landmarks', '/tag_detections')
+        self.assert_solved('--landmarks', '/tag_detections')
+        self.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
+        write_radios(self.folder / 'figure.bag', self.folder / 'uwb.bag', self.folder / 'beacons.yaml')
+        self.say('run_bag', 'beacon_mcl', 'uwb.bag', 'out.bag', '--sensor-ranges', '/uwb', '--config', 'beacons.yaml')
+        self.assert_solved('--ranges', '/uwb')
+
+    def assert_solved(self, *options):
+        self.say('evaluate_bag', 'out.bag', '--batch', '--json', 'out.json', *options)
+        judged = json.loads((self.folder / 'out.json').read_text(encoding='utf-8'))
+        self.assertLess(judged['batch']['cartesian_aligned']['mean'], 0.15)
 
     def test_radios_with_beacons_in_a_file(self):
         self.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')

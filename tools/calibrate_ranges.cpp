@@ -187,7 +187,7 @@ int calibrate_ranges(const std::vector<std::string>& arguments) {
   const auto path = line.text("bag");
   const rosbag::Bag bag = open_bag(path);
   require_topics(bag, path,
-                 {{line.topic("ranges"), {"pf_resampling/BeaconRange"}, "--ranges"},
+                 {{line.topic("ranges"), recorded_range_types(), "--ranges"},
                   {line.topic("beacons"), {"pf_resampling/BeaconArray"}, "--beacons"},
                   {line.topic("truth"), truth_types(), "--truth"}});
   std::map<int, Beacon> beacons;

@@ -14,6 +14,7 @@
 #include "tools/common/command_line.hpp"
 #include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/common/plot_paths.hpp"
 #include "tools/evaluation/batch_comparison.hpp"
 #include "tools/evaluation/evaluation_request.hpp"
@@ -34,11 +35,10 @@ void require_topics(const rosbag::Bag& bag, const EvaluationRequest& request) {
     needed.push_back({request.truth, truth_types(), "--truth"});
   }
   if (request.with_batch && is_of_ranges(bag, request)) {
-    needed.push_back({request.ranges, {"pf_resampling/BeaconRange"}, "--ranges"});
+    needed.push_back({request.ranges, recorded_range_types(), "--ranges"});
     needed.push_back({request.beacons, {"pf_resampling/BeaconArray"}, "--beacons"});
   } else if (request.with_batch) {
-    needed.push_back(
-        {request.landmarks, {"pf_resampling/LandmarkObservationArray"}, "--landmarks"});
+    needed.push_back({request.landmarks, landmark_types(), "--landmarks"});
   }
   require_topics(bag, request.bag, needed);
 }
@@ -157,8 +157,9 @@ std::string lay_on_truth(const EvaluationRequest& request, RecordedRun* run) {
 /// filter gave.
 bool are_seen_without_ids(const rosbag::Bag& bag) {
   bool is_seen = false;
+  const std::vector<std::string> types = landmark_types();
   for (const BagTopic& topic : topics_of(bag)) {
-    if (topic.type != "pf_resampling/LandmarkObservationArray") continue;
+    if (std::find(types.begin(), types.end(), topic.type) == types.end()) continue;
     for (const StampedScan& scan : read_landmark_scans(bag, topic.name)) {
       for (const SeenLandmark& landmark : scan.landmarks) {
         if (landmark.id >= 0) return false;

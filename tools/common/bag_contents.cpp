@@ -18,13 +18,17 @@
 #include <exception>
 #include <queue>
 #include <type_traits>
+#include <variant>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
+#include "beacon_mcl_node/range_sensor.hpp"
+#include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/described_message.hpp"
 #include "src/messages/input_checks.hpp"
 #include "tools/common/bag.hpp"
+#include "tools/common/filter_topics.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -186,6 +190,58 @@ std::map<std::string, Placed> newest_static_transforms(const rosbag::Bag& bag) {
   return parents;
 }
 
+StampedScan stamped_scan(double time, const LandmarkObservationArray& message) {
+  StampedScan scan = {time, without_slash(message.header.frame_id), {}};
+  for (const auto& seen : message.observations) {
+    scan.landmarks.push_back(
+        {seen.id, seen.range, seen.bearing, seen.range_variance, seen.bearing_variance});
+  }
+  return scan;
+}
+
+/// Makes scans of detections of tags, as they are seen from the middle of the robot.
+class TagReader {
+ public:
+  explicit TagReader(const rosbag::Bag& bag) {
+    for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
+      const auto message = message_in<tf2_msgs::TFMessage>(instance);
+      if (!message) return;
+      for (const auto& transform : message->transforms) on_robot_.add(transform);
+    });
+  }
+
+  void take(const tf2_msgs::TFMessage& message, std::vector<StampedScan>* scans) {
+    for (const auto& tag : message.transforms) tags_.take(tag, kNow, &on_robot_);
+    take_complete(kNow, scans);
+  }
+
+  void finish(std::vector<StampedScan>* scans) { take_complete(ros::Time(2.0), scans); }
+
+ private:
+  // As if odometry stood still until the end: an image is complete when the next comes.
+  const ros::Time kNow{1.0};
+
+  void take_complete(ros::Time now, std::vector<StampedScan>* scans) {
+    for (const LandmarkObservationArray& seen : tags_.take_complete(now)) {
+      StampedScan scan = stamped_scan(seen.header.stamp.toSec(), seen);
+      const Eigen::Isometry3d camera = on_robot_.pose(frames_.base, scan.frame).value();
+      for (SeenLandmark& tag : scan.landmarks) {
+        const Eigen::Vector3d place =
+            camera * Eigen::Vector3d(tag.range * std::cos(tag.bearing),
+                                     tag.range * std::sin(tag.bearing), 0.0);
+        tag.range = place.head<2>().norm();
+        tag.bearing = std::atan2(place.y(), place.x());
+      }
+      scan.frame = frames_.base;
+      scans->push_back(scan);
+    }
+  }
+
+  FrameNames frames_;
+  TagScans tags_{FramePattern(""), frames_};
+  StaticFrames on_robot_;
+};
+
 }  // namespace
 
 std::vector<std::string> truth_types() {
@@ -294,10 +350,31 @@ std::vector<Beacon> read_beacons(const rosbag::Bag& bag, const std::string& topi
   return beacons;
 }
 
+std::vector<std::string> recorded_range_types() {
+  std::vector<std::string> types = range_types();
+  types.emplace_back("sensor_msgs/Range");
+  return types;
+}
+
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic) {
-  return read_list<BeaconRange>(bag, topic, [](double time, const BeaconRange& range) {
-    return StampedRange{time, without_slash(range.header.frame_id), range.beacon, range.range};
+  BeaconMclTopics topics;
+  topics.ranges = topic;
+  const auto inputs = topics.inputs("", "");
+  const BeaconNames names = names_of(BeaconMclPipelineOptions());
+  std::vector<StampedRange> ranges;
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto take = [&](const BeaconRange& range) {
+      ranges.push_back({stamp_of(instance, range), without_slash(range.header.frame_id),
+                        range.beacon, range.range});
+    };
+    if (const auto sensor_range = message_in<sensor_msgs::Range>(instance)) {
+      if (const auto range = read_range(*sensor_range, names).range) take(*range);
+    } else if (const auto message = to_message(instance, inputs)) {
+      if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&*message)) take(**range);
+    }
   });
+  sort_by_time(&ranges);
+  return ranges;
 }
 
 std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
@@ -331,15 +408,23 @@ std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
 }
 
 std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic) {
-  using Message = LandmarkObservationArray;
-  return read_list<Message>(bag, topic, [](double time, const Message& message) {
-    StampedScan scan = {time, without_slash(message.header.frame_id), {}};
-    for (const auto& seen : message.observations) {
-      scan.landmarks.push_back(
-          {seen.id, seen.range, seen.bearing, seen.range_variance, seen.bearing_variance});
+  FastSlamTopics topics;
+  topics.landmarks = topic;
+  const auto inputs = topics.inputs("");
+  std::vector<StampedScan> scans;
+  TagReader tags(bag);
+  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
+    const auto message = to_message(instance, inputs);
+    if (!message) return;
+    if (const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&*message)) {
+      scans.push_back(stamped_scan(stamp_of(instance, **scan), **scan));
+    } else if (const auto* seen = std::get_if<tf2_msgs::TFMessage::ConstPtr>(&*message)) {
+      tags.take(**seen, &scans);
     }
-    return scan;
   });
+  tags.finish(&scans);
+  sort_by_time(&scans);
+  return scans;
 }
 
 std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,

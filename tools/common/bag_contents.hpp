@@ -54,6 +54,9 @@ struct StampedRange {
   int beacon = 0;
   double range = 0.0;  ///< m
 };
+/// Message types that read_ranges() takes: those of drivers, too, which name no frame, and
+/// sensor_msgs/Range of frames with the usual names.
+std::vector<std::string> recorded_range_types();
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic);
 
 /// The landmarks of the last message on a topic of LandmarkMap; nothing if there is none.
@@ -78,6 +81,8 @@ struct StampedScan {
   std::string frame;
   std::vector<SeenLandmark> landmarks;
 };
+/// Of landmark_types(). Tags are seen from base_link; a camera that /tf_static does not place sees
+/// none.
 std::vector<StampedScan> read_landmark_scans(const rosbag::Bag& bag, const std::string& topic);
 
 /// White noise of the odometry, as standard deviations that grow with the root of the time.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
+#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -160,7 +161,9 @@ OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
       solution.path.push_back(drive->newest_at(stamp->time));
     }
   };
+  ProgressBar bar("solving", times.size());
   for (std::size_t i = 0; i < times.size(); ++i) {
+    bar.update(i);
     go_on([&](double time) { return time < times[i]; });
     drive->drive_to(times[i]);
     observe(i);

@@ -24,6 +24,7 @@ BatchProblem batch_problem_of(const rosbag::Bag& bag, const EvaluationRequest& r
   for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
     problem.sensors[name] = to_pose2(frame);
   }
+  problem.sensors["base_link"] = {};
   return problem;
 }
 
