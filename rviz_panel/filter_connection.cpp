@@ -10,11 +10,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdlib>
 #include <set>
 
-#include "src/node/reconfigure_server.hpp"
 #include "src/node/service_folder.hpp"
 #include "src/pipeline/pipeline_options.hpp"
 
@@ -37,23 +34,6 @@ std::string run_id() {
   std::string id;
   ros::param::get("/run_id", id);
   return id;
-}
-
-// Parameters that are not what they were set to.
-std::vector<std::string> not_taken(const dynamic_reconfigure::Config& set,
-                                   const dynamic_reconfigure::Config& present) {
-  std::vector<std::string> names;
-  auto now = values_of(present);
-  for (const auto& [name, value] : values_of(set)) {
-    char* end = nullptr;
-    const double number = std::strtod(value.c_str(), &end);
-    const bool is_number = !value.empty() && *end == '\0';
-    const double difference = number - std::strtod(now[name].c_str(), nullptr);
-    if (is_number ? std::abs(difference) > 1e-9 * std::abs(number) : now[name] != value) {
-      names.push_back(name);
-    }
-  }
-  return names;
 }
 
 // Where a node of this machine keeps the files of its services.
@@ -145,10 +125,7 @@ void FilterConnection::set(const dynamic_reconfigure::Config& values) {
   post([this, values] {
     dynamic_reconfigure::Reconfigure service;
     service.request.config = values;
-    if (!call(names().node + "/set_parameters", &service)) return;
-    for (const std::string& name : not_taken(values, service.response.config)) {
-      report(false, name + " was refused");
-    }
+    if (!call(names().node + "/set_parameters", &service, "refused")) return;
     const std::lock_guard<std::mutex> lock(mutex_);
     news_.values = service.response.config;
   });
@@ -330,7 +307,7 @@ void FilterConnection::call_empty(const std::string& service, const std::string&
 }
 
 template <typename Service>
-bool FilterConnection::call(const std::string& name, Service* service) {
+bool FilterConnection::call(const std::string& name, Service* service, const char* failed) {
   if (!ros::master::check()) {
     report(false, name + ": there is no ROS master");
     return false;
@@ -358,7 +335,7 @@ bool FilterConnection::call(const std::string& name, Service* service) {
     call_ = ros::ServiceClient();
   }
   if (!success) {
-    report(false, name + (given_up ? ": no answer" : ": the call failed"));
+    report(false, name + ": " + (given_up ? "no answer" : failed));
   }
   return success;
 }

@@ -85,7 +85,7 @@ class FilterConnection {
   void call_and_report(const std::string& name, Service service);
   void call_empty(const std::string& service, const std::string& done);
   template <typename Service>
-  bool call(const std::string& name, Service* service);
+  bool call(const std::string& name, Service* service, const char* failed = "the call failed");
 
   const double patience_;
 

@@ -87,7 +87,7 @@ TEST(FilterConnection, RefusedValuesStayAndAreShown) {
   const FilterNews after =
       wait_for(&connection, [](const auto& news) { return news.values && !news.results.empty(); });
   ASSERT_FALSE(after.results.empty());
-  EXPECT_EQ(after.results[0].text, "population/threshold was refused");
+  EXPECT_EQ(after.results[0].text, "/robot1/fastslam/set_parameters: refused");
   EXPECT_EQ(value_of(after, "population/threshold"), before);
 }
 

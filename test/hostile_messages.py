@@ -454,7 +454,8 @@ class Hostile:
             config.ints.append(IntParameter('particles', self.draw.choice((-1, 0, 2**31 - 1, -2**31))))
         else:
             config.strs.append(StrParameter('population/renewal', self.draw.choice(NAMES)))
-        self.call('/' + name + '/filter/set_parameters', Reconfigure, config)
+        with contextlib.suppress(rospy.ServiceException):  # most are refused
+            self.call('/' + name + '/filter/set_parameters', Reconfigure, config)
 
     def file(self):
         service, kind, *more = self.draw.choice((('load_map', LoadMap, True), ('save_map', SaveMap)))

@@ -162,14 +162,16 @@ void ReconfigureServer::publish() {
 
 bool ReconfigureServer::take(Bounded<dynamic_reconfigure::Reconfigure::Request>& request,
                              dynamic_reconfigure::Reconfigure::Response& response) {
+  bool is_taken = true;
   try {
     set_(values_of(whole(request).config));
   } catch (const Error& error) {
     ROS_WARN("parameters not changed: %s", error.what());
+    is_taken = false;
   }
   publish();
   response.config = to_config(parameters_());
-  return true;
+  return is_taken;
 }
 
 }  // namespace pf_resampling

@@ -29,7 +29,8 @@ std::map<std::string, std::string> values_of(const dynamic_reconfigure::Config& 
 class ReconfigureServer {
  public:
   /// `parameters`: what can be set, with the present values. `set`: takes over all of the values or
-  /// none; the Error it throws says why none, and the old values stay and are shown.
+  /// none; the Error it throws says why none. Then the old values stay and are shown, and the
+  /// call fails.
   ReconfigureServer(const ros::NodeHandle& private_node, std::function<ParameterList()> parameters,
                     std::function<void(const std::map<std::string, std::string>&)> set);
 
