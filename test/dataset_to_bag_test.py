@@ -2,6 +2,8 @@
 """Whether dataset_to_bag reads what the data sets say, and says in one line what is wrong with a file."""
 
 import cmath
+import io
+import itertools
 import math
 import os
 import pathlib
@@ -477,6 +479,16 @@ class Reading(unittest.TestCase):
         with rosbag.Bag(path) as file:
             latched = sorted(each.topic for each in file._get_connections() if each.header.get('latching') == b'1')
         self.assertEqual(latched, ['/beacons', '/tf_static'])
+
+    def test_bag_that_takes_long_says_how_long(self):
+        class Terminal(io.StringIO):
+            isatty = staticmethod(lambda: True)
+
+        for seconds, kind, said in ((0.1, Terminal, ''), (2.0, io.StringIO, ''), (2.0, Terminal, '25 % 12 s left')):
+            stream, clock = kind(), itertools.count(0.0, seconds)
+            self.assertEqual(list(bag.with_progress([3, 5, 7, 9], stream, lambda: next(clock))), [3, 5, 7, 9])
+            self.assertIn(said, stream.getvalue())
+            self.assertEqual(bool(said), bool(stream.getvalue()))
 
     def test_bag_of_times_that_ros_cannot_hold_is_shifted_or_refused(self):
         recording, path = Recording(), str(self.folder / 'a.bag')

@@ -1,5 +1,7 @@
 """Writes a Recording as the messages that the nodes read, in order of time."""
 import math
+import sys
+import time
 from itertools import groupby
 
 from .recording import Error, Frame, relative
@@ -38,6 +40,21 @@ def span_of(recording):
     return earliest, shift
 
 
+def with_progress(events, stream=None, now=time.monotonic):
+    """The events, one by one. On a terminal, what takes more than 2 s says how far it has come and how long it will take."""
+    stream, start = stream or sys.stderr, now()
+    said = 1.0 if stream and stream.isatty() else math.inf
+    for done, event in enumerate(events):
+        passed = now() - start
+        if done and passed > said + 1.0:
+            said = passed
+            left = passed * (len(events) - done) / done
+            print(f"\rwriting {100 * done // len(events):3} % {left:.0f} s left\033[K", end="", file=stream, flush=True)
+        yield event
+    if math.inf > said > 1.0:
+        print("\r\033[K", end="", file=stream, flush=True)
+
+
 class Writer:
     def __init__(self, recording, bag, shift):
         import genpy
@@ -58,7 +75,7 @@ class Writer:
         events += [(now.time, 1, (before, now)) for before, now in odometry]
         events += [(heard.time, 2, heard) for heard in self.recording.ranges]
         events += [(scan[0].time, 3, scan) for scan in scans]
-        for time, kind, what in sorted(events, key=lambda event: event[:2]):
+        for time, kind, what in with_progress(sorted(events, key=lambda event: event[:2])):
             writers[kind](self.stamp(time), what)
 
     def stamp(self, time):
