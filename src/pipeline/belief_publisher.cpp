@@ -135,9 +135,10 @@ void BeliefPublisher::publish_path(ros::Time stamp) {
 }
 
 bool BeliefPublisher::is_path_due(ros::Time stamp) {
-  const double least = static_cast<double>(path_size_) / kMostPathPoses;
-  const double period = options_.path_period > 0.0 ? std::max(options_.path_period, least) : 0.0;
-  return is_due(period, stamp, &last_path_);
+  const double passed = stamp.toSec() - last_path_.toSec();
+  const bool is_early = passed >= 0.0 && passed * kMostPathPoses < static_cast<double>(path_size_);
+  if (is_early && options_.path_period > 0.0 && !last_path_.isZero()) return false;
+  return is_due(options_.path_period, stamp, &last_path_);
 }
 
 void BeliefPublisher::give_out(const nav_msgs::Path& path) {

@@ -169,7 +169,7 @@ TEST(BeliefPublisher, ALongPathIsGivenOutLessOften) {
     }
   }
   for (const nav_msgs::Path& path : publisher.out.paths) poses += path.poses.size();
-  EXPECT_LT(poses, 300u * 7200u);
+  EXPECT_LT(poses, 200u * 7200u);
   publisher.belief.hurry_path();
   publisher.belief.publish_path(ros::Time(7201.0));
   EXPECT_EQ(publisher.out.paths.back().poses.size(), 7200u);

@@ -53,5 +53,25 @@ TEST(Overload, FastSlamTellsSlowComputationFromMissingOdometry) {
       });
 }
 
+// Somebody forgot beacons:=. What waits in vain is dropped, which no faster computer would help.
+TEST(Overload, BeaconsThatDoNotComeAreNone) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.queue_length = 5;
+  Rig run(options);
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(20.0)) {
+    if (!std::holds_alternative<BeaconArray::ConstPtr>(message)) run.feed({message});
+  }
+  EXPECT_GT(run.pipeline.rejects().count("ranges", RejectReason::queue_full), 50u);
+  EXPECT_TRUE(
+      run.has_said("wait for the beacons: the oldest is dropped; they come on the topic "
+                   "beacons (beacons:= names another)"));
+  ASSERT_FALSE(run.out.diagnostics.empty());
+  for (const diagnostic_msgs::DiagnosticArray& said : run.out.diagnostics) {
+    for (const auto& status : said.status) {
+      EXPECT_EQ(status.message.find("dropped"), std::string::npos) << status.message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pf_resampling
