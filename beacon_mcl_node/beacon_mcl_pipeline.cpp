@@ -5,7 +5,7 @@
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/line_writer.hpp"
+#include "pf_resampling_core/files/archive.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
@@ -190,20 +190,16 @@ double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
 
 // The ids are for people; the places make the difference.
 std::string BeaconMclPipeline::lasting_map() const {
-  text_file::Checksum places;
+  std::vector<Beacon> beacons = filter_->beacons();
   std::string ids;
-  for (const Beacon& beacon : filter_->beacons()) {
-    std::string text;
-    const Eigen::Vector3d& place = beacon.position;
-    text_file::append(static_cast<std::int64_t>(beacon.id), &text);
-    text_file::append(place.x(), &text);
-    text_file::append(place.y(), &text);
-    text_file::append(beacon.is_planar ? -1.0e9 : place.z(), &text);
-    places.add(text);
+  for (Beacon& beacon : beacons) {
+    if (beacon.is_planar) beacon.position.z() = 0.0;
     if (ids.size() < kLongestIds) ids += (ids.empty() ? "" : ", ") + std::to_string(beacon.id);
   }
-  const auto count = static_cast<std::int64_t>(filter_->beacons().size());
-  return "the beacons " + ids + " (" + places.end_line(count).substr(4) + ")";
+  Archive archive(kPoseFile);
+  describe(archive, beacons);
+  return "the beacons " + ids + " (" + std::to_string(beacons.size()) + ", " +
+         checksum_of(archive.bytes()) + ")";
 }
 
 void BeaconMclPipeline::save_filter(BeaconMclCheckpoint* checkpoint) {

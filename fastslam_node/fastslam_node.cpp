@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
       [](FilterNode<FastSlamPipeline>* node) {
         node->serve("global_localization", [node] { node->pipeline().global_localization(); });
         node->serve<SaveMap>("save_map", [node](const SaveMap::Request& request) {
-          return node->pipeline().save_map(node->path_to_write(request.file, text_file::kMap));
+          return node->pipeline().save_map(node->path_to_write(request.file, kMapFile));
         });
         node->serve<LoadMap>("load_map", [node](const LoadMap::Request& request) {
           std::string done = node->pipeline().load_map(node->path_of(request.file), request.frozen);

@@ -106,7 +106,7 @@ class Documents(unittest.TestCase):
         self.check_each(lambda document: wrong_tests(document.read_text()))
 
     def test_mistakes_are_found(self):
-        self.assertEqual(wrong_tests('`Weights.AreNone` `MapFile.RefusesAnyDamage` `MapFile.cpp`'), ['Weights.AreNone'])
+        self.assertEqual(wrong_tests('`Weights.AreNone` `MapFile.RefusesWhatIsNoFile` `MapFile.cpp`'), ['Weights.AreNone'])
         self.assertEqual(dead_links('[a](no.md) [b](nodes.md#in) [c](https://x.example)', ROOT / 'doc'), ['no.md'])
         self.assertEqual(wrong_commands('rosrun pf_resampling run_bug a.bag\nrosrun pf_resampling run_bag x --seat 1 --seed 1'),
                          ['rosrun pf_resampling run_bug', 'rosrun pf_resampling run_bag --seat'])

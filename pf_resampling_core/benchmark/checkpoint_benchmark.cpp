@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl_lines.hpp"
-#include "pf_resampling_core/filters/fastslam/map_lines.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
 /// What a filter's part of a checkpoint costs, which is nearly all of it: the copy of the
 /// population, for which updates wait, and the writing of it, to the disk of the working directory,
@@ -17,20 +17,9 @@ std::string file() {
   return std::filesystem::current_path() / "benchmark.checkpoint";
 }
 
-void write(const SavedBeaconMcl& saved) {
-  text_file::LineWriter writer(text_file::kCheckpoint, file());
-  write_beacon_mcl_lines(saved, &writer);
-  writer.finish();
-}
-
-void write(const SavedMap& saved) {
-  text_file::LineWriter writer(text_file::kCheckpoint, file());
-  write_map_lines(saved, &writer);
-  writer.finish();
-}
-
-text_file::LineReader reader() {
-  return text_file::LineReader(text_file::kCheckpoint, file());
+template <typename Saved>
+void write(const Saved& saved) {
+  write_saved(kCheckpointFile, file(), saved);
 }
 
 BeaconMcl localization(int particles) {
@@ -87,8 +76,7 @@ BENCHMARK(write_beacon_mcl)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond
 void read_beacon_mcl(benchmark::State& state) {
   write(localization(static_cast<int>(state.range(0))).saved());
   for (auto _ : state) {
-    text_file::LineReader lines = reader();
-    benchmark::DoNotOptimize(read_beacon_mcl_lines(&lines));
+    benchmark::DoNotOptimize(read_saved<SavedBeaconMcl>(kCheckpointFile, file()));
   }
   report_size(state);
 }
@@ -123,8 +111,7 @@ void read_fastslam(benchmark::State& state) {
   FastSlam filter = mapping(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   write(saved_map(&filter, static_cast<int>(state.range(0))));
   for (auto _ : state) {
-    text_file::LineReader lines = reader();
-    benchmark::DoNotOptimize(read_map_lines(&lines));
+    benchmark::DoNotOptimize(read_saved<SavedMap>(kCheckpointFile, file()));
   }
   report_size(state);
 }

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <type_traits>
 
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 
 namespace pf_resampling {
@@ -106,6 +108,18 @@ std::string fault_of_columns(const Particles& particles, Eigen::Index several = 
                                }
                              });
   return fault;
+}
+
+/// As it is saved. The logarithm of a weight of zero is written as the lowest number, for JSON has
+/// no infinity.
+template <typename Column>
+void describe_column(Archive& archive, const char* name, ColumnKind kind, Column& column) {
+  using Limits = std::numeric_limits<typename Column::Scalar>;
+  if (kind != ColumnKind::log_weight) return archive(name, column);
+  Column finite = (column == -Limits::infinity()).select(Limits::lowest(), column);
+  archive(name, finite);
+  if (!archive.is_reading()) return;
+  column = (finite == Limits::lowest()).select(-Limits::infinity(), finite);
 }
 
 }  // namespace pf_resampling

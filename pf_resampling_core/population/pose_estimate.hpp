@@ -12,4 +12,8 @@ struct PoseEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading), about that mean
 };
 
+class Archive;
+/// As it is saved.
+void describe(Archive& archive, PoseEstimate& estimate);
+
 }  // namespace pf_resampling

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/lanes.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
@@ -90,6 +91,11 @@ PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, C
   const double hh = total(second[5]);
   statistics.covariance << xx, xy, xh, xy, yy, yh, xh, yh, hh;
   return statistics;
+}
+
+void describe(Archive& archive, PoseEstimate& estimate) {
+  archive("mean", estimate.mean);
+  archive("covariance", estimate.covariance);
 }
 
 }  // namespace pf_resampling

@@ -29,6 +29,9 @@ struct PredictionError {
   Eigen::Matrix2d by_prior = Eigen::Matrix2d::Zero();
 };
 
+/// As it is saved.
+void describe(Archive& archive, PredictionError& error);
+
 /// Of the groups of a block.
 using PredictedBlock = std::vector<PredictionError>;
 

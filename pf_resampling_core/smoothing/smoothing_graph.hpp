@@ -8,6 +8,8 @@
 
 namespace pf_resampling {
 
+class Archive;
+
 /// Errors of the sensors that stay the same for long: unknowns of a SmoothingGraph, each with a
 /// Gaussian prior about 0. The first five are those of the odometry, see OdometryErrorOptions.
 struct SensorConstant {
@@ -140,6 +142,13 @@ struct SmoothingGraph {
 
   NoiseScales noise;
 };
+
+/// As they are saved: see Archive. Of a graph all but radios and ranges.
+void describe(Archive& archive, MotionFactor& motion);
+void describe(Archive& archive, SightingFactor& sighting);
+void describe(Archive& archive, NoiseScales& noise);
+void describe(Archive& archive, GaussianPrior& prior);
+void describe(Archive& archive, SmoothingGraph& graph);
 
 /// Whether all constants are finite and no scale is half or less of what it should be: a sensor
 /// that wrong is broken, and division by it would not end well.

@@ -22,14 +22,19 @@ struct FastSlamCheckpoint {
   SavedMap filter;
 };
 
-/// Writes a checkpoint as text: see doc/checkpoints.md. Numbers come back to the bit. The file
-/// appears whole or not at all: written beside, synchronized, renamed. Throws Error, naming the
-/// file, when it cannot be written or the state makes no sense.
+/// As they are saved: see doc/checkpoints.md.
+void describe(Archive& archive, BeaconMclCheckpoint& checkpoint);
+void describe(Archive& archive, FastSlamCheckpoint& checkpoint);
+
+/// What is wrong with one, in words; nothing if all is well.
+std::string fault_of(const BeaconMclCheckpoint& checkpoint);
+std::string fault_of(const FastSlamCheckpoint& checkpoint);
+
+/// See write_saved().
 void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint);
 void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint);
 
-/// Read it. Throw Error, in one line that names file, line, fault and remedy, for anything that
-/// write_checkpoint() has not written just so, and for a checkpoint of another filter.
+/// See read_saved(); a checkpoint of another filter is refused.
 BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path);
 FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path);
 

@@ -3,20 +3,15 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/line_reader.hpp"
-#include "pf_resampling_core/files/line_writer.hpp"
+#include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 #include "pf_resampling_core/population/given_particles.hpp"
-#include "src/checkpoint/saved_progress.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {
-
-using text_file::line_of;
-using text_file::LineReader;
-using text_file::LineWriter;
 
 // What two readings of the odometry of a robot that was not moved may differ by.
 constexpr double kSamePosition = 0.1;  // m
@@ -30,63 +25,6 @@ bool reads_the_same(const Pose2& a, const Pose2& b) {
 std::string text_of(const Pose2& pose) {
   return "(" + number_text(pose.x) + ", " + number_text(pose.y) + ") m, " +
          number_text(pose.heading) + " rad";
-}
-
-std::string fault_of(const SavedPose& saved) {
-  const Eigen::Matrix3d& covariance = saved.pose.covariance;
-  if (!is_in_reach(saved.pose.mean) || !is_in_reach(saved.odometry)) {
-    return "a pose is not finite or beyond 1e9 m";
-  }
-  if (!(covariance.array().abs() <= kFarthestPosition * kFarthestPosition).all()) {
-    return "the covariance is not finite or beyond 1e18";
-  }
-  if (covariance.diagonal().minCoeff() < 0.0) return "a variance is negative";
-  if (saved.stamp < 0) return "the stamp is negative";
-  if (!(saved.lost >= 0.0 && saved.lost <= 1.0)) {
-    return "the probability of being lost is not in [0, 1]";
-  }
-  return {};
-}
-
-// Words end at spaces; names of files may have some.
-std::string as_word(const std::string& text) {
-  static const char* const kDigits = "0123456789abcdef";
-  std::string word;
-  for (const char letter : text) {
-    const auto code = static_cast<unsigned char>(letter);
-    if (code > ' ' && code != '%' && code < 127) {
-      word += letter;
-    } else {
-      word += {'%', kDigits[code / 16], kDigits[code % 16]};
-    }
-  }
-  return word;
-}
-
-std::string of_word(const std::string& word) {
-  const auto digit = [](char letter) {
-    if (letter >= '0' && letter <= '9') return letter - '0';
-    return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : 0;
-  };
-  std::string text;
-  for (std::size_t i = 0; i < word.size(); ++i) {
-    if (word[i] == '%' && i + 2 < word.size()) {
-      text += static_cast<char>(16 * digit(word[i + 1]) + digit(word[i + 2]));
-      i += 2;
-    } else {
-      text += word[i];
-    }
-  }
-  return text;
-}
-
-std::string take_name(const std::string& keyword, LineReader* reader) {
-  reader->take(keyword, 1);
-  const std::string name = of_word(reader->word(1));
-  if (as_word(name) != reader->word(1)) {
-    reader->refuse(text_file::printable(reader->word(1)) + " is not how a name is written");
-  }
-  return name;
 }
 
 }  // namespace
@@ -134,42 +72,38 @@ PoseEstimate pose_at_start(const SavedPose& saved, const Pose2& odometry) {
   return there;
 }
 
+void describe(Archive& archive, SavedPose& saved) {
+  archive("frame", saved.frame);
+  archive("map", saved.map);
+  archive("stamp", saved.stamp);
+  archive("pose", saved.pose);
+  archive("odometry", saved.odometry);
+  archive("stood_still", saved.stood_still);
+  archive("lost", saved.lost);
+}
+
+std::string fault_of(const SavedPose& saved) {
+  const Eigen::Matrix3d& covariance = saved.pose.covariance;
+  if (!is_in_reach(saved.pose.mean) || !is_in_reach(saved.odometry)) {
+    return "a pose is not finite or beyond 1e9 m";
+  }
+  if (!(covariance.array().abs() <= kFarthestPosition * kFarthestPosition).all()) {
+    return "the covariance is not finite or beyond 1e18";
+  }
+  if (covariance.diagonal().minCoeff() < 0.0) return "a variance is negative";
+  if (saved.stamp < 0) return "the stamp is negative";
+  if (!(saved.lost >= 0.0 && saved.lost <= 1.0)) {
+    return "the probability of being lost is not in [0, 1]";
+  }
+  return {};
+}
+
 void write_saved_pose(const std::string& path, const SavedPose& pose) {
-  const std::string fault = fault_of(pose);
-  if (!fault.empty()) throw Error("pose to write: " + fault + "; reset the filter");
-  const text_file::ClassicLocale locale;
-  LineWriter writer(text_file::kPose, path);
-  writer.line("# Where the robot was; metres, radians; x forward, y left. Do not edit.");
-  writer.line("frame " + as_word(pose.frame));
-  writer.line("map " + as_word(pose.map));
-  writer.line("# of the odometry, in seconds and nanoseconds");
-  writer.line(stamp_line("stamp", pose.stamp));
-  writer.line(line_of("pose", pose.pose.mean));
-  writer.line(covariance_line("covariance", pose.pose.covariance));
-  writer.line("# what the odometry read, and whether the robot stood still");
-  writer.line(line_of("odometry", pose.odometry));
-  writer.line(pose.stood_still ? "stood_still 1" : "stood_still 0");
-  writer.line(line_of("lost", pose.lost));
-  writer.finish();
+  write_saved(kPoseFile, path, pose);
 }
 
 SavedPose read_saved_pose(const std::string& path) {
-  const text_file::ClassicLocale locale;
-  LineReader reader(text_file::kPose, path);
-  SavedPose pose;
-  pose.frame = take_name("frame", &reader);
-  pose.map = take_name("map", &reader);
-  pose.stamp = take_stamp("stamp", &reader);
-  reader.take("pose", 3);
-  pose.pose.mean = reader.pose(1);
-  pose.pose.covariance = take_covariance("covariance", &reader);
-  reader.take("odometry", 3);
-  pose.odometry = reader.pose(1);
-  pose.stood_still = reader.take_count("stood_still", 1) == 1;
-  pose.lost = reader.take_number("lost");
-  reader.refuse_if(fault_of(pose));
-  reader.take_end();
-  return pose;
+  return read_saved<SavedPose>(kPoseFile, path);
 }
 
 }  // namespace pf_resampling

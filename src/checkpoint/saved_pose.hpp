@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 
 namespace pf_resampling {
@@ -40,12 +41,14 @@ std::optional<std::string> reason_against(const SavedPose& saved, const PoseAtSt
 /// reads more than then.
 PoseEstimate pose_at_start(const SavedPose& saved, const Pose2& odometry);
 
-/// Writes it as text, read again to the bit: see doc/checkpoints.md. The file appears whole or not
-/// at all. Throws Error, naming the file, when it cannot be written or a number is not finite.
-void write_saved_pose(const std::string& path, const SavedPose& pose);
+/// As it is saved: see doc/checkpoints.md.
+void describe(Archive& archive, SavedPose& saved);
 
-/// Reads it. Throws Error, in one line that names file, line, fault and remedy, for anything that
-/// write_saved_pose() has not written just so.
+/// What is wrong with it, in words; nothing if all is well.
+std::string fault_of(const SavedPose& saved);
+
+/// See write_saved() and read_saved().
+void write_saved_pose(const std::string& path, const SavedPose& pose);
 SavedPose read_saved_pose(const std::string& path);
 
 }  // namespace pf_resampling

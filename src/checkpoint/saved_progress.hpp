@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/files/line_reader.hpp"
-#include "pf_resampling_core/files/line_writer.hpp"
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/geometry.hpp"
 
 namespace pf_resampling {
@@ -36,16 +35,8 @@ struct SavedProgress {
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedProgress& progress);
 
-/// A stamp as a line of seconds and nanoseconds; a covariance as xx xy xh yy yh hh.
-std::string stamp_line(const std::string& keyword, std::int64_t stamp);
-std::string covariance_line(const std::string& keyword, const Eigen::Matrix3d& covariance);
-/// They throw Error for a line that is none of these.
-std::int64_t take_stamp(const std::string& keyword, text_file::LineReader* reader);
-Eigen::Matrix3d take_covariance(const std::string& keyword, text_file::LineReader* reader);
-
-/// Its lines in a checkpoint; it is without fault.
-void write_progress(const SavedProgress& progress, text_file::LineWriter* writer);
-/// Throws Error for all that write_progress() has not written so.
-SavedProgress read_progress(text_file::LineReader* reader);
+/// As it is saved in a checkpoint.
+void describe(Archive& archive, SavedProgress& progress);
+void describe(Archive& archive, SavedOdometry& odometry);
 
 }  // namespace pf_resampling

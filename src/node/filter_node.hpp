@@ -74,7 +74,7 @@ class FilterNode {
     serve<Checkpoint>("checkpoint", [this](const auto& request) {
       // An empty name means checkpoint/file, which is the owner's choice.
       const std::string path =
-          request.file.empty() ? "" : path_to_write(request.file, text_file::kCheckpoint);
+          request.file.empty() ? "" : path_to_write(request.file, kCheckpointFile);
       return checkpoints_.save(path, &pipeline_);
     });
   }
@@ -103,7 +103,7 @@ class FilterNode {
 
   /// The file that a caller of a service names, to be read or written; see ServiceFolder.
   std::string path_of(const std::string& name) const { return folder_.path_of(name); }
-  std::string path_to_write(const std::string& name, const text_file::Kind& kind) const {
+  std::string path_to_write(const std::string& name, const FileKind& kind) const {
     return folder_.path_to_write(name, kind);
   }
 

@@ -67,8 +67,7 @@ std::string ServiceFolder::path_of(const std::string& name) const {
       .string();
 }
 
-std::string ServiceFolder::path_to_write(const std::string& name,
-                                         const text_file::Kind& kind) const {
+std::string ServiceFolder::path_to_write(const std::string& name, const FileKind& kind) const {
   std::string path = path_of(name);
   std::error_code unknown;
   if (!fs::exists(path, unknown)) {
@@ -86,12 +85,11 @@ std::string ServiceFolder::path_to_write(const std::string& name,
     return path;
   }
   // What is no regular file is for those who write to say.
-  const std::string words = kind.first_words;
-  std::string begins(words.size(), '\0');
   if (fs::is_regular_file(path, unknown) && fs::file_size(path, unknown) > 0) {
+    std::string begins(100, '\0');
     std::ifstream(path, std::ios::binary)
         .read(begins.data(), static_cast<std::streamsize>(begins.size()));
-    if (begins != words) {
+    if (!kind.may_begin_with(begins)) {
       throw Error("file " + path + " is there and is no " + kind.name +
                   ": give another name, or remove it");
     }

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/files/archive.hpp"
 
 namespace pf_resampling {
 
@@ -21,7 +21,7 @@ class ServiceFolder {
 
   /// Likewise of a file that is to be written. Throws Error, too, if there is one of another kind,
   /// which is somebody's, or if there are kMostFiles in its folder and it is none of them.
-  std::string path_to_write(const std::string& name, const text_file::Kind& kind) const;
+  std::string path_to_write(const std::string& name, const FileKind& kind) const;
   static constexpr std::ptrdiff_t kMostFiles = 1000;
 
   /// The absolute path of the folder, which need not exist yet.

@@ -75,13 +75,11 @@ void read_and_offer(const std::string& path) {
 }  // namespace
 
 void checkpoint(const std::uint8_t* bytes, std::size_t size) {
-  const std::string text = text_of(bytes, size);
-  for (const std::string& contents : {text, with_end_line(text)}) {
-    const std::string path = file_of(contents);
-    read_and_resume<BeaconMclResumed>(path, read_beacon_mcl_checkpoint);
-    read_and_resume<FastSlamResumed>(path, read_fastslam_checkpoint);
-    read_and_offer(path);
-  }
+  const std::string content = text_of(bytes, size);
+  const std::string path = file_of(with_first_line(kCheckpointFile, content));
+  read_and_resume<BeaconMclResumed>(path, read_beacon_mcl_checkpoint);
+  read_and_resume<FastSlamResumed>(path, read_fastslam_checkpoint);
+  read_and_offer(file_of(with_first_line(kPoseFile, content)));
 }
 
 }  // namespace pf_resampling::fuzz

@@ -70,7 +70,6 @@ void read_and_use(const std::string& text) {
 void map_file(const std::uint8_t* bytes, std::size_t size) {
   const std::string text = text_of(bytes, size);
   read_and_use(text);
-  read_and_use(with_end_line(text));
   try {
     surveyed_map_of(text);
   } catch (const Error& error) {

@@ -1,22 +1,19 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "test/fuzz/fuzz_target.hpp"
 
 namespace pf_resampling::fuzz {
 
-/// With the line that maps and checkpoints end with, whose checksum no fuzzer guesses.
-inline std::string with_end_line(std::string text) {
-  if (!text.empty() && text.back() != '\n') text += '\n';
-  text_file::Checksum checksum;
-  checksum.add(text);
-  return text + checksum.end_line(std::count(text.begin(), text.end(), '\n')) + "\n";
+/// With a first line of its kind, whose checksum no fuzzer guesses, in place of the one it has.
+inline std::string with_first_line(const FileKind& kind, const std::string& bytes) {
+  const std::string content = bytes.substr(std::min(bytes.find('\n') + 1, bytes.size()));
+  return std::string(kind.format) + ' ' + checksum_of(content) + '\n' + content;
 }
 
 inline void require_one_line(const Error& error) {

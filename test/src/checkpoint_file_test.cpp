@@ -12,7 +12,6 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/text_file.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -272,20 +271,6 @@ TEST_F(CheckpointFile, WhatIsOutOfThisWorldIsNeitherWrittenNorRead) {
       EXPECT_NE(std::string(error.what()).find(" is beyond 1e"), std::string::npos) << error.what();
     }
   }
-  // Files check the same; here the last pose of the odometry.
-  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
-  std::string text = content_of(path_);
-  text.erase(text.rfind('\n', text.size() - 2) + 1);
-  const std::string sample = "sample 112 200000000 ";
-  const std::size_t x = text.find(sample) + sample.size();
-  text.replace(x, text.find(' ', x) - x, "3e18");
-  text_file::Checksum checksum;
-  checksum.add(text);
-  text += checksum.end_line(std::count(text.begin(), text.end(), '\n')) + "\n";
-  std::ofstream(path_, std::ios::binary) << text;
-  EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("a pose of the odometry is beyond 1e9 m"),
-            std::string::npos)
-      << refusal(read_fastslam_checkpoint, path_);
 }
 
 // ... and what a reader would not take is not written.
@@ -324,7 +309,8 @@ TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
   write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
   EXPECT_EQ(refusal(read_beacon_mcl_checkpoint, path_),
             "checkpoint " + path_ +
-                " is one of fastslam, not of beacon_mcl; give a checkpoint of that filter");
+                ": filter: \"beacon_mcl\" expected, \"fastslam\" found; take another copy or start "
+                "without it");
   write_map_file(path_, small_map());
   EXPECT_NE(refusal(read_fastslam_checkpoint, path_).find("is not how a checkpoint begins"),
             std::string::npos);
@@ -338,7 +324,7 @@ TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
   EXPECT_THROW(write_checkpoint(path_, FastSlamCheckpoint{progress, kScene, small_map()}), Error);
 }
 
-// Every byte: cut off before it, each bit turned over, a byte put in, the byte left out.
+// Every byte: cut off before it, a bit turned over, a byte put in, the byte left out.
 template <typename Read>
 void expect_damage_refused(const Read& read, const std::string& path) {
   const std::string whole = content_of(path);
@@ -356,10 +342,8 @@ void expect_damage_refused(const Read& read, const std::string& path) {
   for (std::size_t place = 0; place < whole.size(); ++place) {
     expect_refused(whole.substr(0, place), place);
     std::string content = whole;
-    for (int bit = 0; bit < 8; ++bit) {
-      content[place] = static_cast<char>(whole[place] ^ (1 << bit));
-      expect_refused(content, place);
-    }
+    content[place] = static_cast<char>(whole[place] ^ (1 << (place % 8)));
+    expect_refused(content, place);
     content = whole;
     content.insert(place, 1, '0');
     expect_refused(content, place);

@@ -89,13 +89,13 @@ TEST(ServiceFolder, FilesOfAnotherKindAreNotWritten) {
   const ServiceFolder folder(directory.path());
   directory.write("thesis", "the thesis");
   directory.write("short", "pf_");
-  directory.write("a.map", text_file::kMap.first_line() + "\n");
+  directory.write("a.map", std::string(kMapFile.format) + "\n");
   directory.write("old.map", "pf_resampling map 1\n");
-  directory.write("a.checkpoint", text_file::kCheckpoint.first_line() + "\n");
+  directory.write("a.checkpoint", std::string(kCheckpointFile.format) + "\n");
   directory.write("empty", "");
   const auto said = [&](const std::string& name) {
     try {
-      EXPECT_EQ(folder.path_to_write(name, text_file::kMap), directory.file(name));
+      EXPECT_EQ(folder.path_to_write(name, kMapFile), directory.file(name));
     } catch (const Error& error) {
       return std::string(error.what());
     }
@@ -106,19 +106,19 @@ TEST(ServiceFolder, FilesOfAnotherKindAreNotWritten) {
     EXPECT_EQ(said(name), "file " + directory.file(name) +
                               " is there and is no map file: give another name, or remove it");
   }
-  EXPECT_NO_THROW(folder.path_to_write("a.checkpoint", text_file::kCheckpoint));
+  EXPECT_NO_THROW(folder.path_to_write("a.checkpoint", kCheckpointFile));
 }
 
 TEST(ServiceFolder, IsNotFilledWithoutEnd) {
   const TemporaryDirectory directory;
   const ServiceFolder folder(directory.path());
   for (int i = 0; i < ServiceFolder::kMostFiles; ++i) {
-    const std::string name = folder.path_to_write(std::to_string(i) + ".map", text_file::kMap);
-    directory.write(std::to_string(i) + ".map", text_file::kMap.first_line() + "\n");
+    const std::string name = folder.path_to_write(std::to_string(i) + ".map", kMapFile);
+    directory.write(std::to_string(i) + ".map", std::string(kMapFile.format) + "\n");
     ASSERT_EQ(name, directory.file(std::to_string(i) + ".map"));
   }
-  EXPECT_THROW(folder.path_to_write("one_more.map", text_file::kMap), Error);
-  EXPECT_NO_THROW(folder.path_to_write("7.map", text_file::kMap));
+  EXPECT_THROW(folder.path_to_write("one_more.map", kMapFile), Error);
+  EXPECT_NO_THROW(folder.path_to_write("7.map", kMapFile));
 }
 
 TEST(ServiceFolder, AFolderThatCannotBeMadeIsNamedWithTheParameter) {

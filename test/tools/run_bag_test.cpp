@@ -411,7 +411,7 @@ TEST_F(RunBag, GoesOnFromACheckpointToTheSameBytes) {
     EXPECT_FALSE(read_file(file("whole")) == read_file(file("half")));
   }
   expect_error("beacon_mcl " + in_ + " " + out_ + " --resume " + file("half"),
-               {"is one of fastslam, not of beacon_mcl"});
+               {"filter: \"beacon_mcl\" expected, \"fastslam\" found"});
   expect_error("beacon_mcl " + in_ + " " + out_ + " --resume " + file("none"), {"cannot be read"});
 }
 

@@ -44,12 +44,6 @@ struct BeaconMclParticles {
     visit("scale_bias_covariance", ColumnKind::number, self.scale_bias_covariance);
     visit("bias_variance", ColumnKind::number, self.bias_variance);
   }
-
-  /// What the lines of the particles mean, as comments of the saved file say it.
-  static constexpr const char* kLinesMean[] = {
-      "# x, y, heading, log-weight, weight, slot before the last renewal; yaw-rate bias",
-      "# and its variance; factors of the noise of translation and heading; then a line",
-      "# per radio: scale and bias, their covariance ss sb bb"};
 };
 
 }  // namespace pf_resampling

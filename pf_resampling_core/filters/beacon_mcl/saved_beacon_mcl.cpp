@@ -12,6 +12,7 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kRounding = 1e-6;
+constexpr int kMostParticles = 10000000;
 
 // What cannot be seen of a column by itself.
 std::string fault_of_weights(const BeaconMclParticles& particles) {
@@ -25,6 +26,47 @@ std::string fault_of_weights(const BeaconMclParticles& particles) {
 }
 
 }  // namespace
+
+void describe(Archive& archive, Beacon& beacon) {
+  archive("id", beacon.id);
+  archive("position", beacon.position);
+  archive("is_planar", beacon.is_planar);
+}
+
+void describe(Archive& archive, SavedBeaconMcl::Range& range) {
+  RangeObservation& seen = range.observation;
+  archive("beacon", seen.beacon);
+  archive("range", seen.range);
+  archive("variance", seen.variance);
+  archive("antenna", seen.antenna);
+  archive("pose", range.pose);
+  archive("time", range.time);
+}
+
+void describe(Archive& archive, BeaconMclParticles& particles) {
+  BeaconMclParticles::for_each_column(particles,
+                                      [&](const char* name, ColumnKind kind, auto& column) {
+                                        describe_column(archive, name, kind, column);
+                                      });
+}
+
+void describe(Archive& archive, SavedBeaconMcl& saved) {
+  archive("beacons", saved.beacons);
+  archive("step", saved.step);
+  archive("time", saved.time);
+  archive("updates_since_renewal", saved.updates_since_renewal);
+  archive("requested_particles", saved.requested_particles);
+  archive("dead_reckoning", saved.dead_reckoning);
+  archive("first_range_time", saved.first_range_time);
+  archive("range_squares", saved.range_squares);
+  archive("range_count", saved.range_count);
+  archive("slow_likelihood", saved.slow_likelihood);
+  archive("fast_likelihood", saved.fast_likelihood);
+  archive("likelihoods", saved.likelihoods);
+  archive("calibration_times", saved.calibration_times);
+  archive("ranges", saved.ranges);
+  archive("particles", saved.particles);
+}
 
 std::string fault_of(const SavedBeaconMcl& saved) {
   const double numbers[] = {saved.time,
@@ -40,8 +82,9 @@ std::string fault_of(const SavedBeaconMcl& saved) {
                    [](double number) { return std::isfinite(number); })) {
     return "a number of the filter is not finite";
   }
-  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0 || saved.requested_particles < 1) {
-    return "a count of the filter is negative";
+  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0 || saved.requested_particles < 1 ||
+      saved.requested_particles > kMostParticles) {
+    return "a count of the filter is negative or too large";
   }
   try {
     checks::check_beacons(saved.beacons);

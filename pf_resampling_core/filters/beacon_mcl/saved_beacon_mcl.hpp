@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
 namespace pf_resampling {
@@ -35,6 +36,12 @@ struct SavedBeaconMcl {
   std::vector<Range> ranges;              ///< the last ones, the oldest first
   BeaconMclParticles particles;
 };
+
+/// As it is saved.
+void describe(Archive& archive, SavedBeaconMcl& saved);
+void describe(Archive& archive, SavedBeaconMcl::Range& range);
+void describe(Archive& archive, BeaconMclParticles& particles);
+void describe(Archive& archive, Beacon& beacon);
 
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedBeaconMcl& saved);

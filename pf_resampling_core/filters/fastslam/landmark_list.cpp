@@ -46,7 +46,7 @@ class ListReader {
   /// The next line with anything on it, word by word; false at the end.
   bool take(std::vector<std::string>* words) {
     std::string line;
-    while (take_line(&line)) {
+    for (++lines_; std::getline(stream_, line); ++lines_) {
       words->clear();
       line.erase(std::min(line.find('#'), line.size()));
       if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
@@ -57,6 +57,7 @@ class ListReader {
       }
       return true;
     }
+    if (stream_.bad()) refuse("it cannot be read on");
     return false;
   }
 
@@ -65,19 +66,6 @@ class ListReader {
     const std::size_t begin = text.find_first_not_of(" \t\r");
     if (begin == std::string::npos) return {};
     return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-  }
-
-  bool take_line(std::string* line) {
-    ++lines_;
-    line->clear();
-    for (int letter = stream_.get(); letter != std::char_traits<char>::eof();
-         letter = stream_.get()) {
-      if (letter == '\n') return true;
-      if (line->size() == text_file::kLongestLine) refuse("the line is too long");
-      *line += static_cast<char>(letter);
-    }
-    if (stream_.bad()) refuse("it cannot be read on");
-    return !line->empty();
   }
 
   std::string path_;
@@ -113,28 +101,13 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
   return places;
 }
 
-// A list has commas in its first line that says anything; a map file has none there.
-bool is_list(const std::string& path) {
+// It begins with a brace; until version 2 with its name.
+bool is_map_file(const std::string& path) {
   std::ifstream stream;
   text_file::open("map file", path, &stream);
-  bool is_comment = false;
-  bool is_blank = true;
-  std::size_t read = 0;
-  for (int letter = stream.get(); letter != std::char_traits<char>::eof(); letter = stream.get()) {
-    if (letter == '\n') {
-      if (!is_blank) return false;
-      is_comment = false;
-      read = 0;
-    } else if (++read > text_file::kLongestLine) {
-      return false;
-    } else if (letter == '#') {
-      is_comment = true;
-    } else if (!is_comment) {
-      if (letter == ',') return true;
-      is_blank = is_blank && (letter == ' ' || letter == '\t' || letter == '\r');
-    }
-  }
-  return false;
+  std::string word;
+  stream >> word;
+  return word.rfind('{', 0) == 0 || word == "pf_resampling";
 }
 
 }  // namespace
@@ -193,7 +166,7 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
 }
 
 SavedMap read_map(const std::string& path, const std::string& frame) {
-  return is_list(path) ? read_landmark_list(path, frame) : read_map_file(path);
+  return is_map_file(path) ? read_map_file(path) : read_landmark_list(path, frame);
 }
 
 }  // namespace pf_resampling

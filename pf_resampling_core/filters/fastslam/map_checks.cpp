@@ -1,5 +1,5 @@
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
-#include "pf_resampling_core/filters/fastslam/past_lines.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_past.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -13,6 +13,7 @@ namespace map_checks {
 namespace {
 
 constexpr double kRounding = 1e-9;
+constexpr std::int64_t kMostParticles = 1000000;
 constexpr double kWidestView = 1e6;  // m, as for sensor/maximum_range
 
 bool is_place(const Eigen::Vector2d& place) {
@@ -58,14 +59,23 @@ bool has(const SavedMap& map, std::int64_t id) {
   return found != map.landmarks.end() && found->estimate.id == id;
 }
 
-}  // namespace
-
 std::string fault_of_frame(const std::string& frame) {
   const bool is_name = !frame.empty() && frame.size() <= 255 && frame.front() != '#' &&
                        std::all_of(frame.begin(), frame.end(),
                                    [](char letter) { return letter > ' ' && letter < '\x7f'; });
   return is_name ? "" : "the name of the frame must have 1 to 255 characters and no spaces";
 }
+
+std::string fault_of_view(double range, double bearing) {
+  if (!(range >= 0.0 && range <= kWidestView))
+    return "the farthest range seen is not in [0, 1e6] m";
+  if (!(bearing >= 0.0 && bearing <= kPi + kRounding)) {
+    return "the widest bearing seen is not in [0, pi]";
+  }
+  return {};
+}
+
+}  // namespace
 
 std::string fault_of_pose(const Pose2& pose) {
   if (!is_place({pose.x, pose.y})) return "the pose is not finite or beyond 1e9 m";
@@ -80,15 +90,6 @@ std::string fault_of_pose_covariance(const Eigen::Matrix3d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   const double largest = std::max(0.0, solver.eigenvalues().maxCoeff());
   return solver.eigenvalues().minCoeff() >= -kRounding * largest ? "" : fault;
-}
-
-std::string fault_of_view(double range, double bearing) {
-  if (!(range >= 0.0 && range <= kWidestView))
-    return "the farthest range seen is not in [0, 1e6] m";
-  if (!(bearing >= 0.0 && bearing <= kPi + kRounding)) {
-    return "the widest bearing seen is not in [0, pi]";
-  }
-  return {};
 }
 
 std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
@@ -106,6 +107,8 @@ std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
   }
   return {};
 }
+
+namespace {
 
 std::string fault_of(const FastSlamParticles& particles, Eigen::Index i) {
   std::string fault = fault_of_pose({particles.x[i], particles.y[i], particles.heading[i]});
@@ -185,44 +188,51 @@ std::string fault_of_whole(const SavedMap& map) {
   return {};
 }
 
-}  // namespace map_checks
-
-void check_saved_map(const SavedMap& map) {
-  using namespace map_checks;
-  const auto refuse_if = [](const std::string& fault, const std::string& where = "") {
-    if (!fault.empty()) throw Error("map: " + where + fault + "; save the map again or repair it");
-  };
-  refuse_if(fault_of_frame(map.frame));
-  refuse_if(fault_of_pose(map.pose.mean));
-  refuse_if(fault_of_pose_covariance(map.pose.covariance));
-  refuse_if(fault_of_view(map.view_range, map.view_bearing));
-  std::int64_t previous = -1;
-  for (const SavedLandmark& landmark : map.landmarks) {
-    refuse_if(fault_of(landmark, previous));
-    previous = landmark.estimate.id;
-  }
+std::string fault_of_population(const SavedMap& map) {
   const Eigen::Index particles = map.particles.size();
-  if (particles > 0) {
-    FastSlamParticles saved = map.particles;
-    saved.ancestor.setZero(particles);  // is not saved
-    refuse_if(fault_of_sizes(saved));
-  }
   if (map.particle_maps.size() != static_cast<std::size_t>(particles)) {
-    refuse_if("there are " + std::to_string(map.particle_maps.size()) + " maps of particles for " +
-              std::to_string(particles) + " particles");
+    return "there are " + std::to_string(map.particle_maps.size()) + " maps of particles for " +
+           std::to_string(particles) + " particles";
   }
-  for (Eigen::Index i = 0; i < particles; ++i) {
-    const std::string where = "particle " + std::to_string(i) + ": ";
-    refuse_if(fault_of(map.particles, i), where);
-    previous = -1;
+  if (particles == 0) return {};
+  FastSlamParticles saved = map.particles;
+  saved.ancestor.setZero(particles);  // is not saved
+  std::string fault = fault_of_sizes(saved);
+  for (Eigen::Index i = 0; i < particles && fault.empty(); ++i) {
+    fault = fault_of(map.particles, i);
+    std::int64_t previous = -1;
     for (const ParticleLandmark& landmark : map.particle_maps[static_cast<std::size_t>(i)]) {
-      refuse_if(fault_of(landmark, previous, map), where);
+      if (fault.empty()) fault = fault_of(landmark, previous, map);
       previous = landmark.id;
     }
+    if (!fault.empty()) fault = "particle " + std::to_string(i) + ": " + fault;
   }
-  refuse_if(fault_of(map.odometry_errors, static_cast<std::size_t>(particles)));
-  refuse_if(fault_of(map.past));
-  refuse_if(fault_of_whole(map));
+  return fault;
+}
+
+}  // namespace
+}  // namespace map_checks
+
+std::string fault_of(const SavedMap& map) {
+  using namespace map_checks;
+  std::string fault = fault_of_frame(map.frame);
+  if (fault.empty()) fault = fault_of_pose(map.pose.mean);
+  if (fault.empty()) fault = fault_of_pose_covariance(map.pose.covariance);
+  if (fault.empty()) fault = fault_of_view(map.view_range, map.view_bearing);
+  std::int64_t previous = -1;
+  for (const SavedLandmark& landmark : map.landmarks) {
+    if (fault.empty()) fault = fault_of(landmark, previous);
+    previous = landmark.estimate.id;
+  }
+  if (fault.empty()) fault = fault_of_population(map);
+  if (fault.empty()) fault = fault_of(map.odometry_errors, map.particle_maps.size());
+  if (fault.empty()) fault = fault_of(map.past);
+  return fault.empty() ? fault_of_whole(map) : fault;
+}
+
+void check_saved_map(const SavedMap& map) {
+  const std::string fault = fault_of(map);
+  if (!fault.empty()) throw Error("map: " + fault + "; save the map again or repair it");
 }
 
 }  // namespace pf_resampling

@@ -30,10 +30,6 @@ struct FastSlamParticles {
     visit("weight", ColumnKind::weight, self.weight);
     visit("ancestor", ColumnKind::ancestor, self.ancestor);
   }
-
-  /// What a particle's line means, as a comment of the saved file says it.
-  static constexpr const char* kLineMeans =
-      "# x, y, heading, log-weight, weight, number of its landmarks, which follow:";
 };
 
 }  // namespace pf_resampling

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/geometry.hpp"
@@ -73,20 +74,21 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 /// names file, line, fault and remedy, for anything else.
 SavedMap read_landmark_list(const std::string& path, const std::string& frame);
 
-/// Throws Error, naming the first value that cannot be: not finite, not a covariance, an id twice,
-/// weights that are not positive or do not add up to 1.
+/// What is wrong with it, in words; nothing if all is well: not finite, not a covariance, an id
+/// twice, weights that are not positive or do not add up to 1.
+std::string fault_of(const SavedMap& map);
+/// Throws Error for a map with a fault.
 void check_saved_map(const SavedMap& map);
 
-/// Writes a map as text: see doc/map_format.md. Numbers come back to the bit. The file appears
-/// whole or not at all: written beside, synchronized, renamed; what was there before stays until
-/// then. Throws Error, naming the file, when it cannot be written or the map makes no sense.
-void write_map_file(const std::string& path, const SavedMap& map);
+/// As it is saved: see doc/map_format.md.
+void describe(Archive& archive, SavedMap& map);
 
-/// Reads it. Throws Error, in one line that names file, line, fault and remedy, for anything that
-/// write_map_file() has not written just so: its checksum covers every byte.
+/// Writes a map as JSON; see write_saved().
+void write_map_file(const std::string& path, const SavedMap& map);
+/// Reads it; see read_saved().
 SavedMap read_map_file(const std::string& path);
 
-/// Reads either: a landmark list, whose first line has commas, in `frame`; else a map file.
+/// Reads either: a map file, which begins with a brace, or a landmark list, in `frame`.
 SavedMap read_map(const std::string& path, const std::string& frame);
 
 }  // namespace pf_resampling

@@ -1,0 +1,137 @@
+// How a map is saved.
+
+#include <array>
+#include <numeric>
+#include <vector>
+
+#include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/filters/fastslam/saved_past.hpp"
+
+namespace pf_resampling {
+
+void describe(Archive& archive, DataAssociation& association) {
+  std::string name = to_string(association);
+  archive.text(&name);
+  for (const DataAssociation candidate : all_data_associations()) {
+    association = candidate;
+    if (to_string(candidate) == name) return;
+  }
+  archive.refuse(text_file::printable(name) + " is not a method of data association");
+}
+
+void describe(Archive& archive, SavedLandmark& landmark) {
+  archive("id", landmark.estimate.id);
+  archive("mean", landmark.estimate.mean);
+  archive("covariance", landmark.estimate.covariance);
+  archive("held", landmark.estimate.held);
+  archive("log_odds", landmark.estimate.log_odds);
+  archive("last_seen", landmark.last_seen);
+}
+
+void describe(Archive& archive, FastSlamParticles& particles) {
+  FastSlamParticles::for_each_column(particles,
+                                     [&](const char* name, ColumnKind kind, auto& column) {
+                                       if (kind == ColumnKind::ancestor) return;
+                                       describe_column(archive, name, kind, column);
+                                     });
+}
+
+void describe(Archive& archive, OdometryErrorState& errors) {
+  archive("means", errors.means);
+  archive("covariance", errors.covariance);
+  archive("velocity", errors.velocity);
+}
+
+namespace {
+
+// The maps of all particles one after the other, number by number: there are many.
+struct ParticleMapColumns {
+  std::vector<std::size_t> landmarks;  // of each particle
+  std::vector<std::int64_t> id;
+  std::array<std::vector<double>, 6> numbers;
+};
+constexpr const char* kNumbers[] = {"x", "y", "xx", "xy", "yy", "log_odds"};
+
+ParticleMapColumns columns_of(const std::vector<std::vector<ParticleLandmark>>& maps) {
+  ParticleMapColumns columns;
+  for (const std::vector<ParticleLandmark>& map : maps) {
+    columns.landmarks.push_back(map.size());
+    for (const ParticleLandmark& landmark : map) {
+      const Eigen::Matrix2d& c = landmark.covariance;
+      const double numbers[] = {landmark.mean.x(), landmark.mean.y(), c(0, 0),
+                                c(0, 1),           c(1, 1),           landmark.log_odds};
+      columns.id.push_back(landmark.id);
+      for (std::size_t k = 0; k < columns.numbers.size(); ++k) {
+        columns.numbers[k].push_back(numbers[k]);
+      }
+    }
+  }
+  return columns;
+}
+
+void describe(Archive& archive, ParticleMapColumns& columns) {
+  archive("landmarks", columns.landmarks);
+  archive("id", columns.id);
+  for (std::size_t k = 0; k < columns.numbers.size(); ++k) {
+    archive(kNumbers[k], columns.numbers[k]);
+    if (columns.numbers[k].size() != columns.id.size()) {
+      archive.refuse(std::string("as many ") + kNumbers[k] + " as id expected");
+    }
+  }
+}
+
+std::vector<std::vector<ParticleLandmark>> maps_of(const Archive& archive,
+                                                   const ParticleMapColumns& columns) {
+  const auto& [x, y, xx, xy, yy, log_odds] = columns.numbers;
+  std::vector<std::vector<ParticleLandmark>> maps(columns.landmarks.size());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (columns.landmarks[i] > columns.id.size() - next) break;
+    for (const std::size_t end = next + columns.landmarks[i]; next < end; ++next) {
+      ParticleLandmark landmark;
+      landmark.id = columns.id[next];
+      landmark.mean = {x[next], y[next]};
+      landmark.covariance << xx[next], xy[next], xy[next], yy[next];
+      landmark.log_odds = log_odds[next];
+      maps[i].push_back(landmark);
+    }
+  }
+  const std::size_t expected =
+      std::accumulate(columns.landmarks.begin(), columns.landmarks.end(), std::size_t{0});
+  if (expected != columns.id.size()) archive.refuse("particle_maps: landmarks do not add up to id");
+  return maps;
+}
+
+}  // namespace
+
+void describe(Archive& archive, SavedMap& map) {
+  archive("frame", map.frame);
+  archive("association", map.association);
+  archive("pose", map.pose);
+  archive("view_range", map.view_range);
+  archive("view_bearing", map.view_bearing);
+  archive("step", map.step);
+  archive("next_id", map.next_id);
+  archive("observations_since_renewal", map.observations_since_renewal);
+  archive("landmarks", map.landmarks);
+  archive("particles", map.particles);
+  ParticleMapColumns columns = columns_of(map.particle_maps);
+  archive("particle_maps", columns);
+  if (archive.is_reading()) map.particle_maps = maps_of(archive, columns);
+  archive("odometry_errors", map.odometry_errors);
+  archive("past", map.past);
+  archive("observations_since_redraw", map.observations_since_redraw);
+  archive("redraws_refused_in_a_row", map.redraws_refused_in_a_row);
+}
+
+void write_map_file(const std::string& path, const SavedMap& map) {
+  write_saved(kMapFile, path, map);
+}
+
+SavedMap read_map_file(const std::string& path) {
+  return read_saved<SavedMap>(kMapFile, path);
+}
+
+}  // namespace pf_resampling
