@@ -37,7 +37,7 @@ std::optional<Rejection> check(const BeaconArray& array, const FrameNames& frame
   if (array.beacons.empty()) return rejection(RejectReason::empty, "it contains no beacon");
   if (array.beacons.size() > static_cast<std::size_t>(most)) {
     return rejection(RejectReason::too_many, "it contains ", array.beacons.size(),
-                     " beacons, more than range_input/max_beacons, which is ", most);
+                     " beacons, more than the limit of ", most);
   }
   std::set<int> ids;
   for (const auto& beacon : array.beacons) {

@@ -43,8 +43,8 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
   }
   if (options_.beacons.size() > static_cast<std::size_t>(options_.max_beacons)) {
     throw Error("there are " + std::to_string(options_.beacons.size()) +
-                " beacons in the configuration, more than range_input/max_beacons, which is " +
-                std::to_string(options_.max_beacons) + "; raise it or give fewer");
+                " beacons in the configuration, more than the limit of " +
+                std::to_string(options_.max_beacons) + "; give fewer");
   }
   if (!options_.beacons.empty()) start(make_filter(options_.beacons));
 }

@@ -8,10 +8,6 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   ParameterList list = {preset_parameter(beacon_mcl_presets(), &options->preset)};
   for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
   add_input_parameters(kRangeNames, options, &list);
-  list.push_back(real_parameter("range_input/simultaneous", &options->simultaneous, 0.0, 1.0, "s",
-                                "Ranges that are closer in time than this make one update."));
-  list.push_back(integer_parameter("range_input/max_beacons", &options->max_beacons, 1, 1000000,
-                                   "Number of beacons at most; a list with more is rejected."));
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,
       "sensor_ranges: regular expression that finds the id of the beacon in frame_id."));
@@ -20,9 +16,7 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
                                 "messages do not name; empty: frames/base."));
   list.push_back(directory_parameter(options));
   add_output_parameters(options, &list);
-  list.push_back(real_parameter("output/ring_lifetime", &options->ring_lifetime, 0.0, 1e6, "s",
-                                "How long a range ring is shown."));
-  return list;
+  return basic_first(list);
 }
 
 void apply(const Configuration& configuration, BeaconMclPipelineOptions* options) {

@@ -24,11 +24,11 @@ inline constexpr ObservationNames kRangeNames = {"ranges",
 /// Everything that can be configured about range-beacon localization under ROS.
 struct BeaconMclPipelineOptions : PipelineOptions {
   BeaconMclOptions filter;
-  int max_beacons = 1000;       ///< that a BeaconArray or the configuration may have
-  double simultaneous = 0.001;  ///< s; ranges closer than this are one update
-  std::string frame_pattern = "beacon_(\\d+)";  ///< of sensor_msgs/Range: id in the frame's name
-  std::string antenna;         ///< frame they are measured from; empty: frames.base
-  double ring_lifetime = 1.5;  ///< s a range ring is shown
+  int max_beacons = 1000;  ///< that a BeaconArray or the configuration may have
+  static constexpr double simultaneous = 0.001;  ///< s; ranges closer than this are one update
+  std::string frame_pattern = "beacon_(\\d+)";   ///< of sensor_msgs/Range: id in the frame's name
+  std::string antenna;  ///< frame they are measured from; empty: frames.base
+  static constexpr double ring_lifetime = 1.5;  ///< s a range ring is shown
 
   std::vector<Beacon> beacons;               ///< if there are any, the `beacons` message is ignored
   std::map<std::string, int> beacon_frames;  ///< names of beacons, of sensor_msgs/Range

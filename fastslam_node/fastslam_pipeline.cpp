@@ -180,10 +180,9 @@ void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const La
   const FastSlamStatus& status = filter_->status();
   for (std::int64_t i = refused_before; i < status.landmarks_refused; ++i) {
     reject(rejection(RejectReason::too_many, "a new landmark is not taken: there are ",
-                     status.landmarks, " in ", status.particles,
-                     " particles, as many as map/max_landmarks (",
-                     options_.filter.map.max_landmarks, ") and map/max_estimates (",
-                     options_.filter.map.max_estimates, ") allow"));
+                     status.landmarks, " in ", status.particles, " particles; the limits are ",
+                     options_.filter.map.max_landmarks, " landmarks and ",
+                     options_.filter.map.max_estimates, " in all particles together"));
   }
 }
 

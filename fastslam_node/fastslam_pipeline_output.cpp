@@ -80,9 +80,7 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
     markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
   };
-  const double height =
-      options_.label_height > 0.0 ? options_.label_height : std::max(0.02 * extent, 0.1);
-  take(label_markers(frame, map_, height, &labels_));
+  take(label_markers(frame, map_, std::max(0.02 * extent, 0.1), &labels_));
   ScanPicture scan;
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
   if (latest_ && (stamp - latest_->first).toSec() <= shown) scan = latest_->second;

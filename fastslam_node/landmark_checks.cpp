@@ -33,7 +33,7 @@ double distance(const LandmarkObservation& a, const LandmarkObservation& b) {
 std::optional<Rejection> check(const LandmarkObservationArray& scan, int most) {
   if (scan.observations.size() > static_cast<std::size_t>(most)) {
     return rejection(RejectReason::too_many, "the scan has ", scan.observations.size(),
-                     " observations, more than landmark_input/max_observations, which is ", most);
+                     " observations, more than the limit of ", most);
   }
   return check(scan.header.stamp);
 }

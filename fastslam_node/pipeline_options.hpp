@@ -18,15 +18,14 @@ inline constexpr const char* kDefaultFastSlamPreset = "balanced";
 /// Everything that can be configured about FastSLAM under ROS.
 struct FastSlamPipelineOptions : PipelineOptions {
   FastSlamOptions filter;
-  int max_observations = 1000;      ///< of a scan that is used
+  static constexpr int max_observations = 1000;  ///< of a scan; it bounds the time of an update
   std::string tag_pattern;          ///< id in the names of tf frames of tags; empty: none
   std::string map_file;             ///< read at the start; empty: none
   bool starts_anywhere = false;     ///< in the map that is loaded: the robot is to be found
   bool starts_without_map = false;  ///< when that cannot be used: for nodes, which are not to end
-  int map_file_particles = 1000;    ///< that a saved map holds at most
-  double map_period = 1.0;          ///< s between landmark maps
-  double map_min_held = 0.5;        ///< share of the weight that has to hold a landmark given out
-  double label_height = 0.0;  ///< m, of the landmarks' ids; 0: chosen from the size of the map
+  static constexpr int map_file_particles = 1000;  ///< that a saved map holds at most
+  double map_period = 1.0;                         ///< s between landmark maps
+  double map_min_held = 0.5;  ///< share of the weight that has to hold a landmark given out
 
   /// Sensor frame -> pose on the robot (m, rad), for what no tf tells.
   std::map<std::string, Pose2> sensors;

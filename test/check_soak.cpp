@@ -38,9 +38,7 @@ class Strategies {
              {"particles", {"500", "1000", "2000"}},
              {"population/every_n", {"1", "2", "7"}},
              {"population/threshold", {"0.25", "0.5", "0.75", "1"}},
-             {"population/compensation/ratio", {"0.25", "0.5", "1"}},
-             {"excitation/duplicates_only", {"false", "true"}},
-             {"excitation/keep_variance", {"false", "true"}}}) {
+             {"population/compensation/ratio", {"0.25", "0.5", "1"}}}) {
       choices_[name] = numbers;
     }
   }

@@ -39,18 +39,18 @@ Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion,
 
 void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
   ParameterList& list = *parameters;
-  list.push_back(real_parameter("odometry/translation_per_distance",
-                                &noise->translation_per_distance, 0.0, 10.0, "m/sqrt(m)",
-                                "Standard deviation of the driven distance after one metre."));
+  list.push_back(basic(real_parameter(
+      "odometry/translation_per_distance", &noise->translation_per_distance, 0.0, 10.0, "m/sqrt(m)",
+      "Standard deviation of the driven distance after one metre.")));
   list.push_back(real_parameter("odometry/slip_per_distance", &noise->slip_per_distance, 0.0, 10.0,
                                 "m/sqrt(m)",
                                 "Standard deviation of the sideways offset after one metre."));
   list.push_back(real_parameter("odometry/heading_per_distance", &noise->heading_per_distance, 0.0,
                                 10.0, "rad/sqrt(m)",
                                 "Standard deviation of the heading after one metre."));
-  list.push_back(real_parameter("odometry/heading_per_angle", &noise->heading_per_angle, 0.0, 10.0,
-                                "rad/sqrt(rad)",
-                                "Standard deviation of the heading after a turn by one radian."));
+  list.push_back(basic(real_parameter(
+      "odometry/heading_per_angle", &noise->heading_per_angle, 0.0, 10.0, "rad/sqrt(rad)",
+      "Standard deviation of the heading after a turn by one radian.")));
   list.push_back(real_parameter("odometry/heading_per_time", &noise->heading_per_time, 0.0, 10.0,
                                 "rad/sqrt(s)",
                                 "Standard deviation of the heading after one second."));

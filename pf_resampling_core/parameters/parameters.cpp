@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/parameters/former_parameters.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -129,6 +130,10 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::string remedy_for_unknown(const ParameterList& parameters, const std::string& name) {
   if (name.size() > kLongestQuote) return "leave it out";
+  const auto former = former_parameters().find(name);
+  if (former != former_parameters().end()) {
+    return "it is fixed at " + former->second + "; leave it out";
+  }
   const Parameter* nearest = nullptr;
   std::size_t least = name.size() / 2 + 1;
   for (const Parameter& parameter : parameters) {
@@ -166,16 +171,18 @@ std::string comment_on(const Parameter& parameter) {
   return "# " + parameter.help + (range.empty() ? "" : " " + range);
 }
 
-std::string value_for_yaml(const Parameter& parameter) {
-  const bool is_word = parameter.type == Parameter::Type::choice;
-  return is_word ? quoted_for_yaml(parameter.get()) : parameter.get();
-}
-
-std::vector<std::string> groups_of(const std::string& name) {
-  std::vector<std::string> parts;
-  std::istringstream stream(name);
-  for (std::string part; std::getline(stream, part, '/');) parts.push_back(part);
-  return parts;
+// Each with its comment, `mark` before the name.
+std::string lines_of(const ParameterList& parameters, const char* mark) {
+  std::string text;
+  bool was_basic = false;
+  for (const Parameter& parameter : parameters) {
+    if (was_basic && !parameter.is_basic) text += "# ---- For experts ----\n";
+    was_basic = parameter.is_basic;
+    const bool is_word = parameter.type == Parameter::Type::choice;
+    text += comment_on(parameter) + "\n" + mark + parameter.name + ": " +
+            (is_word ? quoted_for_yaml(parameter.get()) : parameter.get()) + "\n";
+  }
+  return text;
 }
 
 }  // namespace
@@ -256,6 +263,17 @@ Parameter name_parameter(std::string name, std::string* field, std::string help)
   return parameter;
 }
 
+Parameter basic(Parameter parameter) {
+  parameter.is_basic = true;
+  return parameter;
+}
+
+ParameterList basic_first(ParameterList parameters) {
+  std::stable_partition(parameters.begin(), parameters.end(),
+                        [](const Parameter& parameter) { return parameter.is_basic; });
+  return parameters;
+}
+
 const char* type_text(Parameter::Type type) {
   switch (type) {
     case Parameter::Type::boolean:
@@ -284,43 +302,21 @@ void set_parameters(const ParameterList& parameters,
 }
 
 std::string to_yaml(const ParameterList& parameters) {
-  std::ostringstream yaml;
-  std::vector<std::string> open_groups;
-  for (const Parameter& parameter : parameters) {
-    std::vector<std::string> groups = groups_of(parameter.name);
-    const std::string leaf = groups.back();
-    groups.pop_back();
-    std::size_t shared = 0;
-    while (shared < groups.size() && shared < open_groups.size() &&
-           groups[shared] == open_groups[shared])
-      ++shared;
-    for (std::size_t depth = shared; depth < groups.size(); ++depth) {
-      yaml << std::string(2 * depth, ' ') << groups[depth] << ":\n";
-    }
-    open_groups = groups;
-    const std::string indent(2 * groups.size(), ' ');
-    yaml << indent << comment_on(parameter) << "\n";
-    yaml << indent << leaf << ": " << value_for_yaml(parameter) << "\n";
-  }
-  return yaml.str();
+  return lines_of(parameters, "");
 }
 
 std::string to_template(const ParameterList& parameters) {
-  std::string text;
-  for (const Parameter& parameter : parameters) {
-    text +=
-        comment_on(parameter) + "\n#" + parameter.name + ": " + value_for_yaml(parameter) + "\n";
-  }
-  return text;
+  return lines_of(parameters, "#");
 }
 
 std::string to_markdown(const ParameterList& parameters) {
   std::ostringstream table;
-  table << "| parameter | type | default | unit | range | meaning |\n|---|---|---|---|---|---|\n";
+  table << "| parameter | for | type | default | unit | range | meaning |\n"
+           "|---|---|---|---|---|---|---|\n";
   for (const Parameter& parameter : parameters) {
-    table << "| `" << parameter.name << "` | " << type_text(parameter.type) << " | "
-          << parameter.get() << " | " << parameter.unit << " | " << range_text(parameter) << " | "
-          << parameter.help << " |\n";
+    table << "| `" << parameter.name << "` | " << (parameter.is_basic ? "basic" : "expert") << " | "
+          << type_text(parameter.type) << " | " << parameter.get() << " | " << parameter.unit
+          << " | " << range_text(parameter) << " | " << parameter.help << " |\n";
   }
   return table.str();
 }

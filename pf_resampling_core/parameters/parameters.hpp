@@ -15,7 +15,8 @@ namespace pf_resampling {
 struct Parameter {
   enum class Type { boolean, integer, real, choice };
 
-  std::string name;  ///< full name with its groups, "population/threshold"
+  std::string name;       ///< full name with its groups, "population/threshold"
+  bool is_basic = false;  ///< one of those that a new robot or room may need set
   Type type = Type::real;
   std::string unit;      ///< SI: "m", "rad", "rad/s"; empty for a pure number
   std::string help;      ///< one sentence
@@ -48,6 +49,10 @@ template <typename Enum>
 Parameter choice_parameter(std::string name, Enum* field, std::string help) {
   return choice_parameter(std::move(name), field, all_values<Enum>(), std::move(help));
 }
+/// A parameter as one of the basic ones.
+Parameter basic(Parameter parameter);
+/// The basic ones, then the others (for experts), each in their order.
+ParameterList basic_first(ParameterList parameters);
 /// Any text.
 Parameter text_parameter(std::string name, std::string* field, std::string help);
 /// A name: any text but the empty one.
@@ -57,7 +62,7 @@ Parameter name_parameter(std::string name, std::string* field, std::string help)
 const char* type_text(Parameter::Type type);
 
 /// Sets one parameter from text ("0.5", "true", "systematic"). Throws Error naming the parameter,
-/// the value and the range; for an unknown name the nearest known one is suggested.
+/// the value and the range; of an unknown name, what became of it, or the nearest known one.
 void set_parameter(const ParameterList& parameters, const std::string& name,
                    const std::string& value);
 
@@ -65,14 +70,14 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
 void set_parameters(const ParameterList& parameters,
                     const std::map<std::string, std::string>& values);
 
-/// All of them as YAML with unit, range and help as comments: all that there is to set, as it is.
+/// All of them as YAML with unit, range and help as comments, each by its full name: all that there
+/// is to set, as it is.
 std::string to_yaml(const ParameterList& parameters);
 
-/// The same with every value behind a #, and with its full name on one line: a file that sets
-/// nothing until lines of it are taken in.
+/// The same with every value behind a #: a file that sets nothing until lines of it are taken in.
 std::string to_template(const ParameterList& parameters);
 
-/// All of them as a Markdown table: name, type, default, unit, range, meaning.
+/// All of them as a Markdown table: name, for whom, type, default, unit, range, meaning.
 std::string to_markdown(const ParameterList& parameters);
 
 // ---------------------------------------------------------------------------------------------------------------

@@ -37,9 +37,9 @@ Parameter preset_parameter(const PresetList& presets, std::string* field) {
   for (const Preset& preset : presets) {
     help += (&preset == &presets.front() ? " " : "; ") + preset.name + ": " + preset.meaning;
   }
-  return make_choice_parameter(
+  return basic(make_choice_parameter(
       "preset", names_of(presets), help + ".", [field] { return *field; },
-      [field](const std::string& name) { *field = name; });
+      [field](const std::string& name) { *field = name; }));
 }
 
 std::map<std::string, std::string> values_under(const Preset& preset, const PresetList& presets,

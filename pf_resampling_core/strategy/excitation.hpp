@@ -1,11 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
@@ -25,13 +22,10 @@ const EnumNames<Excitation>& names_of(Excitation);
 
 struct ExcitationOptions {
   Excitation method = Excitation::regularized;
-  double sigma_position = 0.05;  ///< gaussian: per axis, m, >= 0
-  double sigma_heading = 0.01;   ///< gaussian: rad, >= 0
-  double bandwidth_scale = 0.5;  ///< regularized: multiple of Silverman's bandwidth, in [0, 2]
-  /// regularized: shrink towards the mean so that the variance is kept (West 1993).
-  bool keep_variance = false;
+  double sigma_position = 0.05;    ///< gaussian: per axis, m, >= 0
+  double sigma_heading = 0.01;     ///< gaussian: rad, >= 0
+  double bandwidth_scale = 0.5;    ///< regularized: multiple of Silverman's bandwidth, in [0, 2]
   double roughening_scale = 0.05;  ///< roughening: the K of Gordon et al., in [0, 1]; they use 0.2
-  bool duplicates_only = false;    ///< leave the first copy of each ancestor where it is
 };
 
 /// The parameters excitation/..., bound to `options`, which must outlive the list.
@@ -47,16 +41,13 @@ struct PoseArrays {
 /// Working space, so that nothing is allocated after the first call with the largest population.
 struct ExcitationWorkspace {
   Eigen::ArrayXd normals;
-  Eigen::ArrayXd moves;
-  std::vector<std::uint8_t> is_held;
 };
 
 /// Perturbs the poses. `linear_weights`: normalised weights of these particles, for the covariance
-/// of `regularized` (taken after selection). `ancestors`: of the renewal that has just been carried
-/// out, for duplicates_only. Three normals per particle, number 4i, 4i + 1 and 4i + 2 of the
-/// stream. Headings stay within [-pi, pi]. Circular statistics for the heading: its spread is that
-/// of the angle to the weighted mean direction.
-void excite(const ExcitationOptions& options, ConstArray linear_weights, ConstIndices ancestors,
-            const RandomStream& stream, PoseArrays poses, ExcitationWorkspace* workspace);
+/// of `regularized` (taken after selection). Three normals per particle, number 4i, 4i + 1 and
+/// 4i + 2 of the stream. Headings stay within [-pi, pi]. Circular statistics for the heading: its
+/// spread is that of the angle to the weighted mean direction.
+void excite(const ExcitationOptions& options, ConstArray linear_weights, const RandomStream& stream,
+            PoseArrays poses, ExcitationWorkspace* workspace);
 
 }  // namespace pf_resampling

@@ -147,7 +147,8 @@ const EnumNames<WeightsAfter>& names_of(WeightsAfter) {
 
 void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   const std::string group = "population/resampling/";
-  parameters->push_back(choice_parameter(group + "scheme", &options->scheme, "Resampling scheme."));
+  parameters->push_back(
+      basic(choice_parameter(group + "scheme", &options->scheme, "Resampling scheme.")));
   parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
                                          inner_resampling_schemes(),
                                          "Scheme that partial and rank_based use inside."));

@@ -34,9 +34,9 @@ void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewa
                     ParameterList* parameters) {
   parameters->push_back(choice_parameter("population/schedule", &options->schedule,
                                          "When the population is renewed."));
-  parameters->push_back(real_above_parameter(
+  parameters->push_back(basic(real_above_parameter(
       "population/threshold", &options->threshold, 0.0, 1.0, "",
-      "effective_sample_size: renew when N_eff falls below this share of the particles."));
+      "effective_sample_size: renew when N_eff falls below this share of the particles.")));
   parameters->push_back(
       integer_parameter("population/every_n", &options->every_n, 1, 1000000,
                         "every_n: number of observations from one renewal to the next."));
@@ -45,11 +45,11 @@ void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewa
       "Share of what the observations say that the weights take up; below 1 only to compare with "
       "(redraw has its own)."));
   const bool can_redraw = std::count(renewals.begin(), renewals.end(), Renewal::redraw) > 0;
-  parameters->push_back(choice_parameter(
+  parameters->push_back(basic(choice_parameter(
       "population/renewal", &options->renewal, renewals,
       can_redraw ? "What renewing means: resampling, compensation, drawing all particles anew from "
                    "all data (redraw), or nothing."
-                 : "What renewing means: resampling, compensation, or nothing."));
+                 : "What renewing means: resampling, compensation, or nothing.")));
   add_parameters(&options->resampling, parameters);
   add_parameters(&options->compensation, parameters);
   if (can_redraw) add_parameters(&options->redraw, parameters);
@@ -170,9 +170,8 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
     }
   }
   *population.weight = population.log_weight->exp();
-  excite(options_.excitation, *population.weight, *population.ancestor,
-         streams(RandomPurpose::excitation), {*population.x, *population.y, *population.heading},
-         &excitation_workspace_);
+  excite(options_.excitation, *population.weight, streams(RandomPurpose::excitation),
+         {*population.x, *population.y, *population.heading}, &excitation_workspace_);
   return outcome;
 }
 

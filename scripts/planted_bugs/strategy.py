@@ -86,13 +86,6 @@ BUGS = [
     ),
     # Excitation.
     (
-        "excitation: regularized without West's pull to the mean",
-        "excitation.cpp",
-        "options.keep_variance ? 1.0 - std::sqrt(1.0 - bandwidth * bandwidth) : 0.0;",
-        "options.keep_variance ? 0.0 : 0.0;",
-        EXCITATION,
-    ),
-    (
         "excitation: roughening by N^(-1/2) for N^(-1/3)",
         "excitation.cpp",
         "std::pow(static_cast<double>(poses.x.size()), -1.0 / kDimensions);",
@@ -107,17 +100,10 @@ BUGS = [
         EXCITATION,
     ),
     (
-        "excitation: the first copy is moved too",
-        "excitation.cpp",
-        "workspace->moves[i] = 0.0;",
-        "workspace->moves[i] = 1.0;",
-        EXCITATION,
-    ),
-    (
         "excitation: noise of y without the part that goes with x",
         "excitation.cpp",
-        "const double noise_y = root[1] * z0[i] + root[2] * z1[i];",
-        "const double noise_y = root[2] * z1[i];",
+        "y[i] += root[1] * z0[i] + root[2] * z1[i];",
+        "y[i] += root[2] * z1[i];",
         EXCITATION,
     ),
 ]

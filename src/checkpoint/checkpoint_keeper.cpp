@@ -8,18 +8,17 @@
 namespace pf_resampling {
 
 void add_parameters(CheckpointOptions* options, ParameterList* list) {
-  list->push_back(text_parameter("checkpoint/file", &options->file,
-                                 "Live: file to which the node writes all that the filter knows, "
-                                 "from time to time; empty: none."));
+  list->push_back(
+      basic(text_parameter("checkpoint/file", &options->file,
+                           "Live: file to which the node writes all that the filter knows, "
+                           "from time to time; empty: none.")));
   list->push_back(
       real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
                            "Time between two checkpoints, in real (not simulated) time."));
-  list->push_back(boolean_parameter("checkpoint/resume", &options->resume,
-                                    "Live: continue from that file at the start, if it exists."));
 }
 
 bool CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {
-  if (!is_used() || !resume_) return false;
+  if (!is_used()) return false;
   std::error_code trouble;  // such as no permission to look: then reading says what it is
   if (!std::filesystem::exists(writer_.file(), trouble) && !trouble) return false;
   try {

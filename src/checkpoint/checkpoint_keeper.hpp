@@ -15,7 +15,6 @@ namespace pf_resampling {
 struct CheckpointOptions {
   std::string file;      ///< empty: none
   double period = 10.0;  ///< s, of the wall clock
-  bool resume = true;    ///< go on from the file at the start, if there is one
 };
 
 /// Adds them as parameters, in the group "checkpoint".
@@ -30,9 +29,9 @@ class CheckpointKeeper {
   using Log = PeriodicWriter::Log;
 
   CheckpointKeeper(const CheckpointOptions& options, const Log& log)
-      : resume_(options.resume), log_(log), writer_(options.file, options.period, log) {}
+      : log_(log), writer_(options.file, options.period, log) {}
 
-  /// If there is a file and it is wanted: `resume` goes on from it, or throws with nothing changed;
+  /// If there is a file: `resume` goes on from it, or throws with nothing changed;
   /// then the node starts anew. What a killed process has left unfinished is removed. Returns
   /// whether it goes on from the file.
   bool start(const std::function<void(const std::string& path)>& resume);
@@ -70,7 +69,6 @@ class CheckpointKeeper {
   bool is_used() const { return writer_.is_used(); }
 
  private:
-  bool resume_;
   Log log_;
   PeriodicWriter writer_;
   std::string start_ = "from nothing";  // how the node started

@@ -12,9 +12,6 @@ void add_parameters(SavedPoseOptions* options, ParameterList* list) {
       "pose/save_every", &options->save_every, 0.0, 1e6, "s",
       "Live: write the pose to a file this often, in real time, and at the end; at the start, the "
       "robot is put where that file says if it can still be there. 0: no."));
-  list->push_back(text_parameter("pose/file", &options->file,
-                                 "Live: that file; empty: in map_file/directory, with the name of "
-                                 "the node and .pose."));
   list->push_back(real_above_parameter("pose/oldest", &options->oldest, 0.0, 1e9, "s",
                                        "Live: a pose that is older at the start is not taken."));
 }
@@ -32,7 +29,6 @@ std::string PoseKeeper::file_of(const SavedPoseOptions& options,
                                 const std::function<std::string()>& default_file,
                                 std::string* problem) {
   if (!(options.save_every > 0.0)) return "";
-  if (!options.file.empty()) return options.file;
   try {
     return default_file();
   } catch (const std::exception& error) {

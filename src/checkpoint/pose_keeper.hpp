@@ -15,7 +15,6 @@ namespace pf_resampling {
 
 struct SavedPoseOptions {
   double save_every = 0.0;  ///< s, of the wall clock; 0: the pose is neither saved nor read
-  std::string file;         ///< empty: called like the node, in map_file/directory
   double oldest = 3600.0;   ///< s; older ones are refused
 };
 
@@ -26,8 +25,8 @@ void add_parameters(SavedPoseOptions* options, ParameterList* list);
 /// tells of it in the diagnostics.
 class PoseKeeper {
  public:
-  /// `default_file`: the path where the pose is if the options do not say; it may throw Error,
-  /// which is told and leaves the node without.
+  /// `default_file`: the path where the pose is; it may throw Error, which is told and leaves the
+  /// node without.
   PoseKeeper(const SavedPoseOptions& options, const std::function<std::string()>& default_file,
              const PeriodicWriter::Log& log);
 

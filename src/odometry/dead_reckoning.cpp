@@ -39,7 +39,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
     case OdometryBuffer::Addition::pose_jump:
       return rejected(RejectReason::pose_jump,
                       "it is farther from the one before than the robot can get, by what it did so "
-                      "far and by odometry_input/max_speed and max_turn_rate");
+                      "far and by the limits of speed and turn rate");
     case OdometryBuffer::Addition::time_jumped: {
       const double forward = (buffer_.oldest() - before).toSec();
       if (forward < 0.0) ++time_jumps_;

@@ -65,31 +65,14 @@ const EnumNames<ImuUse>& names_of(ImuUse) {
 
 ParameterList parameters_of(OdometryBufferOptions* options) {
   return {
-      choice_parameter("odometry_input/source", &options->source,
-                       "Where odometry comes from: the topic odom, or the transform frames/odom -> "
-                       "frames/base on /tf."),
-      choice_parameter(
+      basic(choice_parameter(
+          "odometry_input/source", &options->source,
+          "Where odometry comes from: the topic odom, or the transform frames/odom -> "
+          "frames/base on /tf.")),
+      basic(choice_parameter(
           "odometry_input/imu_heading", &options->imu_heading,
           "How the robot turns: as the odometry says (none), or as the topic imu says, "
-          "by its yaw rate or its orientation. Where the IMU is silent, odometry counts."),
-      real_above_parameter("odometry_input/length", &options->length, 0.0, 1e4, "s",
-                           "How much odometry is kept, for observations that come late."),
-      real_above_parameter(
-          "odometry_input/max_speed", &options->max_speed, 0.0, 1e4, "m/s",
-          "Odometry that moves faster has jumped; a jump is not taken as motion. What "
-          "the robot was seen to do tells smaller jumps."),
-      real_above_parameter("odometry_input/max_turn_rate", &options->max_turn_rate, 0.0, 1e4,
-                           "rad/s",
-                           "Odometry that turns faster has jumped; a jump is not taken as motion."),
-      real_above_parameter(
-          "odometry_input/max_gap", &options->max_gap, 0.0, 1e4, "s",
-          "After a longer silence, odometry is believed only when several messages agree."),
-      real_above_parameter(
-          "odometry_input/jump_back", &options->jump_back, 0.0, 1e4, "s",
-          "Odometry older than the last by more than this means that time jumped back."),
-      integer_parameter("odometry_input/confirmations", &options->confirmations, 1, 1000,
-                        "How many messages in a row have to agree on a jump, in time or in pose, "
-                        "before it is believed."),
+          "by its yaw rate or its orientation. Where the IMU is silent, odometry counts.")),
       boolean_parameter(
           "odometry_input/use_covariance", &options->use_covariance,
           "Take the noise of the motion from the covariance of the odometry messages, "

@@ -26,15 +26,18 @@ const EnumNames<ImuUse>& names_of(ImuUse);
 struct OdometryBufferOptions {
   OdometrySource source = OdometrySource::topic;
   ImuUse imu_heading = ImuUse::none;
-  double length = 30.0;         ///< s of odometry that are kept
-  double max_speed = 30.0;      ///< m/s; what moves faster is a jump of the odometry, not a motion,
-                                ///< whatever was learnt of the robot
-  double max_turn_rate = 20.0;  ///< rad/s, likewise
-  double max_gap = 5.0;         ///< s; silence after which messages have to confirm one another
-  double jump_back = 1.0;       ///< s; older by more than this means that time itself jumped back
-  int confirmations = 5;        ///< messages in a row that are believed when they all jump alike
-  bool use_covariance = true;   ///< take the noise of a step from the growth of the messages'
-                                ///< covariance, where it grows
+  double length = 30.0;   ///< s of odometry that are kept, for observations that come late
+  int confirmations = 5;  ///< messages in a row that are believed when they all jump alike: false
+                          ///< ones come in pairs, and at 10 Hz that is half a second
+  /// What no wheeled robot does is a jump of the odometry, whatever was learnt of the robot.
+  static constexpr double max_speed = 30.0;      ///< m/s
+  static constexpr double max_turn_rate = 20.0;  ///< rad/s
+  /// s; after a longer silence messages have to confirm one another.
+  static constexpr double max_gap = 5.0;
+  /// s; older by more than this, which no network is late by, means that time itself jumped back.
+  static constexpr double jump_back = 1.0;
+  bool use_covariance = true;  ///< take the noise of a step from the growth of the messages'
+                               ///< covariance, where it grows
 };
 
 /// The parameters of the buffer, in the group "odometry_input".

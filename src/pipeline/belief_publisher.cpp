@@ -37,22 +37,9 @@ bool is_finite(const FilterStatus& status) {
 }  // namespace
 
 void add_parameters(OutputOptions* output, ParameterList* list) {
-  const auto period = [&](const char* name, double* field, const char* help) {
-    list->push_back(real_parameter(name, field, 0.0, 1e6, "s", help));
-  };
-  period("output/cloud_period", &output->cloud_period,
-         "Time between particle clouds; 0: one with every odometry message.");
-  period("output/marker_period", &output->marker_period, "Time between markers.");
-  period("output/path_period", &output->path_period, "Time between paths.");
-  list->push_back(real_parameter("output/path_spacing", &output->path_spacing, 0.0, 1e6, "m",
-                                 "Distance between poses of the path."));
   list->push_back(
-      real_above_parameter("output/path_max_sigma", &output->path_max_sigma, 0.0, 1e9, "m",
-                           "Positions less certain than this are left out of the path."));
-  list->push_back(integer_parameter(
-      "output/path_length", &output->path_length, 10, 10000000,
-      "Number of poses at most; when there are more, every other one is dropped."));
-  period("output/diagnostics_period", &output->diagnostics_period, "Time between diagnostics.");
+      real_parameter("output/cloud_period", &output->cloud_period, 0.0, 1e6, "s",
+                     "Time between particle clouds; 0: one with every odometry message."));
 }
 
 bool is_due(double period, ros::Time stamp, ros::Time* last) {

@@ -14,11 +14,12 @@ namespace pf_resampling {
 
 /// How much of what is for looking at is given out.
 struct OutputOptions {
-  double cloud_period = 0.5;        ///< s between particle clouds; 0: with all odometry messages
-  double marker_period = 0.5;       ///< s between markers
-  double path_period = 2.0;         ///< s between paths
-  double path_spacing = 0.5;        ///< m between poses of the path
-  double path_max_sigma = 3.0;      ///< m; less certain positions are not put on the path
+  double cloud_period = 0.5;   ///< s between particle clouds; 0: with all odometry messages
+  double marker_period = 0.5;  ///< s between markers
+  double path_period = 2.0;    ///< s between paths
+  double path_spacing = 0.5;   ///< m between poses of the path
+  static constexpr double path_max_sigma =
+      3.0;                          ///< m; less certain positions are not put on the path
   int path_length = 10000;          ///< poses; a path that gets longer is thinned
   double diagnostics_period = 1.0;  ///< s between diagnostics
 };

@@ -117,8 +117,8 @@ void FilterPipeline<Types>::take_odometry(const nav_msgs::Odometry& message) {
       odometry_.take(message, noise(), imu_heading_.at(message.header.stamp));
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
-    const bool anew = taken.began_again && options_.restart_after_jump_back;
-    log(LogLevel::warning, taken.warning + (anew ? ", the filter starts from nothing" : ""));
+    log(LogLevel::warning,
+        taken.warning + (taken.began_again ? ", the filter starts from nothing" : ""));
   }
   if (taken.time_jumped) forget_time(taken);
   drop_far_ahead();
@@ -349,10 +349,8 @@ template <typename Types>
 void FilterPipeline<Types>::drop_late() {
   while (waiting_.size() > 1 && is_covered(waiting_[1]) &&
          (odometry_.newest() - waiting_.front().header.stamp).toSec() > options_.max_latency) {
-    reject(
-        {RejectReason::overload,
-         std::string("computation does not keep up: observations that have waited longer than ") +
-             Types::kNames.parameters + "/max_latency are dropped"});
+    reject(rejection(RejectReason::overload, "computation does not keep up: ", Types::kNames.plural,
+                     " that have waited longer than ", options_.max_latency, " s are dropped"));
     waiting_.pop_front();
   }
 }
@@ -438,7 +436,7 @@ void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
   forget_observations();
   last_observation_ = ros::Time();
   publisher_.clear_path();
-  if (jump.began_again && options_.restart_after_jump_back) {
+  if (jump.began_again) {
     start_anew();
   } else if (filter_ && jump.time_jumped) {
     move_on(jump.until_jump, odometry_.newest());

@@ -89,7 +89,7 @@ ParameterList FilterPipeline<Types>::live_parameters(Options* options) {
   for (Parameter& parameter : parameters_of(&options->filter)) {
     parameters.push_back(std::move(parameter));
   }
-  return parameters;
+  return basic_first(std::move(parameters));
 }
 
 // Values on the parameter server stay there when a node ends, and are given to the next one.

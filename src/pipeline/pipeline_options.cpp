@@ -6,15 +6,15 @@ namespace {
 /// In the group "frames".
 void add_frame_parameters(FrameNames* frames, ParameterList* list) {
   list->push_back(
-      name_parameter("frames/map", &frames->map, "Frame of poses, beacons and landmarks."));
-  list->push_back(name_parameter("frames/odom", &frames->odom,
-                                 "Frame that odometry messages have in header.frame_id."));
+      basic(name_parameter("frames/map", &frames->map, "Frame of poses, beacons and landmarks.")));
+  list->push_back(basic(name_parameter("frames/odom", &frames->odom,
+                                       "Frame that odometry messages have in header.frame_id.")));
   list->push_back(
-      name_parameter("frames/base", &frames->base,
-                     "Frame of the robot, which odometry messages have in child_frame_id."));
-  list->push_back(boolean_parameter(
+      basic(name_parameter("frames/base", &frames->base,
+                           "Frame of the robot, which odometry messages have in child_frame_id.")));
+  list->push_back(basic(boolean_parameter(
       "frames/publish_tf", &frames->publish_tf,
-      "Publish the transform map -> odom; false: something else does, such as another filter."));
+      "Publish the transform map -> odom; false: something else does, such as another filter.")));
   list->push_back(real_parameter("frames/transform_tolerance", &frames->transform_tolerance, 0.0,
                                  100.0, "s",
                                  "The transform map -> odom is stamped this far in the future."));
@@ -44,28 +44,14 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
     list->push_back(std::move(parameter));
   }
   list->push_back(
-      integer_parameter("seed", &options->seed, 0, 2147483647,
-                        "Seed of all random numbers: the same seed gives the same result."));
+      basic(integer_parameter("seed", &options->seed, 0, 2147483647,
+                              "Seed of all random numbers: the same seed gives the same result.")));
   add_frame_parameters(&options->frames, list);
   const std::string group = std::string(names.parameters) + "/";
   const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";
-  list->push_back(integer_parameter(
-      group + "queue_length", &options->queue_length, 1, 1000000,
-      "How many " + std::string(names.plural) + " may wait for odometry" + needs + "."));
-  list->push_back(real_above_parameter(group + "max_ahead", &options->max_ahead, 0.0, 1e6, "s",
-                                       "Newer than the odometry by more than this, " +
-                                           std::string(names.plural) + " are rejected."));
-  list->push_back(real_above_parameter(group + "max_latency", &options->max_latency, 0.0, 1e6, "s",
-                                       "Live: when computation does not keep up, " +
-                                           std::string(names.plural) +
-                                           " that have waited longer are dropped."));
 }
 
 void add_output_parameters(PipelineOptions* options, ParameterList* list) {
-  list->push_back(
-      boolean_parameter("restart_after_jump_back", &options->restart_after_jump_back,
-                        "When time jumps back to about where it began, as when a bag is played "
-                        "again, start from nothing; if false, keep the present particles."));
   add_parameters(&options->checkpoint, list);
   add_parameters(&options->saved_pose, list);
   add_parameters(&options->output, list);

@@ -33,11 +33,10 @@ struct PipelineOptions {
   std::string name;  ///< in the diagnostics
 
   FrameNames frames;
-  int queue_length = 100;    ///< observations that may wait
-  double max_ahead = 10.0;   ///< s that one may be newer than the newest odometry
-  double max_latency = 1.0;  ///< s; see FilterPipeline::process_next()
+  int queue_length = 100;    ///< observations that may wait: seconds of a fast sensor
+  double max_ahead = 10.0;   ///< s that one may be newer than the odometry; more: another clock
+  double max_latency = 1.0;  ///< s, old for a pose; see FilterPipeline::process_next()
   bool deferred = false;     ///< observations wait for process_next(), and no pose for a redraw
-  bool restart_after_jump_back = true;  ///< start anew, instead of with the last belief and map
 
   CheckpointOptions checkpoint;
   SavedPoseOptions saved_pose;

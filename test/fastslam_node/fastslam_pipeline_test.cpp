@@ -45,30 +45,6 @@ TEST(FastSlamPipeline, AClockThatIsSetBackIsNoNewStart) {
   EXPECT_LT(run.map_error(), kLost);
 }
 
-TEST(FastSlamPipeline, AfterAJumpBackTheMapMayStay) {
-  FastSlamPipelineOptions options = Drive::options();
-  options.restart_after_jump_back = false;
-  FastSlamRig run(options);
-  // Twice round the circle: at its end the robot is where it began.
-  const double round = 0.2 * std::round(5.0 * 2.0 * kPi * Drive::kRadius);
-  const auto drive = Drive::messages(round);
-  run.feed(drive);
-  const std::uint64_t updates = run.out.statuses.back().updates;
-  run.feed(drive);
-  EXPECT_FALSE(run.has_said("the filter starts from nothing"));
-  EXPECT_GT(run.out.statuses.back().updates, updates + 100);
-  EXPECT_EQ(run.out.statuses.back().landmarks, 12u);
-  EXPECT_LT(run.error(), kLost);
-
-  // Then silence of the sensor is noticed, though the last scan of the first round was later.
-  FastSlamRig silent(options);
-  silent.feed(drive);
-  for (int i = 0; i <= 100; ++i) silent.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
-  EXPECT_NE(silent.out.diagnostics.back().status[1].message.find("no usable landmarks"),
-            std::string::npos)
-      << silent.out.diagnostics.back().status[1].message;
-}
-
 TEST(FastSlamPipeline, NothingOfAnOldScanIsShown) {
   FastSlamRig run;
   run.feed(Drive::messages(10.0));

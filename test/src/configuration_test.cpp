@@ -111,7 +111,7 @@ TEST(Configuration, TheParameterServerGivesTheSame) {
   parameters["particles"] = 300;
   parameters["population"]["threshold"] = 0.1 + 0.2;
   parameters["population"]["resampling"]["scheme"] = "ssp";
-  parameters["excitation"]["keep_variance"] = true;
+  parameters["recovery"]["enabled"] = false;
   // YAML 1.1 turns the word off into a boolean.
   parameters["calibration"]["estimation"] = false;
   parameters["beacons"][0]["id"] = 7;
@@ -125,7 +125,7 @@ TEST(Configuration, TheParameterServerGivesTheSame) {
   EXPECT_EQ(options.filter.particles, 300);
   EXPECT_EQ(options.filter.strategy.threshold, 0.1 + 0.2);
   EXPECT_EQ(options.filter.strategy.resampling.scheme, ResamplingScheme::ssp);
-  EXPECT_TRUE(options.filter.strategy.excitation.keep_variance);
+  EXPECT_FALSE(options.filter.recovery.enabled);
   EXPECT_EQ(options.filter.calibration.estimation, CalibrationEstimation::off);
 }
 

@@ -438,7 +438,7 @@ TEST(HostileInputOfFastSlam, AScanWithTooManyObservationsIsRejected) {
   }
   run.pipeline.handle(scan);
   EXPECT_EQ(run.rejected("landmarks", RejectReason::too_many), 1u);
-  EXPECT_TRUE(run.has_said("20000 observations, more than landmark_input/max_observations"));
+  EXPECT_TRUE(run.has_said("20000 observations, more than the limit of 1000"));
   EXPECT_EQ(run.pipeline.filter().status().landmarks, landmarks);
   expect_good_again(&run, 20.0);
 }
@@ -469,7 +469,7 @@ TEST(HostileInputOfFastSlam, AMapThatIsFullTakesNoMoreLandmarksAndGoesOn) {
     };
     EXPECT_NE(refusal([&] {
                 run.pipeline.set_parameters({{"particles", "61"}});
-              }).find("more than map/max_estimates"),
+              }).find("estimates, more than the limit of "),
               std::string::npos);
     geometry_msgs::PoseArray array;
     array.header.frame_id = "map";
@@ -517,7 +517,7 @@ TEST(HostileInputOfFastSlam, AScanWithoutIdsThatNeedsTooMuchMemoryChangesNothing
     const FastSlamParticles before = run.particles();
     run.pipeline.handle(scan);
     EXPECT_EQ(run.rejected("landmarks", RejectReason::filter_error), 1u);
-    EXPECT_TRUE(run.has_said("association/max_pairs"));
+    EXPECT_TRUE(run.has_said("pairs with the landmarks near them"));
     EXPECT_TRUE(same_particles(run.particles(), before));
     for (FastSlamRig* each : {&run, &good}) go_on(each, 20.1, 20.0 + kRecovery);
     EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
@@ -537,7 +537,7 @@ TEST(HostileInputOfBeaconMcl, AMillionBeaconsAreRejected) {
   }
   run.pipeline.handle(array);
   EXPECT_EQ(run.rejected("beacons", RejectReason::too_many), 1u);
-  EXPECT_TRUE(run.has_said("1000000 beacons, more than range_input/max_beacons"));
+  EXPECT_TRUE(run.has_said("1000000 beacons, more than the limit of 1000"));
   expect_good_again(&run, 20.0);
   BeaconMclPipelineOptions options = Drive::options();
   options.beacons = Drive::beacons();
@@ -584,7 +584,8 @@ TEST(HostileInputOfFastSlam, AMapThatIsTooLargeIsRefusedBeforeItIsMade) {
         run.pipeline.load_map(path, frozen);
         FAIL() << "it was loaded";
       } catch (const Error& error) {
-        const std::string name = by_estimates ? "map/max_estimates" : "map/max_landmarks";
+        const std::string name =
+            by_estimates ? "estimates, more than the limit" : "landmarks is larger";
         EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
       }
       EXPECT_EQ(run.pipeline.filter().status().landmarks, landmarks);

@@ -412,13 +412,12 @@ TEST(PoseKeeper, TellsOfWhatCannotBeReadOrWritten) {
   const TemporaryDirectory directory;
   SavedPoseOptions options;
   options.save_every = 1.0;
-  options.file = directory.write("a", "notes of mine\n");
-  Kept damaged(options);
+  const std::string file = directory.write("a", "notes of mine\n");
+  Kept damaged(options, file);
   EXPECT_FALSE(damaged.keeper.read());
   ASSERT_EQ(damaged.log.size(), 1u);
-  EXPECT_EQ(damaged.log[0].rfind("no saved pose is taken: pose file " + options.file, 0), 0u);
+  EXPECT_EQ(damaged.log[0].rfind("no saved pose is taken: pose file " + file, 0), 0u);
   EXPECT_EQ(damaged.report().status.at(0).level, diagnostic_msgs::DiagnosticStatus::WARN);
-  options.file.clear();
   Kept homeless(options);
   EXPECT_EQ(homeless.log,
             std::vector<std::string>{"the pose is not saved: the folder cannot be made"});

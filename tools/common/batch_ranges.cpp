@@ -23,7 +23,7 @@ constexpr double kSteps[] = {4.0, 2.0, 1.4};
 constexpr double kLeastSigma = 1e-3;  // m
 constexpr double kLeastFactor = 1e-2;
 constexpr double kSolvedEvery = 10.0;       // s
-constexpr std::size_t kMostBeacons = 1000;  // as range_input/max_beacons of the filter
+constexpr std::size_t kMostBeacons = 1000;  // the filter's limit, too
 
 /// What takes part: ranges that can be used, in order of time, and the beacons that they are of.
 RangeProblem part_of_use(RangeProblem problem) {

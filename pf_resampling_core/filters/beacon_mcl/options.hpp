@@ -36,7 +36,7 @@ struct RangeModelOptions {
 /// them.
 struct CalibrationOptions {
   CalibrationEstimation estimation = CalibrationEstimation::shared;
-  double scale_sigma = 0.05;  ///< of the prior
+  double scale_sigma = 0.05;  ///< of the prior: a few per cent, as radios are off
   double bias_sigma = 0.5;    ///< m, of the prior
   double scale_walk = 1e-4;   ///< 1/sqrt(s)
   double bias_walk = 1e-3;    ///< m/sqrt(s)
@@ -48,7 +48,7 @@ struct CalibrationOptions {
 /// (Kitagawa 1998, "A self-organizing state-space model").
 struct NoiseEstimationOptions {
   bool ranges = true;            ///< factor of the standard deviation of all ranges
-  double prior_count = 50.0;     ///< ranges that the prior, a factor of one, is worth
+  double prior_count = 50.0;     ///< weight of the prior, a factor of one, in ranges
   double memory = 500.0;         ///< ranges after which an old one counts 1/e
   bool odometry = true;          ///< factors of the standard deviations of translation and heading
   double odometry_spread = 0.5;  ///< standard deviation of their logarithm at the start
@@ -64,7 +64,7 @@ struct YawRateBiasOptions {
 
 struct InitializationOptions {
   Initialization method = Initialization::from_ranges;
-  int beacons = 3;        ///< from_ranges: different beacons to wait for
+  int beacons = 3;        ///< from_ranges: different beacons to wait for; three make a point
   double patience = 5.0;  ///< s: from_ranges: start with fewer after this long
   /// uniform: the beacons' bounding box, widened by this share of its diagonal.
   double area_margin = 0.2;
@@ -77,11 +77,14 @@ struct InitializationOptions {
 /// (augmented MCL: Thrun, Burgard, Fox, Probabilistic Robotics, table 8.3).
 struct RecoveryOptions {
   bool enabled = true;
-  double slow_rate = 0.005;  ///< of the long-term average likelihood, per range
-  double fast_rate = 0.1;    ///< of the short-term one
-  double threshold = 0.5;    ///< share of the long-term average below which particles are injected
-  double maximum_share = 0.5;  ///< of the population, per renewal
-  double window = 6.0;         ///< s of ranges that injected particles have to agree with
+  /// Of the average likelihoods, per range: 200 ranges are what is usual, 10 are what is now.
+  static constexpr double slow_rate = 0.005, fast_rate = 0.1;
+  /// Share of the long-term average below which particles are injected.
+  static constexpr double threshold = 0.5;
+  /// Of the population, per renewal: half stays, in case that the ranges are wrong.
+  static constexpr double maximum_share = 0.5;
+  /// s of ranges that injected particles have to agree with: several of each beacon.
+  static constexpr double window = 6.0;
 };
 
 /// Particle count by the Kullback-Leibler distance to the discretised belief (Fox 2003).
@@ -89,7 +92,7 @@ struct AdaptiveCountOptions {
   bool enabled = false;
   int minimum = 200;
   int maximum = 5000;
-  double error = 0.05;          ///< bound of the distance
+  static constexpr double error = 0.05;  ///< bound of the distance, as in Fox 2003
   double quantile = 2.326;      ///< of the standard normal: the bound holds with this certainty
   double bin_position = 0.5;    ///< m
   double bin_heading = 0.1745;  ///< rad

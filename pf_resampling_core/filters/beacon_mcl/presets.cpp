@@ -16,7 +16,6 @@ const std::map<std::string, std::string> kMahmoud2012 = {
     {"population/resampling/scheme", "systematic"},
     {"excitation/method", "none"},
     {"excitation/bandwidth_scale", "1"},  // Silverman's own
-    {"excitation/duplicates_only", "false"},
     {"ranges/outlier_share", "0"},
     {"ranges/non_line_of_sight_share", "0"},
     {"adaptive_count/enabled", "false"},

@@ -95,12 +95,10 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
     const Eigen::Index candidates = static_cast<Eigen::Index>(association.rows.size());
     pairs += candidates * count;
     if (pairs > options_.association.max_pairs) {
-      throw Error(
-          std::to_string(observations.size()) + " observations without id have more than " +
-          std::to_string(options_.association.max_pairs) +
-          " pairs with the landmarks near them in " + std::to_string(count) +
-          " particles, which is association/max_pairs; filter the observations, or raise it "
-          "if there is memory for them");
+      throw Error(std::to_string(observations.size()) + " observations without id have more than " +
+                  std::to_string(options_.association.max_pairs) +
+                  " pairs with the landmarks near them in " + std::to_string(count) +
+                  " particles; filter the observations");
     }
     association.takes.setZero(count, candidates);
     distances[k].resize(count, candidates);

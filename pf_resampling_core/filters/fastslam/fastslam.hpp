@@ -90,7 +90,7 @@ class FastSlam {
   /// weighs, renews. All observations are of one scan, taken at the end of the odometry by a sensor
   /// at `sensor` on the robot. With known data association all need an id (from 0). Throws Error,
   /// changing nothing, on odometry or observations that cannot be used, or more of them than
-  /// association/max_pairs.
+  /// DataAssociationOptions::max_pairs.
   void update(const OdometryIncrement& odometry,
               const std::vector<RangeBearingObservation>& measured, const Pose2& sensor = {});
 
@@ -164,7 +164,7 @@ class FastSlam {
   /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
   /// their weights: what is known of the map stays, what tied it to the present poses is given up.
   /// Another number of them than the filter is to have is redrawn at the next update. Throws Error,
-  /// changing nothing, for what is no population or more than map/max_estimates allows.
+  /// changing nothing, for what is no population or more than MapOptions::max_estimates allows.
   void set_particles(const GivenParticles& particles);
 
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle

@@ -41,8 +41,8 @@ FastSlamOptions::FastSlamOptions() {
 
 ParameterList parameters_of(FastSlamOptions* options) {
   ParameterList list;
-  list.push_back(
-      integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles."));
+  list.push_back(basic(
+      integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles.")));
   list.push_back(choice_parameter("version", &options->version, all_fastslam_versions(),
                                   "Poses are drawn from the odometry alone (FastSLAM 1.0), or from "
                                   "odometry and observations (2.0)."));
@@ -54,28 +54,16 @@ ParameterList parameters_of(FastSlamOptions* options) {
       boolean_parameter("odometry_errors/estimate", &errors.estimate,
                         "Estimate the systematic errors of the odometry. The other parameters of "
                         "this group are their standard deviations at the start."));
-  list.push_back(real_parameter("odometry_errors/distance_scale", &errors.distance_scale, 0.0, 1.0,
-                                "", "Relative error of distances."));
-  list.push_back(real_parameter("odometry_errors/turn_scale", &errors.turn_scale, 0.0, 1.0, "",
-                                "Relative error of turns."));
-  list.push_back(real_parameter("odometry_errors/drift", &errors.drift, 0.0, 10.0, "rad/m",
-                                "Turn per distance that the odometry misses."));
-  list.push_back(real_parameter("odometry_errors/yaw_rate", &errors.yaw_rate, 0.0, 10.0, "rad/s",
-                                "Turn per time that the odometry misses."));
-  list.push_back(real_parameter("odometry_errors/delay", &errors.delay, 0.0, 10.0, "s",
-                                "Delay between observations and odometry, in either direction."));
-  list.push_back(
-      real_parameter("odometry_errors/walk", &errors.walk, 0.0, 10.0, "1/sqrt(s)",
-                     "Random walk of these errors, as a share of the standard deviations above."));
 
   LandmarkSensorOptions& sensor = options->sensor;
-  list.push_back(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",
-                                      "Standard deviation of a range, if the message gives none."));
+  list.push_back(
+      basic(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",
+                                 "Standard deviation of a range, if the message gives none.")));
   list.push_back(real_parameter("sensor/range_sigma_share", &sensor.range_sigma_share, 0.0, 1.0, "",
                                 "Share of the range that is added to that standard deviation."));
   list.push_back(
-      real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
-                           "Standard deviation of a bearing, if the message gives none."));
+      basic(real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
+                                 "Standard deviation of a bearing, if the message gives none.")));
   list.push_back(real_parameter("sensor/range_scale_sigma", &sensor.range_scale_sigma, 0.0, 1.0, "",
                                 "Standard deviation of a relative error that all ranges share, "
                                 "which redraw estimates. 0: there is none."));
@@ -91,10 +79,10 @@ ParameterList parameters_of(FastSlamOptions* options) {
                                 "has seen landmarks so far."));
 
   DataAssociationOptions& association = options->association;
-  list.push_back(
+  list.push_back(basic(
       choice_parameter("association/method", &association.method, all_data_associations(),
                        "How to find out which landmark an observation belongs to. automatic: known "
-                       "if the first observations carry ids, otherwise mutual_exclusion."));
+                       "if the first observations carry ids, otherwise mutual_exclusion.")));
   list.push_back(real_above_parameter("association/gate", &association.gate, 0.0, 1e6, "",
                                       "An observation farther than this from its landmark (squared "
                                       "Mahalanobis distance) is not used."));
@@ -102,37 +90,17 @@ ParameterList parameters_of(FastSlamOptions* options) {
       "association/new_landmark_gate", &association.new_landmark_gate, 0.0, 1e6, "",
       "An observation without id that is farther than this from every landmark (squared "
       "Mahalanobis distance) starts a new one."));
-  list.push_back(real_above_parameter(
-      "association/new_landmark_share", &association.new_landmark_share, 0.0, 1.0, "",
-      "Expected share of observations without id that belong to landmarks not seen before."));
-  list.push_back(real_parameter("association/seen_log_odds", &association.seen_log_odds, 0.0, 100.0,
-                                "",
-                                "Added to the log-odds that a landmark exists, when it is seen."));
   list.push_back(real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0,
                                 100.0, "",
                                 "Subtracted when it should have been seen but was not, or its id "
                                 "is seen elsewhere. 0 keeps all landmarks."));
-  list.push_back(real_parameter("association/removal_log_odds", &association.removal_log_odds,
-                                -100.0, 0.0, "",
-                                "A landmark is removed when its log-odds fall below this."));
-  list.push_back(real_parameter("association/largest_log_odds", &association.largest_log_odds, 0.0,
-                                1000.0, "", "Upper limit of the log-odds."));
-  list.push_back(integer_parameter(
-      "association/max_pairs", &association.max_pairs, 1, 2147483647,
-      "Observations without id times landmarks near each times particles at most; a scan with more "
-      "is rejected. Each takes 32 bytes."));
-  list.push_back(
+  list.push_back(basic(
       boolean_parameter("map/frozen", &options->map.frozen,
-                        "Do not move, add or remove landmarks: localize in the map as it is."));
-  list.push_back(integer_parameter("map/max_landmarks", &options->map.max_landmarks, 1, 2147483647,
-                                   "Number of landmarks at most; further ones are not taken."));
-  list.push_back(integer_parameter(
-      "map/max_estimates", &options->map.max_estimates, 1, 2147483647,
-      "Landmarks times particles at most: maps and numbers of particles that need more are "
-      "refused, further landmarks not taken. Each takes 49 bytes."));
-  list.push_back(boolean_parameter("recovery/enabled", &options->recovery.enabled,
-                                   "When the robot is lost, put it where most of the landmarks "
-                                   "with ids that it sees fit the map."));
+                        "Do not move, add or remove landmarks: localize in the map as it is.")));
+  list.push_back(
+      basic(boolean_parameter("recovery/enabled", &options->recovery.enabled,
+                              "When the robot is lost, put it where most of the landmarks "
+                              "with ids that it sees fit the map.")));
   return list;
 }
 
@@ -148,15 +116,14 @@ double bearing_variance(const LandmarkSensorOptions& model, const RangeBearingOb
 void check_map_size(std::size_t landmarks, Eigen::Index particles, const MapOptions& limits) {
   const std::string what = std::to_string(landmarks) + " landmarks";
   if (landmarks > static_cast<std::size_t>(limits.max_landmarks)) {
-    throw Error("a map of " + what + " is larger than map/max_landmarks, which is " +
-                std::to_string(limits.max_landmarks) + "; raise it if there is memory for them");
+    throw Error("a map of " + what + " is larger than the limit of " +
+                std::to_string(limits.max_landmarks) + "; take out landmarks that you do not need");
   }
   const std::size_t estimates = landmarks * static_cast<std::size_t>(particles);
   if (estimates > static_cast<std::size_t>(limits.max_estimates)) {
     throw Error(what + " in " + std::to_string(particles) + " particles are " +
-                std::to_string(estimates) + " estimates, more than map/max_estimates, which is " +
-                std::to_string(limits.max_estimates) +
-                "; take fewer particles, or raise it if there is memory for them");
+                std::to_string(estimates) + " estimates, more than the limit of " +
+                std::to_string(limits.max_estimates) + "; take fewer particles");
   }
 }
 

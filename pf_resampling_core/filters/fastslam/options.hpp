@@ -58,10 +58,11 @@ struct DataAssociationOptions {
   /// Nieto, Nebot 2006), and a landmark started twice bends the map.
   double new_landmark_gate = 64.0;
   double new_landmark_share = 0.05;  ///< of the observations, of landmarks not seen before
-  double seen_log_odds = 0.9;        ///< added to a landmark's existence when it is seen
-  double missed_log_odds = 0.4;      ///< taken off when it should have been seen
-  double removal_log_odds = -1.5;    ///< a landmark below this is removed
-  double largest_log_odds = 6.0;     ///< what a landmark that was often seen is trusted with
+  static constexpr double seen_log_odds = 0.9;  ///< added to a landmark's existence when it is seen
+  double missed_log_odds = 0.4;                 ///< taken off when it should have been seen
+  static constexpr double removal_log_odds = -1.5;  ///< a landmark below this is removed
+  /// What a landmark that was often seen is trusted with: it is gone after 19 misses.
+  static constexpr double largest_log_odds = 6.0;
   /// Without ids: observations times landmarks near each, times particles, that a scan may have;
   /// each takes 32 bytes while the scan is used.
   int max_pairs = 20000000;

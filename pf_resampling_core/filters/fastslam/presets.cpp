@@ -50,8 +50,6 @@ const Values kKwak2008 = {
     {"association/method", "known"},
     {"association/gate", "1000000"},  // no gate
     {"association/new_landmark_gate", "1000000"},
-    {"association/new_landmark_share", "1"},  // not used: ids are known
-    {"association/max_pairs", "20000000"},    // far from being reached
 };
 
 }  // namespace

@@ -15,14 +15,12 @@ namespace {
 
 struct Cloud {
   Eigen::ArrayXd weights, x, y, heading;
-  Eigen::ArrayXi ancestors;
 
   explicit Cloud(Eigen::Index size)
       : weights(Eigen::ArrayXd::Constant(size, 1.0 / static_cast<double>(size))),
         x(Eigen::ArrayXd::Zero(size)),
         y(Eigen::ArrayXd::Zero(size)),
-        heading(Eigen::ArrayXd::Zero(size)),
-        ancestors(Eigen::ArrayXi::LinSpaced(size, 0, static_cast<int>(size) - 1)) {}
+        heading(Eigen::ArrayXd::Zero(size)) {}
 };
 
 // Correlated in all three coordinates, headings about `direction`.
@@ -54,8 +52,7 @@ RandomStream noise(std::uint32_t step = 0) {
 
 Cloud excited(const ExcitationOptions& options, Cloud cloud, std::uint32_t step = 0) {
   ExcitationWorkspace workspace;
-  excite(options, cloud.weights, cloud.ancestors, noise(step), {cloud.x, cloud.y, cloud.heading},
-         &workspace);
+  excite(options, cloud.weights, noise(step), {cloud.x, cloud.y, cloud.heading}, &workspace);
   return cloud;
 }
 
@@ -192,34 +189,6 @@ TEST(Excitation, BandwidthIsNeverAboveOne) {
     expected[2] = std::remainder(expected[2], 2 * M_PI);
     EXPECT_LT((moved.row(i).transpose() - expected).norm(), 1e-9);
   }
-  options.keep_variance = true;
-  EXPECT_TRUE(all_finite(excited(options, cloud)));
-}
-
-// With the pull towards the mean of West (1993) the covariance stays V in expectation, without it
-// grows to (1 + h^2) V. The new one is a^2 V + h^2 S + cross terms, a^2 = 1 - h^2, so in a
-// direction of unit variance its variance is (4 a^2 h^2 + 2 h^4) / N. Two times three coordinates
-// beyond 4.89 deviations: false alarm 6e-6.
-TEST(Excitation, VarianceIsKeptOnRequest) {
-  constexpr int kCount = 20000;
-  const Cloud cloud = random_cloud(kCount, 3.1);
-  const Moments before = moments_of(cloud);
-  ExcitationOptions options = with(Excitation::regularized);
-  options.bandwidth_scale = 2.0;
-  const double h2 = std::pow(2.0 * silverman(kCount), 2);
-  ASSERT_GT(h2, 0.1);
-  for (const bool keep : {true, false}) {
-    options.keep_variance = keep;
-    const Moments after = moments_of(excited(options, cloud));
-    const double kept = keep ? 1.0 - h2 : 1.0;
-    const double deviation = std::sqrt((4.0 * kept * h2 + 2.0 * h2 * h2) / kCount);
-    const double expected = keep ? 1.0 : 1.0 + h2;
-    for (int i = 0; i < 3; ++i) {
-      EXPECT_NEAR(after.covariance(i, i) / before.covariance(i, i), expected,
-                  kOneInAMillion * deviation)
-          << i << (keep ? " kept" : "");
-    }
-  }
 }
 
 // Gordon, Salmond, Smith (1993), section 4: sigma = K E N^(-1/d), E the distance between the
@@ -258,48 +227,6 @@ TEST(Excitation, HeadingsStayOnTheCircle) {
   EXPECT_GT(wrapped, 1000);
 }
 
-TEST(Excitation, FirstCopiesStayOnRequest) {
-  for (const Excitation excitation :
-       {Excitation::gaussian, Excitation::regularized, Excitation::roughening}) {
-    for (const bool keep_variance : {false, true}) {
-      ExcitationOptions options = with(excitation);
-      options.duplicates_only = true;
-      options.keep_variance = keep_variance;
-      Cloud cloud = random_cloud(60, 1.0);
-      // Particles 0, 3, 6, … survive three times each; survivors keep their slots.
-      for (int i = 0; i < 60; ++i) cloud.ancestors[i] = i - i % 3;
-      const Cloud after = excited(options, cloud);
-      for (int i = 0; i < 60; ++i) {
-        const bool moved = after.x[i] != cloud.x[i] || after.y[i] != cloud.y[i] ||
-                           after.heading[i] != cloud.heading[i];
-        EXPECT_EQ(moved, i % 3 != 0) << to_string(excitation) << ", particle " << i;
-      }
-    }
-  }
-}
-
-// When the population shrinks an ancestor may have no slot of its own left; its first copy is then
-// the first slot that names it.
-TEST(Excitation, FirstCopiesStayInAShrunkPopulation) {
-  ExcitationOptions options = with(Excitation::gaussian);
-  options.duplicates_only = true;
-  Cloud cloud = random_cloud(6, 1.0);
-  cloud.ancestors << 9, 1, 9, 12, 12, 12;
-  const bool first[6] = {true, true, false, true, false, false};
-  const Cloud after = excited(options, cloud);
-  for (int i = 0; i < 6; ++i) {
-    EXPECT_EQ(after.x[i] == cloud.x[i] && after.heading[i] == cloud.heading[i], first[i]) << i;
-  }
-}
-
-// And with every slot its own ancestor nothing moves at all.
-TEST(Excitation, WithoutDuplicatesNothingMoves) {
-  ExcitationOptions options = with(Excitation::regularized);
-  options.duplicates_only = true;
-  const Cloud cloud = random_cloud(100, 1.0);
-  EXPECT_TRUE(same_bytes(excited(options, cloud), cloud));
-}
-
 TEST(Excitation, AllInOnePlaceStayThere) {
   for (const Excitation excitation : {Excitation::regularized, Excitation::roughening}) {
     for (const Eigen::Index size : {1, 2, 3, 100}) {
@@ -307,14 +234,11 @@ TEST(Excitation, AllInOnePlaceStayThere) {
       cloud.x.setConstant(1234.5);
       cloud.y.setConstant(-0.25);
       cloud.heading.setConstant(3.14);
-      for (const bool keep_variance : {false, true}) {
-        ExcitationOptions options = with(excitation);
-        options.bandwidth_scale = 2.0;
-        options.keep_variance = keep_variance;
-        const Cloud after = excited(options, cloud);
-        ASSERT_TRUE(all_finite(after)) << to_string(excitation) << " of " << size;
-        EXPECT_LT(moves(cloud, after).norm(), 1e-10) << to_string(excitation) << " of " << size;
-      }
+      ExcitationOptions options = with(excitation);
+      options.bandwidth_scale = 2.0;
+      const Cloud after = excited(options, cloud);
+      ASSERT_TRUE(all_finite(after)) << to_string(excitation) << " of " << size;
+      EXPECT_LT(moves(cloud, after).norm(), 1e-10) << to_string(excitation) << " of " << size;
     }
   }
 }

@@ -222,7 +222,6 @@ TEST(BeaconMclRenewal, AdaptiveCountIsFoxsFormula) {
   adaptive.enabled = true;
   adaptive.minimum = 50;
   adaptive.maximum = 4000;
-  adaptive.error = 0.05;
   adaptive.quantile = 2.326;
   adaptive.bin_position = 0.7;
   adaptive.bin_heading = 0.2;
