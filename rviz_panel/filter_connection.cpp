@@ -1,7 +1,6 @@
 #include "rviz_panel/filter_connection.hpp"
 
 #include <dynamic_reconfigure/Reconfigure.h>
-#include <pf_resampling/Checkpoint.h>
 #include <pf_resampling/LoadMap.h>
 #include <pf_resampling/SaveMap.h>
 #include <ros/master.h>
@@ -95,12 +94,10 @@ FilterConnection::~FilterConnection() {
   spinner_.stop();
 }
 
-void FilterConnection::connect(const FilterNames& names) {
+void FilterConnection::connect(const std::string& node) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  names_ = completed(names, [](const std::string& name) {
-    std::string error;
-    return ros::names::validate(name, error) ? ros::names::resolve(name) : std::string("/");
-  });
+  std::string error;
+  filter_ = ros::names::validate(node, error) ? ros::names::resolve(node) : std::string("/");
   ++generation_;
   jobs_.clear();
   news_ = FilterNews();
@@ -125,25 +122,25 @@ void FilterConnection::set(const dynamic_reconfigure::Config& values) {
   post([this, values] {
     dynamic_reconfigure::Reconfigure service;
     service.request.config = values;
-    if (!call(names().node + "/set_parameters", &service, "refused")) return;
+    if (!call(name_of("~set_parameters"), &service, "refused")) return;
     const std::lock_guard<std::mutex> lock(mutex_);
     news_.values = service.response.config;
   });
 }
 
 void FilterConnection::global_localization() {
-  post([this] { call_empty(names().global_localization, "Searching everywhere"); });
+  post([this] { call_empty(name_of("global_localization"), "Searching everywhere"); });
 }
 
 void FilterConnection::reset() {
-  post([this] { call_empty(names().reset, "Started from nothing"); });
+  post([this] { call_empty(name_of("reset"), "Started from nothing"); });
 }
 
 void FilterConnection::save_map(const std::string& file) {
   post([this, file] {
     SaveMap service;
     service.request.file = file;
-    call_and_report(names().save_map, service);
+    call_and_report(name_of("save_map"), service);
   });
 }
 
@@ -152,15 +149,7 @@ void FilterConnection::load_map(const std::string& file, bool frozen) {
     LoadMap service;
     service.request.file = file;
     service.request.frozen = frozen;
-    call_and_report(names().load_map, service);
-  });
-}
-
-void FilterConnection::checkpoint(const std::string& file) {
-  post([this, file] {
-    Checkpoint service;
-    service.request.file = file;
-    call_and_report(names().checkpoint, service);
+    call_and_report(name_of("load_map"), service);
   });
 }
 
@@ -189,15 +178,15 @@ void FilterConnection::work() {
 }
 
 void FilterConnection::look_around() {
-  FilterNames names;
+  std::string filter;
   int generation = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    names = names_;
+    filter = filter_;
     generation = generation_;
   }
   const bool is_new = generation != subscribed_generation_;
-  if (names.node.empty() || (!is_new && ros::WallTime::now() < next_look_)) return;
+  if (filter.empty() || (!is_new && ros::WallTime::now() < next_look_)) return;
   next_look_ = ros::WallTime::now() + ros::WallDuration(kLookPeriod);
 
   FilterPresence presence;
@@ -208,13 +197,13 @@ void FilterConnection::look_around() {
       run_id_ = id;
       subscribe();
     }
-    presence.node = service_exists(names.node + "/set_parameters");
-    presence.global_localization = service_exists(names.global_localization);
-    presence.reset = service_exists(names.reset);
-    presence.save_map = service_exists(names.save_map);
-    presence.load_map = service_exists(names.load_map);
-    presence.checkpoint = service_exists(names.checkpoint);
-    if (presence.node) presence.folder = folder_of(names.node);
+    presence.node = service_exists(filter + "/set_parameters");
+    const std::string space = parent_of(filter);
+    presence.global_localization = service_exists(space + "global_localization");
+    presence.reset = service_exists(space + "reset");
+    presence.save_map = service_exists(space + "save_map");
+    presence.load_map = service_exists(space + "load_map");
+    if (presence.node) presence.folder = folder_of(filter);
     ros::master::V_TopicInfo topics;
     if (ros::master::getTopics(topics)) presence.filters = filters_among(topics);
   } else if (is_new) {
@@ -229,15 +218,16 @@ void FilterConnection::look_around() {
 
 void FilterConnection::subscribe() {
   subscribers_.clear();
-  FilterNames names;
+  std::string filter;
   int generation = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    names = names_;
+    filter = filter_;
     generation = generation_;
   }
   subscribed_generation_ = generation;
-  // What was under way when the names changed is dropped.
+  const std::string space = parent_of(filter);
+  // What was under way when the filter changed is dropped.
   const auto if_current = [this, generation](const auto& take) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (generation == generation_) take();
@@ -245,16 +235,16 @@ void FilterConnection::subscribe() {
   using dynamic_reconfigure::Config;
   using dynamic_reconfigure::ConfigDescription;
   subscribers_.push_back(node_.subscribe<ConfigDescription>(
-      names.node + "/parameter_descriptions", 2,
+      filter + "/parameter_descriptions", 2,
       [this, if_current](const ConfigDescription::ConstPtr& message) {
         if_current([&] { news_.description = *message; });
       }));
   subscribers_.push_back(node_.subscribe<Config>(
-      names.node + "/parameter_updates", 10, [this, if_current](const Config::ConstPtr& message) {
+      filter + "/parameter_updates", 10, [this, if_current](const Config::ConstPtr& message) {
         if_current([&] { news_.values = *message; });
       }));
   subscribers_.push_back(node_.subscribe<FilterStatus>(
-      names.status, 1000, [this, if_current](const FilterStatus::ConstPtr& message) {
+      space + "status", 1000, [this, if_current](const FilterStatus::ConstPtr& message) {
         if_current([&] {
           if (news_.statuses.size() >= kMostStatuses) {
             news_.statuses.erase(news_.statuses.begin(),
@@ -270,9 +260,9 @@ void FilterConnection::subscribe() {
     });
   };
   subscribers_.push_back(node_.subscribe<nav_msgs::Path>(
-      names.path, 2, [see](const nav_msgs::Path::ConstPtr& message) { see(*message); }));
+      space + "path", 2, [see](const nav_msgs::Path::ConstPtr& message) { see(*message); }));
   subscribers_.push_back(node_.subscribe<visualization_msgs::MarkerArray>(
-      names.markers, 20,
+      space + "markers", 20,
       [see](const visualization_msgs::MarkerArray::ConstPtr& message) { see(*message); }));
 }
 
@@ -286,9 +276,9 @@ void FilterConnection::post(Job job) {
   wake_.notify_all();
 }
 
-FilterNames FilterConnection::names() {
+std::string FilterConnection::name_of(const std::string& name) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return names_;
+  return name[0] == '~' ? filter_ + "/" + name.substr(1) : parent_of(filter_) + name;
 }
 
 void FilterConnection::report(bool success, const std::string& text) {

@@ -15,7 +15,6 @@
 #include <thread>
 #include <vector>
 
-#include "rviz_panel/filter_names.hpp"
 #include "rviz_panel/view_fit.hpp"
 
 namespace pf_resampling {
@@ -24,9 +23,8 @@ namespace pf_resampling {
 struct FilterPresence {
   bool master = false;
   bool node = false;  ///< its parameters can be set
-  bool global_localization = false, reset = false, save_map = false, load_map = false,
-       checkpoint = false;
-  /// Where it keeps maps and checkpoints; empty: on another machine.
+  bool global_localization = false, reset = false, save_map = false, load_map = false;
+  /// Where it keeps maps; empty: on another machine.
   std::string folder;
   std::vector<std::string> filters;  ///< nodes that could be chosen
 };
@@ -59,8 +57,9 @@ class FilterConnection {
   FilterConnection(const FilterConnection&) = delete;
   FilterConnection& operator=(const FilterConnection&) = delete;
 
-  /// Talks to another filter from now on.
-  void connect(const FilterNames& names);
+  /// Talks to another filter from now on: "/robot1/fastslam"; relative names are in the program's
+  /// namespace. Topics and services of a filter are in the namespace of its node.
+  void connect(const std::string& node);
   /// To be called some times per second.
   FilterNews take_news();
 
@@ -70,7 +69,6 @@ class FilterConnection {
   void save_map(const std::string& file);
   /// Localizes in the map as it is if it is `frozen`; else continues to map.
   void load_map(const std::string& file, bool frozen);
-  void checkpoint(const std::string& file);
 
  private:
   using Job = std::function<void()>;
@@ -79,7 +77,8 @@ class FilterConnection {
   void look_around();
   void subscribe();
   void post(Job job);
-  FilterNames names();
+  /// The full name of what the filter calls `name`.
+  std::string name_of(const std::string& name);
   void report(bool success, const std::string& text);
   template <typename Service>
   void call_and_report(const std::string& name, Service service);
@@ -93,8 +92,8 @@ class FilterConnection {
   std::condition_variable wake_;
   std::deque<Job> jobs_;
   bool stop_ = false;
-  FilterNames names_;   // complete
-  int generation_ = 0;  // of names: what was under way for others is dropped
+  std::string filter_;  // node, resolved
+  int generation_ = 0;  // of the filter: what was under way for others is dropped
   FilterNews news_;
   Scene scene_;
   ros::ServiceClient call_;  // the one that is waited for

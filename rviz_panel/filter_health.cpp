@@ -50,11 +50,7 @@ void FilterHealth::add(const FilterStatus& status) {
   if (latest_ && now < latest_->header.stamp.toSec() - 1.0) clear();
   timing_.add(status.update_time, status.header.stamp);
   latest_ = status;
-  const double particles = status.particles;
-  sample_size_.add(now, share(status.effective_sample_size, particles));
-  ancestors_.add(now, share(status.distinct_ancestors_of_renewal, particles));
-  load_.add(now, share(status.update_time, timing_.observation_period()));
-  lost_.add(now, status.lost);
+  sample_size_.add(now, share(status.effective_sample_size, status.particles));
   renewals_.add(now, status.renewed ? 1.0 : 0.0);
 
   while (rejects_before_.size() > 1 && rejects_before_[1].first < now - kMinute) {
@@ -86,24 +82,6 @@ std::string FilterHealth::sample_size_text() const {
          std::to_string(latest_->particles);
 }
 
-std::string FilterHealth::ancestors_text() const {
-  if (!latest_) return "";
-  return std::to_string(latest_->distinct_ancestors_of_renewal) + " of " +
-         std::to_string(latest_->particles) + ", " +
-         std::to_string(latest_->distinct_ancestors_since_start) + " since the start";
-}
-
-std::string FilterHealth::load_text() const {
-  if (!latest_) return "";
-  if (timing_.observation_period() == 0.0) return duration_text(timing_.update_time());
-  return duration_text(timing_.update_time()) + " of " +
-         duration_text(timing_.observation_period());
-}
-
-std::string FilterHealth::lost_text() const {
-  return latest_ ? number(latest_->lost, 2) : "";
-}
-
 std::string FilterHealth::counts_text() const {
   if (!latest_) return "";
   std::string counts = std::to_string(latest_->particles) + " particles";
@@ -114,30 +92,14 @@ std::string FilterHealth::counts_text() const {
     counts += ", " + std::to_string(latest_->not_believed) + " observations not believed";
   }
   if (latest_->queued > 0) counts += ", " + std::to_string(latest_->queued) + " waiting";
+  counts += "\nAncestors: " + std::to_string(latest_->distinct_ancestors_of_renewal) +
+            " at the last renewal, " + std::to_string(latest_->distinct_ancestors_since_start) +
+            " since the start; lost: " + percent_text(latest_->lost) +
+            "; update: " + duration_text(timing_.update_time());
+  if (timing_.observation_period() > 0.0) {
+    counts += " of " + duration_text(timing_.observation_period());
+  }
   return counts;
-}
-
-std::string FilterHealth::redraw_text() const {
-  if (!latest_ || latest_->range_noise_scale == 0.0) return "";
-  std::string text = std::to_string(latest_->redraws) + " redraws";
-  if (latest_->redraws_refused > 0) {
-    text += ", " + std::to_string(latest_->redraws_refused) + " refused";
-  }
-  if (latest_->redraw_time > 0.0) {
-    text += "; the last took " + duration_text(latest_->redraw_time);
-    if (latest_->redraw_replayed > 0) {
-      text += " and " + std::to_string(latest_->redraw_replayed) + " updates to catch up";
-    }
-  }
-  if (latest_->redraw_innovation_observations > 0) {
-    text += "\nSeen first after it: innovation " + number(latest_->redraw_innovation, 1) +
-            " (1 expected), of " + std::to_string(latest_->redraw_innovation_observations) +
-            (latest_->redraw_innovation_observations == 1 ? " observation" : " observations");
-  }
-  text += "\nNoise found: ranges × " + number(latest_->range_noise_scale, 1) + ", bearings × " +
-          number(latest_->bearing_noise_scale, 1) + ", odometry × " +
-          number(latest_->odometry_noise_scale, 1);
-  return text;
 }
 
 std::vector<FilterHealth::Reject> FilterHealth::rejects() const {

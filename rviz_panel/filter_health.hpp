@@ -13,7 +13,7 @@
 
 namespace pf_resampling {
 
-/// What the messages on `status` of the last minute say, as curves and in words.
+/// What the messages on `status` of the last minute say, as a curve and in words.
 class FilterHealth {
  public:
   enum class Level { unknown, good, warning, bad };
@@ -33,27 +33,19 @@ class FilterHealth {
   const std::optional<FilterStatus>& latest() const { return latest_; }
 
   const StripBuffer& sample_size() const { return sample_size_; }  ///< N_eff / particles
-  const StripBuffer& ancestors() const { return ancestors_; }  ///< of the last renewal / particles
-  const StripBuffer& load() const { return load_; }            ///< update time / budget
-  const StripBuffer& lost() const { return lost_; }            ///< probability
-  const StripBuffer& renewals() const { return renewals_; }    ///< 1 where renewed, else 0
+  const StripBuffer& renewals() const { return renewals_; }        ///< 1 where renewed, else 0
 
   /// Whether the filter can be believed, and if not, why not: as the node judges it.
   Verdict verdict() const;
   std::string sample_size_text() const;
-  std::string ancestors_text() const;
-  std::string load_text() const;
-  std::string lost_text() const;
-  /// Particles, landmarks, updates.
+  /// Particles, landmarks, updates, ancestors, the probability of being lost, time of an update.
   std::string counts_text() const;
-  /// Redraws, how the last one went, and the noise found; empty for a filter that cannot redraw.
-  std::string redraw_text() const;
   /// Those of the last minute first, then by their number.
   std::vector<Reject> rejects() const;
 
  private:
   std::optional<FilterStatus> latest_;
-  StripBuffer sample_size_, ancestors_, load_, lost_, renewals_;
+  StripBuffer sample_size_, renewals_;
   UpdateTiming timing_;
   // Rejects so far, at times (s) within the last minute, oldest first.
   std::vector<std::pair<double, std::map<std::string, std::uint64_t>>> rejects_before_;

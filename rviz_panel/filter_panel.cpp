@@ -13,9 +13,7 @@
 #include <QComboBox>
 #include <QDir>
 #include <QFileDialog>
-#include <QFormLayout>
 #include <QGridLayout>
-#include <QHBoxLayout>
 #include <QInputDialog>
 #include <QLabel>
 #include <QLineEdit>
@@ -24,12 +22,10 @@
 #include <QScrollArea>
 #include <QSignalBlocker>
 #include <QTimer>
-#include <QToolButton>
 #include <QVBoxLayout>
 #include <cmath>
 #include <cstdlib>
 
-#include "pf_resampling_core/health/lost_detector.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/node/reconfigure_server.hpp"
 
@@ -87,83 +83,32 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
   auto* layout = new QVBoxLayout(content);
   layout->setContentsMargins(6, 4, 6, 4);
   layout->setSpacing(4);
-  add_names(layout);
-  add_health(layout);
-  add_buttons(layout);
-  controls_ = new ControlTree([this](const auto& values) { connection_->set(values); },
-                              [this] { Q_EMIT configChanged(); }, content);
-  controls_->setMinimumHeight(controls_->sizeHint().height());
-  layout->addWidget(controls_, 1);
-  setMinimumWidth(240);
-}
-
-void FilterPanel::add_names(QVBoxLayout* layout) {
-  auto* line = new QHBoxLayout;
   node_ = new QComboBox;
   node_->setEditable(true);
   node_->setInsertPolicy(QComboBox::NoInsert);
   node_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   node_->setToolTip("The node of the filter. The list has those that are running");
-  auto* more = new QToolButton;
-  more->setText("Names");
-  more->setCheckable(true);
-  more->setToolTip("Topics and services, if they were remapped");
-  line->addWidget(new QLabel("Filter"));
-  line->addWidget(node_, 1);
-  line->addWidget(more);
-  layout->addLayout(line);
-
-  more_names_ = new QWidget;
-  more_names_->setVisible(false);
-  auto* form = new QFormLayout(more_names_);
-  form->setContentsMargins(0, 0, 0, 0);
-  for (const NameRow& row : kFilterNames) {
-    auto* edit = new QLineEdit;
-    connect(edit, &QLineEdit::editingFinished, this, [this] { take_names(); });
-    form->addRow(row.label, edit);
-    name_edits_.push_back(edit);
-  }
-  layout->addWidget(more_names_);
-  connect(more, &QToolButton::toggled, more_names_, &QWidget::setVisible);
-  connect(node_->lineEdit(), &QLineEdit::editingFinished, this, [this] { take_names(); });
-  connect(node_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { take_names(); });
+  layout->addWidget(node_);
+  connect(node_->lineEdit(), &QLineEdit::editingFinished, this, [this] { take_name(); });
+  connect(node_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { take_name(); });
+  add_health(layout);
+  add_buttons(layout);
+  parameters_ = new BasicTable([this](const auto& values) { connection_->set(values); }, content);
+  layout->addWidget(parameters_, 1);
+  setMinimumWidth(240);
 }
 
 void FilterPanel::add_health(QVBoxLayout* layout) {
   verdict_ = add_label(layout);
   strategy_ = add_label(layout);
   counts_ = add_label(layout);
-  redraws_ = add_label(layout);
-  redraws_->setToolTip(
-      "Redraws draw all particles anew from all data.\nAn innovation far above 1 says that the "
-      "particles were surer than they may be.\nThe noise is as many times as large as stated.");
-  const auto add = [&](const StripWidget::Appearance& appearance) {
-    auto* strip = new StripWidget(appearance, this);
-    layout->addWidget(strip);
-    return strip;
-  };
-  sample_size_strip_ = add(
-      {"Effective particles (N_eff)",
-       "N_eff before each renewal, as a share of the particles.\n"
-       "Dashed: below this line the population is renewed (grey: the schedule does not use it).\n"
-       "Ticks: renewals.",
-       1.0});
-  ancestors_strip_ =
-      add({"Ancestors",
-           "Particles that had descendants at the last renewal, as share of the "
-           "particles.\nFew: the population is depleted. With a map it is those of the "
-           "start, whose number can only fall.",
-           1.0});
-  lost_strip_ = add({"Probability of being lost",
-                     "From the innovations and the spread of the particles.\n"
-                     "Dashed: above this line the filter warns.",
-                     1.0});
-  lost_strip_->show_threshold(kLikelyLost, true);
-  load_strip_ = add({"Update time",
-                     "Time of computation, as a share of the time between observations.\n"
-                     "Dashed: all of that time.",
-                     1.2, true});
-  load_strip_->show_threshold(1.0, true);
+  sample_size_strip_ = new StripWidget(
+      "Effective particles (N_eff)",
+      "N_eff before each renewal, as a share of the particles.\n"
+      "Dashed: below this line the population is renewed (grey: the schedule does not use it).\n"
+      "Ticks: renewals.",
+      this);
+  layout->addWidget(sample_size_strip_);
   refused_ = add_label(layout);
   refused_->setStyleSheet("color: #b3221c;");
   rejects_ = add_label(layout);
@@ -186,7 +131,6 @@ void FilterPanel::add_buttons(QVBoxLayout* layout) {
   grid->addWidget(fit_view_, 0, 2);
   load_map_button_ = add("Load map…", 1, 0);
   save_map_button_ = add("Save map…", 1, 1);
-  checkpoint_button_ = add("Checkpoint…", 1, 2);
   layout->addLayout(grid);
   result_ = add_label(layout);
   connect(global_localization_button_, &QPushButton::clicked, this,
@@ -194,7 +138,6 @@ void FilterPanel::add_buttons(QVBoxLayout* layout) {
   connect(reset_button_, &QPushButton::clicked, this, [this] { ask_reset(); });
   connect(save_map_button_, &QPushButton::clicked, this, [this] { ask_save_map(); });
   connect(load_map_button_, &QPushButton::clicked, this, [this] { ask_load_map(); });
-  connect(checkpoint_button_, &QPushButton::clicked, this, [this] { ask_checkpoint(); });
   connect(fit_view_, &QCheckBox::clicked, this, [this] {
     view_.reset();
     fit_view();
@@ -210,64 +153,39 @@ void FilterPanel::onInitialize() {
   timer->start(kRefreshPeriod);
 }
 
-// ---- names ------------------------------------------------------------------------------------
-
 void FilterPanel::load(const rviz::Config& config) {
   rviz::Panel::load(config);
-  const auto get = [&](const char* key, std::string* name) {
-    QString text;
-    if (config.mapGetString(key, &text)) *name = text.toStdString();
-  };
-  get("Node", &names_.node);
+  QString node;
+  if (config.mapGetString("Node", &node)) filter_ = node.toStdString();
   bool fits = false;
   if (config.mapGetBool("Fit View", &fits)) fit_view_->setChecked(fits);
-  for (const NameRow& row : kFilterNames) get(row.key, &(names_.*row.name));
-  const rviz::Config groups = config.mapGetChild("Open Groups");
-  QStringList open;
-  for (int i = 0; i < groups.listLength(); ++i) open << groups.listChildAt(i).getValue().toString();
-  controls_->set_open_groups(open);
   if (connection_) connect_to_filter();
 }
 
 void FilterPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
-  config.mapSetValue("Node", to_qt(names_.node));
+  config.mapSetValue("Node", to_qt(filter_));
   config.mapSetValue("Fit View", fit_view_->isChecked());
-  for (const NameRow& row : kFilterNames) config.mapSetValue(row.key, to_qt(names_.*row.name));
-  rviz::Config groups = config.mapMakeChild("Open Groups");
-  for (const QString& group : controls_->open_groups()) groups.listAppendNew().setValue(group);
 }
 
-void FilterPanel::take_names() {
-  FilterNames names;
-  names.node = node_->currentText().trimmed().toStdString();
-  for (std::size_t i = 0; i < name_edits_.size(); ++i) {
-    names.*kFilterNames[i].name = name_edits_[i]->text().trimmed().toStdString();
-  }
-  if (names == names_) return;
-  names_ = names;
+void FilterPanel::take_name() {
+  const std::string name = node_->currentText().trimmed().toStdString();
+  if (name == filter_) return;
+  filter_ = name;
   connect_to_filter();
   Q_EMIT configChanged();
 }
 
 void FilterPanel::connect_to_filter() {
-  FilterNames usual;
-  usual.node = names_.node;
-  usual = completed(usual, [](const std::string& name) { return name; });
-  node_->setEditText(to_qt(names_.node));
-  for (std::size_t i = 0; i < name_edits_.size(); ++i) {
-    const auto name = kFilterNames[i].name;
-    name_edits_[i]->setText(to_qt(names_.*name));
-    name_edits_[i]->setPlaceholderText(to_qt(usual.*name));
-  }
+  node_->setEditText(to_qt(filter_));
   values_.clear();
-  controls_->show_controls({});
+  parameters_->show_controls({});
   health_.clear();
   last_status_ = ros::WallTime();
   presence_ = FilterPresence();
   scene_ = Scene();
   show_result(true, "");
-  connection_->connect(names_);
+  connection_->connect(filter_);
   show_presence(presence_);
   show_health();
 }
@@ -279,11 +197,11 @@ void FilterPanel::refresh() {
   show_presence(news.presence);
   if (news.description) {
     values_.clear();
-    controls_->show_controls(controls_of(*news.description));
+    parameters_->show_controls(basic_controls(*news.description));
   }
   if (news.values) {
     values_ = values_of(*news.values);
-    controls_->show_values(values_);
+    parameters_->show_values(values_);
     show_threshold();
   }
   for (const FilterStatus& status : news.statuses) health_.add(status);
@@ -310,9 +228,7 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
   enable(reset_button_, presence.reset, "Start the filter from nothing");
   enable(save_map_button_, presence.save_map, "Write the map to a file");
   enable(load_map_button_, presence.load_map, "Replace the map by that of a file");
-  enable(checkpoint_button_, presence.checkpoint,
-         "Write all that the filter knows to a file, from which it can continue later");
-  controls_->setEnabled(presence.node);
+  parameters_->setEnabled(presence.node);
   if (presence.filters != presence_.filters && !node_->view()->isVisible()) {
     const QString text = node_->currentText();
     node_->clear();
@@ -324,16 +240,10 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
 
 void FilterPanel::show_health() {
   sample_size_strip_->show_values(health_.sample_size(), to_qt(health_.sample_size_text()),
-                                  &health_.renewals());
-  ancestors_strip_->show_values(health_.ancestors(), to_qt(health_.ancestors_text()));
-  lost_strip_->show_values(health_.lost(), to_qt(health_.lost_text()));
-  load_strip_->show_values(health_.load(), to_qt(health_.load_text()));
+                                  health_.renewals());
   show_threshold();
   show_rejects();
   counts_->setText(to_qt(health_.counts_text()));
-  const auto renewal = values_.find("population/renewal");
-  redraws_->setText(to_qt(health_.redraw_text()));
-  redraws_->setVisible(renewal != values_.end() && renewal->second == "redraw");
   const auto& status = health_.latest();
   strategy_->setText(status ? to_qt(status->strategy) : "");
   refused_->setText(status && !status->refused.empty() ? "Refused: " + to_qt(status->refused) : "");
@@ -347,7 +257,7 @@ void FilterPanel::show_verdict() {
   if (!presence_.master) {
     verdict = {FilterHealth::Level::unknown, "No ROS master"};
   } else if (!presence_.node) {
-    verdict = {FilterHealth::Level::unknown, "No node " + names_.node};
+    verdict = {FilterHealth::Level::unknown, "No node " + filter_};
   } else if (silence > kSilence) {
     verdict = {FilterHealth::Level::unknown,
                "No status for " + std::to_string(static_cast<int>(silence)) + " s"};
@@ -418,11 +328,6 @@ void FilterPanel::ask_load_map() {
                 [this, file] { connection_->load_map(file, false); });
         box->open();
       });
-}
-
-void FilterPanel::ask_checkpoint() {
-  ask_file("Save a checkpoint", "my.checkpoint", "Checkpoints (*.checkpoint)", false,
-           [this](const std::string& file) { connection_->checkpoint(file); });
 }
 
 void FilterPanel::ask_file(const QString& title, const QString& name, const QString& pattern,

@@ -8,9 +8,8 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "rviz_panel/control_tree.hpp"
+#include "rviz_panel/basic_table.hpp"
 #include "rviz_panel/filter_connection.hpp"
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
@@ -18,7 +17,6 @@
 class QCheckBox;
 class QComboBox;
 class QLabel;
-class QLineEdit;
 class QPushButton;
 class QVBoxLayout;
 
@@ -35,12 +33,11 @@ class FilterPanel : public rviz::Panel {
   void save(rviz::Config config) const override;
 
  private:
-  void add_names(QVBoxLayout* layout);
   void add_health(QVBoxLayout* layout);
   void add_buttons(QVBoxLayout* layout);
 
   void connect_to_filter();
-  void take_names();
+  void take_name();
   void refresh();
   void show_presence(const FilterPresence& presence);
   void show_health();
@@ -51,7 +48,6 @@ class FilterPanel : public rviz::Panel {
   void ask_reset();
   void ask_save_map();
   void ask_load_map();
-  void ask_checkpoint();
   /// Asks for a file of the node's, by a dialog in its folder where that is on this machine, and
   /// hands its name to `take`.
   void ask_file(const QString& title, const QString& name, const QString& pattern, bool exists,
@@ -59,7 +55,7 @@ class FilterPanel : public rviz::Panel {
   /// Has the view from above show what there is, until somebody moves it.
   void fit_view();
 
-  FilterNames names_;
+  std::string filter_ = "beacon_mcl";  // its node
   std::unique_ptr<FilterConnection> connection_;
   FilterHealth health_;
   FilterPresence presence_;
@@ -70,17 +66,13 @@ class FilterPanel : public rviz::Panel {
   bool was_calling_ = false;
 
   QComboBox* node_ = nullptr;
-  QWidget* more_names_ = nullptr;
-  std::vector<QLineEdit*> name_edits_;  // as in kFilterNames
-  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *redraws_ = nullptr,
-         *refused_ = nullptr, *rejects_ = nullptr, *result_ = nullptr;
-  StripWidget *sample_size_strip_ = nullptr, *ancestors_strip_ = nullptr, *lost_strip_ = nullptr,
-              *load_strip_ = nullptr;
+  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *refused_ = nullptr,
+         *rejects_ = nullptr, *result_ = nullptr;
+  StripWidget* sample_size_strip_ = nullptr;
   QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,
-              *save_map_button_ = nullptr, *load_map_button_ = nullptr,
-              *checkpoint_button_ = nullptr;
+              *save_map_button_ = nullptr, *load_map_button_ = nullptr;
   QCheckBox* fit_view_ = nullptr;
-  ControlTree* controls_ = nullptr;
+  BasicTable* parameters_ = nullptr;
 };
 
 }  // namespace pf_resampling

@@ -54,16 +54,4 @@ std::vector<StripBuffer::Column> StripBuffer::columns() const {
   return columns;
 }
 
-std::optional<double> StripBuffer::mean_of_last(double period) const {
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (const Column& column : columns()) {
-    if (column.age > period) continue;
-    sum += column.mean;
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / static_cast<double>(count);
-}
-
 }  // namespace pf_resampling

@@ -30,8 +30,6 @@ class StripBuffer {
   bool empty() const { return !newest_; }
   /// The value added last.
   std::optional<double> latest() const { return newest_; }
-  /// Mean of the columns' means over the last `period` s; none without values.
-  std::optional<double> mean_of_last(double period) const;
   /// The columns with values, oldest first.
   std::vector<Column> columns() const;
 

@@ -15,16 +15,16 @@ const QColor kMark(44, 160, 44);
 
 }  // namespace
 
-StripWidget::StripWidget(const Appearance& appearance, QWidget* parent)
-    : QWidget(parent), appearance_(appearance) {
-  setToolTip(appearance.help);
+StripWidget::StripWidget(const QString& title, const QString& help, QWidget* parent)
+    : QWidget(parent), title_(title) {
+  setToolTip(help);
   setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
 }
 
 void StripWidget::show_values(const StripBuffer& values, const QString& now,
-                              const StripBuffer* marks) {
+                              const StripBuffer& marks) {
   values_ = values;
-  if (marks != nullptr) marks_ = *marks;
+  marks_ = marks;
   now_ = now;
   update();
 }
@@ -36,8 +36,7 @@ void StripWidget::show_threshold(std::optional<double> threshold, bool has_effec
 }
 
 QSize StripWidget::minimumSizeHint() const {
-  const int line = fontMetrics().height();
-  return {150, line + kCurveHeight + 4 + (appearance_.has_time ? line : 0)};
+  return {150, 2 * fontMetrics().height() + kCurveHeight + 4};
 }
 
 QSize StripWidget::sizeHint() const {
@@ -48,22 +47,20 @@ void StripWidget::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   const int line = fontMetrics().height();
   const QRect text(0, 0, width(), line);
-  painter.drawText(text, Qt::AlignLeft | Qt::AlignVCenter, appearance_.title);
+  painter.drawText(text, Qt::AlignLeft | Qt::AlignVCenter, title_);
   painter.drawText(text, Qt::AlignRight | Qt::AlignVCenter, now_);
 
   const QRect frame(0, line + 1, width() - 1, kCurveHeight);
   painter.fillRect(frame, palette().base());
   painter.setPen(palette().color(QPalette::Mid));
   painter.drawRect(frame);
-  if (appearance_.has_time) {
-    const QRect time(0, frame.bottom() + 2, width(), line);
-    painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
-    painter.drawText(time, Qt::AlignLeft, QString("%1 s ago").arg(values_.length()));
-    painter.drawText(time, Qt::AlignRight, "now");
-  }
+  const QRect time(0, frame.bottom() + 2, width(), line);
+  painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
+  painter.drawText(time, Qt::AlignLeft, QString("%1 s ago").arg(values_.length()));
+  painter.drawText(time, Qt::AlignRight, "now");
 
   const auto columns = values_.columns();
-  double top = std::max(appearance_.top, threshold_.value_or(0.0) * 1.1);
+  double top = std::max(1.0, threshold_.value_or(0.0) * 1.1);
   for (const auto& column : columns) top = std::max(top, column.high * 1.05);
   const QRectF area = QRectF(frame).adjusted(1, 2, -1, -2);
   const auto x_of = [&](double age) {

@@ -11,18 +11,11 @@ namespace pf_resampling {
 /// Draws a quantity over the last minute: a line of text, and the curve under it.
 class StripWidget : public QWidget {
  public:
-  struct Appearance {
-    QString title;
-    QString help;           ///< shown when the mouse rests on it
-    double top = 1.0;       ///< of the axis, which starts at 0 and grows with the values
-    bool has_time = false;  ///< writes what the axis of time is
-  };
-
-  StripWidget(const Appearance& appearance, QWidget* parent);
+  /// `help`: shown when the mouse rests on it.
+  StripWidget(const QString& title, const QString& help, QWidget* parent);
 
   /// The curve, what it is at present in words, and ticks where `marks` is not zero.
-  void show_values(const StripBuffer& values, const QString& now,
-                   const StripBuffer* marks = nullptr);
+  void show_values(const StripBuffer& values, const QString& now, const StripBuffer& marks);
   /// A line across; pale while it has no effect.
   void show_threshold(std::optional<double> threshold, bool has_effect);
 
@@ -33,7 +26,7 @@ class StripWidget : public QWidget {
   void paintEvent(QPaintEvent* event) override;
 
  private:
-  Appearance appearance_;
+  QString title_;
   StripBuffer values_, marks_;
   QString now_;
   std::optional<double> threshold_;

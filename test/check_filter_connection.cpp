@@ -39,22 +39,14 @@ FilterNews wait_for(FilterConnection* connection, const Done& done) {
   return all;
 }
 
-FilterNames named(const std::string& node) {
-  FilterNames names;
-  names.node = node;
-  return names;
-}
-
 std::string value_of(const FilterNews& news, const std::string& name) {
   if (!news.values) return "";
   return values_of(*news.values)[name];
 }
 
 Control control_of(const FilterNews& news, const std::string& name) {
-  for (const ControlGroup& group : controls_of(*news.description)) {
-    for (const Control& control : group.controls) {
-      if (control.name == name) return control;
-    }
+  for (const Control& control : basic_controls(*news.description)) {
+    if (control.name == name) return control;
   }
   throw std::runtime_error(name);
 }
@@ -65,7 +57,7 @@ bool is_complete(const FilterNews& news) {
 
 TEST(FilterConnection, SetsAndSeesWhatOthersSet) {
   FilterConnection connection;
-  connection.connect(named("/robot1/fastslam"));
+  connection.connect("/robot1/fastslam");
   const FilterNews start = wait_for(&connection, is_complete);
   connection.set(request_of(control_of(start, "population/threshold"), "0.25"));
   wait_for(&connection, [](const auto& news) {
@@ -79,7 +71,7 @@ TEST(FilterConnection, SetsAndSeesWhatOthersSet) {
 
 TEST(FilterConnection, RefusedValuesStayAndAreShown) {
   FilterConnection connection;
-  connection.connect(named("/robot1/fastslam"));
+  connection.connect("/robot1/fastslam");
   const FilterNews start = wait_for(&connection, is_complete);
   const std::string before = value_of(start, "population/threshold");
   Control control = control_of(start, "population/threshold");
@@ -93,7 +85,7 @@ TEST(FilterConnection, RefusedValuesStayAndAreShown) {
 
 TEST(FilterConnection, KnowsWhatIsOffered) {
   FilterConnection connection;
-  connection.connect(named("/robot1/fastslam"));
+  connection.connect("/robot1/fastslam");
   const FilterNews news = wait_for(&connection, [](const auto& all) {
     return all.presence.save_map && !all.presence.filters.empty();
   });
@@ -102,7 +94,6 @@ TEST(FilterConnection, KnowsWhatIsOffered) {
   EXPECT_TRUE(news.presence.reset);
   EXPECT_TRUE(news.presence.global_localization);
   EXPECT_TRUE(news.presence.load_map);
-  EXPECT_TRUE(news.presence.checkpoint);
   EXPECT_EQ(news.presence.folder, ros::NodeHandle("~").param<std::string>("folder", ""));
   EXPECT_EQ(news.presence.filters, std::vector<std::string>{"/robot1/fastslam"});
 }
@@ -110,7 +101,7 @@ TEST(FilterConnection, KnowsWhatIsOffered) {
 TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
   const std::string folder = ros::NodeHandle("~").param<std::string>("folder", "");
   FilterConnection connection;
-  connection.connect(named("/robot1/fastslam"));
+  connection.connect("/robot1/fastslam");
   connection.reset();
   FilterNews news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_TRUE(news.results[0].success) << news.results[0].text;
@@ -122,10 +113,6 @@ TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);
   EXPECT_NE(news.results[0].text.find("nothing.map"), std::string::npos) << news.results[0].text;
-  connection.checkpoint("saved.checkpoint");
-  news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
-  EXPECT_EQ(news.results[0].success, std::filesystem::exists(folder + "/saved.checkpoint"))
-      << news.results[0].text;
   connection.save_map("/not/in/the/folder/of/the/node/saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);
@@ -150,7 +137,7 @@ TEST(FilterConnection, SeesWhatThereIsToShow) {
   beacons.markers[0].pose.position.y = -3.0;
   markers.publish(beacons);
   FilterConnection connection;
-  connection.connect(named("/painter"));
+  connection.connect("/painter");
   const Eigen::AlignedBox2d all = {Eigen::Vector2d(0.0, -3.0), Eigen::Vector2d(4.0, 0.0)};
   Scene scene;
   wait_for(&connection, [&](const auto& news) {
@@ -163,7 +150,7 @@ TEST(FilterConnection, SeesWhatThereIsToShow) {
 TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {
   FilterConnection connection;
   const ros::WallTime start = ros::WallTime::now();
-  connection.connect(named("/nobody"));
+  connection.connect("/nobody");
   connection.set(dynamic_reconfigure::Config());
   connection.global_localization();
   EXPECT_LT((ros::WallTime::now() - start).toSec(), 0.05);
@@ -176,7 +163,7 @@ TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {
 TEST(FilterConnection, NamesThatAreNoneDoNoHarm) {
   FilterConnection connection;
   for (const char* name : {"", "/", "not a name", "~private", "//x//"}) {
-    connection.connect(named(name));
+    connection.connect(name);
     connection.reset();
     ros::WallDuration(0.3).sleep();
     connection.take_news();
@@ -193,7 +180,7 @@ class SmallFilter {
         node,
         [this] {
           return ParameterList{
-              real_parameter("threshold", &threshold_, 0.0, 1.0, "", "A threshold")};
+              basic(real_parameter("threshold", &threshold_, 0.0, 1.0, "", "A threshold"))};
         },
         [this](const auto& values) {
           ros::WallDuration(delay_).sleep();
@@ -213,7 +200,7 @@ class SmallFilter {
 
 TEST(FilterConnection, AFilterThatComesBackIsFoundAgain) {
   FilterConnection connection;
-  connection.connect(named("/small"));
+  connection.connect("/small");
   {
     SmallFilter filter(0.25);
     const FilterNews first = wait_for(&connection, is_complete);
@@ -229,7 +216,7 @@ TEST(FilterConnection, AFilterThatComesBackIsFoundAgain) {
 TEST(FilterConnection, NoAnswerIsGivenUp) {
   SmallFilter filter(0.25);
   FilterConnection connection(0.5);
-  connection.connect(named("/small"));
+  connection.connect("/small");
   const FilterNews start = wait_for(&connection, is_complete);
   filter.be_slow(3.0);
   connection.set(request_of(control_of(start, "threshold"), "0.5"));
@@ -246,7 +233,7 @@ TEST(FilterConnection, IsClosedWhileACallIsUnderWay) {
   ros::WallTime closed;
   {
     FilterConnection connection(60.0);
-    connection.connect(named("/small"));
+    connection.connect("/small");
     const FilterNews start = wait_for(&connection, is_complete);
     connection.set(request_of(control_of(start, "threshold"), "0.5"));
     wait_for(&connection, [](const auto& news) { return news.is_calling; });

@@ -91,6 +91,7 @@ std::vector<dynamic_reconfigure::Group> groups_of(const ParameterList& parameter
         parameter.type == Parameter::Type::choice ? "str" : type_text(parameter.type);
     description.description =
         parameter.help + (parameter.unit.empty() ? "" : " [" + parameter.unit + "]");
+    description.level = parameter.is_basic ? kBasicLevel : kExpertLevel;
     description.edit_method = edit_method_of(parameter);
     groups[find(group_of(parameter.name))].parameters.push_back(description);
   }

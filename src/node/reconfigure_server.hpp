@@ -4,6 +4,7 @@
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <ros/ros.h>
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -13,8 +14,11 @@
 
 namespace pf_resampling {
 
-/// Parameters as dynamic_reconfigure sees them: types, ranges, choices, help texts, in the groups
-/// that their names say. Units stand in the help texts.
+/// Of the description of a parameter: for everybody, or for experts.
+inline constexpr std::uint32_t kBasicLevel = 0, kExpertLevel = 1;
+
+/// Parameters as dynamic_reconfigure sees them: types, ranges, choices, help texts, levels, in the
+/// groups that their names say. Units stand in the help texts.
 dynamic_reconfigure::ConfigDescription to_description(const ParameterList& parameters);
 
 /// Their present values.

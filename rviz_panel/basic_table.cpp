@@ -1,0 +1,79 @@
+#include "rviz_panel/basic_table.hpp"
+
+#include <QComboBox>
+#include <QHeaderView>
+#include <QSignalBlocker>
+#include <QWheelEvent>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// The wheel scrolls the panel and changes no value that it passes over.
+class ChoiceEditor : public QComboBox {
+  void wheelEvent(QWheelEvent* event) override { event->ignore(); }
+};
+
+}  // namespace
+
+BasicTable::BasicTable(std::function<void(const dynamic_reconfigure::Config&)> set, QWidget* parent)
+    : QTableWidget(0, 2, parent), set_(std::move(set)) {
+  horizontalHeader()->hide();
+  horizontalHeader()->setStretchLastSection(true);
+  verticalHeader()->hide();
+  setSelectionMode(QAbstractItemView::NoSelection);
+  setSizeAdjustPolicy(QAbstractScrollArea::AdjustToContents);
+  connect(this, &QTableWidget::cellChanged, this,
+          [this](int row, int column) { take(row, item(row, column)->text()); });
+}
+
+void BasicTable::show_controls(const std::vector<Control>& controls) {
+  const QSignalBlocker quiet(this);
+  controls_ = controls;
+  setRowCount(0);  // with the editors that are there
+  setRowCount(static_cast<int>(controls.size()));
+  for (int row = 0; row < rowCount(); ++row) {
+    const Control& control = controls[static_cast<std::size_t>(row)];
+    auto* name = new QTableWidgetItem(QString::fromStdString(control.name));
+    name->setFlags(Qt::ItemIsEnabled);
+    auto* value = new QTableWidgetItem;
+    for (auto* cell : {name, value}) cell->setToolTip(QString::fromStdString(control.help));
+    setItem(row, 0, name);
+    setItem(row, 1, value);
+    if (control.choices.empty()) continue;
+    auto* editor = new ChoiceEditor;
+    for (const std::string& choice : control.choices) {
+      editor->addItem(QString::fromStdString(choice));
+    }
+    setCellWidget(row, 1, editor);
+    connect(editor, &QComboBox::textActivated, this,
+            [this, row](const QString& choice) { take(row, choice); });
+  }
+  resizeColumnToContents(0);
+}
+
+void BasicTable::show_values(const std::map<std::string, std::string>& values) {
+  const QSignalBlocker quiet(this);
+  values_ = values;
+  for (int row = 0; row < rowCount(); ++row) {
+    const auto value = values.find(controls_[static_cast<std::size_t>(row)].name);
+    if (value == values.end()) continue;
+    const QString text = QString::fromStdString(value->second);
+    if (auto* editor = qobject_cast<QComboBox*>(cellWidget(row, 1))) {
+      editor->setCurrentText(text);
+    } else {
+      item(row, 1)->setText(text);
+    }
+  }
+}
+
+void BasicTable::take(int row, const QString& value) {
+  try {
+    set_(request_of(controls_[static_cast<std::size_t>(row)], value.toStdString()));
+  } catch (const Error&) {
+    show_values(std::map<std::string, std::string>(values_));
+  }
+}
+
+}  // namespace pf_resampling
