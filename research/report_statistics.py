@@ -1,10 +1,12 @@
 """Differences paired by seed: their p-values and intervals, and the correction for how many are looked at.
 
-Student's t comes from the incomplete beta function, so that no SciPy is needed. All p-values are two-sided.
+All p-values are two-sided.
 """
 import functools
 import math
 from collections import namedtuple
+
+from scipy import stats
 
 CONFIDENCE = 0.99  # of all intervals of differences
 LEVEL = 0.01  # a corrected p-value below it decides
@@ -14,61 +16,20 @@ LEVEL = 0.01  # a corrected p-value below it decides
 Difference = namedtuple("Difference", "mean standard_error count p low high discordant")
 
 
-def incomplete_beta(a, b, x):
-    """Regularized incomplete beta function I_x(a, b), by its continued fraction (Abramowitz and Stegun, 26.5.8)."""
-    if x <= 0.0 or x >= 1.0:
-        return 0.0 if x <= 0.0 else 1.0
-    if x > (a + 1.0) / (a + b + 2.0):  # where the fraction converges slowly
-        return 1.0 - incomplete_beta(b, a, 1.0 - x)
-    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)) / a
-    # Lentz's way from the front, in which no denominator may be zero.
-    tiny = 1e-300
-    c, d = 1.0, 1.0 / ((1.0 - (a + b) * x / (a + 1.0)) or tiny)
-    fraction = d
-    for m in range(1, 1000):
-        for term in (m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
-                     -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))):
-            d = 1.0 / ((1.0 + term * d) or tiny)
-            c = (1.0 + term / c) or tiny
-            fraction *= c * d
-        if abs(c * d - 1.0) < 1e-15:
-            break
-    return front * fraction
-
-
 def t_two_sided(t, degrees):
     """Probability that Student's t with so many degrees of freedom is farther from zero than t."""
-    if math.isinf(t):
-        return 0.0
-    return incomplete_beta(0.5 * degrees, 0.5, degrees / (degrees + t * t))
+    return 2.0 * stats.t.sf(abs(t), degrees)
 
 
 @functools.lru_cache(maxsize=None)
 def t_quantile(probability, degrees):
     """The t that is exceeded with probability 1 - `probability` (above one half)."""
-    two_sided = 2.0 * (1.0 - probability)
-    low, high = 0.0, 1.0
-    while t_two_sided(high, degrees) > two_sided:
-        high *= 2.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if t_two_sided(middle, degrees) > two_sided:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return stats.t.isf(1.0 - probability, degrees)
 
 
 def normal_quantile(probability):
     """The same of the normal distribution."""
-    low, high = -40.0, 40.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if 0.5 * math.erfc(-middle / math.sqrt(2.0)) < probability:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return stats.norm.ppf(probability)
 
 
 def mean_and_error(values):
@@ -113,10 +74,7 @@ def t_difference(differences):
 def mcnemar_p(only_first, only_second):
     """McNemar's test in its exact form: the pairs that differ are heads and tails of a fair coin."""
     count, fewer = only_first + only_second, min(only_first, only_second)
-    if count == 0:
-        return 1.0
-    tail = sum(math.factorial(count) // (math.factorial(k) * math.factorial(count - k)) for k in range(fewer + 1))
-    return min(1.0, 2 * tail / 2 ** count)
+    return min(1.0, 2.0 * stats.binom.cdf(fewer, count, 0.5)) if count else 1.0
 
 
 def lost_difference(first, second):

@@ -44,7 +44,7 @@ def wrong_commands(text):
     """What commands of this package name and is not there."""
     wrong = []
     for program, rest in re.findall(r'rosrun pf_resampling ([a-z_]+)([^\n`]*)', text):
-        if not first_of(f'tools/{program}.cpp', f'tools/{program}', f'research/{program}.cpp'):
+        if not first_of(f'tools/{program}.cpp', f'tools/{program}', f'research/{program}.cpp', f'research/{program}'):
             wrong.append(f'rosrun pf_resampling {program}')
         rest = re.split(r'\s#|&&|\|', rest)[0]
         for option in re.findall(r'\s--([a-z][a-z-]*)', rest):

@@ -245,19 +245,6 @@ std::vector<Options> options_of(const StudyDefinition& study, const StudyProblem
 
 }  // namespace
 
-StudyDefinition with_usual_estimators(StudyDefinition study) {
-  const bool has_paths =
-      study.filter == StudiedFilter::beacon_mcl ||
-      std::any_of(study.problems.begin(), study.problems.end(),
-                  [](const StudyProblem& problem) { return !problem.bag.empty(); });
-  if (!has_paths) return study;
-  StudyFilter odometry;
-  odometry.name = "dead reckoning";
-  odometry.estimator = Estimator::dead_reckoning;
-  study.filters.insert(study.filters.begin(), odometry);
-  return study;
-}
-
 Experiment path_experiment(const StudyDefinition& study, const StudyProblem& problem) {
   World world;
   RecordedDrive recorded;

@@ -48,10 +48,6 @@ struct Experiment {
   std::function<std::vector<Trial>(std::uint64_t seed, std::vector<DrawnPath>* paths)> run;
 };
 
-/// The definition with the estimators that a problem of its kind is always compared with: dead
-/// reckoning, where paths are judged.
-StudyDefinition with_usual_estimators(StudyDefinition definition);
-
 /// FastSLAM in a simulated world, by the figures of Kwak (2008, sections 4 and 5): N_eff, distinct
 /// particles, eqs. 5 and 6, and what these leave out: the error of the weighted mean, and how far
 /// its covariance can be believed. Throws Error for a world without landmarks and for settings that

@@ -1,28 +1,44 @@
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
 #include "research/studies/study_trials.hpp"
+#include "test/places.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
 namespace {
 
+StudyProblem problem_in(const std::string& world) {
+  StudyProblem problem;
+  problem.world = world;
+  return problem;
+}
+const StudyProblem kLoops = problem_in("indoor_two_loops");
+
 /// The study of Kwak with these of its filters.
 StudyDefinition kwak_with(const std::vector<std::string>& names) {
-  StudyDefinition study = load_study("kwak");
-  const std::vector<StudyFilter> all = study.filters;
-  study.filters.clear();
-  for (const std::string& name : names) {
-    const auto found = std::find_if(all.begin(), all.end(),
-                                    [&](const StudyFilter& each) { return each.name == name; });
-    if (found == all.end()) throw Error("kwak has no filter " + name);
-    study.filters.push_back(*found);
+  static const YAML::Node kwak =
+      YAML::LoadFile(std::string(kSourceFolder) + "/research/studies/kwak.yaml");
+  std::map<std::string, StudyFilter> all;
+  for (const YAML::Node& group : kwak["groups"]) {
+    for (const YAML::Node& each : group["filters"]) {
+      StudyFilter filter;
+      filter.name = each["name"].as<std::string>();
+      if (each["estimator"]) filter.estimator = Estimator::ekf_slam;
+      if (each["settings"]) filter.settings = each["settings"].as<Settings>();
+      all[filter.name] = filter;
+    }
   }
+  StudyDefinition study;
+  study.preset = kwak["preset"].as<std::string>();
+  for (const std::string& name : names) study.filters.push_back(all.at(name));
   return study;
 }
 
@@ -44,7 +60,7 @@ struct Runs {
 
 Runs run(const std::vector<std::string>& names, std::uint64_t seed) {
   const StudyDefinition study = kwak_with(names);
-  Runs runs{landmark_experiment(study, study.problems[0]), names, {}};
+  Runs runs{landmark_experiment(study, kLoops), names, {}};
   runs.trials = runs.experiment.run(seed, nullptr);
   return runs;
 }
@@ -145,7 +161,7 @@ TEST(LandmarkExperiment, EkfSlamMapsBetterThanResampling) {
   double inside = 0.0;
   constexpr int kDrives = 20;
   const StudyDefinition study = kwak_with({"RSR", "EKF-SLAM"});
-  const Experiment experiment = landmark_experiment(study, study.problems[0]);
+  const Experiment experiment = landmark_experiment(study, kLoops);
   const auto of = [&](const Trial& trial, const char* name) {
     const auto place = std::find(experiment.figures.begin(), experiment.figures.end(), name);
     return trial.figures[static_cast<std::size_t>(place - experiment.figures.begin())];
@@ -189,7 +205,7 @@ TEST(LandmarkExperiment, AgreesWithAnIndependentProgram) {
   std::vector<std::string> names;
   for (const OfPrototype& each : kPrototype) names.emplace_back(each.filter);
   const StudyDefinition study = kwak_with(names);
-  const Experiment experiment = landmark_experiment(study, study.problems[0]);
+  const Experiment experiment = landmark_experiment(study, kLoops);
   std::vector<std::vector<Trial>> drives;
   for (int seed = 1; seed <= kDrives; ++seed) {
     drives.push_back(experiment.run(static_cast<std::uint64_t>(seed), nullptr));
@@ -216,9 +232,26 @@ TEST(LandmarkExperiment, AgreesWithAnIndependentProgram) {
 }
 
 TEST(LandmarkExperiment, NeedsLandmarks) {
-  StudyDefinition study = kwak_with({"RSR"});
-  study.problems[0].world = "beacons_circle";
-  EXPECT_THROW(landmark_experiment(study, study.problems[0]), Error);
+  const StudyDefinition study = kwak_with({"RSR"});
+  EXPECT_THROW(landmark_experiment(study, problem_in("beacons_circle")), Error);
+}
+
+TEST(LandmarkExperiment, SettingsThatMakeNoSenseNameTheirFilter) {
+  const auto expect_refused = [](const std::string& name, const std::string& value) {
+    StudyDefinition study = kwak_with({"RSR", "compensation 20 %"});
+    study.filters[1].settings[name] = value;
+    try {
+      experiment_of(study, kLoops);
+      FAIL() << name;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("filter compensation 20 %: "), std::string::npos)
+          << error.what();
+    }
+  };
+  expect_refused("nothing", "1");
+  expect_refused("particles", "-1");
+  expect_refused("association/method", "maximum_likelihood");  // eq. 5 goes by ids
+  expect_refused("odometry/slip_per_distance", "0.3");         // all are given the same odometry
 }
 
 }  // namespace

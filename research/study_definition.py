@@ -1,0 +1,167 @@
+"""What is studied: problems, filters with their settings, seeds; from a YAML file, as studies/kwak.yaml explains it."""
+import os
+from pathlib import Path
+
+import yaml
+from report_study import MOST_TRIALS, StudyError
+
+HERE = Path(os.path.realpath(__file__)).parent
+
+
+def builtin_studies():
+    """{name: path} of the studies that come with the package; installed, they are beside this file."""
+    return {path.stem: path for folder in (HERE / "studies", HERE) for path in sorted(folder.glob("*.yaml"))}
+
+
+# How the value of a key is read: each takes what YAML has there, texts as they are written, and where that is.
+def text(value, where):
+    if not isinstance(value, str):
+        raise StudyError(f"{where} has to be a word or a text")
+    return value
+
+
+def number(value, where):
+    try:
+        return float(text(value, where))
+    except ValueError:
+        raise StudyError(f'{where} is "{value}", needed: a number') from None
+
+
+def count(value, where):
+    if not text(value, where).lstrip("-").isdigit():
+        raise StudyError(f'{where} is "{value}", needed: a whole number')
+    return int(value)
+
+
+def truth(value, where):
+    if value not in ("true", "false"):
+        raise StudyError(f'{where} is "{value}", needed: true or false')
+    return value == "true"
+
+
+def settings(value, where):
+    if not isinstance(value, dict):
+        raise StudyError(f"{where} has to be a map of parameters and values")
+    return {key: text(each, f"{where}: {key}") for key, each in value.items()}
+
+
+def one_of(*words):
+    def read(value, where):
+        if value not in words:
+            raise StudyError(f'{where} is "{value}", has to be {" or ".join(words)}')
+        return value
+    return read
+
+
+def list_of(read):
+    def read_all(value, where):
+        if not isinstance(value, list):
+            raise StudyError(f"{where} has to be a list")
+        return [read(each, where) for each in value]
+    return read_all
+
+
+def table(keys, *needed):
+    """Of these keys, {key: (how it is read, what it is if it is left out)}."""
+    def read(value, where):
+        if not isinstance(value, dict):
+            raise StudyError(f"{where} has to be a map of keys and values")
+        for key in value:
+            if key not in keys:
+                raise StudyError(f"{where}: {key} is unknown; known: {', '.join(keys)}")
+        for key in needed:
+            if key not in value:
+                raise StudyError(f"{where}: {key} is missing")
+        return {key: how(value[key], f"{where}: {key}") if key in value else default for key, (how, default) in keys.items()}
+    return read
+
+
+PROBLEM = table({"name": (text, ""), "world": (text, ""), "bag": (text, ""), "duration": (number, 0.0), "clip": (number, 0.2),
+                 "config": (text, ""), "calibrated": (truth, False)}, "name")
+FILTER = table({"name": (text, ""), "settings": (settings, {}), "calibrated": (truth, True),
+                "estimator": (one_of("filter", "ekf_slam"), "filter")}, "name")
+GROUP = table({"name": (text, ""), "filters": (list_of(FILTER), [])}, "name")
+STUDY = table({"study": (text, ""), "title": (text, ""), "filter": (one_of("fastslam", "beacon_mcl"), ""), "preset": (text, ""),
+               "settings": (settings, {}), "trials": (count, 30), "block": (count, 1), "reference": (text, ""),
+               "times_schemes": (truth, False), "problems": (list_of(PROBLEM), []), "groups": (list_of(GROUP), []),
+               "particles": (list_of(count), [])}, "study", "filter")
+
+
+def whole_path(path, folder):
+    """Of a file, from wherever the study goes on; a name without slash and point is that of a world."""
+    return os.path.normpath(os.path.join(os.getcwd(), folder, path)) if "/" in path or "." in path else path
+
+
+def problem_of(read, folder, where):
+    if bool(read["world"]) == bool(read["bag"]):
+        raise StudyError(f'{where}: {read["name"]} needs either a world or a bag')
+    return {"name": read["name"], "kind": "world" if read["world"] else "bag",
+            "source": whole_path(read["world"] or read["bag"], folder), "duration_given": read["duration"],
+            "clip": read["clip"], "config": whole_path(read["config"], folder), "calibrated": read["calibrated"]}
+
+
+def parse_study(yaml_text, where, folder=""):
+    """A study as study.json has it. Raises StudyError that names `where` and the key of what is unknown, missing or makes no
+    sense; paths of files are relative to `folder`. What settings mean is checked by the filters."""
+    try:
+        # Texts as they are written: 0.10 stays 0.10, and off is a word.
+        read = STUDY(yaml.load(yaml_text, Loader=yaml.BaseLoader), where)
+    except yaml.YAMLError as error:
+        raise StudyError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
+    filters = [dict(each, group=group["name"]) for group in read.pop("groups") for each in group["filters"]]
+    particles = read.pop("particles")
+    if particles:  # every filter with each number of particles
+        filters = [dict(each, name=f'{each["name"]} M={size}', settings=dict(each["settings"], particles=str(size)))
+                   for each in filters for size in particles]
+    read["title"] = read["title"] or read["study"]
+    read["problems"] = [problem_of(each, folder, where) for each in read["problems"]]
+    read["reference"] = read["reference"] or (filters[0]["name"] if filters else "")
+    return checked({**read, "format": 1, "filters": filters}, where)
+
+
+def checked(study, where):
+    def require(is_so, what):
+        if not is_so:
+            raise StudyError(f"{where}: {what}")
+
+    for key in ("problems", "filters"):
+        require(study[key], f"a study needs {key}, and there are none")
+        names = [each["name"] for each in study[key]]
+        for name in names:
+            require(name and not set(name) & set(',"\n/'),
+                    f"the name '{name}' is empty or has a comma, a quote, a slash or a line's end: take another")
+            require(names.count(name) == 1, f"there are two of the name {name}")
+    require(study["reference"] in names, f"reference is '{study['reference']}', which is none of the filters")
+    for key in ("trials", "block"):
+        require(1 <= study[key] <= MOST_TRIALS, f"{key} is {study[key]}: it has to be 1 to {MOST_TRIALS}")
+    for problem in study["problems"]:
+        name, clip, duration = problem["name"], problem["clip"], problem["duration_given"]
+        require(0.0 <= clip < 1.0, f"problem {name}: clip is {clip:g}, has to be in [0, 1)")
+        require(0.0 <= duration <= 1e6, f"problem {name}: duration is {duration:g} s, has to be in [0, 1000000]")
+        require(not problem["calibrated"] or (study["filter"] == "beacon_mcl" and problem["kind"] == "world"),
+                f"problem {name}: only beacon_mcl in a world can be calibrated; for a recording give a calibration by config")
+    for each in study["filters"]:
+        require(each["estimator"] == "filter" or study["filter"] == "fastslam",
+                f"filter {each['name']}: ekf_slam is for studies of fastslam")
+    return study
+
+
+def load_study(name, trials=None, bag="", config=""):
+    """A study that comes with the package, by name, or a YAML file, by path; with another number of trials, and a recording
+    beside its problems."""
+    path = Path(name)
+    if "/" not in name and "." not in name:
+        known = builtin_studies()
+        if name not in known:
+            raise StudyError(f'study "{name}" is unknown; known: {", ".join(known)}, or the path of a study\'s YAML file')
+        path = known[name]
+    try:
+        yaml_text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or 'it is no text'}") from None
+    study = parse_study(yaml_text, name, str(path.parent))
+    study["trials"] = study["trials"] if trials is None else trials
+    if bag:
+        study["problems"].append({"name": Path(bag).stem, "kind": "bag", "source": os.path.abspath(bag), "duration_given": 0.0,
+                                  "clip": 0.2, "config": os.path.abspath(config) if config else "", "calibrated": False})
+    return checked(study, name)
