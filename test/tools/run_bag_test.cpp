@@ -221,7 +221,7 @@ TEST_F(RunBag, EachMistakeGetsOneLine) {
   expect_error("beacon_mcl " + in_ + " " + out_ + " --config " + broken, {"broken.yaml:", "YAML"});
   // Every message of odometry is in a frame that nobody expects.
   expect_error("beacon_mcl " + in_ + " " + out_ + " --set frames/base=trailer",
-               {"no pose", "wrong_frame", "base_link", "trailer"});
+               {"none of its ranges were used", "wrong_frame", "base_link", "trailer"});
   EXPECT_EQ(directory_.listing(), "broken.yaml in.bag poor.bag text.bag truncated.bag wrong.yaml");
   EXPECT_EQ(run("beacon_mcl " + in_).exit_code, 2);
   EXPECT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --sed 1").exit_code, 2);
