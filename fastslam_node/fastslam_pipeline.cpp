@@ -22,6 +22,7 @@ constexpr double kBelievedDistance = 2.0;
 constexpr double kUnbelievedDistance = 25.0;
 // m: a robot that has just begun has no scene yet.
 constexpr double kSmallestScene = 1.0;
+constexpr double kSlipsApart = 5.0;  // s
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -198,6 +199,7 @@ void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& us
   note_outcomes(picture, duration);
   note_scene(picture);
   recover(stamp, used);
+  note_slips();
   latest_ = {stamp, picture};
   if (updated_) updated_(stamp, filter_.get());
 }
@@ -215,6 +217,23 @@ void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
     ++not_believed_;
     last_not_believed_ = "landmark " + std::to_string(z.id) + " seen at " + number_text(z.range) +
                          " m and " + number_text(z.bearing) + " rad";
+  }
+}
+
+// Each once: where the whole drive, solved for anew, contradicts the odometry.
+void FastSlamPipeline::note_slips() {
+  if (filter_->status().redraws == redraws_searched_for_slips_) return;
+  redraws_searched_for_slips_ = filter_->status().redraws;
+  for (const Slip& slip : filter_->memory().slips()) {
+    const bool is_known = std::any_of(slips_.begin(), slips_.end(), [&](const Slip& known) {
+      return slip.begin < known.end + kSlipsApart && known.begin < slip.end + kSlipsApart;
+    });
+    if (is_known) continue;
+    slips_.push_back(slip);
+    last_slip_ = "the wheels slipped at " + std::to_string(std::lround(slip.begin)) + " s";
+    log(LogLevel::warning, last_slip_ +
+                               ", or the robot was carried: there the odometry contradicts "
+                               "what was seen, and counts for less");
   }
 }
 
@@ -286,7 +305,12 @@ void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
   log(LogLevel::warning, "lost: the landmarks seen lately fit the map from (" +
                              std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +
                              "); the robot is put there");
-  take_new_belief();
+  if (filter_->path().empty()) {
+    take_new_belief();
+  } else {  // the whole drive was solved for anew
+    lost_.reset();
+    take_belief();
+  }
 }
 
 void FastSlamPipeline::forget_observations() {
@@ -299,6 +323,8 @@ void FastSlamPipeline::forget_past() {
   if (std::exchange(begins_search_, false)) search_.emplace();
   latest_.reset();
   path_stamps_.clear();
+  slips_.clear();
+  reported_slips_ = 0;
 }
 
 OdometryIncrement FastSlamPipeline::motion_since_update() const {

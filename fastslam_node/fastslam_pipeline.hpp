@@ -138,6 +138,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void spread_over_map();
   void search(ros::Time stamp, const LandmarkScan& scan);
   void note_outcomes(const ScanPicture& scan, double duration);
+  void note_slips();
   void note_scene(const ScanPicture& scan);
   void note_scene_of_map();
   void note_map_of_file(const std::string& path);
@@ -167,6 +168,10 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::set<std::int64_t> labels_;                            // ids that have a marker
   Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
   std::int64_t reported_injected_ = 0;
+  std::vector<Slip> slips_;  // that were found, in order of discovery
+  std::string last_slip_;
+  std::size_t reported_slips_ = 0;
+  std::int64_t redraws_searched_for_slips_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start
   std::string last_not_believed_;   // in words
   ros::Time last_map_;

@@ -98,7 +98,7 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->redraw_innovation = filter_->status().redraw_innovation;
   status->redraw_innovation_observations =
       static_cast<std::uint32_t>(filter_->status().redraw_innovation_observations);
-  const NoiseScales& noise = filter_->past().graph().noise;
+  const NoiseScales& noise = filter_->noise();
   status->range_noise_scale = noise.range;
   status->bearing_noise_scale = noise.bearing;
   status->odometry_noise_scale = noise.motion;
@@ -143,7 +143,11 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
                " landmarks (population/redraw/max_landmarks); resampling goes on",
            entry);
   }
-  const NoiseScales& noise = filter_->past().graph().noise;
+  if (slips_.size() > reported_slips_) worsen(DiagnosticStatus::WARN, last_slip_, entry);
+  reported_slips_ = slips_.size();
+  add_value("wheel slips",
+            std::to_string(slips_.size()) + (slips_.empty() ? "" : ", last: " + last_slip_), entry);
+  const NoiseScales& noise = filter_->noise();
   add_value("landmarks", std::to_string(status.landmarks), entry);
   add_value("observations not believed",
             std::to_string(not_believed_) +

@@ -24,8 +24,8 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
       "never."));
   parameters->push_back(integer_parameter(
       group + "window", &options->window, 0, 1000000,
-      "redraw: the newest so many updates are solved for; what older ones say is kept as it was "
-      "linearised. 0: all."));
+      "redraw, without ids: the newest so many updates are solved for; what older ones say is kept "
+      "as it was linearised. 0: all. With ids, all are."));
   parameters->push_back(boolean_parameter(group + "learn_noise", &options->learn_noise,
                                           "redraw: find out by how much the noise of observations "
                                           "and odometry is larger than stated."));

@@ -179,10 +179,14 @@ bool Strategy::is_redraw_due(const Population& population) {
   if (options_.renewal != Renewal::redraw) return false;
   ++observations_since_redraw_;
   const RedrawOptions& redraw = options_.redraw;
+  const auto have_passed = [&](int observations) {
+    return static_cast<double>(observations_since_redraw_) >=
+           population.redraw_spacing * observations;
+  };
   redraw_is_due_ |= population.needs_redraw ||
                     (population.closes_loop && redraw.closure_absence > 0 &&
-                     observations_since_redraw_ >= redraw.closure_spacing) ||
-                    (redraw.every_n > 0 && observations_since_redraw_ >= redraw.every_n);
+                     have_passed(redraw.closure_spacing)) ||
+                    (redraw.every_n > 0 && have_passed(redraw.every_n));
   return redraw_is_due_;
 }
 

@@ -223,6 +223,8 @@ class FilterPipeline {
   void start_anew();
   /// The filter was put elsewhere: what was before says nothing of it.
   void take_new_belief();
+  /// The filter knows better.
+  void take_belief();
   void process_ready();
   /// Where a sensor is on the robot, as `parameter` says; throws Error if that cannot be kept.
   void take_mounting(const char* parameter, const std::string& frame, const Eigen::Vector3d& place,
@@ -253,7 +255,6 @@ class FilterPipeline {
   void note_reading();
   void take_offered_pose();
   void refuse_offered_pose(const std::string& reason);
-  void take_belief();
   void drop_far_ahead();
   void drop_oldest();
   void drop_late();

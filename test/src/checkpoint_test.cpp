@@ -113,7 +113,7 @@ std::vector<FastSlamMessage> with_four_each(std::vector<FastSlamMessage> message
   return messages;
 }
 
-// What is drawn from in a loaded map is the joint information about all landmarks: long lines.
+// What is drawn from in a loaded map begins with the joint information about all landmarks.
 TEST(Checkpoint, FastSlamInALoadedMapGoesOnAsIfNothingHadHappened) {
   const TemporaryDirectory directory;
   const std::vector<FastSlamMessage> messages = with_four_each(FastSlamDrive::messages(40.0));
@@ -124,7 +124,10 @@ TEST(Checkpoint, FastSlamInALoadedMapGoesOnAsIfNothingHadHappened) {
   mapped.pipeline.save_map(options.map_file);
   FastSlamRig located(options);
   located.feed(messages);
-  EXPECT_EQ(located.pipeline.checkpoint()->filter.past.graph.prior.landmarks.size(), 48u);
+  const MemoryState memory = located.pipeline.checkpoint()->filter.memory;
+  ASSERT_FALSE(memory.graph.segments.empty());
+  EXPECT_FALSE(memory.graph.segments.front()->has_data());
+  EXPECT_EQ(memory.graph.segments.front()->tracks.size(), 48u);
   expect_goes_on<FastSlamRig>(messages, options);
 }
 

@@ -12,6 +12,9 @@
 namespace pf_resampling {
 namespace {
 
+// A redraw takes as long as the drive: from so many updates on, they come less often in proportion.
+constexpr double kUpdatesOfDenseRedraws = 2000.0;
+
 void check(const RangeBearingObservation& observation, DataAssociation method) {
   const bool usable =
       std::isfinite(observation.range) && observation.range > 0.0 &&
@@ -106,6 +109,8 @@ void FastSlam::reset() {
   sightings_.clear();
   paths_.clear();
   past_.clear();
+  memory_.clear();
+  is_lost_ = false;
   refused_in_a_row_ = 0;
   redraw_is_untested_ = false;
   view_range_ = view_bearing_ = 0.0;
@@ -163,8 +168,9 @@ void FastSlam::update(const OdometryIncrement& odometry,
   const auto association_before = std::make_tuple(association_, view_range_, view_bearing_);
   association_ = method;
   ++step_;
-  const bool is_kept = keeps_past() && (!past_.is_empty() || start_past());
-  if (!is_kept && !past_.is_empty()) past_.forget_drive();
+  const bool is_kept = keeps_past() && (!past_is_empty() || start_past());
+  if (!past_.is_empty() && !(is_kept && method != DataAssociation::known)) past_.forget_drive();
+  if (!memory_.is_empty() && !(is_kept && uses_memory())) memory_.forget_drive();
   std::vector<RangeBearingObservation> corrected;
   if (is_kept) corrected = with_found_noise(measured);
   const std::vector<RangeBearingObservation>& observations = is_kept ? corrected : measured;
@@ -324,7 +330,13 @@ void FastSlam::renew(DueRedraw due) {
       return due == DueRedraw::refuse ? count_refusal() : redraw(size);
     };
     population.leaves_redraw = due == DueRedraw::leave;
-    population.closes_loop = past_.closes_loop(options_.strategy.redraw.closure_absence);
+    const int absence = options_.strategy.redraw.closure_absence;
+    if (uses_memory() && !is_lost_) {
+      population.redraw_spacing =
+          std::max(1.0, static_cast<double>(memory_.updates()) / kUpdatesOfDenseRedraws);
+    }
+    population.closes_loop =
+        uses_memory() ? is_lost_ || memory_.closes_loop(absence) : past_.closes_loop(absence);
     population.needs_redraw = past_is_beyond(2);
   }
   const RenewalOutcome outcome = strategy_.renew(

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <unordered_map>
@@ -9,6 +10,7 @@
 
 #include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
 #include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
@@ -189,6 +191,9 @@ class FastSlam {
   /// What a redraw draws from, empty unless the renewal is one; its graph has the noise as it was
   /// found.
   const SmoothedPast& past() const { return past_; }
+  const Memory& memory() const { return memory_; }
+  /// Factors of the standard deviations as stated that were found.
+  const NoiseScales& noise() const;
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
   /// Of the last update's observations, in their order.
@@ -258,7 +263,20 @@ class FastSlam {
   bool redraw(int size);
   bool count_refusal();
   void test_redraw(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
-  void redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief);
+  bool uses_memory() const;
+  bool past_is_empty() const;
+  bool redraw_from_memory(int size);
+  bool draw_from_memory(int size);
+  void take_draw(int size, const std::vector<Pose2>& path, const Pose2& newest,
+                 const SensorConstants& constants, const OdometryInformation& odometry_given_path,
+                 const Eigen::MatrixXd& deviations);
+  struct DrawnMap {
+    const std::vector<Eigen::Vector2d>& landmarks;
+    const std::vector<Eigen::Matrix2d>& given_path;
+    const std::vector<std::int64_t>& ids;  // -1: not for the particles
+  };
+  void redraw_maps(int size, const Eigen::MatrixXd& deviations, const DrawnMap& map,
+                   const std::function<int(std::int64_t)>& number_of);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
   void draw_population(int size);
@@ -278,8 +296,10 @@ class FastSlam {
   Ancestry ancestry_;
   ParticlePaths paths_;
   SmoothedPast past_;
+  Memory memory_;
   int refused_in_a_row_ = 0;  // redraws
   bool redraw_is_untested_ = false;
+  bool is_lost_ = false;
   bool defers_redraws_ = false;
   bool redraw_is_due_ = false;  // and the last update's renewal with it
   std::uint64_t interventions_ = 0;

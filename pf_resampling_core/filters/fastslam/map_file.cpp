@@ -6,6 +6,7 @@
 
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/files/text_file.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/saved_memory.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_past.hpp"
 
@@ -122,6 +123,8 @@ void describe(Archive& archive, SavedMap& map) {
   if (archive.is_reading()) map.particle_maps = maps_of(archive, columns);
   archive("odometry_errors", map.odometry_errors);
   archive("past", map.past);
+  archive("memory", map.memory);
+  archive("is_lost", map.is_lost);
   archive("observations_since_redraw", map.observations_since_redraw);
   archive("redraws_refused_in_a_row", map.redraws_refused_in_a_row);
 }

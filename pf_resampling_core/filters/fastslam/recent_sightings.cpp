@@ -23,6 +23,14 @@ void RecentSightings::forget_before(std::int64_t stamp) {
   }
 }
 
+void RecentSightings::move(const Pose2& correction) {
+  for (Stamped& stamped : sightings_) {
+    Eigen::Vector2d& seen = stamped.sighting.seen;
+    const Pose2 there = compose(correction, {seen.x(), seen.y(), 0.0});
+    seen = {there.x, there.y};
+  }
+}
+
 bool RecentSightings::suffice() const {
   std::set<std::int64_t> scans;
   std::set<std::int64_t> landmarks;

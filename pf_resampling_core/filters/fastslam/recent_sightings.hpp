@@ -15,6 +15,8 @@ class RecentSightings {
   void add(std::int64_t stamp, const LandmarkSighting& sighting);
   /// Forgets those that are too old at `stamp`, or too many.
   void forget_before(std::int64_t stamp);
+  /// Where the belief that they were seen from has moved, by what moved it (map frame).
+  void move(const Pose2& correction);
   void clear() { sightings_.clear(); }
 
   /// Whether they could tell where the robot is: several scans, of different landmarks.

@@ -25,6 +25,9 @@ std::optional<PoseEstimate> FastSlam::recover(
     const std::vector<RangeBearingObservation>& observations, const Pose2& sensor,
     std::int64_t stamp, double lost) {
   if (!options_.recovery.enabled || association_ != DataAssociation::known) return std::nullopt;
+  // While a map is being made, it may be the map that is wrong: all of it is solved anew.
+  const bool remembers = keeps_past() && !memory_.is_empty();
+  is_lost_ = remembers && lost > kLikelyLost && !fits(outcomes_);
   if (fits(outcomes_)) {
     sightings_.clear();
     return std::nullopt;
@@ -48,6 +51,18 @@ std::optional<PoseEstimate> FastSlam::recover(
   if (!(lost > kLikelyLost) || !sightings_.suffice()) return std::nullopt;
   const std::optional<PoseEstimate> found = relocalize(sightings_.all(), robot);
   if (!found) return std::nullopt;
+  if (remembers) {
+    // Has to explain the whole drive better.
+    const bool was_carried =
+        memory_.solve_carried(options_.strategy.redraw.robust_width, found->mean);
+    sightings_.clear();
+    if (!was_carried) return std::nullopt;
+    intervene();
+    ++step_;  // for a draw of its own
+    if (!draw_from_memory(requested_size_)) return std::nullopt;
+    status_.injected += particles_.size();
+    return estimate();
+  }
   set_poses(*found);
   status_.injected += particles_.size();
   return found;

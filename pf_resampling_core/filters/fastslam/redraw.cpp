@@ -23,11 +23,22 @@ constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are wit
 
 }  // namespace
 
+// What landmarks without ids are is decided in a window. Until it shows which there are, both take
+// note.
+bool FastSlam::uses_memory() const {
+  return association_ == DataAssociation::known || association_ == DataAssociation::automatic;
+}
+
+const NoiseScales& FastSlam::noise() const {
+  return uses_memory() ? memory_.graph().noise : past_.graph().noise;
+}
+
 bool FastSlam::keeps_past() const {
   const int most = options_.strategy.redraw.max_landmarks;
+  const std::size_t remembered =
+      uses_memory() ? memory_.state().landmark_ids.size() : past_.graph().landmarks.size();
   return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen &&
-         status_.landmarks <= most &&
-         past_.graph().landmarks.size() <= static_cast<std::size_t>(most);
+         status_.landmarks <= most && remembered <= static_cast<std::size_t>(most);
 }
 
 SensorConstants FastSlam::prior_sigma() const {
@@ -45,15 +56,16 @@ SensorConstants FastSlam::prior_sigma() const {
 // What the particles are given: noise as large as it was found to be, and the errors of the sensor
 // taken out as far as they are known.
 OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
-  const double scale = past_.is_empty() ? 1.0 : past_.graph().noise.motion;
+  const double scale = past_is_empty() ? 1.0 : noise().motion;
   odometry.covariance *= scale * scale;
   return odometry;
 }
 
 std::vector<RangeBearingObservation> FastSlam::with_found_noise(
     std::vector<RangeBearingObservation> observations) const {
-  const SensorConstants& constants = past_.graph().constants;
-  const NoiseScales& noise = past_.graph().noise;
+  const SensorConstants& constants =
+      uses_memory() ? memory_.graph().constants : past_.graph().constants;
+  const NoiseScales& noise = this->noise();
   for (RangeBearingObservation& observation : observations) {
     observation.range_variance =
         noise.range * noise.range * range_variance(options_.sensor, observation);
@@ -74,8 +86,9 @@ bool FastSlam::start_past() {
   if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
       (particles_.y == particles_.y[0]).all() &&
       (particles_.heading == particles_.heading[0]).all()) {
-    past_.start(prior_at({particles_.x[0], particles_.y[0], particles_.heading[0]}, prior_sigma()),
-                {});
+    const Pose2 pose = {particles_.x[0], particles_.y[0], particles_.heading[0]};
+    if (uses_memory()) memory_.start(pose, prior_sigma());
+    if (association_ != DataAssociation::known) past_.start(prior_at(pose, prior_sigma()), {});
     return true;
   }
   const ConstArray weights = particles_.weight;
@@ -132,6 +145,9 @@ bool FastSlam::start_past() {
   for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
     covariance(constants_at + k, constants_at + k) += sigma[k] * sigma[k] + kSmallestVariance;
   }
+  if (association_ == DataAssociation::known) {
+    return memory_.start({pose, landmarks, ids, constants, covariance});
+  }
   if (const auto prior = prior_of(pose, landmarks, constants, covariance, given_path, odometry)) {
     past_.start(*prior, ids);
   }
@@ -143,7 +159,25 @@ bool FastSlam::start_past() {
 void FastSlam::note_past(const OdometryIncrement& odometry,
                          const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
-  past_.append({odometry.mean, odometry.covariance, odometry_errors_.sensitivity()});
+  const MotionFactor motion = {odometry.mean, odometry.covariance, odometry_errors_.sensitivity()};
+  if (uses_memory()) {
+    memory_.append(motion);
+    for (std::size_t k = 0; k < observations.size(); ++k) {
+      const kernels::Observation z =
+          kernels::make_observation(options_.sensor, observations[k], sensor);
+      const SightingFactor sighting = {
+          0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor};
+      const std::int64_t id = observations[k].id;
+      if (outcomes_[k].is_new) memory_.forget_landmark(id);
+      if (outcomes_[k].is_new || outcomes_[k].is_believed()) {
+        memory_.append_sighting(id, sighting);
+      } else {
+        memory_.append_doubtful_sighting(id, sighting);
+      }
+    }
+  }
+  if (association_ == DataAssociation::known) return;
+  past_.append(motion);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];
     const kernels::Observation z =
@@ -162,6 +196,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 }
 
 bool FastSlam::past_is_beyond(int windows) const {
+  if (uses_memory()) return false;
   const int window = options_.strategy.redraw.window;
   return window > 0 && static_cast<int>(past_.graph().poses.size()) / window >= windows;
 }
@@ -169,6 +204,7 @@ bool FastSlam::past_is_beyond(int windows) const {
 // What cannot be solved so often in a row will not be: the past begins anew with the population.
 bool FastSlam::count_refusal() {
   ++status_.redraws_refused;
+  if (uses_memory()) return false;
   if (++refused_in_a_row_ >= kMostRefusals) {
     past_.forget_drive();
     refused_in_a_row_ = 0;
@@ -206,8 +242,73 @@ bool FastSlam::smooth() {
   return redraw(requested_size_);
 }
 
+bool FastSlam::past_is_empty() const {
+  return uses_memory() ? memory_.is_empty() : past_.is_empty();
+}
+
+bool FastSlam::redraw_from_memory(int size) {
+  // What most of the weight gave up does not come back.
+  for (const int row : rows()) {
+    LandmarkEstimate landmark;
+    const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
+    if (!is_held) memory_.forget_landmark(store_.birth(row));
+  }
+  const RedrawOptions& options = options_.strategy.redraw;
+  return memory_.solve(options.robust_width) ? draw_from_memory(size) : count_refusal();
+}
+
+bool FastSlam::draw_from_memory(int size) {
+  const RedrawOptions& options = options_.strategy.redraw;
+  const MemoryDraw drawn = memory_.draw(size, stream(RandomPurpose::redraw));
+  if (!drawn.deviations.allFinite()) return count_refusal();
+  if (options.learn_noise) {
+    memory_.validate(options.robust_width);
+  } else {
+    memory_.take_noise_as_stated();
+  }
+  const SegmentGraph& graph = memory_.graph();
+  const auto number_of = [&](std::int64_t id) { return memory_.number_of(id); };
+  const Pose2 origin = relative(estimate().mean, {});
+  sightings_.move(compose(graph.newest(), origin));
+  take_draw(size, memory_.path(), graph.newest(), graph.constants, drawn.odometry_given_path,
+            drawn.deviations);
+  redraw_maps(size, drawn.deviations,
+              {graph.landmarks, drawn.landmarks_given_path, memory_.state().landmark_ids},
+              number_of);
+  return true;
+}
+
+// The population as drawn, but for the maps.
+void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& newest,
+                         const SensorConstants& constants,
+                         const OdometryInformation& odometry_given_path,
+                         const Eigen::MatrixXd& deviations) {
+  ++status_.redraws;
+  refused_in_a_row_ = 0;
+  redraw_is_untested_ = true;
+  status_.redraw_innovation = 0.0;
+  status_.redraw_innovation_observations = 0;
+  paths_.replace_newest(path, particles_.weight, size);
+  const auto pose = deviations.rightCols<3>().array();
+  particles_.x = newest.x + pose.col(0);
+  particles_.y = newest.y + pose.col(1);
+  particles_.heading = newest.heading + pose.col(2);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    particles_.heading[i] = wrap_angle(particles_.heading[i]);
+  }
+  const Eigen::Index at = deviations.cols() - 3 - kSensorConstants;
+  Eigen::ArrayXXd errors = deviations.middleCols<kOdometryConstants>(at).array();
+  errors.rowwise() += constants.head<kOdometryConstants>().transpose().array();
+  odometry_errors_.redraw(errors, odometry_given_path);
+  particles_.log_weight.setConstant(size, -std::log(static_cast<double>(size)));
+  particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
+  particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+  ancestry_.start(size);
+}
+
 bool FastSlam::redraw(int size) {
-  if (past_.is_empty()) return false;
+  if (past_is_empty()) return false;
+  if (uses_memory()) return redraw_from_memory(size);
   const RedrawOptions& options = options_.strategy.redraw;
   // What most of the weight gave up does not come back.
   for (const int row : rows()) {
@@ -234,49 +335,32 @@ bool FastSlam::redraw(int size) {
   const Eigen::MatrixXd deviations =
       draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
   if (deviations.rows() != size) return count_refusal();
-  refused_in_a_row_ = 0;
-  ++status_.redraws;
-  redraw_is_untested_ = true;
-  status_.redraw_innovation = 0.0;
-  status_.redraw_innovation_observations = 0;
   if (options.learn_noise) {
     past_.validate(options.robust_width);
   } else {
     past_.take_noise_as_stated();
   }
   const SmoothingGraph& graph = past_.graph();
-  const Eigen::Index constants = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
-  const Eigen::Index newest = constants + kSensorConstants;
-
-  std::vector<Pose2> path(graph.poses.begin() + 1, graph.poses.end());
-  paths_.replace_newest(path, particles_.weight, size);
-  redraw_maps(size, deviations, solution.belief);
-  const Pose2& pose = graph.poses.back();
-  particles_.x = pose.x + deviations.col(newest).array();
-  particles_.y = pose.y + deviations.col(newest + 1).array();
-  particles_.heading = pose.heading + deviations.col(newest + 2).array();
-  for (Eigen::Index i = 0; i < size; ++i) {
-    particles_.heading[i] = wrap_angle(particles_.heading[i]);
+  take_draw(size, {graph.poses.begin() + 1, graph.poses.end()}, graph.poses.back(), graph.constants,
+            solution.belief.odometry_given_path, deviations);
+  std::vector<std::int64_t> ids = past_.state().landmark_ids;
+  for (std::size_t l = 0; l < ids.size(); ++l) {
+    if (past_.state().is_dormant[l]) ids[l] = -1;
   }
-  Eigen::ArrayXXd errors = deviations.middleCols<kOdometryConstants>(constants).array();
-  errors.rowwise() += graph.constants.head<kOdometryConstants>().transpose().array();
-  odometry_errors_.redraw(errors, solution.belief.odometry_given_path);
-  particles_.log_weight.setConstant(size, -std::log(static_cast<double>(size)));
-  particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
-  ancestry_.start(size);
+  redraw_maps(size, deviations, {graph.landmarks, solution.belief.landmarks_given_path, ids},
+              [&](std::int64_t id) { return past_.number_of(id); });
   if (options.window > 0) past_.bound(options.window, options.robust_width);
   return true;
 }
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.
-void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const JointBelief& belief) {
-  const SmoothingGraph& graph = past_.graph();
-  std::vector<int> row_of(graph.landmarks.size(), -1);
-  std::vector<double> log_odds(graph.landmarks.size(), options_.association.seen_log_odds);
+void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const DrawnMap& map,
+                           const std::function<int(std::int64_t)>& number_of) {
+  std::vector<int> row_of(map.landmarks.size(), -1);
+  std::vector<double> log_odds(map.landmarks.size(), options_.association.seen_log_odds);
   for (const int row : rows()) {
-    const int number = past_.number_of(store_.birth(row));
-    if (number < 0 || past_.state().is_dormant[static_cast<std::size_t>(number)]) {
+    const int number = number_of(store_.birth(row));
+    if (number < 0 || map.ids[static_cast<std::size_t>(number)] < 0) {
       index_.remove(row);
       row_of_id_.erase(store_.birth(row));
       store_.remove(row);
@@ -289,14 +373,15 @@ void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const Jo
     log_odds[static_cast<std::size_t>(number)] = landmark.log_odds;
   }
   if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
-  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
-    if (past_.state().is_dormant[l]) continue;
+  for (std::size_t l = 0; l < map.landmarks.size(); ++l) {
+    if (map.ids[l] < 0) continue;
     if (row_of[l] < 0) {
-      row_of[l] = store_.add(past_.state().landmark_ids[l]);
+      row_of[l] = store_.add(map.ids[l]);
+      if (association_ == DataAssociation::known) row_of_id_[map.ids[l]] = row_of[l];
       ++status_.landmarks;
     }
-    const Eigen::Vector2d& mean = graph.landmarks[l];
-    const Eigen::Matrix2d& covariance = belief.landmarks_given_path[l];
+    const Eigen::Vector2d& mean = map.landmarks[l];
+    const Eigen::Matrix2d& covariance = map.given_path[l];
     const LandmarkRow landmark = store_.row(row_of[l]);
     const Eigen::Index column = 2 * static_cast<Eigen::Index>(l);
     for (Eigen::Index i = 0; i < size; ++i) {

@@ -150,7 +150,11 @@ SavedMap saved_map(FastSlam* filter, int particles) {
     map.particles.weight = map.particles.log_weight.exp();
   }
   map.particle_maps.resize(static_cast<std::size_t>(chosen.size()));
-  if (chosen.size() > 0) map.past = filter->past_.state();
+  if (chosen.size() > 0) {
+    map.past = filter->past_.state();
+    map.memory = filter->memory_.state();
+    map.is_lost = filter->is_lost_;
+  }
   map.observations_since_redraw = filter->strategy_.observations_since_redraw();
   map.redraws_refused_in_a_row = filter->refused_in_a_row_;
 
@@ -237,6 +241,8 @@ void FastSlam::take_particles(const SavedMap& map) {
   odometry_errors_.start(options_.odometry_errors, saved);
   odometry_errors_.resume(map.odometry_errors);
   past_.resume(map.past);
+  memory_.resume(map.memory);
+  is_lost_ = map.is_lost;
   refused_in_a_row_ = map.redraws_refused_in_a_row;
   if (saved == options_.particles) return;
   draw_population(options_.particles);
@@ -254,6 +260,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   sightings_.clear();
   paths_.clear();
   past_.forget_drive();
+  memory_.forget_drive();
   const Eigen::Index count = particles_.size();
   const Eigen::Matrix3d root = lower_root(covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);
@@ -282,6 +289,7 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   sightings_.clear();
   paths_.clear();
   past_.forget_drive();
+  memory_.forget_drive();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
     particles_.x[i] = pose.x;

@@ -46,7 +46,10 @@ struct SavedMap {
   FastSlamParticles particles;                               ///< none: there is only the map
   std::vector<std::vector<ParticleLandmark>> particle_maps;  ///< of each particle; ids ascending
   OdometryErrorState odometry_errors;                        ///< a row of means per particle
-  SmoothedPastState past;  ///< what a redraw draws from; nothing without particles
+  /// What a redraw draws from, without ids and with them; nothing without particles.
+  SmoothedPastState past;
+  MemoryState memory;
+  bool is_lost = false;
   std::int64_t observations_since_redraw = 0;
   int redraws_refused_in_a_row = 0;  ///< after so many, the past begins anew
 };

@@ -4,10 +4,20 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 
 namespace pf_resampling {
 namespace {
 
+// Updates of a segment, whose poses are solved for together.
+constexpr std::size_t kMostMotions = 50;
+// The belief is wrong if of so many sightings so many did not fit (with one id in a hundred
+// misread, by chance once in 10⁵ times), of several landmarks: one or two may have been moved.
+constexpr std::size_t kNewest = 12;
+constexpr std::size_t kManyDoubts = 4;
+constexpr std::size_t kManyDoubted = 3;
+constexpr int kFewFitted = 4;                // sightings of a landmark that may be a mistake
 constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
 // one time to the next: their number grows with its logarithm.
@@ -23,6 +33,10 @@ constexpr double kSlip = 40.0;
 constexpr double kSlipped = 0.2;  // weight of the odometry
 constexpr std::ptrdiff_t kFewSlips = 2;
 constexpr double kLargeConstant = 3.0;  // standard deviations
+// Segments in which a robot that does not know where it is may have been carried; the weight of
+// its odometry there.
+constexpr std::size_t kSuspects = 15;
+constexpr double kCarriedShare = 1e-4;
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
 
@@ -53,6 +67,26 @@ bool is_doubtful(const SegmentGraph& graph) {
   return is_far || slipped > kFewSlips;
 }
 
+// As if the robot had been carried in segment `s`: what came after it goes along.
+SegmentGraph carried(const SegmentGraph& graph, std::size_t s, const Pose2& newest) {
+  SegmentGraph moved = graph;
+  const Pose2& was = graph.newest();
+  const auto place = [&](const Pose2& pose) { return compose(newest, relative(was, pose)); };
+  for (std::size_t b = s + 1; b < moved.bases.size(); ++b) moved.bases[b] = place(graph.bases[b]);
+  int seen_before = -1;  // landmarks are numbered as they were seen
+  for (std::size_t b = 0; b <= s; ++b) {
+    for (const int landmark : graph.segments[b]->landmarks) {
+      seen_before = std::max(seen_before, landmark);
+    }
+  }
+  for (std::size_t l = static_cast<std::size_t>(seen_before + 1); l < moved.landmarks.size(); ++l) {
+    const Pose2 there = place({graph.landmarks[l].x(), graph.landmarks[l].y(), 0.0});
+    moved.landmarks[l] = {there.x, there.y};
+  }
+  moved.motion_shares[s] = kCarriedShare;
+  return moved;
+}
+
 }  // namespace
 
 void Memory::forget_drive() {
@@ -68,7 +102,7 @@ void Memory::resume(const MemoryState& state) {
   equations_.reset();
   numbers_.clear();
   for (std::size_t l = 0; l < state.landmark_ids.size(); ++l) {
-    numbers_[state.landmark_ids[l]] = static_cast<int>(l);
+    if (state.landmark_ids[l] >= 0) numbers_[state.landmark_ids[l]] = static_cast<int>(l);
   }
 }
 
@@ -103,7 +137,8 @@ bool Memory::start(const StartingBelief& belief) {
   state_.graph.constants_sigma.setConstant(kUnknown);
   state_.landmark_ids = belief.landmark_ids;
   state_.last_seen.assign(belief.landmark_ids.size(), 0);
-  state_.placed = belief.landmark_ids.size();
+  state_.fitted.assign(belief.landmark_ids.size(), kFewFitted + 1);
+  state_.doubted.assign(belief.landmark_ids.size(), 0);
   state_.begins = {0.0};
   resume(MemoryState(state_));
   return true;
@@ -126,21 +161,84 @@ void Memory::append_sighting(std::int64_t landmark_id, SightingFactor sighting) 
     state_.last_seen.push_back(state_.updates);
   }
   sighting.pose = static_cast<int>(open.motions.size()) - 1;
-  const auto track = std::find(open.landmarks.begin(), open.landmarks.end(), number);
-  sighting.landmark = static_cast<int>(track - open.landmarks.begin());
-  if (track == open.landmarks.end()) open.landmarks.push_back(number);
-  open.sightings.push_back(sighting);
+  add_sighting(number, sighting, &open);
+  if (is_new) {
+    state_.fitted.push_back(1);
+    state_.doubted.push_back(0);
+    return;
+  }
+  ++state_.fitted[static_cast<std::size_t>(number)];
+  note_newest(-1);
   int& last = state_.last_seen[static_cast<std::size_t>(number)];
   state_.longest_absence = std::max(state_.longest_absence, state_.updates - last - 1);
   last = state_.updates;
 }
 
-// Condenses what came since the last segment, puts it behind that, and new landmarks where it saw
-// them.
-bool Memory::close_segment(double robust_width) {
+void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting) {
+  const auto found = numbers_.find(landmark_id);
+  if (found == numbers_.end()) return append_sighting(landmark_id, sighting);
+  const std::size_t number = static_cast<std::size_t>(found->second);
+  if (++state_.doubted[number] > std::max(kFewFitted, state_.fitted[number])) {
+    forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
+    return append_sighting(landmark_id, sighting);
+  }
+  state_.open_doubts.push_back(state_.open.sightings.size());
+  SightingFactor seen = sighting;
+  seen.pose = static_cast<int>(state_.open.motions.size()) - 1;
+  add_sighting(found->second, seen, &state_.open);
+  if (state_.fitted[number] > kFewFitted) note_newest(landmark_id);
+}
+
+void Memory::forget_landmark(std::int64_t landmark_id) {
+  const auto found = numbers_.find(landmark_id);
+  if (found == numbers_.end()) return;
+  state_.landmark_ids[static_cast<std::size_t>(found->second)] = -1;
+  numbers_.erase(found);
+}
+
+void Memory::note_newest(std::int64_t doubted) {
+  if (state_.newest.size() == kNewest) state_.newest.erase(state_.newest.begin());
+  state_.newest.push_back(doubted);
+}
+
+bool Memory::belief_is_wrong() const {
+  std::set<std::int64_t> doubted;
+  std::size_t doubts = 0;
+  for (const std::int64_t id : state_.newest) {
+    if (id < 0) continue;
+    ++doubts;
+    doubted.insert(id);
+  }
+  return doubts >= kManyDoubts && doubted.size() >= kManyDoubted;
+}
+
+// Condenses what came since the last segment, in pieces, and puts it behind that.
+bool Memory::close_segments(double robust_width) {
+  if (!belief_is_wrong()) {
+    Segment believed;
+    believed.motions = state_.open.motions;
+    for (std::size_t i = 0; i < state_.open.sightings.size(); ++i) {
+      const SightingFactor& sighting = state_.open.sightings[i];
+      if (std::binary_search(state_.open_doubts.begin(), state_.open_doubts.end(), i)) continue;
+      add_sighting(state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)], sighting,
+                   &believed);
+    }
+    state_.open = std::move(believed);
+  }
+  state_.open_doubts.clear();
+  while (!state_.open.motions.empty()) {
+    const std::size_t motions = state_.open.motions.size();
+    const std::size_t pieces = (motions + kMostMotions - 1) / kMostMotions;
+    auto [piece, rest] = cut(motions / pieces, state_.open);
+    if (!close(std::move(piece), robust_width)) return false;
+    state_.open = std::move(rest);
+  }
+  return true;
+}
+
+// New landmarks, which are numbered as they were seen, are put where the segment saw them.
+bool Memory::close(Segment segment, double robust_width) {
   SegmentGraph& graph = state_.graph;
-  if (state_.open.motions.empty()) return true;
-  Segment segment = state_.open;
   segment.constants = graph.constants;
   segment.noise = graph.noise;
   initialize(&segment);
@@ -149,19 +247,16 @@ bool Memory::close_segment(double robust_width) {
     return false;
   }
   const Pose2 base = graph.newest();
-  graph.landmarks.resize(state_.landmark_ids.size(), Eigen::Vector2d::Zero());
   for (std::size_t k = 0; k < segment.landmarks.size(); ++k) {
-    const std::size_t landmark = static_cast<std::size_t>(segment.landmarks[k]);
-    if (landmark < state_.placed) continue;
+    if (static_cast<std::size_t>(segment.landmarks[k]) < graph.landmarks.size()) continue;
     const Pose2 place = compose(base, {segment.tracks[k].x(), segment.tracks[k].y(), 0.0});
-    graph.landmarks[landmark] = {place.x, place.y};
+    graph.landmarks.emplace_back(place.x, place.y);
   }
-  state_.placed = state_.landmark_ids.size();
   graph.bases.push_back(compose(base, segment.poses.back()));
   graph.motion_shares.push_back(1.0);
-  state_.begins.push_back(state_.time - segment.duration());
+  state_.begins.push_back(state_.closed);
+  state_.closed += segment.duration();
   graph.segments.push_back(std::make_shared<const Segment>(std::move(segment)));
-  state_.open = Segment{};
   note_passages(graph.segments.size() - 1);
   return true;
 }
@@ -201,7 +296,7 @@ bool Memory::start_anew(double robust_width, SegmentGraph* graph) const {
 bool Memory::solve(double robust_width) {
   equations_.reset();
   SegmentGraph& graph = state_.graph;
-  if (!close_segment(robust_width) || graph.segments.empty()) return false;
+  if (!close_segments(robust_width) || graph.segments.empty()) return false;
   std::unique_ptr<SegmentEquations> equations;
   SegmentSolution solution = pf_resampling::solve(robust_width, &graph, &equations);
   if ((!solution.is_solved || is_doubtful(graph)) && graph.segments.size() >= state_.next_start) {
@@ -221,13 +316,42 @@ bool Memory::solve(double robust_width) {
   return solution.is_solved;
 }
 
+bool Memory::solve_carried(double robust_width, const Pose2& newest) {
+  const bool is_solved = solve(robust_width);
+  SegmentGraph& graph = state_.graph;
+  if (graph.segments.empty()) return false;
+  auto equations = std::make_unique<SegmentEquations>(graph);
+  const double believed = is_solved ? equations->cost(graph) + slip_loss(graph)
+                                    : std::numeric_limits<double>::infinity();
+  SegmentGraph best;
+  double least = std::numeric_limits<double>::infinity();
+  const std::size_t count = graph.segments.size();
+  for (std::size_t s = count - std::min(count, kSuspects); s < count; ++s) {
+    if (!graph.segments[s]->has_data()) continue;
+    SegmentGraph candidate = carried(graph, s, newest);
+    if (!relinearize(robust_width, s, &candidate)) continue;
+    const double cost = equations->cost(candidate) + slip_loss(candidate);
+    if (!(cost < least)) continue;
+    least = cost;
+    best = std::move(candidate);
+  }
+  if (!std::isfinite(least)) return false;
+  const SegmentSolution solution = pf_resampling::solve(robust_width, &best, &equations);
+  if (!solution.is_solved || !(solution.cost < believed)) return false;
+  graph = std::move(best);
+  equations_ = std::move(equations);
+  return true;
+}
+
 MemoryDraw Memory::draw(int particles, const RandomStream& stream) const {
   MemoryDraw draw;
   draw.deviations = draw_deviations(*equations_, state_.graph, particles, stream);
   for (std::size_t l = 0; l < state_.graph.landmarks.size(); ++l) {
     draw.landmarks_given_path.push_back(equations_->landmark_information(l).inverse());
   }
-  draw.odometry_given_path = equations_->odometry_information().inverse();
+  const OdometryInformation information = equations_->odometry_information();
+  const OdometryInformation covariance = information.llt().solve(OdometryInformation::Identity());
+  draw.odometry_given_path = 0.5 * (covariance + covariance.transpose());
   return draw;
 }
 
@@ -255,7 +379,7 @@ void Memory::note_passages(std::size_t s) {
     passage.sightings.push_back({s, i});
   }
   for (OpenPassage& passage : state_.open_passages) {
-    if (state_.time > passage.last + kGapOfPassage) end(&passage);
+    if (state_.closed > passage.last + kGapOfPassage) end(&passage);
   }
 }
 
@@ -281,9 +405,9 @@ void Memory::validate(double robust_width) {
 
 int Memory::number_of(std::int64_t landmark_id) const {
   const auto found = numbers_.find(landmark_id);
-  return found == numbers_.end() || static_cast<std::size_t>(found->second) >= state_.placed
-             ? -1
-             : found->second;
+  const bool is_placed = found != numbers_.end() &&
+                         static_cast<std::size_t>(found->second) < state_.graph.landmarks.size();
+  return is_placed ? found->second : -1;
 }
 
 std::vector<Pose2> Memory::path() const {

@@ -39,15 +39,19 @@ struct Slip {
 /// What a memory holds, as it is saved.
 struct MemoryState {
   SegmentGraph graph;
-  std::vector<std::int64_t> landmark_ids;
-  std::vector<int> last_seen;  ///< update in which each landmark was seen last
-  std::vector<double> begins;  ///< s since the start, of each segment
-  Segment open;                ///< what came since the last of them, not condensed
-  std::size_t placed = 0;      ///< landmarks that have an estimate
+  std::vector<std::int64_t> landmark_ids;  ///< -1: it is no part of the map any more
+  std::vector<int> last_seen;              ///< update in which each landmark was seen last
+  std::vector<int> fitted, doubted;        ///< sightings of each landmark
+  std::vector<double> begins;              ///< s since the start, of each segment
+  Segment open;                            ///< what came since the last of them, not condensed
+  std::vector<std::size_t> open_doubts;    ///< sightings of it that did not fit, ascending
+  /// Of the newest sightings, the newest last: the id of one that did not fit, -1 of one that did.
+  std::vector<std::int64_t> newest;
   std::size_t next_start = 0;  ///< segments from which a doubtful solution is started anew
   int updates = 0;
   int longest_absence = 0;                 ///< updates without the landmarks of the last one
   double time = 0.0;                       ///< s since the start
+  double closed = 0.0;                     ///< s, up to where the segments reach
   double validated = 0.0;                  ///< s, up to where blocks were left out and predicted
   double next_validation = 0.0;            ///< s
   std::vector<OpenPassage> open_passages;  ///< of each landmark
@@ -74,6 +78,11 @@ class Memory {
   /// An update: the odometry that led to it; then what was seen.
   void append(const MotionFactor& motion);
   void append_sighting(std::int64_t landmark_id, SightingFactor sighting);
+  /// One that is not where its landmark is believed to be. Alone among others it is a misread id
+  /// or a landmark that was moved, and takes no part; if many are such, the belief is wrong.
+  void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting);
+  /// What is seen with this id from now on is another landmark, or the same elsewhere.
+  void forget_landmark(std::int64_t landmark_id);
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
@@ -83,6 +92,9 @@ class Memory {
   bool solve(double robust_width);
   /// After solve().
   MemoryDraw draw(int particles, const RandomStream& stream) const;
+  /// Solves as if the robot had been carried to `newest` in one of the last segments. False,
+  /// keeping the present solution, unless that explains the drive better.
+  bool solve_carried(double robust_width, const Pose2& newest);
   /// After solve(): leaves out and predicts what has been completed since the last call and states
   /// the noise by how well that went, from the next solve() on.
   void validate(double robust_width);
@@ -98,7 +110,10 @@ class Memory {
   std::vector<Slip> slips() const;
 
  private:
-  bool close_segment(double robust_width);
+  void note_newest(std::int64_t doubted);
+  bool belief_is_wrong() const;
+  bool close_segments(double robust_width);
+  bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;
   void note_passages(std::size_t segment);
 

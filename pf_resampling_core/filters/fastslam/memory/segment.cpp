@@ -210,6 +210,7 @@ bool fit(FreePart free, double robust_width, Segment* segment) {
 }
 
 bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization) {
+  segment->robust_width = robust_width;
   const Eigen::Index between = between_size(*segment);
   const Eigen::Index size = segment->size();
   SegmentLinearization own_linearization;
@@ -251,6 +252,28 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
     }
   }
   return true;
+}
+
+void add_sighting(int landmark, SightingFactor sighting, Segment* segment) {
+  std::vector<int>& landmarks = segment->landmarks;
+  const auto track = std::find(landmarks.begin(), landmarks.end(), landmark);
+  sighting.landmark = static_cast<int>(track - landmarks.begin());
+  if (track == landmarks.end()) landmarks.push_back(landmark);
+  segment->sightings.push_back(sighting);
+}
+
+std::pair<Segment, Segment> cut(std::size_t motions, const Segment& segment) {
+  std::pair<Segment, Segment> parts;
+  const auto middle = segment.motions.begin() + static_cast<std::ptrdiff_t>(motions);
+  parts.first.motions.assign(segment.motions.begin(), middle);
+  parts.second.motions.assign(middle, segment.motions.end());
+  for (SightingFactor sighting : segment.sightings) {
+    const bool is_first = static_cast<std::size_t>(sighting.pose) < motions;
+    Segment& part = is_first ? parts.first : parts.second;
+    if (!is_first) sighting.pose -= static_cast<int>(motions);
+    add_sighting(segment.landmarks[static_cast<std::size_t>(sighting.landmark)], sighting, &part);
+  }
+  return parts;
 }
 
 Segment without(const std::vector<std::size_t>& sightings, const Segment& segment) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -37,6 +38,7 @@ struct Segment {
   SensorConstants constants = SensorConstants::Zero();
   NoiseScales noise;
   double motion_share = 1.0;  ///< weight of its odometry: less than 1 where the wheels slipped
+  double robust_width = 0.0;
 
   std::array<double, kDataKinds> cost = {};
   std::array<Eigen::VectorXd, kDataKinds> gradient;
@@ -75,6 +77,12 @@ struct SegmentLinearization {
 /// Linearises at the poses, tracks and constants that it has, and eliminates the poses between.
 /// False if these are not determined. `linearization`, if given, is left there.
 bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization = nullptr);
+
+/// To a segment that is not condensed, from one of its poses.
+void add_sighting(int landmark, SightingFactor sighting, Segment* segment);
+
+/// The first `motions` of a segment that was not condensed, and the rest.
+std::pair<Segment, Segment> cut(std::size_t motions, const Segment& segment);
 
 /// Without some of its sightings, ascending, and without tracks that have no other; not condensed.
 Segment without(const std::vector<std::size_t>& sightings, const Segment& segment);

@@ -24,7 +24,7 @@ constexpr double kShareChanged = 1.25;  // factor
 constexpr double kNoiseChanged = 1.1;   // factor
 // Cauchy's width for the odometry of a whole segment.
 constexpr double kSlipWidth = 4.0;
-constexpr double kNoSlip = 8.0;
+constexpr double kNoSlip = 16.0;
 
 bool is_near(double a, double b, double factor) {
   return a < factor * b && b < factor * a;
@@ -43,16 +43,6 @@ bool has_moved(const SegmentGraph& graph, std::size_t s, const Eigen::VectorXd& 
          !is_near(segment.noise.range, graph.noise.range, kNoiseChanged) ||
          !is_near(segment.noise.bearing, graph.noise.bearing, kNoiseChanged) ||
          !is_near(segment.noise.motion, graph.noise.motion, kNoiseChanged);
-}
-
-// Condenses where the graph's estimate has the segment.
-bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph) {
-  Segment segment = at_estimate(*graph, s);
-  if (!fit(FreePart::between, robust_width, &segment) || !condense(robust_width, &segment)) {
-    return false;
-  }
-  graph->segments[s] = std::make_shared<const Segment>(std::move(segment));
-  return true;
 }
 
 struct Descent {
@@ -102,20 +92,9 @@ Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
   return descent;
 }
 
-// Weight of the odometry of a segment under Cauchy's loss, but for what chance does; and what the
-// loss adds to the cost of data with that weight (Black, Rangarajan 1996).
+// Weight of the odometry of a segment under Cauchy's loss, but for what chance does.
 double share_of(double square) {
   return robust_weight(std::max(0.0, square - kNoSlip), kSlipWidth);
-}
-
-double loss_of(double share) {
-  return 0.5 * kSlipWidth * kSlipWidth * (share - 1.0 - std::log(share));
-}
-
-double loss(const SegmentGraph& graph) {
-  double sum = 0.0;
-  for (const double share : graph.motion_shares) sum += loss_of(share);
-  return sum;
 }
 
 // Whether the odometry of any segment is to have another weight; takes it over.
@@ -155,6 +134,23 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
 
 }  // namespace
 
+bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph) {
+  Segment segment = at_estimate(*graph, s);
+  if (!fit(FreePart::between, robust_width, &segment) || !condense(robust_width, &segment)) {
+    return false;
+  }
+  graph->segments[s] = std::make_shared<const Segment>(std::move(segment));
+  return true;
+}
+
+double slip_loss(const SegmentGraph& graph) {
+  double sum = 0.0;
+  for (const double share : graph.motion_shares) {
+    sum += 0.5 * kSlipWidth * kSlipWidth * (share - 1.0 - std::log(share));
+  }
+  return sum;
+}
+
 SegmentSolution solve(double robust_width, SegmentGraph* graph,
                       std::unique_ptr<SegmentEquations>* result) {
   SegmentSolution solution;
@@ -162,11 +158,11 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   SegmentGraph solved = *graph;
   const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
   solution.is_solved = as_believed.is_solved;
-  solution.cost = as_believed.cost + loss(solved);
+  solution.cost = as_believed.cost + slip_loss(solved);
   SegmentGraph doubted = as_believed.is_solved ? solved : *graph;
   if (update_shares(&doubted)) {
     const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
-    const double cost = descent.cost + loss(doubted);
+    const double cost = descent.cost + slip_loss(doubted);
     if (descent.is_solved && !(solution.is_solved && solution.cost <= cost)) {
       solution.is_solved = true;
       solution.cost = cost;

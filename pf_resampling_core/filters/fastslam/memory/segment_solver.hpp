@@ -22,6 +22,13 @@ struct SegmentSolution {
 SegmentSolution solve(double robust_width, SegmentGraph* graph,
                       std::unique_ptr<SegmentEquations>* equations = nullptr);
 
+/// Condenses segment `s` anew where the graph's estimate has it. False if that cannot be done.
+bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph);
+
+/// What the odometry's robust loss adds to the cost of data with the graph's motion shares (Black
+/// and Rangarajan 1996).
+double slip_loss(const SegmentGraph& graph);
+
 /// Deviations of what a particle carries from the estimate: a row per particle; columns: two for
 /// each landmark, the constants, the newest pose. What a Rao-Blackwellised particle keeps as a
 /// covariance is taken out. Antithetic pairs.

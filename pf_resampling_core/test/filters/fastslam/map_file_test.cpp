@@ -173,10 +173,12 @@ TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
  "format": "pf_resampling map 3",
  "association": "mutual_exclusion",
  "frame": "map",
+ "is_lost": false,
  "landmarks": [
   {"covariance":[[0.0625,-0.03125],[-0.03125,0.125]],"held":1.0,"id":3,"last_seen":[4.0,2.5],"log_odds":3.6,"mean":[4.0,2.5]},
   {"covariance":[[0.5,0.0],[0.0,0.5]],"held":0.5,"id":8,"last_seen":[-1.75,0.0],"log_odds":-0.9,"mean":[-1.75,0.0]}
  ],
+ "memory": null,
  "next_id": 9,
  "observations_since_redraw": 5,
  "observations_since_renewal": 2,
@@ -425,6 +427,64 @@ TEST_F(MapFile, SaysWhatIsWrongWithAMapInMemory) {
 }
 
 // A factor of 1e300 would leave no finite variance, one of 1e-300 none at all.
+// The memory of a drive, damaged in each of its parts.
+TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
+  Memory memory;
+  memory.start(Pose2{}, SensorConstants::Constant(0.1));
+  for (int update = 0; update < 60; ++update) {
+    MotionFactor motion;
+    motion.mean = {0.1, 0.0, 0.01};
+    motion.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    memory.append(motion);
+    memory.append_sighting(7 + update % 2, {0, 0, 5.0, 0.1, 0.01, 0.001, Pose2{}});
+    if (update == 40) {
+      ASSERT_TRUE(memory.solve(4.0));
+    }
+  }
+  SavedMap map = small_map();
+  map.memory = memory.state();
+  write_map_file(path_, map);
+  const MemoryState read = read_map_file(path_).memory;
+  const Segment& first = *map.memory.graph.segments.front();
+  EXPECT_EQ(read.graph.segments.front()->information[DataKind::range],
+            first.information[DataKind::range]);
+  EXPECT_EQ(read.graph.segments.front()->between, first.between);
+  EXPECT_EQ(read.open.sightings.size(), map.memory.open.sightings.size());
+  const auto of_first = [&](auto change) {
+    return [&first, change](MemoryState* state) {
+      Segment changed = first;
+      change(&changed);
+      state->graph.segments.front() = std::make_shared<const Segment>(changed);
+    };
+  };
+  const std::vector<std::function<void(MemoryState*)>> damages = {
+      [](MemoryState* state) { state->graph.bases.pop_back(); },
+      [](MemoryState* state) { state->landmark_ids.pop_back(); },
+      [](MemoryState* state) { state->graph.motion_shares.front() = 0.0; },
+      [](MemoryState* state) { state->graph.noise.range = 21.0; },
+      [](MemoryState* state) { state->graph.constants[0] = -0.9; },
+      [](MemoryState* state) { state->open.landmarks.front() = 2; },
+      [](MemoryState* state) {
+        state->open_passages.front().sightings.push_back({9, 0});
+      },
+      [](MemoryState* state) { state->open.sightings.front().pose = 99; },
+      of_first([](Segment* segment) { segment->poses.pop_back(); }),
+      of_first([](Segment* segment) { segment->landmarks.front() = -1; }),
+      of_first([](Segment* segment) { segment->sightings.front().landmark = 2; }),
+      of_first([](Segment* segment) { segment->sightings.front().range_variance = 0.0; }),
+      of_first([](Segment* segment) { segment->motions.front().covariance(0, 0) = -1.0; }),
+  };
+  for (std::size_t i = 0; i < damages.size(); ++i) {
+    SavedMap damaged = map;
+    damages[i](&damaged.memory);
+    const auto write_and_read = [&] {
+      write_map_file(path_, damaged);
+      read_map_file(path_);
+    };
+    EXPECT_THROW(write_and_read(), Error) << i;
+  }
+}
+
 TEST_F(MapFile, RefusesNoiseThatNoRedrawFinds) {
   SavedMap map = small_map();
   map.past.graph.prior = prior_at(Pose2{}, SensorConstants::Zero());

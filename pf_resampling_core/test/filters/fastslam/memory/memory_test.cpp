@@ -126,6 +126,62 @@ TEST(Memory, SolvesLikeLeastSquaresOfAllData) {
   }
 }
 
+// A robot that stands and sees so many landmarks in turn, each as often as is said.
+Memory stand(int landmarks, int times) {
+  Memory memory;
+  memory.start(Pose2{}, SensorConstants::Zero());
+  MotionFactor still;
+  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  for (int time = 0; time < times; ++time) {
+    for (int l = 0; l < landmarks; ++l) {
+      memory.append(still);
+      memory.append_sighting(l, {0, 0, 5.0, 0.5 * l, 0.01, 0.001, Pose2{}});
+    }
+  }
+  return memory;
+}
+
+const SightingFactor kElsewhere = {0, 0, 9.0, -2.0, 0.01, 0.001, Pose2{}};
+
+std::size_t sightings_in(const Memory& memory) {
+  std::size_t count = 0;
+  for (const auto& segment : memory.graph().segments) count += segment->sightings.size();
+  return count;
+}
+
+// One or two ids that are not where they were take no part, however often; several do.
+TEST(Memory, LeavesOutWhatDoesNotFitUnlessMuchDoesNot) {
+  for (const int ids : {1, 2, 3}) {
+    Memory memory = stand(6, 10);
+    for (int time = 0; time < 4; ++time) {
+      for (int id = 0; id < ids; ++id) memory.append_doubtful_sighting(id, kElsewhere);
+    }
+    ASSERT_TRUE(memory.solve(kWidth));
+    EXPECT_EQ(sightings_in(memory), ids < 3 ? 60u : 72u) << ids;
+  }
+}
+
+// What was seen twice, and then elsewhere again and again, is elsewhere.
+TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
+  Memory memory = stand(6, 2);
+  ASSERT_TRUE(memory.solve(kWidth));
+  const int before = memory.number_of(3);
+  MotionFactor still;
+  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  for (int time = 0; time < 20; ++time) {
+    memory.append(still);
+    memory.append_sighting(1, {0, 0, 5.0, 0.5, 0.01, 0.001, Pose2{}});
+    memory.append_doubtful_sighting(3, kElsewhere);
+  }
+  ASSERT_TRUE(memory.solve(kWidth));
+  const int number = memory.number_of(3);
+  EXPECT_NE(number, before);
+  const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
+  EXPECT_NEAR(place.x(), 9.0 * std::cos(-2.0), 0.3);
+  EXPECT_NEAR(place.y(), 9.0 * std::sin(-2.0), 0.3);
+  EXPECT_EQ(memory.state().landmark_ids[static_cast<std::size_t>(before)], -1);
+}
+
 // 4000 draws: a variance is off by more than 15 % with a chance of 1e-10.
 TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
   const Drive data = drive(1, 4);

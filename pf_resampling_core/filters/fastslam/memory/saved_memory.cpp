@@ -1,0 +1,182 @@
+#include "pf_resampling_core/filters/fastslam/memory/saved_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pf_resampling_core/error.hpp"
+
+namespace pf_resampling {
+namespace {
+
+bool is_landmark(int number, std::size_t landmarks) {
+  return number >= 0 && static_cast<std::size_t>(number) < landmarks;
+}
+
+// Of a belief, which has no data.
+std::string fault_of_given(const Segment& segment) {
+  const Eigen::MatrixXd& information = segment.information[DataKind::given];
+  const bool fits = segment.poses.size() == 1 && segment.sightings.empty() &&
+                    information.rows() == segment.size() && information.cols() == segment.size() &&
+                    segment.gradient[DataKind::given].size() == segment.size();
+  return fits ? "" : "the belief that it begins with has not the size of its landmarks";
+}
+
+// Of one that was condensed, or has still to be.
+std::string fault_of_data(const Segment& segment, bool is_condensed) {
+  SmoothingGraph data;
+  data.poses.resize(segment.motions.size() + 1);
+  data.landmarks.assign(segment.landmarks.size(), Eigen::Vector2d::Zero());
+  data.constants = segment.constants;
+  data.motions = segment.motions;
+  data.sightings = segment.sightings;
+  const bool has_poses = is_condensed ? segment.poses.size() == segment.motions.size() &&
+                                            segment.tracks.size() == segment.landmarks.size()
+                                      : segment.poses.empty() && segment.tracks.empty();
+  const auto is_of_motion = [&](const SightingFactor& sighting) {
+    return sighting.pose >= 0 && static_cast<std::size_t>(sighting.pose) < segment.motions.size();
+  };
+  if (!has_poses ||
+      !std::all_of(segment.sightings.begin(), segment.sightings.end(), is_of_motion)) {
+    return "needs a pose for every motion, a track for every landmark, and sightings from its own "
+           "poses";
+  }
+  try {
+    check(data);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool is_scale(double scale) {
+  return scale >= kSmallestNoiseScale && scale <= kLargestNoiseScale;
+}
+
+}  // namespace
+
+void describe(Archive& archive, Segment& segment) {
+  archive("motions", segment.motions);
+  archive("sightings", segment.sightings);
+  archive("landmarks", segment.landmarks);
+  archive("poses", segment.poses);
+  archive("tracks", segment.tracks);
+  archive("constants", segment.constants);
+  archive("noise", segment.noise);
+  archive("motion_share", segment.motion_share);
+  archive("robust_width", segment.robust_width);
+  const bool is_given = !segment.has_data() && !segment.poses.empty();
+  if (is_given) {
+    archive("information", segment.information[DataKind::given]);
+    archive("gradient", segment.gradient[DataKind::given]);
+  }
+  if (!archive.is_reading()) return;
+  const bool is_condensed = !segment.poses.empty();
+  const std::string fault =
+      is_given ? fault_of_given(segment) : fault_of_data(segment, is_condensed);
+  if (!fault.empty()) archive.refuse(fault);
+  if (is_given) segment.between.resize(0, segment.size());
+  if (is_given || !is_condensed) return;
+  if (!(segment.motion_share > 0.0) || !condense(segment.robust_width, &segment)) {
+    archive.refuse("its data do not determine it");
+  }
+}
+
+void describe(Archive& archive, SightingPlace& place) {
+  archive("segment", place.segment);
+  archive("sighting", place.sighting);
+}
+
+void describe(Archive& archive, LeftOutSightings& block) {
+  archive("sightings", block.sightings);
+  archive("groups", block.groups);
+}
+
+void describe(Archive& archive, OpenPassage& passage) {
+  archive("begin", passage.begin);
+  archive("last", passage.last);
+  archive("sightings", passage.sightings);
+}
+
+void describe(Archive& archive, SegmentGraph& graph) {
+  archive("segments", graph.segments);
+  archive("bases", graph.bases);
+  archive("landmarks", graph.landmarks);
+  archive("constants", graph.constants);
+  archive("constants_sigma", graph.constants_sigma);
+  archive("noise", graph.noise);
+  archive("motion_shares", graph.motion_shares);
+}
+
+void describe(Archive& archive, MemoryState& memory) {
+  if (!archive.something(!memory.graph.bases.empty())) return;
+  archive("graph", memory.graph);
+  archive("landmark_ids", memory.landmark_ids);
+  archive("last_seen", memory.last_seen);
+  archive("fitted", memory.fitted);
+  archive("doubted", memory.doubted);
+  archive("begins", memory.begins);
+  archive("open", memory.open);
+  archive("open_doubts", memory.open_doubts);
+  archive("newest", memory.newest);
+  archive("next_start", memory.next_start);
+  archive("updates", memory.updates);
+  archive("longest_absence", memory.longest_absence);
+  archive("time", memory.time);
+  archive("closed", memory.closed);
+  archive("validated", memory.validated);
+  archive("next_validation", memory.next_validation);
+  archive("open_passages", memory.open_passages);
+  archive("passages_left", memory.passages_left);
+  archive("passages", memory.passages);
+  archive("windows", memory.windows);
+}
+
+std::string fault_of(const MemoryState& memory) {
+  const SegmentGraph& graph = memory.graph;
+  if (graph.bases.empty()) return {};
+  const std::size_t segments = graph.segments.size();
+  const std::size_t landmarks = memory.landmark_ids.size();
+  const bool fits = graph.bases.size() == segments + 1 && graph.motion_shares.size() == segments &&
+                    memory.begins.size() == segments && memory.last_seen.size() == landmarks &&
+                    memory.fitted.size() == landmarks && memory.doubted.size() == landmarks &&
+                    graph.landmarks.size() <= landmarks && memory.open_passages.size() <= landmarks;
+  if (!fits) {
+    return "the memory is inconsistent: every segment needs a base, and every landmark an id";
+  }
+  const auto is_known = [&](const Segment& segment, std::size_t among) {
+    return std::all_of(segment.landmarks.begin(), segment.landmarks.end(),
+                       [&](int landmark) { return is_landmark(landmark, among); });
+  };
+  const auto is_segment = [&](const std::shared_ptr<const Segment>& segment) {
+    return !segment->poses.empty() && is_known(*segment, graph.landmarks.size());
+  };
+  const bool are_known = std::all_of(graph.segments.begin(), graph.segments.end(), is_segment) &&
+                         is_known(memory.open, landmarks) && memory.open.poses.empty();
+  const auto are_there = [&](const std::vector<SightingPlace>& places) {
+    return std::all_of(places.begin(), places.end(), [&](const SightingPlace& place) {
+      return place.segment < segments &&
+             place.sighting < graph.segments[place.segment]->sightings.size();
+    });
+  };
+  const bool are_places =
+      std::all_of(memory.open_passages.begin(), memory.open_passages.end(),
+                  [&](const OpenPassage& passage) { return are_there(passage.sightings); }) &&
+      std::all_of(memory.passages_left.begin(), memory.passages_left.end(),
+                  [&](const LeftOutSightings& block) {
+                    return are_there(block.sightings) &&
+                           std::all_of(block.groups.begin(), block.groups.end(), are_there);
+                  });
+  if (!are_known || !are_places) {
+    return "the memory is inconsistent: it speaks of a landmark or a sighting that is not there";
+  }
+  const auto is_share = [](double share) { return share > 0.0 && share <= 1.0; };
+  if (!is_scale(graph.noise.range) || !is_scale(graph.noise.bearing) ||
+      !is_scale(graph.noise.motion) || !are_plausible(graph.constants) ||
+      !std::all_of(graph.motion_shares.begin(), graph.motion_shares.end(), is_share)) {
+    return "the memory has a scale of noise, a weight of odometry or a constant of the sensors "
+           "that is out of range";
+  }
+  return {};
+}
+
+}  // namespace pf_resampling

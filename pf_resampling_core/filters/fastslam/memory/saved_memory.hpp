@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
+
+namespace pf_resampling {
+
+/// A memory as it is saved: the data of its segments, and where these were condensed. What they are
+/// condensed to is computed anew, to the same bits.
+void describe(Archive& archive, MemoryState& memory);
+void describe(Archive& archive, SegmentGraph& graph);
+void describe(Archive& archive, Segment& segment);
+void describe(Archive& archive, OpenPassage& passage);
+void describe(Archive& archive, LeftOutSightings& block);
+void describe(Archive& archive, SightingPlace& place);
+
+/// What is wrong with it, in words; nothing if all is well.
+std::string fault_of(const MemoryState& memory);
+
+}  // namespace pf_resampling
