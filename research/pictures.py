@@ -2,8 +2,10 @@
 import io
 import os
 import sys
+from pathlib import Path
 
-from new_file import WriteError, write_files
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tools"))
+from new_file import WriteError, write_files  # noqa: E402
 
 try:
     import matplotlib
