@@ -152,6 +152,11 @@ std::string fault_of(const MemoryState& memory) {
   };
   const bool are_known = std::all_of(graph.segments.begin(), graph.segments.end(), is_segment) &&
                          is_known(memory.open, landmarks) && memory.open.poses.empty();
+  // Landmarks that have no place yet get theirs in the order in which the open segment saw them.
+  std::size_t placed = graph.landmarks.size();
+  for (const int landmark : memory.open.landmarks) {
+    if (landmark >= 0 && static_cast<std::size_t>(landmark) == placed) ++placed;
+  }
   const auto are_there = [&](const std::vector<SightingPlace>& places) {
     return std::all_of(places.begin(), places.end(), [&](const SightingPlace& place) {
       return place.segment < segments &&
@@ -166,7 +171,7 @@ std::string fault_of(const MemoryState& memory) {
                     return are_there(block.sightings) &&
                            std::all_of(block.groups.begin(), block.groups.end(), are_there);
                   });
-  if (!are_known || !are_places) {
+  if (!are_known || !are_places || placed != landmarks) {
     return "the memory is inconsistent: it speaks of a landmark or a sighting that is not there";
   }
   const auto is_share = [](double share) { return share > 0.0 && share <= 1.0; };

@@ -464,6 +464,13 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
       [](MemoryState* state) { state->graph.noise.range = 21.0; },
       [](MemoryState* state) { state->graph.constants[0] = -0.9; },
       [](MemoryState* state) { state->open.landmarks.front() = 2; },
+      [](MemoryState* state) { state->graph.landmarks.pop_back(); },
+      [](MemoryState* state) {
+        state->landmark_ids.push_back(9);
+        state->last_seen.push_back(0);
+        state->fitted.push_back(1);
+        state->doubted.push_back(0);
+      },
       [](MemoryState* state) {
         state->open_passages.front().sightings.push_back({9, 0});
       },
