@@ -1,10 +1,10 @@
-"""A document of headings, text, tables and pictures that is written as one HTML page and as Markdown.
+"""A document of headings, text, tables and pictures, written as one HTML page.
 
 Text may hold `names as they are typed`, **what matters** and links [text](#anchor).
 """
-import base64
 import html
 import re
+import urllib.parse
 
 STYLE = """
 :root { color-scheme: light; }
@@ -60,12 +60,6 @@ def to_html(text):
     return "".join(parts)
 
 
-def to_markdown(text):
-    parts = text.split("`")
-    parts[::2] = [part.replace("<", "&lt;").replace(">", "&gt;").replace("|", "\\|") for part in parts[::2]]
-    return "`".join(parts)
-
-
 class Heading:
     def __init__(self, level, text, anchor=""):
         self.level, self.text, self.anchor = level, text, anchor
@@ -73,10 +67,6 @@ class Heading:
     def html(self):
         anchor = f' id="{self.anchor}"' if self.anchor else ""
         return f"<h{self.level}{anchor}>{to_html(self.text)}</h{self.level}>"
-
-    def markdown(self):
-        anchor = f'<a id="{self.anchor}"></a>\n\n' if self.anchor else ""
-        return f'{anchor}{"#" * self.level} {to_markdown(self.text)}'
 
 
 class Text:
@@ -86,9 +76,6 @@ class Text:
     def html(self):
         return f"<p>{to_html(self.text)}</p>"
 
-    def markdown(self):
-        return to_markdown(self.text)
-
 
 class Bullets:
     def __init__(self, items):
@@ -96,9 +83,6 @@ class Bullets:
 
     def html(self):
         return "<ul>\n" + "\n".join(f"<li>{to_html(item)}</li>" for item in self.items) + "\n</ul>"
-
-    def markdown(self):
-        return "\n".join(f"* {to_markdown(item)}" for item in self.items)
 
 
 class Cell:
@@ -146,35 +130,22 @@ class Table:
                 f"<td{attribute(i, cell.kind)}>{to_html(cell.text)}</td>" for i, cell in enumerate(row.cells)) + "</tr>")
         return "\n".join([*lines, "</tbody></table></div>"])
 
-    def markdown(self):
-        above = [heading for heading, width in self.groups for _ in range(width)] or [""] * len(self.headings)
-        headings = [", ".join(part for part in pair if part) for pair in zip(above, self.headings)]
-        lines = ["| " + " | ".join(map(to_markdown, headings)) + " |",
-                 "|" + "|".join("---" if i in self.texts else "---:" for i in range(len(headings))) + "|"]
-        lines += ["| " + " | ".join(self._marked(cell) for cell in row.cells) + " |" for row in self.rows]
-        return f"**{to_markdown(self.caption)}**\n\n" + "\n".join(lines)
-
-    @staticmethod
-    def _marked(cell):
-        return f"**{to_markdown(cell.text)}**" if cell.kind in ("holds", "not", "sure") else to_markdown(cell.text)
-
 
 class Picture:
-    """A picture as SVG; `name` is that of its file beside the Markdown."""
+    """A picture, as SVG or by the path of its file; `name` is its anchor."""
 
-    def __init__(self, name, svg, caption):
-        self.name, self.svg, self.caption = name, svg, " ".join(caption.split())
+    def __init__(self, name, image, caption):
+        self.name, self.image, self.caption = name, image, " ".join(caption.split())
 
     def alternative(self):
         return html.escape(re.sub(r"[*`]", "", self.caption.split(". ")[0]), quote=True)
 
     def html(self):
-        data = base64.b64encode(self.svg).decode("ascii")
-        return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="data:image/svg+xml;base64,{data}">\n'
+        source = self.image
+        if isinstance(source, bytes):
+            source = "data:image/svg+xml," + urllib.parse.quote(" ".join(source.decode("utf-8").split()), safe=" /:;,=.()'-")
+        return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="{source}">\n'
                 f"<figcaption>{to_html(self.caption)}</figcaption></figure>")
-
-    def markdown(self):
-        return f"![{self.alternative()}]({self.name}.svg)\n\n{to_markdown(self.caption)}"
 
 
 class Document:
@@ -198,7 +169,3 @@ class Document:
                 f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
                 f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{self.contents().html()}\n{body}\n"
                 f"</body>\n</html>\n")
-
-    def markdown(self):
-        blocks = [f"# {to_markdown(self.title)}", self.contents().markdown(), *(block.markdown() for block in self.blocks)]
-        return "\n\n".join(blocks) + "\n"

@@ -24,14 +24,15 @@ WIDTH = 9.0  # of a page, inches
 
 
 def svg_of(figure):
-    """The picture without what changes from run to run or loads something: comments, type and metadata."""
+    """The picture without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
     file = io.BytesIO()
     figure.savefig(file, format="svg", bbox_inches="tight")
     plt.close(figure)
     text = file.getvalue().decode("utf-8")
     for pattern in (r"<\?xml.*?\?>\s*", r"<!DOCTYPE.*?>\s*", r"\s*<metadata>.*?</metadata>", r"\s*<!--.*?-->"):
         text = re.sub(pattern, "", text, flags=re.DOTALL)
-    return "\n".join(line.rstrip() for line in text.splitlines()).encode("utf-8") + b"\n"
+    text = re.sub(r"(\d\.\d\d)\d+", r"\1", text)
+    return "\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n"
 
 
 def mark_times(panel, marks):

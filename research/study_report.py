@@ -1,14 +1,11 @@
 #!/usr/bin/python3
-"""Writes the report of a study: one page that needs nothing else, DIR/report/report.html, and the same as Markdown,
-DIR/report/report.md, with its pictures beside it.
+"""Writes the report of a study: one page that loads nothing, DIR/report.html.
 
     study_report.py DIR
 
 DIR is what `rosrun pf_resampling study NAME DIR` has filled; `rosrun pf_resampling study report DIR` calls this. The studies
 `kwak` and `mahmoud` are set beside their papers; of any other one all figures are shown. The same DIR gives the same bytes.
 """
-import contextlib
-import re
 import sys
 from pathlib import Path
 
@@ -16,7 +13,7 @@ sys.dont_write_bytecode = True  # nothing is written beside the program, where i
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tools"))  # installed, all are in one folder
 
-from new_file import WriteError, end_well_on_signals, is_regular_file, write_files  # noqa: E402
+from new_file import WriteError, end_well_on_signals, write_files  # noqa: E402
 from report_document import Document, Heading, Picture, Text  # noqa: E402
 from report_kwak import KwakReport  # noqa: E402
 from report_mahmoud import MahmoudReport  # noqa: E402
@@ -70,39 +67,6 @@ def report_of(folder):
     return document
 
 
-def pictures_shown_by(report):
-    """Names of the pictures beside a report in Markdown that it shows; none if it is not there."""
-    if not is_regular_file(report):
-        return set()
-    text = report.read_bytes().decode("utf-8", "replace")
-    return set(re.findall(r"^!\[.*\]\(([\w .=-]+\.svg)\)$", text, re.MULTILINE))
-
-
-def write(document, folder):
-    """The page, the Markdown and its pictures; of other pictures only those that the last report showed are removed."""
-    files = {folder / f"{picture.name}.svg": picture.svg for picture in document.pictures()}
-    files[folder / "report.md"] = document.markdown().encode("utf-8")
-    files[folder / "report.html"] = document.html().encode("utf-8")
-    is_new = not folder.is_dir()
-    if folder.is_symlink():
-        raise WriteError(f"{folder} is no folder; remove or rename it")
-    try:
-        folder.mkdir(exist_ok=True)
-    except FileExistsError:
-        raise WriteError(f"{folder} is no folder; remove or rename it") from None
-    try:
-        outdated = {folder / name for name in pictures_shown_by(folder / "report.md")} - set(files)
-        write_files(files)
-    except BaseException:
-        if is_new:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
-        raise
-    for picture in outdated:
-        if is_regular_file(picture):
-            picture.unlink()
-
-
 def main():
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         print(__doc__.strip())
@@ -110,13 +74,12 @@ def main():
     folder = Path(sys.argv[1])
     end_well_on_signals()
     try:
-        document = report_of(folder)
-        write(document, folder / "report")
+        write_files({folder / "report.html": report_of(folder).html().encode("utf-8")})
     except (StudyError, WriteError) as error:
         sys.exit(str(error))
     except OSError as error:
         sys.exit(f"{error.filename}: {error.strerror}")
-    print(folder / "report" / "report.html")
+    print(folder / "report.html")
 
 
 if __name__ == "__main__":

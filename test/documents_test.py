@@ -10,7 +10,7 @@ import rosunit
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md')),
-             *sorted(set(ROOT.glob('*/README.md')) - {ROOT / 'doc' / 'README.md'})]
+             *sorted(ROOT.glob('*/README.md'))]
 
 
 # "#map/frozen: false", behind its comment
@@ -86,15 +86,16 @@ class Documents(unittest.TestCase):
 
     def test_readme_is_short(self):
         lines = (ROOT / 'README.md').read_text().splitlines()
-        self.assertTrue(100 <= len(lines) <= 130, f'README.md has {len(lines)} lines, should have 100 to 130')
+        self.assertLessEqual(len(lines), 120)
 
     def test_links_lead_somewhere(self):
         self.check_each(lambda document: dead_links(document.read_text(), document.parent))
 
     def test_every_page_is_in_the_index(self):
-        index = (ROOT / 'doc' / 'README.md').read_text()
-        pages = {page.name for page in (ROOT / 'doc').glob('*.md')} - {'README.md'}
-        self.assertEqual({page for page in pages if f'({page})' not in index}, set())
+        index = (ROOT / 'README.md').read_text()
+        pages = {page.name for page in (ROOT / 'doc').glob('*.md')}
+        self.assertEqual({page for page in pages if f'(doc/{page})' not in index}, set())
+        self.assertLessEqual(len(pages), 14)
 
     def test_commands_exist(self):
         self.check_each(lambda document: wrong_commands(document.read_text()))

@@ -1,11 +1,8 @@
 #!/usr/bin/env python3
 """Whether the report of a study gives the verdicts that made-up trials deserve, and shows every table and figure."""
 
-import base64
 import csv
 import html.parser
-import importlib.machinery
-import importlib.util
 import json
 import math
 import os
@@ -19,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 import rosunit
@@ -438,7 +436,7 @@ class StudyReport(unittest.TestCase):
         done = subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)], stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, universal_newlines=True)
         self.assertEqual((done.returncode, done.stderr.count('\n')), (1, 1), done.stderr)
-        self.assertFalse((self.folder / 'report').exists())
+        self.assertFalse((self.folder / 'report.html').exists())
 
     # ---- the papers
 
@@ -484,17 +482,12 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(len(page.ids), len(set(page.ids)))
         for link in page.links:
             self.assertIn(link.lstrip('#'), page.ids)
-        self.assertNotRegex(text, r'https?://|@import|url\(')
+        self.assertNotRegex(re.sub(r'src="data:image/svg[^"]*"', '', text), r'https?://|@import|url\(')
         for source in page.loaded:
-            svg = base64.b64decode(source.split('base64,')[1]).decode('utf-8')
+            svg = urllib.parse.unquote(source.split(',', 1)[1])
             ElementTree.fromstring(svg)
-            self.assertEqual(re.findall(r'href="(?!#)[^"]*"', svg), [])
+            self.assertEqual(re.findall(r'href="(?!#)[^"]*"|url\((?!#)', svg), [])
             self.assertNotIn('<metadata', svg)
-        markdown = document.markdown()
-        for picture in document.pictures():
-            self.assertIn(f'({picture.name}.svg)', markdown)
-        for table in re.findall(r'(?m)(?:^\|.*\n)+', markdown):
-            self.assertEqual(len({len(re.findall(r'(?<!\\)\|', line)) for line in table.splitlines()}), 1, table)
         return text.replace('\u00a0', ' ')
 
     def assert_has(self, part, text):
@@ -585,8 +578,7 @@ class StudyReport(unittest.TestCase):
         made = []
         for _ in range(2):
             subprocess.run(program, check=True, stdout=subprocess.DEVNULL)
-            made.append({path.name: path.read_bytes() for path in (self.folder / 'report').iterdir()})
-        self.assertEqual(sorted(made[0]), sorted(['report.html', 'report.md', *(f'{name}.svg' for name in MAHMOUD_PICTURES)]))
+            made.append((self.folder / 'report.html').read_bytes())
         self.assertTrue(made[0] == made[1])
 
     def test_program_works_with_all_its_files_in_one_folder_as_installed(self):
@@ -602,7 +594,7 @@ class StudyReport(unittest.TestCase):
         before = sorted(installed.iterdir())
         subprocess.run([sys.executable, str(installed / 'study_report.py'), str(self.folder / 'study')], check=True,
                        stdout=subprocess.DEVNULL)
-        self.assertTrue((self.folder / 'study/report/report.html').exists())
+        self.assertTrue((self.folder / 'study/report.html').exists())
         self.assertEqual(sorted(installed.iterdir()), before)
 
     # ---- the files
@@ -619,123 +611,43 @@ class StudyReport(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=120,
                               preexec_fn=before)
 
-    def files(self):
-        """What the folder of the report holds: kind, mode and place of each entry, and the bytes of files."""
-        found = {}
-        for path in (self.folder / 'report').iterdir():
-            about = path.lstat()
-            found[path.name] = (about.st_mode, about.st_ino, path.read_bytes() if stat.S_ISREG(about.st_mode) else b'')
-        return found
-
-    def assert_refuses(self, name, before=None):
-        """That a report is refused with one line that names the file, at once, and changes nothing."""
-        was = self.files()
+    def assert_refuses(self, before=None):
+        """The one line, with the file's name, with which a report is refused that leaves what is there."""
+        report = self.folder / 'report.html'
+        was = report.lstat()[:7]  # all but its times
         done = self.report(('RSR', 'A'), before)
-        self.assertEqual(done.returncode, 1)
-        self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
-        self.assertTrue(done.stderr.startswith(f'{self.folder}/report/{name} cannot be written: '), done.stderr)
-        self.assertEqual(done.stdout, '')
-        self.assertEqual(self.files(), was)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count('\n')), (1, '', 1), done.stderr)
+        self.assertTrue(done.stderr.startswith(f'{report} cannot be written: '), done.stderr)
+        self.assertEqual(report.lstat()[:7], was)
         return done.stderr
 
-    PICTURE = 'curve_1_feature_error_1_1.svg'
-    WRITTEN = (PICTURE, 'report.html', 'report.md')
-
-    def test_link_is_not_followed(self):
-        victim = self.folder / 'victim'
-        for name in self.WRITTEN:
-            for text in ('mine', None):  # also of a link that leads nowhere yet
-                shutil.rmtree(str(self.folder / 'report'), ignore_errors=True)
-                self.assertEqual(self.report().returncode, 0)
-                if text:
-                    victim.write_text(text)
-                (self.folder / 'report' / name).unlink()
-                (self.folder / 'report' / name).symlink_to(victim)
-                self.assertIn('not a regular file; remove or rename it', self.assert_refuses(name))
-                if text:
-                    self.assertEqual(victim.read_text(), text)
-                    victim.unlink()
-                self.assertFalse(victim.exists())
-
-    def test_fifo_and_folder_are_refused_at_once(self):
-        for name in self.WRITTEN:
-            for make in (os.mkfifo, os.mkdir):
-                shutil.rmtree(str(self.folder / 'report'), ignore_errors=True)
-                self.assertEqual(self.report().returncode, 0)
-                (self.folder / 'report' / name).unlink()
-                make(str(self.folder / 'report' / name))
-                self.assertIn('remove or rename it', self.assert_refuses(name))
+    def test_what_is_no_regular_file_is_not_replaced(self):
+        report, victim = self.folder / 'report.html', self.folder / 'victim'
+        victim.write_text('mine')
+        for make in (lambda: report.symlink_to(victim), lambda: report.symlink_to(self.folder / 'nowhere'),
+                     lambda: os.mkfifo(str(report)), report.mkdir):
+            make()
+            self.assertIn('remove or rename it', self.assert_refuses())
+            report.rmdir() if report.is_dir() else report.unlink()
+        self.assertEqual(victim.read_text(), 'mine')
 
     def test_read_only_file_is_refused(self):
         self.assertEqual(self.report().returncode, 0)
-        (self.folder / 'report/report.md').chmod(0o444)
-        self.assertIn('read-only; make it writable', self.assert_refuses('report.md'))
-
-    def test_report_in_place_of_the_folder_is_refused(self):
-        for make in (lambda path: path.write_text('mine'), lambda path: path.symlink_to(self.folder / 'nowhere'),
-                     lambda path: path.symlink_to(self.folder), lambda path: os.mkfifo(str(path))):
-            path = self.folder / 'report'
-            make(path)
-            about = path.lstat()[:7]  # all but its times
-            done = self.report()
-            self.assertEqual((done.returncode, done.stderr), (1, f'{path} is no folder; remove or rename it\n'))
-            self.assertEqual(path.lstat()[:7], about)
-            path.unlink()
-
-    def test_what_it_has_not_made_stays(self):
-        self.assertEqual(self.report().returncode, 0)
-        report = self.folder / 'report'
-        outdated = report / self.PICTURE
-        self.assertTrue(outdated.exists())
-        for name in ('mine.svg', 'curve_1_mine_1_1.svg', 'notes.txt'):
-            (report / name).write_text('mine')
-        self.assertEqual(self.report().returncode, 0)
-        self.assertEqual(self.report(names=()).returncode, 0)  # without pictures
-        self.assertEqual(sorted(path.name for path in report.iterdir()),
-                         ['curve_1_mine_1_1.svg', 'mine.svg', 'notes.txt', 'report.html', 'report.md'])
-        for name in ('mine.svg', 'curve_1_mine_1_1.svg', 'notes.txt'):
-            self.assertEqual((report / name).read_text(), 'mine')
-
-    def test_outdated_picture_is_no_link_and_in_the_folder(self):
-        self.assertEqual(self.report().returncode, 0)
-        report, victim = self.folder / 'report', self.folder / 'victim.svg'
-        victim.write_text('mine')
-        (report / self.PICTURE).unlink()
-        (report / self.PICTURE).symlink_to(victim)
-        with open(str(report / 'report.md'), 'ab') as markdown:
-            markdown.write(b'![](../victim.svg)\n![\xff](..svg)\n')
-        self.assertEqual(self.report(names=()).returncode, 0)
-        self.assertEqual(victim.read_text(), 'mine')
-        self.assertTrue((report / self.PICTURE).is_symlink())
+        (self.folder / 'report.html').chmod(0o444)
+        self.assertIn('read-only; make it writable', self.assert_refuses())
 
     def test_mode_is_kept(self):
+        report = self.folder / 'report.html'
         self.assertEqual(self.report(before=lambda: os.umask(0o027)).returncode, 0)
-        for name in self.WRITTEN:
-            self.assertEqual(stat.S_IMODE((self.folder / 'report' / name).stat().st_mode), 0o640)
-            (self.folder / 'report' / name).chmod(0o606)
+        self.assertEqual(stat.S_IMODE(report.stat().st_mode), 0o640)
+        report.chmod(0o606)
         self.assertEqual(self.report().returncode, 0)
-        for name in self.WRITTEN:
-            self.assertEqual(stat.S_IMODE((self.folder / 'report' / name).stat().st_mode), 0o606)
-
-    def test_other_names_of_a_file_keep_its_bytes(self):
-        self.assertEqual(self.report().returncode, 0)
-        for name in self.WRITTEN:
-            (self.folder / 'report' / name).write_text('old')
-            os.link(str(self.folder / 'report' / name), str(self.folder / f'other_{name}'))
-        self.assertEqual(self.report().returncode, 0)
-        for name in self.WRITTEN:
-            self.assertEqual((self.folder / f'other_{name}').read_text(), 'old')
-            self.assertNotEqual((self.folder / 'report' / name).read_text(), 'old')
+        self.assertEqual(stat.S_IMODE(report.stat().st_mode), 0o606)
 
     def test_report_that_cannot_be_written_whole_leaves_the_last(self):
         self.assertEqual(self.report().returncode, 0)
         self.assertIn('File too large', self.assert_refuses(
-            self.PICTURE, before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))))
-        # Nor is there a folder where there was none.
-        shutil.rmtree(str(self.folder / 'report'))
-        done = self.report(before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000)))
-        self.assertEqual(done.returncode, 1)
-        self.assertFalse((self.folder / 'report').exists())
+            before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))))
 
     def test_ended_by_a_signal_it_leaves_no_trace(self):
         program = ('import os, signal, sys; sys.path.insert(0, sys.argv[1]); import new_file\n'
@@ -748,26 +660,6 @@ class StudyReport(unittest.TestCase):
         done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'tools'), str(path)], timeout=60)
         self.assertEqual(done.returncode, 128 + signal.SIGTERM)
         self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
-
-    def test_document_has_the_pictures_that_the_report_shows(self):
-        loader = importlib.machinery.SourceFileLoader('make_data', str(ROOT / 'research/make_data'))
-        make_data = importlib.util.module_from_spec(importlib.util.spec_from_loader('make_data', loader))
-        loader.exec_module(make_data)
-        self.assertEqual(self.report().returncode, 0)
-        report, doc, pictures = self.folder / 'report', self.folder / 'doc', self.folder / 'doc/images/study_made'
-        doc.mkdir()
-        (report / 'mine.svg').write_text('mine')
-        make_data.publish_report('made', report, doc)
-        self.assertEqual([path.name for path in pictures.iterdir()], [self.PICTURE])
-        self.assertIn(f'](images/study_made/{self.PICTURE})', (doc / 'study_made.md').read_text(encoding='utf-8'))
-        (pictures / 'mine.svg').write_text('mine')
-        self.assertEqual(self.report(names=()).returncode, 0)  # without pictures
-        make_data.publish_report('made', report, doc)
-        self.assertEqual([path.name for path in pictures.iterdir()], ['mine.svg'])
-        shutil.rmtree(str(pictures))
-        pictures.symlink_to(report)
-        with self.assertRaises(make_data.WriteError):
-            make_data.publish_report('made', report, doc)
 
     def test_picture_of_the_documents_is_written_likewise(self):
         try:
@@ -792,7 +684,6 @@ class StudyReport(unittest.TestCase):
     def test_text_is_escaped(self):
         table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
         self.assert_has('<code>p &lt; 0.1 | q</code> &amp; &lt;b&gt;', table.html())
-        self.assert_has('&lt;b&gt;', table.markdown())
         with self.assertRaises(ValueError):
             report_document.Table('rows', ['x', 'y'], [['1']])
 

@@ -16,7 +16,7 @@
 
 namespace pf_resampling {
 
-/// What a saved file is, and what errors say of it; see doc/map_format.md and doc/checkpoints.md.
+/// What a saved file is, and what errors say of it; see doc/saved_files.md.
 struct FileKind {
   const char* name;     ///< "map file"
   const char* content;  ///< "map"

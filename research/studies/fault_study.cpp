@@ -382,7 +382,7 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   if (!options.only.empty() && static_cast<int>(faults.size()) <= kJudged) {
     throw Error("fault '" + options.only +
                 "' is unknown; give a part of a name in the first "
-                "column of doc/study_faults.md");
+                "column of doc/studies/faults.html");
   }
   const std::size_t seeds = static_cast<std::size_t>(options.seeds);
   for (const Fault& fault : faults) {

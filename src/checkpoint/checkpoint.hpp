@@ -22,7 +22,7 @@ struct FastSlamCheckpoint {
   SavedMap filter;
 };
 
-/// As they are saved: see doc/checkpoints.md.
+/// As they are saved: see doc/saved_files.md.
 void describe(Archive& archive, BeaconMclCheckpoint& checkpoint);
 void describe(Archive& archive, FastSlamCheckpoint& checkpoint);
 

@@ -41,7 +41,7 @@ std::optional<std::string> reason_against(const SavedPose& saved, const PoseAtSt
 /// reads more than then.
 PoseEstimate pose_at_start(const SavedPose& saved, const Pose2& odometry);
 
-/// As it is saved: see doc/checkpoints.md.
+/// As it is saved: see doc/saved_files.md.
 void describe(Archive& archive, SavedPose& saved);
 
 /// What is wrong with it, in words; nothing if all is well.

@@ -40,7 +40,7 @@ class ListReader {
 
   [[noreturn]] void refuse(const std::string& fault) const {
     throw Error("landmark list " + path_ + ", line " + std::to_string(lines_) + ": " + fault +
-                "; see the format in doc/map_format.md");
+                "; see the format in doc/saved_files.md");
   }
 
   /// The next line with anything on it, word by word; false at the end.

@@ -83,7 +83,7 @@ std::string fault_of(const SavedMap& map);
 /// Throws Error for a map with a fault.
 void check_saved_map(const SavedMap& map);
 
-/// As it is saved: see doc/map_format.md.
+/// As it is saved: see doc/saved_files.md.
 void describe(Archive& archive, SavedMap& map);
 
 /// Writes a map as JSON; see write_saved().

@@ -166,7 +166,7 @@ TEST_F(MapFile, ComesBackToTheBit) {
   EXPECT_EQ(files(), 1);
 }
 
-// The format itself, as doc/map_format.md has it. Another one needs another number in the first
+// The format itself, as doc/saved_files.md has it. Another one needs another number in the first
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
