@@ -97,6 +97,20 @@ class Documents(unittest.TestCase):
         self.assertEqual({page for page in pages if f'(doc/{page})' not in index}, set())
         self.assertLessEqual(len(pages), 14)
 
+    def test_headers_for_users_are_installed(self):
+        core = ROOT / 'pf_resampling_core'
+        inner = set(re.search(r'set\(INNER_HEADERS([^)]*)', (core / 'CMakeLists.txt').read_text()).group(1).split())
+        self.assertEqual(inner - {path.name for path in core.rglob('*.hpp')}, set())
+        rows = re.findall(r'^\| (?:`([a-z_/]*)`)?[^|]*\| (`[^|]*\.hpp`) \|$', (ROOT / 'doc' / 'library.md').read_text(), re.MULTILINE)
+        reached, waiting = set(), [core / folder / name for folder, names in rows for name in re.findall(r'`([a-z_]+\.hpp)`', names)]
+        self.assertGreater(len(waiting), 30)
+        while waiting:
+            header = waiting.pop()
+            if header not in reached:
+                reached.add(header)
+                waiting += [ROOT / name for name in re.findall(r'#include "(.*\.hpp)"', header.read_text())]
+        self.assertEqual({header.name for header in reached} & inner, set())
+
     def test_commands_exist(self):
         self.check_each(lambda document: wrong_commands(document.read_text()))
 
