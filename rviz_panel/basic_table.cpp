@@ -20,7 +20,10 @@ class ChoiceEditor : public QComboBox {
 BasicTable::BasicTable(std::function<void(const dynamic_reconfigure::Config&)> set, QWidget* parent)
     : QTableWidget(0, 2, parent), set_(std::move(set)) {
   horizontalHeader()->hide();
-  horizontalHeader()->setStretchLastSection(true);
+  // Where both do not fit, the name is cut, not the value.
+  horizontalHeader()->setSectionResizeMode(0, QHeaderView::Stretch);
+  horizontalHeader()->setSectionResizeMode(1, QHeaderView::ResizeToContents);
+  setTextElideMode(Qt::ElideMiddle);
   verticalHeader()->hide();
   setSelectionMode(QAbstractItemView::NoSelection);
   setSizeAdjustPolicy(QAbstractScrollArea::AdjustToContents);
@@ -50,7 +53,6 @@ void BasicTable::show_controls(const std::vector<Control>& controls) {
     connect(editor, &QComboBox::textActivated, this,
             [this, row](const QString& choice) { take(row, choice); });
   }
-  resizeColumnToContents(0);
 }
 
 void BasicTable::show_values(const std::map<std::string, std::string>& values) {
