@@ -4,7 +4,7 @@
 #include <limits>
 #include <set>
 
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 

@@ -7,7 +7,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/archive.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
 
 namespace pf_resampling {
@@ -75,7 +75,7 @@ void BeaconMclPipeline::handle(const BeaconArray& message) {
     return reject("beacons",
                   {RejectReason::ignored, "they differ from those of the configuration"});
   }
-  if (filter_) log(LogLevel::warning, "the beacons changed: the filter starts from nothing");
+  if (filter_) log(LogLevel::warning, "the beacons changed: the filter is reset");
   try {
     start(make_filter(beacons));
   } catch (const Error& error) {

@@ -98,7 +98,7 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
     }
     if (!is_lost && health.normalized_innovation > kMisfitLimit) {
       worsen(DiagnosticStatus::WARN,
-             "the ranges of " + beacon + " do not fit: moved, reflected, or lying?", &status);
+             "the ranges of " + beacon + " do not fit: moved, reflected, or faulty?", &status);
     }
     add_value(beacon + ": normalized innovation (1 expected)",
               number_text(health.normalized_innovation), &status);

@@ -10,10 +10,10 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   add_input_parameters(kRangeNames, options, &list);
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,
-      "sensor_ranges: regular expression that finds the id of the beacon in frame_id."));
+      "sensor_ranges: regular expression whose group is the id of the beacon in frame_id."));
   list.push_back(text_parameter("range_input/antenna", &options->antenna,
                                 "sensor_ranges: frame of the antenna on the robot, which these "
-                                "messages do not name; empty: frames/base."));
+                                "messages lack; empty: frames/base."));
   list.push_back(directory_parameter(options));
   add_output_parameters(options, &list);
   return basic_first(list);

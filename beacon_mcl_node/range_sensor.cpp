@@ -4,7 +4,7 @@
 
 #include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -31,8 +31,8 @@ RangeReading read_range(const sensor_msgs::Range& message, const BeaconNames& na
   const std::optional<int> beacon = names.id_of(frame);
   if (!beacon) {
     return rejected(rejection(RejectReason::unknown_beacon, "frame '", shown_name(frame),
-                              "' does not name a beacon: change range_input/frame_pattern to fit "
-                              "it, or give it as `frame` in the list `beacons`"));
+                              "' does not name a beacon: change range_input/frame_pattern to match "
+                              "it, or name it as `frame` in the list `beacons`"));
   }
   const float least = message.min_range;
   const float most = message.max_range;

@@ -7,7 +7,7 @@
 #include "fastslam_node/landmark_checks.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
 
 namespace pf_resampling {
@@ -187,7 +187,7 @@ void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const La
   }
 }
 
-bool FastSlamPipeline::take_up_work() {
+bool FastSlamPipeline::apply_finished_redraw() {
   return redraws_ && redraws_->take_over(filter_.get());
 }
 
@@ -232,8 +232,8 @@ void FastSlamPipeline::note_slips() {
     slips_.push_back(slip);
     last_slip_ = "the wheels slipped at " + std::to_string(std::lround(slip.begin)) + " s";
     log(LogLevel::warning, last_slip_ +
-                               ", or the robot was carried: there the odometry contradicts "
-                               "what was seen, and counts for less");
+                               ", or the robot was carried: there the odometry contradicts the "
+                               "observations and is down-weighted");
   }
 }
 
@@ -272,12 +272,11 @@ void FastSlamPipeline::spread_over_map() {
 void FastSlamPipeline::global_localization() {
   if (filter_->map().empty()) {
     throw Error(
-        "global_localization: there is no map yet in which the robot could be found; load "
-        "one, or give initialpose");
+        "global_localization: there is no map yet to localize in; load one, or give initialpose");
   }
   spread_over_map();
   take_new_belief();
-  log(LogLevel::info, "global localization: the robot is looked for in the whole map");
+  log(LogLevel::info, "global localization in the whole map");
 }
 
 void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
@@ -289,7 +288,7 @@ void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
                    options_.filter.sensor, filter_->map(), with_ids);
   if (!found) return;
   filter_->set_poses(*found);
-  log(LogLevel::info, "found: what was seen fits the map from (" + number_text(found->mean.x) +
+  log(LogLevel::info, "localized: the observations fit the map at (" + number_text(found->mean.x) +
                           ", " + number_text(found->mean.y) + ") m, heading " +
                           number_text(found->mean.heading) + " rad");
   take_new_belief();
@@ -302,9 +301,9 @@ void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
       redraws_ ? redraws_->recover(filter_.get(), scan.observations, scan.sensor, time, lost)
                : filter_->recover(scan.observations, scan.sensor, time, lost);
   if (!found) return;
-  log(LogLevel::warning, "lost: the landmarks seen lately fit the map from (" +
+  log(LogLevel::warning, "lost: the latest landmarks fit the map at (" +
                              std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +
-                             "); the robot is put there");
+                             "); the robot is placed there");
   if (filter_->path().empty()) {
     take_new_belief();
   } else {  // the whole drive was solved for anew

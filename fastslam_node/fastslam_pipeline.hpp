@@ -108,7 +108,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::optional<LandmarkScan> to_observations(
       const std::vector<LandmarkObservationArray>& group) override;
   void update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) override;
-  bool take_up_work() override;
+  bool apply_finished_redraw() override;
   void note_step(ros::Time stamp) override { path_stamps_.push_back(stamp); }
   void note_observations(ros::Time stamp, const LandmarkScan& used, double duration) override;
   void forget_observations() override;

@@ -46,8 +46,8 @@ std::string FastSlamPipeline::save_map(const std::string& path) {
     move(odometry_.since(), static_cast<std::uint64_t>(options_.seed), &map);
   }
   if (map.landmarks.empty()) {
-    throw Error("the map has no landmarks yet, so nothing is written to " + path +
-                "; save it when some have been seen");
+    throw Error("the map has no landmarks yet; nothing is written to " + path +
+                "; save it once landmarks have been seen");
   }
   map.frame = options_.frames.map;
   write_map_file(path, map);

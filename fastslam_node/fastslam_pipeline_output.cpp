@@ -125,22 +125,21 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   const FastSlamStatus& status = filter_->status();
   if (!start_problem_.empty()) worsen(DiagnosticStatus::ERROR, start_problem_, entry);
   if (search_) {
-    worsen(DiagnosticStatus::WARN, "global localization: looks for the robot in the whole map",
-           entry);
+    worsen(DiagnosticStatus::WARN, "global localization in the whole map", entry);
   }
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", entry);
   }
   if (status.injected > reported_injected_) {
-    worsen(DiagnosticStatus::WARN, "was lost: the robot was put where the landmarks seen fit",
-           entry);
+    worsen(DiagnosticStatus::WARN,
+           "was lost: the robot was placed where the observed landmarks fit", entry);
   }
   reported_injected_ = status.injected;
   if (options_.filter.strategy.renewal == Renewal::redraw && !can_redraw()) {
     worsen(DiagnosticStatus::WARN,
            "no redraw: the map has more than " +
                std::to_string(options_.filter.strategy.redraw.max_landmarks) +
-               " landmarks (population/redraw/max_landmarks); resampling goes on",
+               " landmarks (population/redraw/max_landmarks); only resampling continues",
            entry);
   }
   if (slips_.size() > reported_slips_) worsen(DiagnosticStatus::WARN, last_slip_, entry);
@@ -153,7 +152,7 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
             std::to_string(not_believed_) +
                 (not_believed_ > 0 ? ", last: " + last_not_believed_ : std::string()),
             entry);
-  add_value("scans with an id at two places",
+  add_value("scans with an id in two positions",
             std::to_string(ids_at_two_places_) +
                 (ids_at_two_places_ > 0 ? ", last: " + last_id_at_two_places_ : std::string()),
             entry);

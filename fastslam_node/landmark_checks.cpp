@@ -5,7 +5,7 @@
 #include <map>
 
 #include "src/diagnostics/diagnostics.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -70,7 +70,7 @@ std::optional<Rejection> check_repeated(const LandmarkObservation& observation,
     if (&other == &observation) return std::nullopt;
     if (other.id == observation.id && !check(other) && distance(other, observation) <= kSamePlace) {
       return rejection(RejectReason::repeated, "the id ", observation.id,
-                       " is twice in a scan, at the same place: the first counts");
+                       " appears twice in a scan, in the same position: the first is used");
     }
   }
   return std::nullopt;
@@ -82,9 +82,10 @@ std::string id_at_two_places(const LandmarkObservationArray& scan) {
     if (observation.id < 0 || check(observation)) continue;
     const auto [other, is_new] = seen.emplace(observation.id, &observation);
     if (is_new || !(distance(*other->second, observation) > kSamePlace)) continue;
-    return "the id " + std::to_string(observation.id) + " is twice in a scan, " +
+    return "the id " + std::to_string(observation.id) + " appears twice in a scan, " +
            number_text(distance(*other->second, observation)) +
-           " m apart: misread, or two landmarks with one id? Only what fits the map is believed";
+           " m apart: misread, or two landmarks with one id? Only observations that fit the map "
+           "are used";
   }
   return "";
 }

@@ -14,19 +14,17 @@ ParameterList parameters_of(FastSlamPipelineOptions* options) {
   ParameterList list = {preset_parameter(fastslam_presets(), &options->preset)};
   for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
   add_input_parameters(kScanNames, options, &list);
-  list.push_back(pattern_parameter(
-      "landmark_input/tag_pattern", &options->tag_pattern,
-      "Takes detected tags, as tf frames, for landmarks: regular expression that finds the id in "
-      "the frame's name, such as tag_(\\d+); empty: no tags."));
   list.push_back(
-      basic(text_parameter("map_file/load", &options->map_file,
-                           "Map file, or list of surveyed landmarks, to load at the start; empty: "
-                           "none.")));
+      pattern_parameter("landmark_input/tag_pattern", &options->tag_pattern,
+                        "Use tags on /tf as landmarks: regular expression whose group is the id in "
+                        "the name of the frame, such as tag_(\\d+); empty: off."));
+  list.push_back(basic(
+      text_parameter("map_file/load", &options->map_file,
+                     "Map file or list of surveyed landmarks to load at the start; empty: none.")));
   list.push_back(
       basic(boolean_parameter("map_file/global_localization", &options->starts_anywhere,
-                              "Look for the robot everywhere in the map that is loaded at the "
-                              "start, by what it sees; false: "
-                              "it is where the map was saved, or where initialpose says.")));
+                              "Global localization in the map that is loaded at the start; false: "
+                              "the robot is where the map was saved, or at initialpose.")));
   list.push_back(directory_parameter(options));
   add_output_parameters(options, &list);
   return basic_first(list);

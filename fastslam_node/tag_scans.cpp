@@ -5,7 +5,7 @@
 
 #include "src/messages/conversions.hpp"
 #include "src/messages/foreign_messages.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -58,7 +58,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
                      "(apriltag_ros: standalone_tags)");
   }
   if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) {
-    return rejection(RejectReason::not_finite, "the place of tag '", shown_name(tag),
+    return rejection(RejectReason::not_finite, "the position of tag '", shown_name(tag),
                      "' has a NaN or infinity");
   }
   const auto camera_pose = on_robot->pose(frames_.base, camera);
@@ -78,7 +78,7 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   const std::string frame = camera + " from above";
   if (!on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading)) {
     return rejection(RejectReason::unknown_frame, "where '", shown_name(frame),
-                     "' is cannot be kept: its name is longer than ", kLongestFrameName,
+                     "' cannot be stored: its name is longer than ", kLongestFrameName,
                      " characters");
   }
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);

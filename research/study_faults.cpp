@@ -18,7 +18,7 @@ void add_study_options(CommandLine* line, int seeds) {
   line->option<int>("seeds", "N", seeds, "runs per configuration, with seeds 1 to N");
   line->option<int>("jobs", "N", "runs at a time (default: the number of processors)");
   line->option<std::string>("json", "FILE",
-                            "write all figures: of every run, and what the table sums up");
+                            "write all figures, of every run and of the table, as JSON");
   line->option<std::string>("csv", "FILE", "write a row of figures for every run");
   for (const char* name : {"bag", "world"}) line->reads(name);
   for (const char* name : {"json", "csv"}) line->writes(name);
@@ -40,10 +40,9 @@ std::string file_name(const std::string& path) {
 }
 
 int study_faults(const std::vector<std::string>& arguments) {
-  CommandLine line(
-      "study faults",
-      "What a filter does, and what it says, when something goes wrong: each fault is put into\n"
-      "the recording by itself.");
+  CommandLine line("study faults",
+                   "What a filter does and reports when something goes wrong: each fault is "
+                   "injected into the\nrecording by itself.");
   line.positional("bag", "a recording with ground truth and beacon ranges, or landmarks");
   line.option<double>("share", "SHARE", 0.4, "share of the drive before the fault");
   line.option<std::string>("fault", "WORDS", "",

@@ -269,7 +269,7 @@ void FilterConnection::subscribe() {
 void FilterConnection::post(Job job) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (jobs_.size() >= kMostJobs) {
-    news_.results.push_back({false, "Not done: too many changes are waiting for an answer"});
+    news_.results.push_back({false, "Not done: too many changes are waiting for a reply"});
     return;
   }
   jobs_.push_back(std::move(job));

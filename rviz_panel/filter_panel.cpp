@@ -224,8 +224,8 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
     button->setToolTip(exists ? help : "The filter does not offer this");
   };
   enable(global_localization_button_, presence.global_localization,
-         "Forget where the robot is, and search everywhere");
-  enable(reset_button_, presence.reset, "Start the filter from nothing");
+         "Forget the pose and search the whole map");
+  enable(reset_button_, presence.reset, "Reset the filter");
   enable(save_map_button_, presence.save_map, "Write the map to a file");
   enable(load_map_button_, presence.load_map, "Replace the map by that of a file");
   parameters_->setEnabled(presence.node);
@@ -301,7 +301,7 @@ void FilterPanel::show_result(bool success, const QString& text) {
 
 void FilterPanel::ask_reset() {
   auto* box = new QMessageBox(QMessageBox::Question, "Reset",
-                              "Start the filter from nothing? Pose and map will be lost.",
+                              "Reset the filter? Pose and map will be lost.",
                               QMessageBox::Ok | QMessageBox::Cancel, this);
   box->setAttribute(Qt::WA_DeleteOnClose);
   connect(box, &QMessageBox::accepted, this, [this] { connection_->reset(); });
@@ -317,7 +317,7 @@ void FilterPanel::ask_load_map() {
   ask_file(
       "Load a map", "my.map", "Maps (*.map *.csv *.txt)", true, [this](const std::string& file) {
         auto* box = new QMessageBox(QMessageBox::Question, "Load a map",
-                                    "Keep this map as it is and only localize in it, or map on?",
+                                    "Freeze this map and only localize in it, or continue mapping?",
                                     QMessageBox::Cancel, this);
         box->setAttribute(Qt::WA_DeleteOnClose);
         auto* keep = box->addButton("Only localize", QMessageBox::AcceptRole);

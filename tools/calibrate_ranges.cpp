@@ -30,8 +30,8 @@ CommandLine command_line() {
   line.topic("ranges", "/ranges", "ranges");
   line.topic("beacons", "/beacons", "positions of the beacons");
   line.option<std::string>("base", "FRAME", "base_link", "frame of the robot's base in /tf_static");
-  line.option<std::string>("antenna", "X,Y,Z",
-                           "where the antennas sit on the robot (m); by default from /tf_static");
+  line.option<std::string>(
+      "antenna", "X,Y,Z", "positions of the antennas on the robot (m); by default from /tf_static");
   line.option<double>("outliers", "SIGMAS", 3.5,
                       "residuals above this many standard deviations count as outliers");
   line.example("calibrate_ranges plaza2.bag --output calibration.yaml");
@@ -76,7 +76,7 @@ class Antennas {
     std::string known;
     for (const auto& [name, transform] : frames_) known += (known.empty() ? "" : ", ") + name;
     throw Error("no transform from " + base_ + " to the ranges' frame '" + frame +
-                "' in /tf_static, which has " + known + "; --antenna X,Y,Z says where it sits");
+                "' in /tf_static, which has " + known + "; give its position with --antenna X,Y,Z");
   }
 
  private:

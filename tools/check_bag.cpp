@@ -15,9 +15,9 @@ using namespace pf_resampling;
 CommandLine command_line() {
   CommandLine line(
       "check_bag",
-      "Says what is in a bag (topics, rates, gaps, stamps, frames, beacons, landmarks) and\n"
-      "what each filter is missing. Exits with 0 if a filter can run on it, with 1 if none can.");
-  line.positional("in.bag", "the bag to look at");
+      "Reports what is in a bag (topics, rates, gaps, stamps, frames, beacons, landmarks) "
+      "and\nwhat each filter lacks. Exits with 0 if a filter can run on it, with 1 if none can.");
+  line.positional("in.bag", "the bag to check");
   const CheckedTopics usual;
   add_beacon_mcl_topics(&line);
   line.topic("landmarks", usual.landmarks, "observations of landmarks");

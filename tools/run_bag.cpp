@@ -24,16 +24,16 @@ CommandLine command_line() {
   line.repeatable_option("more", "FILE",
                          "another bag of the same drive, such as the next part of a split "
                          "recording; may be repeated");
-  line.option<double>("start", "S", "leave out what comes before, s after the begin of the bag");
-  line.option<double>("duration", "S", "s after which to stop");
-  line.repeatable_option("topics", "TOPIC", "read this topic and no others; may be repeated");
+  line.option<double>("start", "S", "skip this many seconds at the start of the bag");
+  line.option<double>("duration", "S", "stop after this many seconds");
+  line.repeatable_option("topics", "TOPIC", "read only this topic; may be repeated");
   line.option<std::string>("tum", "FILE",
                            "write the path at the end, as text for evo: a line `time x y z qx qy "
                            "qz qw` for each pose");
   line.option<std::string>("map-csv", "FILE",
                            "fastslam: write the map at the end, as a table id,x,y,sigma");
   line.flag("no-clouds",
-            "leave out what is only for looking at: clouds, markers, and paths but the last");
+            "leave out what is only for display: clouds, markers, and all paths but the last");
   line.flag("pose-only", "write pose and tf only");
   line.option<std::string>(
       "load-map", "FILE",

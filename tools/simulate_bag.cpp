@@ -32,31 +32,26 @@ void set_from(const CommandLine& line, const std::string& option, double* value)
 CommandLine command_line() {
   CommandLine line(
       "simulate_bag",
-      "Simulates a drive and writes what the robot would have recorded as a bag, with\n"
-      "the truth. The same world, seed and options give the same bytes.\n"
-      "Worlds: " +
+      "Simulates a drive and writes the bag that the robot would have recorded, with the\nground "
+      "truth. The same world, seed and options give the same bytes.\nWorlds: " +
           joined(builtin_worlds(), ", ") +
-          ", or the path of\n"
-          "a YAML file like those in config/worlds, or of a map of the public FastSLAM simulator\n"
-          "(.mat, as text, with landmarks lm and waypoints wp), driven by the robot of "
-          "indoor_two_loops\n"
-          "with a sensor that reaches 30 m.");
+          ", or the path of\na YAML file like those in config/worlds, or of a map of the public "
+          "FastSLAM simulator\n(.mat, as text, with landmarks lm and waypoints wp), driven by the "
+          "robot of indoor_two_loops\nwith a sensor range of 30 m.");
   line.positional("WORLD", "name of a world, or path of a world's YAML file or of a map");
   line.positional("out.bag", "the bag to write");
   line.reads("WORLD");
   line.writes("out.bag");
-  line.option<std::int64_t>("seed", "N", 1,
-                            "seed of the noise; the path driven does not depend on it");
+  line.option<std::int64_t>("seed", "N", 1, "seed of the noise; the path does not depend on it");
   line.option<double>("duration", "S",
                       "length of the drive in seconds, instead of that of the world");
-  line.flag("repeat",
-            "after the last waypoint start again with the first, until --duration is over");
+  line.flag("repeat", "repeat the waypoints until --duration is over");
   line.option<std::string>(
       "beacons-z", "Z[,Z...]",
       "height of all beacons, or of each, in metres, instead of those of the world");
   line.option<double>("speed", "V", "speed in m/s, instead of that of the world");
   line.option<double>("sensor-range", "R",
-                      "how far landmarks are seen, in metres, instead of that of the world");
+                      "range of the landmark sensor in metres, instead of that of the world");
   line.option<double>(
       "range-noise", "SIGMA",
       "standard deviation of the range of landmarks, in metres, instead of that of the world");

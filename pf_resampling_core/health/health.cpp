@@ -30,41 +30,43 @@ const EnumNames<Health>& names_of(Health) {
 
 HealthJudgement judge_health(const HealthInputs& inputs) {
   if (!inputs.has_belief) {
-    return {Health::starting, "waiting for " + inputs.waits_for, "Give it what it waits for."};
+    return {Health::starting, "waiting for " + inputs.waits_for, "Provide it."};
   }
   if (inputs.lost > kLikelyLost) {
-    return {Health::lost, "the " + inputs.observations + " do not fit the belief: lost?",
-            "Wait for recovery (recovery/enabled), or say where the robot is (initialpose)."};
+    return {Health::lost, "the " + inputs.observations + " contradict the belief: lost?",
+            "Wait for recovery (recovery/enabled), or give the pose (initialpose)."};
   }
   const double unknown = either_probability(inputs.position_unknown, inputs.heading_unknown);
   if (either_probability(inputs.lost, unknown) > kLikelyLost) {
     const bool is_position =
         inputs.position_unknown > kLikelyLost || inputs.position_unknown >= inputs.heading_unknown;
     return {Health::converging,
-            is_position ? "the position is uncertain by a good part of the scene"
-                        : "the heading is uncertain by a good part of a turn",
-            "Drive on until it is known, and do not rely on it before."};
+            is_position ? "the position is uncertain by a large part of the scene"
+                        : "the heading is uncertain by a large part of a turn",
+            "Drive on until it is known, and do not rely on it until then."};
   }
   if (!inputs.misfit.empty()) {
-    return {Health::doubtful, inputs.misfit + " do not fit the others: moved, reflected, or lying?",
-            "See which in /diagnostics, and do without until it is right again."};
+    return {Health::doubtful,
+            inputs.misfit + " contradict the others: moved, reflected, or faulty?",
+            "/diagnostics names it; remove it until it is repaired."};
   }
   if (inputs.sample_size < kFewParticles) {
     return {Health::degenerate, "few particles carry the weight",
-            "Take more particles, or state the noise of the sensor as large as it is."};
+            "Use more particles, or a realistic sensor noise."};
   }
   if (inputs.descendants < kFewParticles) {
-    return {Health::depleted, "few particles have descendants",
-            "Renew earlier (population/threshold), or spread the copies (excitation/method)."};
+    return {
+        Health::depleted, "few particles have descendants",
+        "Renew earlier (population/threshold), or add noise to the copies (excitation/method)."};
   }
   if (inputs.needs_past && !inputs.renews_past && inputs.histories < kFewParticles) {
     return {Health::depleted,
-            "few histories of the map's past are left: it is less certain than it looks",
-            "Take population/renewal redraw, or freeze the map if it is done (map/frozen)."};
+            "particle diversity is nearly gone; the map is less certain than its covariances say",
+            "Use population/renewal redraw, or freeze a finished map (map/frozen)."};
   }
   if (!inputs.keeps_up) {
     return {Health::too_slow, "updates take longer than the time between observations",
-            "Take fewer particles, or send fewer " + inputs.observations + "."};
+            "Use fewer particles, or send fewer " + inputs.observations + "."};
   }
   return {};
 }

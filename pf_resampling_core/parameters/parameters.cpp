@@ -89,7 +89,7 @@ double parse_number(const Parameter& parameter, const std::string& text) {
   if (below || value > parameter.maximum) refuse(parameter, text);
   if (parameter.minimum_excluded && value - parameter.minimum < kSmallestAbove) {
     throw Error("parameter " + parameter.name + " is '" + quoted(text) +
-                "', too near to its limit to reckon with: has to be " +
+                "', too close to its lower limit; use " +
                 shortest_text(parameter.minimum + kSmallestAbove) + " or more");
   }
   return value;

@@ -32,8 +32,7 @@ const Preset& preset_named(const PresetList& presets, const std::string& name) {
 }
 
 Parameter preset_parameter(const PresetList& presets, std::string* field) {
-  std::string help =
-      "Values in place of the defaults; what you set yourself stays as you set it. Here";
+  std::string help = "Set of values in place of the defaults; what you set yourself wins.";
   for (const Preset& preset : presets) {
     help += (&preset == &presets.front() ? " " : "; ") + preset.name + ": " + preset.meaning;
   }

@@ -144,21 +144,19 @@ const EnumNames<CompensatedWeights>& names_of(CompensatedWeights) {
 
 void add_parameters(CompensationOptions* options, ParameterList* parameters) {
   const std::string group = "population/compensation/";
+  parameters->push_back(choice_parameter(group + "pairing", &options->pairing,
+                                         "How weak and strong particles are paired for blending."));
+  parameters->push_back(real_parameter(group + "ratio", &options->ratio, 0.0, 1.0, "",
+                                       "Share of the weak half of the particles that is blended, "
+                                       "weakest first. 0: only the weights change."));
   parameters->push_back(
-      choice_parameter(group + "pairing", &options->pairing,
-                       "How a weak particle finds the strong particle that it is blended with."));
-  parameters->push_back(
-      real_parameter(group + "ratio", &options->ratio, 0.0, 1.0, "",
-                     "Share of the weak half of the particles that is blended, weakest first. 0: "
-                     "none, only the weights change."));
-  parameters->push_back(choice_parameter(
-      group + "blend", &options->blend,
-      "Shares of a pair: its weights divided by their sum, or equations 7 and 8 of Kwak (2008) as "
-      "printed, by which the filter diverges."));
+      choice_parameter(group + "blend", &options->blend,
+                       "Blending weights of a pair: normalized, or equations 7 and 8 of Kwak "
+                       "(2008) as printed (literal), with which the filter diverges."));
   parameters->push_back(
       choice_parameter(group + "covariance", &options->covariance,
                        "Covariance of what is blended besides the pose (landmarks, calibration): "
-                       "kept, or matched to the moments of both."));
+                       "that of the weak particle (keep), or moment-matched."));
   parameters->push_back(
       choice_parameter(group + "weights_after", &options->weights_after,
                        "Weights after compensation: all equal (reset), or the mean of each pair."));

@@ -99,7 +99,7 @@ const EnumNames<Excitation>& names_of(Excitation) {
 void add_parameters(ExcitationOptions* options, ParameterList* parameters) {
   ParameterList& list = *parameters;
   list.push_back(choice_parameter("excitation/method", &options->method,
-                                  "Noise that is added to the particles after a renewal."));
+                                  "Noise added to the particles after a renewal."));
   list.push_back(real_parameter("excitation/sigma_position", &options->sigma_position, 0.0, 100.0,
                                 "m", "gaussian: standard deviation of the position, per axis."));
   list.push_back(real_parameter("excitation/sigma_heading", &options->sigma_heading, 0.0, 3.2,

@@ -149,9 +149,9 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   const std::string group = "population/resampling/";
   parameters->push_back(
       basic(choice_parameter(group + "scheme", &options->scheme, "Resampling scheme.")));
-  parameters->push_back(choice_parameter(group + "inner_scheme", &options->inner_scheme,
-                                         inner_resampling_schemes(),
-                                         "Scheme that partial and rank_based use inside."));
+  parameters->push_back(
+      choice_parameter(group + "inner_scheme", &options->inner_scheme, inner_resampling_schemes(),
+                       "Scheme that partial and rank_based apply to the selected particles."));
   parameters->push_back(real_parameter(
       group + "partial_high", &options->partial_high, 1.0, 1000.0, "",
       "partial: particles with a weight above this multiple of 1/M take part (M particles)."));
@@ -160,7 +160,7 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
       "partial: particles with a weight below this multiple of 1/M take part (M particles)."));
   parameters->push_back(real_parameter(
       group + "rank_max", &options->rank_max, 1.0, 2.0, "",
-      "rank_based: eta_max; the best particle is drawn with probability eta_max/M."));
+      "rank_based: eta_max; the best particle is drawn with probability eta_max/M (M particles)."));
   parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
                                          "Weights after partial and rank_based: all equal (reset), "
                                          "or corrected so that the result is unbiased."));

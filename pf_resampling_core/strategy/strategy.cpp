@@ -32,24 +32,24 @@ const std::vector<Renewal>& renewals_without_redraw() {
 
 void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewals,
                     ParameterList* parameters) {
-  parameters->push_back(choice_parameter("population/schedule", &options->schedule,
-                                         "When the population is renewed."));
+  parameters->push_back(
+      choice_parameter("population/schedule", &options->schedule, "When to renew the population."));
   parameters->push_back(basic(real_above_parameter(
       "population/threshold", &options->threshold, 0.0, 1.0, "",
-      "effective_sample_size: renew when N_eff falls below this share of the particles.")));
+      "effective_sample_size: renew when N_eff drops below this share of the particles.")));
   parameters->push_back(
       integer_parameter("population/every_n", &options->every_n, 1, 1000000,
                         "every_n: number of observations from one renewal to the next."));
-  parameters->push_back(real_above_parameter(
-      "population/tempering", &options->tempering, 0.0, 1.0, "",
-      "Share of what the observations say that the weights take up; below 1 only to compare with "
-      "(redraw has its own)."));
+  parameters->push_back(real_above_parameter("population/tempering", &options->tempering, 0.0, 1.0,
+                                             "",
+                                             "Exponent on the likelihood in the weights; below 1 "
+                                             "only for comparisons (redraw has its own)."));
   const bool can_redraw = std::count(renewals.begin(), renewals.end(), Renewal::redraw) > 0;
-  parameters->push_back(basic(choice_parameter(
-      "population/renewal", &options->renewal, renewals,
-      can_redraw ? "What renewing means: resampling, compensation, drawing all particles anew from "
-                   "all data (redraw), or nothing."
-                 : "What renewing means: resampling, compensation, or nothing.")));
+  parameters->push_back(
+      basic(choice_parameter("population/renewal", &options->renewal, renewals,
+                             can_redraw ? "How to renew: resampling, compensation, redraw (sample "
+                                          "all particles anew from all data), or none."
+                                        : "How to renew: resampling, compensation, or none.")));
   add_parameters(&options->resampling, parameters);
   add_parameters(&options->compensation, parameters);
   if (can_redraw) add_parameters(&options->redraw, parameters);

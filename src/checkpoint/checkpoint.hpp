@@ -5,7 +5,7 @@
 
 #include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
-#include "src/checkpoint/saved_progress.hpp"
+#include "src/odometry/saved_progress.hpp"
 
 namespace pf_resampling {
 

@@ -8,13 +8,11 @@
 namespace pf_resampling {
 
 void add_parameters(CheckpointOptions* options, ParameterList* list) {
-  list->push_back(
-      basic(text_parameter("checkpoint/file", &options->file,
-                           "Live: file to which the node writes all that the filter knows, "
-                           "from time to time; empty: none.")));
-  list->push_back(
-      real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
-                           "Time between two checkpoints, in real (not simulated) time."));
+  list->push_back(basic(text_parameter("checkpoint/file", &options->file,
+                                       "Live: file of the periodic checkpoint, from which the node "
+                                       "continues at the start; empty: none.")));
+  list->push_back(real_above_parameter("checkpoint/period", &options->period, 0.0, 1e6, "s",
+                                       "Period of the checkpoints, in real (not simulated) time."));
 }
 
 bool CheckpointKeeper::start(const std::function<void(const std::string& path)>& resume) {

@@ -28,7 +28,7 @@ void PeriodicWriter::write(Write write) {
     } catch (const std::exception& error) {
       return std::string(error.what());
     } catch (...) {
-      return path + " was not written, for a reason that is not known";
+      return path + " was not written, for an unknown reason";
     }
   });
 }

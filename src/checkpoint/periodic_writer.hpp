@@ -8,7 +8,7 @@
 #include <future>
 #include <string>
 
-#include "src/pipeline/pipeline_sinks.hpp"
+#include "src/diagnostics/log_level.hpp"
 
 namespace pf_resampling {
 

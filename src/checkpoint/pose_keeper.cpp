@@ -10,10 +10,11 @@ namespace pf_resampling {
 void add_parameters(SavedPoseOptions* options, ParameterList* list) {
   list->push_back(real_parameter(
       "pose/save_every", &options->save_every, 0.0, 1e6, "s",
-      "Live: write the pose to a file this often, in real time, and at the end; at the start, the "
-      "robot is put where that file says if it can still be there. 0: no."));
-  list->push_back(real_above_parameter("pose/oldest", &options->oldest, 0.0, 1e9, "s",
-                                       "Live: a pose that is older at the start is not taken."));
+      "Live: period, in real time, of saving the pose to a file, also done at the end; at the "
+      "start the robot is placed there if it can still be there. 0: off."));
+  list->push_back(
+      real_above_parameter("pose/oldest", &options->oldest, 0.0, 1e9, "s",
+                           "Live: a saved pose older than this is not used at the start."));
 }
 
 PoseKeeper::PoseKeeper(const SavedPoseOptions& options,
@@ -44,7 +45,7 @@ std::optional<SavedPose> PoseKeeper::read() {
   try {
     return read_saved_pose(file());
   } catch (const std::exception& error) {
-    const std::string problem = std::string("no saved pose is taken: ") + error.what();
+    const std::string problem = std::string("the saved pose is not used: ") + error.what();
     writer_.note_problem(problem);
     log_(LogLevel::warning, problem);
     return std::nullopt;

@@ -35,8 +35,7 @@ std::optional<std::string> reason_against(const SavedPose& saved, const PoseAtSt
            now.frame;
   }
   if (now.map.empty()) {
-    return "it was saved in " + text_file::printable(saved.map) +
-           ", and no map is loaded now that it could be in";
+    return "it was saved in " + text_file::printable(saved.map) + ", but no map is loaded now";
   }
   if (saved.map != now.map) {
     return "it was saved in " + text_file::printable(saved.map) + ", and this is " +
@@ -60,7 +59,7 @@ std::optional<std::string> reason_against(const SavedPose& saved, const PoseAtSt
   if (began_anew && saved.stood_still) return std::nullopt;
   const std::string readings = "the odometry read " + text_of(saved.odometry) +
                                " when it was saved and reads " + text_of(now.odometry) + " now";
-  return readings + (began_anew ? ": it began anew, and the robot was driving"
+  return readings + (began_anew ? ": it was reset, and the robot was driving"
                                 : ": the robot was moved meanwhile");
 }
 

@@ -95,7 +95,7 @@ DiagnosticStatus timing_diagnostic(const std::string& name, const UpdateTiming& 
   if (drops > *reported_drops) {
     worsen(DiagnosticStatus::WARN,
            std::to_string(drops - *reported_drops) + " " + observations +
-               " dropped: computation does not keep up",
+               " dropped: the computer is too slow",
            &status);
   }
   *reported_drops = drops;

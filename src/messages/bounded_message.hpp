@@ -26,7 +26,7 @@ struct Bounded {
 /// The message in it. Throws Error if it is not whole.
 template <typename Message>
 const Message& whole(const Bounded<Message>& bounded) {
-  if (!bounded.is_whole) throw Error("the message ends before it should");
+  if (!bounded.is_whole) throw Error("the message is truncated");
   return bounded.message;
 }
 

@@ -171,7 +171,7 @@ class DescribedMessageReader {
   void read_fields(const std::string& type, int depth, DescribedMessage* message) {
     const auto definition = definitions_.find(type);
     if (definition == definitions_.end()) {
-      throw Error("the definition of the message does not say what a " + type + " is");
+      throw Error("the definition of the message does not define " + type);
     }
     for (const Field& field : definition->second) {
       DescribedMessage& value = message->fields_[field.name];

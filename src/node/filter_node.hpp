@@ -118,7 +118,7 @@ class FilterNode {
     pipeline_.guard("pose", [&] { pose_.write_when_due(&pipeline_); });
     pipeline_.guard(Pipeline::kObservations, [&] { was_one = pipeline_.process_next(); });
     if (was_one && !std::exchange(is_running_, true)) {
-      ROS_INFO("the first %s are used: the filter runs", Pipeline::kObservations);
+      ROS_INFO("received the first %s: the filter runs", Pipeline::kObservations);
     }
     return was_one;
   }
@@ -172,14 +172,14 @@ class FilterNode {
       pipeline_.note_unreadable(name_of_topic(topic), error.what());
       return;
     }
-    hand_over(*message);
+    dispatch(*message);
   }
   template <typename Message>
-  void hand_over(const Message& message) {
+  void dispatch(const Message& message) {
     pipeline_.handle(message);
   }
   template <typename... Messages>
-  void hand_over(const std::variant<Messages...>& any) {
+  void dispatch(const std::variant<Messages...>& any) {
     std::visit([this](const auto& message) { pipeline_.handle(message); }, any);
   }
 
@@ -213,7 +213,7 @@ class FilterNode {
       const std::string instead = topic == "odom" ? pipeline_.odometry_elsewhere() : "";
       missing += " (nobody publishes it" + (instead.empty() ? "" : "; " + instead) + ")";
     }
-    if (!missing.empty()) ROS_INFO("nothing has come yet on %s", missing.c_str());
+    if (!missing.empty()) ROS_INFO("nothing received yet on %s", missing.c_str());
   }
 
   struct HeardInput {

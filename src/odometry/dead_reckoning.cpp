@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -38,8 +38,8 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       return rejected(RejectReason::time_gap, step + " after the newest");
     case OdometryBuffer::Addition::pose_jump:
       return rejected(RejectReason::pose_jump,
-                      "it is farther from the one before than the robot can get, by what it did so "
-                      "far and by the limits of speed and turn rate");
+                      "it is farther from the one before than the robot's motion so far and the "
+                      "limits of speed and turn rate allow");
     case OdometryBuffer::Addition::time_jumped: {
       const double forward = (buffer_.oldest() - before).toSec();
       if (forward < 0.0) ++time_jumps_;
@@ -57,7 +57,7 @@ DeadReckoning::Taken DeadReckoning::take(const nav_msgs::Odometry& message,
       break;
     case OdometryBuffer::Addition::pose_jumped:
       ++pose_jumps_;
-      taken.warning = "the odometry jumped; the jump does not count as motion";
+      taken.warning = "the odometry jumped; the jump is not taken for motion";
       break;
   }
   if (first_.isZero()) {

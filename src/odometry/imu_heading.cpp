@@ -5,7 +5,7 @@
 
 #include "pf_resampling_core/geometry.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

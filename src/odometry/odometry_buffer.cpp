@@ -65,18 +65,16 @@ const EnumNames<ImuUse>& names_of(ImuUse) {
 
 ParameterList parameters_of(OdometryBufferOptions* options) {
   return {
-      basic(choice_parameter(
-          "odometry_input/source", &options->source,
-          "Where odometry comes from: the topic odom, or the transform frames/odom -> "
-          "frames/base on /tf.")),
+      basic(choice_parameter("odometry_input/source", &options->source,
+                             "Source of odometry: the topic odom, or the transform frames/odom -> "
+                             "frames/base on /tf.")),
       basic(choice_parameter(
           "odometry_input/imu_heading", &options->imu_heading,
-          "How the robot turns: as the odometry says (none), or as the topic imu says, "
-          "by its yaw rate or its orientation. Where the IMU is silent, odometry counts.")),
-      boolean_parameter(
-          "odometry_input/use_covariance", &options->use_covariance,
-          "Take the noise of the motion from the covariance of the odometry messages, "
-          "instead of from the motion model, wherever that covariance grows."),
+          "Source of heading changes: the odometry (none), or yaw_rate or orientation of the topic "
+          "imu. Where the IMU is silent, odometry is used.")),
+      boolean_parameter("odometry_input/use_covariance", &options->use_covariance,
+                        "Use the covariance of the odometry messages, wherever it grows, in place "
+                        "of the motion model's noise."),
   };
 }
 

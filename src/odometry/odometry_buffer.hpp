@@ -10,8 +10,8 @@
 
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "src/checkpoint/saved_progress.hpp"
 #include "src/odometry/learnt_motion.hpp"
+#include "src/odometry/saved_progress.hpp"
 
 namespace pf_resampling {
 

@@ -39,7 +39,7 @@ bool is_finite(const FilterStatus& status) {
 void add_parameters(OutputOptions* output, ParameterList* list) {
   list->push_back(
       real_parameter("output/cloud_period", &output->cloud_period, 0.0, 1e6, "s",
-                     "Time between particle clouds; 0: one with every odometry message."));
+                     "Period of the particle clouds; 0: one with every odometry message."));
 }
 
 bool is_due(double period, ros::Time stamp, ros::Time* last) {

@@ -174,7 +174,7 @@ class FilterPipeline {
   /// `used`: nothing if there is odometry alone.
   virtual void update_filter(const OdometryIncrement& odometry, const Observations& used) = 0;
   /// Takes up what has been computed beside the updates; returns whether the filter changed.
-  virtual bool take_up_work() { return false; }
+  virtual bool apply_finished_redraw() { return false; }
   /// The filter was updated, with or without observations: it stands at `stamp`.
   virtual void note_step(ros::Time /*stamp*/) {}
   /// The filter has used them; `duration`: s since the last ones, 0 for the first.
@@ -259,7 +259,7 @@ class FilterPipeline {
   void drop_oldest();
   void drop_late();
   bool is_covered(const Message& message) const;
-  bool came_before(const Message& message) const;
+  bool is_duplicate(const Message& message) const;
   void note_used(const std::vector<Message>& group);
   void update(const std::vector<Message>& group);
   void move_on(const OdometryIncrement& motion, ros::Time stamp);

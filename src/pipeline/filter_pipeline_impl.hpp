@@ -12,7 +12,7 @@
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
 #include "src/pipeline/filter_pipeline_output_impl.hpp"
 #include "src/pipeline/filter_pipeline_services_impl.hpp"
@@ -75,7 +75,7 @@ std::string FilterPipeline<Types>::ask(const char* request,
     }
   });
   if (refusal) std::rethrow_exception(refusal);
-  if (!is_done) throw Error(std::string(request) + " failed; the log and /diagnostics say why");
+  if (!is_done) throw Error(std::string(request) + " failed; see the log and /diagnostics");
   return answer;
 }
 
@@ -117,8 +117,7 @@ void FilterPipeline<Types>::take_odometry(const nav_msgs::Odometry& message) {
       odometry_.take(message, noise(), imu_heading_.at(message.header.stamp));
   if (taken.rejection) return reject("odom", *taken.rejection);
   if (!taken.warning.empty()) {
-    log(LogLevel::warning,
-        taken.warning + (taken.began_again ? ", the filter starts from nothing" : ""));
+    log(LogLevel::warning, taken.warning + (taken.began_again ? ", the filter is reset" : ""));
   }
   if (taken.time_jumped) forget_time(taken);
   drop_far_ahead();
@@ -140,10 +139,9 @@ void FilterPipeline<Types>::handle(const Message& message) {
   if (const auto rejection = odometry_.check_ahead(stamp, options_.max_ahead)) {
     return reject(*rejection);
   }
-  if (came_before(message)) {
-    return reject({RejectReason::repeated,
-                   "the same came before, and counts once: does something "
-                   "else publish it, too?"});
+  if (is_duplicate(message)) {
+    return reject(
+        {RejectReason::repeated, "exact duplicate, used once: is there a second publisher?"});
   }
   const auto place = std::upper_bound(
       waiting_.begin(), waiting_.end(), stamp,
@@ -155,7 +153,7 @@ void FilterPipeline<Types>::handle(const Message& message) {
 
 // Twice the same would count as two measurements, and make a belief that is too sure.
 template <typename Types>
-bool FilterPipeline<Types>::came_before(const Message& message) const {
+bool FilterPipeline<Types>::is_duplicate(const Message& message) const {
   Message wanted = message;
   const auto is_same = [&](const Message& other) {
     if (other.header.stamp != message.header.stamp) return false;
@@ -250,9 +248,9 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     }
   }
   if (frames_.forgotten() > forgotten) {
-    reject("tf", {RejectReason::too_many,
-                  "there are more than " + std::to_string(StaticFrames::kMost) +
-                      " frames: those that were neither sent nor used lately are forgotten"});
+    reject("tf",
+           {RejectReason::too_many, "there are more than " + std::to_string(StaticFrames::kMost) +
+                                        " frames: the least recently used ones are forgotten"});
   }
   hand_over_observations();
 }
@@ -309,7 +307,7 @@ void FilterPipeline<Types>::start_anew() {
 
 template <typename Types>
 void FilterPipeline<Types>::take_new_belief() {
-  refuse_offered_pose("another start was asked for before the first odometry");
+  refuse_offered_pose("another initial pose was given before the first odometry");
   places_ = PoseClusters();
   lost_.reset();
   sample_size_.reset();
@@ -349,7 +347,7 @@ template <typename Types>
 void FilterPipeline<Types>::drop_late() {
   while (waiting_.size() > 1 && is_covered(waiting_[1]) &&
          (odometry_.newest() - waiting_.front().header.stamp).toSec() > options_.max_latency) {
-    reject(rejection(RejectReason::overload, "computation does not keep up: ", Types::kNames.plural,
+    reject(rejection(RejectReason::overload, "the computer is too slow: ", Types::kNames.plural,
                      " that have waited longer than ", options_.max_latency, " s are dropped"));
     waiting_.pop_front();
   }
@@ -357,7 +355,7 @@ void FilterPipeline<Types>::drop_late() {
 
 template <typename Types>
 bool FilterPipeline<Types>::process_next() {
-  if (take_up_work()) take_belief();
+  if (apply_finished_redraw()) take_belief();
   if (options_.deferred) drop_late();
   const std::optional<double> together = simultaneous();
   while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "src/pictures/markers.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
 

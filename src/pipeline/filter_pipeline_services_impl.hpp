@@ -7,8 +7,8 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
-#include "src/messages/given_particles_message.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
+#include "src/pipeline/given_particles_message.hpp"
 
 namespace pf_resampling {
 
@@ -99,7 +99,7 @@ void FilterPipeline<Types>::note_preset() const {
   const std::string departures =
       departures_from(preset_named(Types::presets(), options_.preset), parameters_of(&filter));
   if (departures.empty()) return;
-  log(LogLevel::info, "not as in the preset, since it was set otherwise: " + departures);
+  log(LogLevel::info, "set by you, so not as in the preset: " + departures);
 }
 
 template <typename Types>

@@ -50,7 +50,7 @@ const char* name_of_input() {
 
 /// Hands a message to the pipeline. No exception gets out; see FilterPipeline::guard().
 template <typename Message, typename Pipeline>
-void hand_over(const Message& message, Pipeline* pipeline) {
+void dispatch(const Message& message, Pipeline* pipeline) {
   static const char* const input = name_of_input<Message, Pipeline>();
   pipeline->guard(input, [&] { pipeline->handle(message); });
 }
@@ -58,7 +58,7 @@ void hand_over(const Message& message, Pipeline* pipeline) {
 /// Likewise one in memory.
 template <typename Pipeline, typename... Pointers>
 void handle(const std::variant<Pointers...>& message, Pipeline* pipeline) {
-  std::visit([pipeline](const auto& pointer) { hand_over(*pointer, pipeline); }, message);
+  std::visit([pipeline](const auto& pointer) { dispatch(*pointer, pipeline); }, message);
 }
 
 }  // namespace pf_resampling

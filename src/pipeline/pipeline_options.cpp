@@ -5,19 +5,17 @@ namespace {
 
 /// In the group "frames".
 void add_frame_parameters(FrameNames* frames, ParameterList* list) {
-  list->push_back(
-      basic(name_parameter("frames/map", &frames->map, "Frame of poses, beacons and landmarks.")));
+  list->push_back(basic(
+      name_parameter("frames/map", &frames->map, "Frame of the poses, beacons and landmarks.")));
   list->push_back(basic(name_parameter("frames/odom", &frames->odom,
-                                       "Frame that odometry messages have in header.frame_id.")));
+                                       "Odometry frame: header.frame_id of the odometry.")));
+  list->push_back(basic(name_parameter("frames/base", &frames->base,
+                                       "Robot frame: child_frame_id of the odometry.")));
   list->push_back(
-      basic(name_parameter("frames/base", &frames->base,
-                           "Frame of the robot, which odometry messages have in child_frame_id.")));
-  list->push_back(basic(boolean_parameter(
-      "frames/publish_tf", &frames->publish_tf,
-      "Publish the transform map -> odom; false: something else does, such as another filter.")));
+      basic(boolean_parameter("frames/publish_tf", &frames->publish_tf,
+                              "Publish the transform map -> odom; false: another node does.")));
   list->push_back(real_parameter("frames/transform_tolerance", &frames->transform_tolerance, 0.0,
-                                 100.0, "s",
-                                 "The transform map -> odom is stamped this far in the future."));
+                                 100.0, "s", "How far the transform map -> odom is post-dated."));
 }
 
 }  // namespace
@@ -33,9 +31,9 @@ void apply_values(const Configuration& configuration, const PresetList& presets,
 }
 
 Parameter directory_parameter(PipelineOptions* options) {
-  return name_parameter("map_file/directory", &options->directory,
-                        "Live: folder in which services write and read files, and no others; made "
-                        "if it is missing.");
+  return name_parameter(
+      "map_file/directory", &options->directory,
+      "Live: the only folder in which services read and write files; created if missing.");
 }
 
 void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
@@ -45,7 +43,7 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
   }
   list->push_back(
       basic(integer_parameter("seed", &options->seed, 0, 2147483647,
-                              "Seed of all random numbers: the same seed gives the same result.")));
+                              "Seed of all random numbers; the same seed gives the same result.")));
   add_frame_parameters(&options->frames, list);
   const std::string group = std::string(names.parameters) + "/";
   const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";

@@ -13,10 +13,9 @@
 #include <string>
 
 #include "pf_resampling_core/population/pose_estimate.hpp"
+#include "src/diagnostics/log_level.hpp"
 
 namespace pf_resampling {
-
-enum class LogLevel { info, warning, error };
 
 /// Where the messages of a pipeline go. What is empty is not made at all.
 struct PipelineSinks {

@@ -67,7 +67,7 @@ TEST(BeaconMclPipeline, AHeadingThatIsNotKnownIsSaid) {
       << standing.health_text;
   EXPECT_LT(standing.lost, 0.5);  // the position is known
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
-            "the heading is uncertain by a good part of a turn");
+            "the heading is uncertain by a large part of a turn");
   run.feed(BeaconMclDrive::messages(0.1, 40.0));
   EXPECT_EQ(run.out.statuses.back().health, "healthy");
   EXPECT_LT(run.out.statuses.back().lost, 0.1);

@@ -38,7 +38,7 @@ TEST(FastSlamPipeline, AClockThatIsSetBackIsNoNewStart) {
     scan.header.stamp -= back;
     run.pipeline.handle(scan);
   }
-  EXPECT_FALSE(run.has_said("the filter starts from nothing"));
+  EXPECT_FALSE(run.has_said("the filter is reset"));
   EXPECT_LT(distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + back)), kLost);
   run.pipeline.publish_results();
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
@@ -208,7 +208,7 @@ TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
   EXPECT_LT(
       distance(run.pose(), Drive::truth(run.out.poses.back().header.stamp + ros::Duration(12.0))),
       kLost);
-  EXPECT_TRUE(run.has_said("lost: the landmarks seen lately fit the map"));
+  EXPECT_TRUE(run.has_said("lost: the latest landmarks fit the map"));
   EXPECT_EQ(run.out.statuses.back().injected, 60u);
   run.pipeline.publish_results();
   EXPECT_EQ(run.out.maps.back().landmarks.size(), 12u);
@@ -246,7 +246,7 @@ TEST(FastSlamPipeline, GlobalLocalizationLooksForTheRobotInTheWholeMap) {
   EXPECT_THROW(run.pipeline.global_localization(), Error);
   run.feed(Drive::messages(45.0));
   run.pipeline.global_localization();
-  EXPECT_TRUE(run.has_said("the robot is looked for in the whole map"));
+  EXPECT_TRUE(run.has_said("global localization in the whole map"));
   // Over 20 m of map: nobody knows where it is.
   const Eigen::Matrix3d spread = run.pipeline.estimate()->covariance;
   EXPECT_GT(spread(0, 0) + spread(1, 1), 4.0);
@@ -262,8 +262,8 @@ TEST(FastSlamPipeline, AMapTooLargeToBeRedrawnIsSaid) {
   FastSlamRig run(options);
   run.feed(Drive::messages(20.0));
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
-            "no redraw: the map has more than 3 landmarks (population/redraw/max_landmarks); "
-            "resampling goes on");
+            "no redraw: the map has more than 3 landmarks (population/redraw/max_landmarks); only "
+            "resampling continues");
 }
 
 // The map is 20 m wide at most; a deviation of 5 m in x and y is a third of that.
@@ -276,7 +276,7 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
   EXPECT_GT(run.pipeline.lost_probability(), 0.9);
   for (int i = 402; i <= 420; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
-            "the position is uncertain by a good part of the scene");
+            "the position is uncertain by a large part of the scene");
 }
 
 // Put down within metres, it makes its map from there: particles disagree by metres about where the

@@ -298,8 +298,8 @@ TEST(FastSlamScans, AnIdAtTwoPlacesInAScanIsSaid) {
     scan->observations.push_back(scan->observations.front());
     scan->observations.back().range += 2.0;
   }));
-  EXPECT_TRUE(run.has_said("is twice in a scan, 2.000 m apart"));
-  EXPECT_EQ(value_of(run.out.diagnostics.back(), "scans with an id at two places").substr(0, 2),
+  EXPECT_TRUE(run.has_said("appears twice in a scan, 2.000 m apart"));
+  EXPECT_EQ(value_of(run.out.diagnostics.back(), "scans with an id in two positions").substr(0, 2),
             "10");
   EXPECT_LT(run.error(), kLost);
 }

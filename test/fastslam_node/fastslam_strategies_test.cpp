@@ -234,7 +234,7 @@ TEST(FastSlamPipeline, SaysThatTheMapsPastIsDepleted) {
   EXPECT_NE(depleted.health_text.find("redraw"), std::string::npos) << depleted.health_text;
   const auto& entry = run.out.diagnostics.back().status[0];
   EXPECT_EQ(entry.level, diagnostic_msgs::DiagnosticStatus::WARN);
-  EXPECT_NE(entry.message.find("few histories of the map's past are left"), std::string::npos)
+  EXPECT_NE(entry.message.find("particle diversity is nearly gone"), std::string::npos)
       << entry.message;
 
   run.pipeline.set_parameters({{"map/frozen", "true"}});

@@ -276,7 +276,7 @@ class Attack {
         run_(options(bytes), bytes->below(8) == 1) {}
 
   void run() {
-    hand_over(Drive::messages(0.0, 0.4));
+    dispatch(Drive::messages(0.0, 0.4));
     time_ = 0.4;
     for (int i = 0; i < 30 && !bytes_->empty() && time_ < kLatest; ++i) {
       step();
@@ -310,17 +310,17 @@ class Attack {
       case 1:
         return drive(0.1 * (1 + bytes_->below(4)));
       case 2:
-        return hand_over({worse(bytes_, Drive::odometry(now + ros::Duration(0.02)))});
+        return dispatch({worse(bytes_, Drive::odometry(now + ros::Duration(0.02)))});
       case 3:
-        return hand_over(
+        return dispatch(
             {worse(bytes_, Drive::observation_at(now + ros::Duration(0.03), bytes_->below(4)))});
       case 4: {
-        return hand_over({worse(bytes_, where_it_is(now))});
+        return dispatch({worse(bytes_, where_it_is(now))});
       }
       case 5:
-        return hand_over({transforms(bytes_, now)});
+        return dispatch({transforms(bytes_, now)});
       case 6:
-        if (const auto message = own_message(bytes_, &run_, now)) hand_over({*message});
+        if (const auto message = own_message(bytes_, &run_, now)) dispatch({*message});
         return;
       case 7:
         return request(now);
@@ -328,7 +328,7 @@ class Attack {
         if (!sent_.empty()) {
           const auto which =
               static_cast<std::size_t>(bytes_->below(static_cast<int>(sent_.size())));
-          hand_over({Message(sent_[which])});
+          dispatch({Message(sent_[which])});
         }
         return;
       }
@@ -338,7 +338,7 @@ class Attack {
           auto odometry = Drive::odometry(Drive::at(time_ + 0.1 * i));
           const double stamp = odometry.header.stamp.toSec() + shift;
           odometry.header.stamp = ros::Time(std::clamp(stamp, 0.0, 4.2e9));
-          hand_over({Message(boost::make_shared<nav_msgs::Odometry>(odometry))});
+          dispatch({Message(boost::make_shared<nav_msgs::Odometry>(odometry))});
         }
       }
     }
@@ -346,7 +346,7 @@ class Attack {
 
   void drive(double seconds) {
     const double until = time_ + seconds;
-    hand_over(messages(time_, until));
+    dispatch(messages(time_, until));
     time_ = until;
   }
 
@@ -428,7 +428,7 @@ class Attack {
     }
   }
 
-  void hand_over(const std::vector<Message>& messages) {
+  void dispatch(const std::vector<Message>& messages) {
     run_.feed(messages);
     for (const Message& message : messages) {
       if (sent_.size() < 50) {
@@ -486,15 +486,15 @@ class Attack {
     if (set_parameters_ || !is_told_) set_usual_parameters();
     const double begin = std::round(10.0 * time_) / 10.0 + 1.0;
     // The drive itself has to be taken up first: hostile odometry may have been of another time.
-    hand_over(messages(begin, begin + 0.6));
+    dispatch(messages(begin, begin + 0.6));
     pipeline.guard("reset", [&] { pipeline.reset(); });
     run_.out.poses.clear();
     if constexpr (std::is_same_v<AnyRig, Rig>) {
       auto beacons = Drive::beacon_array();
       beacons.header.stamp = Drive::at(begin + 0.6);
-      hand_over({Message(boost::make_shared<BeaconArray>(beacons))});
+      dispatch({Message(boost::make_shared<BeaconArray>(beacons))});
       if (is_told_) {
-        hand_over({Message(boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(
+        dispatch({Message(boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(
             where_it_is(Drive::at(begin + 0.6))))});
       }
     }
@@ -502,7 +502,7 @@ class Attack {
     const bool maps = std::is_same_v<AnyRig, FastSlamRig>;
     const Pose2 origin = maps ? Drive::truth(Drive::at(begin + 0.7)) : Pose2{};
     const double end = begin + 0.7 + (is_told_ ? kTold : kFindOut);
-    hand_over(messages(begin + 0.7, end));
+    dispatch(messages(begin + 0.7, end));
     check_last(std::round(10.0 * end) / 10.0, origin);
   }
 

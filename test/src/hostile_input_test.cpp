@@ -328,7 +328,7 @@ TYPED_TEST(HostileInput, OfTransformsWithoutEndTheFirstAreTaken) {
       transform.child_frame_id = "frame_" + std::to_string(round) + "_" + std::to_string(i);
       transform.transform.rotation.w = 1.0;
     }
-    hand_over(message, &run.pipeline);
+    dispatch(message, &run.pipeline);
   }
   EXPECT_EQ(run.pipeline.rejects().count("tf", RejectReason::too_many), 3u);
   expect_good_again(&run, 20.0);
@@ -344,12 +344,12 @@ TYPED_TEST(HostileInput, WhatIsSaidOfAMessageIsOneLineOfLetters) {
   nav_msgs::Odometry odometry;
   odometry.header.stamp = Drive::at(20.1);
   odometry.header.frame_id = name;
-  hand_over(odometry, &run.pipeline);
+  dispatch(odometry, &run.pipeline);
   tf2_msgs::TFMessage transforms;
   transforms.transforms.resize(1);
   transforms.transforms[0].header.frame_id = "base_link";
   transforms.transforms[0].child_frame_id = name;
-  hand_over(transforms, &run.pipeline);
+  dispatch(transforms, &run.pipeline);
   run.pipeline.note_unreadable("odom", "comes as " + std::string(40000, 'x') + name);
   expect_good_again(&run, 20.0);
   std::vector<std::string> said = run.out.log;

@@ -125,7 +125,7 @@ TEST(SavedPose, IsTakenAfterTheOdometryBeganAnewIfTheRobotStood) {
   saved.stood_still = false;
   EXPECT_EQ(reason(saved, start_of(saved, 1.0, {})),
             "the odometry read (7.000, 8.000) m, -1.000 rad when it was saved and reads (0.000, "
-            "0.000) m, 0.000 rad now: it began anew, and the robot was driving");
+            "0.000) m, 0.000 rad now: it was reset, and the robot was driving");
 }
 
 TEST(SavedPose, IsRefusedWithTheReason) {
@@ -338,7 +338,7 @@ TEST(SavedPoseOfAMap, ThereIsOneOnlyForAMapThatIsInAFile) {
   FastSlamRig run(restart.options);
   run.pipeline.offer_pose(*restart.saved, "a.pose");
   run.pipeline.handle(FastSlamDrive::odometry(FastSlamDrive::at(40.0)));
-  EXPECT_TRUE(run.has_said("and no map is loaded now that it could be in"));
+  EXPECT_TRUE(run.has_said("but no map is loaded now"));
 }
 
 // A file may say what the filter does not take: a covariance with a negative eigenvalue.
@@ -416,7 +416,7 @@ TEST(PoseKeeper, TellsOfWhatCannotBeReadOrWritten) {
   Kept damaged(options, file);
   EXPECT_FALSE(damaged.keeper.read());
   ASSERT_EQ(damaged.log.size(), 1u);
-  EXPECT_EQ(damaged.log[0].rfind("no saved pose is taken: pose file " + file, 0), 0u);
+  EXPECT_EQ(damaged.log[0].rfind("the saved pose is not used: pose file " + file, 0), 0u);
   EXPECT_EQ(damaged.report().status.at(0).level, diagnostic_msgs::DiagnosticStatus::WARN);
   Kept homeless(options);
   EXPECT_EQ(homeless.log,

@@ -160,7 +160,7 @@ TEST(CheckBag, FindsWhatHindersFastSlam) {
 
   recording = landmark_recording();
   recording.landmark_observations[1].id = recording.landmark_observations[0].id;
-  EXPECT_TRUE(has(check_of(recording).remarks, "the id 7 is twice in a scan"));
+  EXPECT_TRUE(has(check_of(recording).remarks, "the id 7 appears twice in a scan"));
 }
 
 /// A camera 0.3 m above the frame that it sits on, whose z axis points ahead (an optical frame).

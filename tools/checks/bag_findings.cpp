@@ -193,10 +193,9 @@ class Checker {
       if (topic.type != "sensor_msgs/Imu") continue;
       const std::string option =
           topic.name == CheckedTopics().imu ? "" : "--imu " + topic.name + " ";
-      remark(
-          topic.name + " is an IMU: " + option +
-          "--set odometry_input/imu_heading=yaw_rate lets the robot turn as it says; orientation "
-          "where it has a good one");
+      remark(topic.name + " is an IMU: " + option +
+             "--set odometry_input/imu_heading=yaw_rate takes the turns from it, orientation its "
+             "heading, if it has a good one");
     }
   }
 
@@ -223,8 +222,8 @@ class Checker {
     }
     if (survey_.turns.in_degrees()) {
       remark(survey_.odom.topic +
-             ": it turns about 57 times as much as its way does: is its heading in degrees? It has "
-             "to be in radians");
+             ": it turns about 57 times as much as its path: is the heading in degrees? It has to "
+             "be in radians");
     }
   }
 
@@ -290,7 +289,7 @@ class Checker {
     const std::size_t with_id = seen.with_id();
     if (with_id == 0) {
       remark(survey_.landmarks.topic +
-             ": without ids; the filter finds out which landmark is which by where they are");
+             ": without ids; the filter associates them by their positions");
     }
     if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
       remark(survey_.landmarks.topic +

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -26,7 +26,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/described_message.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/filter_topics.hpp"
 
@@ -184,7 +184,7 @@ std::map<std::string, Placed> newest_static_transforms(const rosbag::Bag& bag) {
       parents[child] = {parent, isometry_of(transform.transform)};
       if (parents.size() <= kMostFrames) continue;
       throw Error(place_of(bag, "/tf_static") + " has more than " + std::to_string(kMostFrames) +
-                  " frames: no robot has so many");
+                  " frames, more than any robot has");
     }
   });
   return parents;

@@ -23,7 +23,7 @@ class UsageError : public Error {
 /// examples.
 ///
 ///     CommandLine line("check_bag", "Says what a bag holds.");
-///     line.positional("bag", "the bag to look at");
+///     line.positional("bag", "the bag to check");
 ///     line.topic("odom", "/odom", "odometry");
 ///     line.example("check_bag plaza2.bag");
 ///     if (!line.parse(arguments)) return 0;  // help was asked for and has been printed

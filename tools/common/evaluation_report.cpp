@@ -151,9 +151,9 @@ void print(const HealthShares& health) {
   for (const auto& [share, name] : said) {
     text += (text.empty() ? "" : ", ") + name + " " + percent(share);
   }
-  std::printf("  what the filter said of its health:        %s\n", text.c_str());
+  std::printf("  health as reported by the filter:          %s\n", text.c_str());
   if (health.wrong_when_healthy) {
-    std::printf("  healthy, but truth outside 3-sigma region: %s of the time it said so\n",
+    std::printf("  healthy, but truth outside 3-sigma region: %s of that time\n",
                 percent(health.wrong_when_healthy).c_str());
   }
   if (health.several_places > 0.0) {
@@ -214,11 +214,10 @@ void print_heading(const std::string& bag, const Evaluation& evaluation) {
   std::printf("; errors are absolute values\n");
   if (evaluation.frame == "start") {
     std::printf(
-        "  (the filter has a frame of its own, which is laid on the truth at the first true "
-        "pose)\n");
+        "  (the filter has a frame of its own, aligned with the truth at the first true pose)\n");
   } else if (evaluation.frame == "fit") {
     std::printf(
-        "  (the filter has a frame of its own, which is laid on the truth where it fits best)\n");
+        "  (the filter has a frame of its own, aligned with the truth by the best rigid fit)\n");
   } else if (evaluation.filter && !evaluation.filter->map_file.empty()) {
     std::printf(
         "  (the frame is that of the loaded map, %s; if that is not the truth's: --frame fit)\n",

@@ -216,7 +216,7 @@ int run(const std::vector<std::string>& command, int out, const std::string& err
   posix_spawn_file_actions_destroy(&actions);
   if (failure != 0) {
     throw Error(command[0] + ": " + std::generic_category().message(failure) +
-                "; pictures need it: sudo apt-get install python3-matplotlib");
+                "; install it for plots: sudo apt-get install python3-matplotlib");
   }
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {

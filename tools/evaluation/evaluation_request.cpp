@@ -25,9 +25,8 @@ CommandLine evaluation_command_line() {
   CommandLine line("evaluate_bag",
                    "Errors of an estimated path and map against the ground truth in the same bag.");
   line.positional("bag", "what run_bag or a launch file recorded");
-  line.option<double>(
-      "clip", "SHARE", 0.0,
-      "share of the time at the start that does not count for the errors; in [0, 1)");
+  line.option<double>("clip", "SHARE", 0.0,
+                      "share of the time at the start that is left out of the errors; in [0, 1)");
   line.option<std::string>("json", "FILE", "write the figures as JSON");
   line.option<std::string>(
       "plot", "FILE",
@@ -39,10 +38,10 @@ CommandLine evaluation_command_line() {
              "ground truth: PoseStamped, PointStamped, Odometry or PoseWithCovarianceStamped");
   line.option<std::string>(
       "truth-frame", "FRAME",
-      "frame on the robot (/tf_static) that the truth is about, for instance an antenna; by "
+      "frame on the robot (/tf_static) whose pose is the ground truth, for instance an antenna; by "
       "default ground_truth if that frame exists, otherwise base_link");
   line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
-  line.topic("odom", kUsualOdometry, "dead reckoning, if it is there; 'none' leaves it out");
+  line.topic("odom", kUsualOdometry, "dead reckoning, if present; 'none' leaves it out");
   line.topic("beacons", "/beacons", "beacons, for the picture and --batch");
   line.option<double>(
       "lost-error", "METRES", 0.0,
@@ -68,17 +67,15 @@ CommandLine evaluation_command_line() {
       "largest distance to the nearest; 0: half the usual distance of neighbours, at least 0.5 m");
   line.option<std::string>(
       "frame", "WHICH", "auto",
-      "how to lay the estimate on the truth: given (as it is), start (so that it agrees at the "
-      "first true pose), fit (where it fits best); auto: given; if the bag has a map that was "
-      "begun "
-      "at nothing (no /initialpose, no map loaded): start, or fit without true headings");
+      "alignment with the truth: given (none), start (at the first true pose), fit (best rigid "
+      "fit); auto: given, but with a map started from nothing (no /initialpose, no map loaded) "
+      "start, or fit without true headings");
   line.flag("batch",
-            "compare with the least-squares solution of odometry and observations, with their ids "
-            "or, if they have none, those of the filter's landmarks; or of odometry and ranges to "
-            "beacons");
+            "compare with batch least squares on odometry and observations (with their ids or, "
+            "without ids, the filter's associations) or on odometry and ranges");
   line.flag("batch-online",
-            "with --batch: also solve at every observation with the data until then, which is all "
-            "that a filter knows; takes minutes for a long drive");
+            "with --batch: also solve at every observation with the data up to then, all that a "
+            "filter knows; takes minutes for a long drive");
   line.flag("quiet", "print nothing");
   line.example("evaluate_bag out.bag --clip 0.2 --json out.json --plot out.png");
   line.example("evaluate_bag slam.bag --batch");

@@ -134,7 +134,7 @@ int fastslam_over_bag(const CommandLine& line) {
   const FastSlamStatus& status = pipeline.filter().status();
   if (pipeline.not_believed() > 0) {
     std::cout << pipeline.not_believed()
-              << " observations were not believed: they did not fit the map\n";
+              << " observations were rejected: they did not fit the map\n";
   }
   if (errors.updates > 0) std::cout << errors.text() << "\n";
   if (!not_judged.empty()) std::cout << "no errors of the particles: " << not_judged << "\n";

@@ -46,7 +46,7 @@ void check_range(const RangeObservation& range) {
   for (const double coordinate : range.antenna) {
     if (is_within(coordinate, kFarthest)) continue;
     throw Error("range of beacon " + std::to_string(range.beacon) +
-                " cannot be used: its antenna's place on the robot has the coordinate " +
+                " cannot be used: the antenna's position on the robot has the coordinate " +
                 text(coordinate) + " m, has to be in [-1e12, 1e12] m");
   }
 }

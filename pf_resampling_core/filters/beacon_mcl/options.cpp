@@ -34,36 +34,34 @@ ParameterList parameters_of(BeaconMclOptions* options) {
       "ranges/sigma", &ranges.sigma, 0.0, 1000.0, "m",
       "Standard deviation of a range, if neither the message nor the calibration gives one.")));
   list.push_back(real_parameter("ranges/outlier_share", &ranges.outlier_share, 0.0, 0.9, "",
-                                "Share of ranges that are outliers."));
+                                "Probability that a range is an outlier."));
   list.push_back(
       real_parameter("ranges/non_line_of_sight_share", &ranges.non_line_of_sight_share, 0.0, 0.9,
-                     "", "Share of ranges that are too long because the signal was reflected."));
+                     "", "Probability that a range is too long because the signal was reflected."));
 
   CalibrationOptions& calibration = options->calibration;
-  list.push_back(
-      basic(choice_parameter("calibration/estimation", &calibration.estimation,
-                             "Estimate scale and bias of the ranges on line: not at all, "
-                             "shared by all beacons, or for each beacon.")));
+  list.push_back(basic(choice_parameter("calibration/estimation", &calibration.estimation,
+                                        "Online estimation of scale and bias of the ranges: off, "
+                                        "shared by all beacons, or per beacon.")));
 
   NoiseEstimationOptions& noise = options->noise_estimation;
   list.push_back(
       boolean_parameter("noise_estimation/ranges", &noise.ranges,
-                        "Estimate a factor on the standard deviation of the ranges on line."));
+                        "Estimate a factor on the standard deviation of the ranges online."));
   list.push_back(
       boolean_parameter("noise_estimation/odometry", &noise.odometry,
-                        "Estimate factors on the standard deviations of the odometry on line."));
+                        "Estimate factors on the standard deviations of the odometry online."));
 
   YawRateBiasOptions& yaw_rate_bias = options->yaw_rate_bias;
   list.push_back(boolean_parameter("yaw_rate_bias/estimate", &yaw_rate_bias.estimate,
-                                   "Estimate the yaw-rate bias of the odometry on line."));
+                                   "Estimate the yaw-rate bias of the odometry online."));
 
   InitializationOptions& initialization = options->initialization;
-  list.push_back(
-      basic(choice_parameter("initialization/method", &initialization.method,
-                             "How the particles start: from the first ranges, anywhere around "
-                             "the beacons, or around a given pose.")));
+  list.push_back(basic(choice_parameter("initialization/method", &initialization.method,
+                                        "Initial distribution: from the first ranges, uniform "
+                                        "around the beacons, or Gaussian about a given pose.")));
   list.push_back(real_parameter("initialization/patience", &initialization.patience, 0.0, 1e6, "s",
-                                "from_ranges: start with fewer beacons after this long."));
+                                "from_ranges: after this time, start with fewer beacons."));
   list.push_back(
       real_parameter("initialization/x", &initialization.x, -1e7, 1e7, "m", "gaussian: mean."));
   list.push_back(
@@ -74,16 +72,15 @@ ParameterList parameters_of(BeaconMclOptions* options) {
   RecoveryOptions& recovery = options->recovery;
   list.push_back(basic(boolean_parameter(
       "recovery/enabled", &recovery.enabled,
-      "When the ranges become unlikely, add particles at places that fit the latest ranges.")));
+      "When the ranges become unlikely, inject particles where the latest ranges fit.")));
 
   AdaptiveCountOptions& adaptive = options->adaptive_count;
-  list.push_back(boolean_parameter(
-      "adaptive_count/enabled", &adaptive.enabled,
-      "Choose the number of particles by the Kullback-Leibler distance (Fox 2003)."));
+  list.push_back(boolean_parameter("adaptive_count/enabled", &adaptive.enabled,
+                                   "Adapt the number of particles (KLD-sampling, Fox 2003)."));
   list.push_back(integer_parameter("adaptive_count/minimum", &adaptive.minimum, 1, 10000000,
-                                   "Fewest particles."));
+                                   "Minimum number of particles."));
   list.push_back(integer_parameter("adaptive_count/maximum", &adaptive.maximum, 1, 10000000,
-                                   "Most particles."));
+                                   "Maximum number of particles."));
   return list;
 }
 

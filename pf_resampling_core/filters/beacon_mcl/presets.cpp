@@ -31,7 +31,7 @@ const std::map<std::string, std::string> kMahmoud2012 = {
 const PresetList& beacon_mcl_presets() {
   static const PresetList presets = {
       {"balanced", "the defaults", {}},
-      {"mahmoud2012", "the filter of Mahmoud et al. (2012), which needs a calibration",
+      {"mahmoud2012", "the filter of Mahmoud et al. (2012), which needs calibrated ranges",
        kMahmoud2012}};
   return presets;
 }

@@ -47,7 +47,7 @@ void check(const OdometryIncrement& odometry, const Pose2& sensor) {
                 " rad) cannot be used: it and its covariance have to be finite");
   }
   if (!is_finite(sensor)) {
-    throw Error("the sensor's place on the robot, (" + std::to_string(sensor.x) + " m, " +
+    throw Error("the sensor's pose on the robot, (" + std::to_string(sensor.x) + " m, " +
                 std::to_string(sensor.y) + " m, " + std::to_string(sensor.heading) +
                 " rad), cannot be used: it has to be finite");
   }

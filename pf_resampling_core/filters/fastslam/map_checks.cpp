@@ -43,7 +43,7 @@ std::string fault_of_id(std::int64_t id, std::int64_t previous) {
 std::string fault_of_gaussian(std::int64_t id, const Eigen::Vector2d& mean,
                               const Eigen::Matrix2d& covariance) {
   if (!is_place(mean)) {
-    return "the place of landmark " + std::to_string(id) + " is not finite or beyond 1e9 m";
+    return "the position of landmark " + std::to_string(id) + " is not finite or beyond 1e9 m";
   }
   if (!is_covariance(covariance)) {
     return "the covariance of landmark " + std::to_string(id) +

@@ -50,57 +50,55 @@ ParameterList parameters_of(FastSlamOptions* options) {
   add_parameters(&options->odometry, &list);
 
   OdometryErrorOptions& errors = options->odometry_errors;
-  list.push_back(
-      boolean_parameter("odometry_errors/estimate", &errors.estimate,
-                        "Estimate the systematic errors of the odometry. The other parameters of "
-                        "this group are their standard deviations at the start."));
+  list.push_back(boolean_parameter("odometry_errors/estimate", &errors.estimate,
+                                   "Estimate the systematic errors of the odometry: scales of "
+                                   "distance and turn, drift, yaw-rate bias, delay."));
 
   LandmarkSensorOptions& sensor = options->sensor;
   list.push_back(
       basic(real_above_parameter("sensor/range_sigma", &sensor.range_sigma, 0.0, 1000.0, "m",
                                  "Standard deviation of a range, if the message gives none.")));
   list.push_back(real_parameter("sensor/range_sigma_share", &sensor.range_sigma_share, 0.0, 1.0, "",
-                                "Share of the range that is added to that standard deviation."));
+                                "Added to that standard deviation, as a share of the range."));
   list.push_back(
       basic(real_above_parameter("sensor/bearing_sigma", &sensor.bearing_sigma, 0.0, 3.2, "rad",
                                  "Standard deviation of a bearing, if the message gives none.")));
   list.push_back(real_parameter("sensor/range_scale_sigma", &sensor.range_scale_sigma, 0.0, 1.0, "",
-                                "Standard deviation of a relative error that all ranges share, "
-                                "which redraw estimates. 0: there is none."));
+                                "Prior standard deviation of a scale error common to all ranges, "
+                                "which redraw estimates. 0: none."));
   list.push_back(real_parameter("sensor/bearing_bias_sigma", &sensor.bearing_bias_sigma, 0.0, 3.2,
                                 "rad",
-                                "Standard deviation of an error that all bearings share, which "
-                                "redraw estimates. 0: there is none."));
+                                "Prior standard deviation of an offset common to all bearings, "
+                                "which redraw estimates. 0: none."));
   list.push_back(
       real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
-                     "How far the sensor sees; 0: as far as it has seen a landmark so far."));
-  list.push_back(real_parameter("sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
-                                "Field of view around the x axis of the sensor; 0: as wide as it "
-                                "has seen landmarks so far."));
+                     "Maximum range of the sensor; 0: the largest range of a landmark so far."));
+  list.push_back(real_parameter(
+      "sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
+      "Field of view about the x axis of the sensor; 0: the widest bearings of landmarks so far."));
 
   DataAssociationOptions& association = options->association;
-  list.push_back(basic(
-      choice_parameter("association/method", &association.method, all_data_associations(),
-                       "How to find out which landmark an observation belongs to. automatic: known "
-                       "if the first observations carry ids, otherwise mutual_exclusion.")));
+  list.push_back(
+      basic(choice_parameter("association/method", &association.method, all_data_associations(),
+                             "Data association. automatic: known if the first observations carry "
+                             "ids, otherwise mutual_exclusion.")));
   list.push_back(real_above_parameter("association/gate", &association.gate, 0.0, 1e6, "",
-                                      "An observation farther than this from its landmark (squared "
-                                      "Mahalanobis distance) is not used."));
+                                      "Validation gate: an observation with a larger squared "
+                                      "Mahalanobis distance from its landmark is not used."));
   list.push_back(real_above_parameter(
       "association/new_landmark_gate", &association.new_landmark_gate, 0.0, 1e6, "",
-      "An observation without id that is farther than this from every landmark (squared "
-      "Mahalanobis distance) starts a new one."));
-  list.push_back(real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0,
-                                100.0, "",
-                                "Subtracted when it should have been seen but was not, or its id "
-                                "is seen elsewhere. 0 keeps all landmarks."));
-  list.push_back(basic(
-      boolean_parameter("map/frozen", &options->map.frozen,
-                        "Do not move, add or remove landmarks: localize in the map as it is.")));
+      "An observation without id whose squared Mahalanobis distance from every landmark is larger "
+      "starts a new landmark."));
   list.push_back(
-      basic(boolean_parameter("recovery/enabled", &options->recovery.enabled,
-                              "When the robot is lost, put it where most of the landmarks "
-                              "with ids that it sees fit the map.")));
+      real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0, 100.0, "",
+                     "Subtracted from the log-odds of a landmark that should have been seen but "
+                     "was not, or whose id is seen elsewhere. 0 keeps all landmarks."));
+  list.push_back(
+      basic(boolean_parameter("map/frozen", &options->map.frozen,
+                              "Localize only: landmarks are neither moved, added nor removed.")));
+  list.push_back(basic(boolean_parameter("recovery/enabled", &options->recovery.enabled,
+                                         "When the robot is lost, relocalize it where most of the "
+                                         "observed landmarks with ids fit the map.")));
   return list;
 }
 

@@ -57,8 +57,7 @@ const Values kKwak2008 = {
 const PresetList& fastslam_presets() {
   static const PresetList presets = {
       {"fast", "resampling with 1000 particles, the least computation", {}},
-      {"balanced", "renewal redraw with 100 particles, for a map whose covariances can be believed",
-       kBalanced},
+      {"balanced", "redraw with 100 particles, a more accurate and more consistent map", kBalanced},
       {"kwak2008", "the filter of Kwak, Kim and Lee (2008)", kKwak2008}};
   return presets;
 }

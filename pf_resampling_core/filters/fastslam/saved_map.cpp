@@ -254,7 +254,8 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   const Eigen::Matrix3d covariance = without_rounding(poses.covariance);
   std::string fault = map_checks::fault_of_pose(mean);
   if (fault.empty()) fault = map_checks::fault_of_pose_covariance(covariance);
-  if (!fault.empty()) throw Error("poses to set: " + fault + "; give a place and its covariance");
+  if (!fault.empty())
+    throw Error("poses to set: " + fault + "; give a position and its covariance");
   intervene();
   ++step_;  // for a draw of its own
   sightings_.clear();

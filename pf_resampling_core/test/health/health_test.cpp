@@ -28,8 +28,7 @@ TEST(Health, WithoutABeliefItIsStarting) {
   inputs.has_belief = false;
   inputs.waits_for = "the beacons";
   inputs.lost = 1.0;
-  EXPECT_EQ(sentence_of(judge_health(inputs)),
-            "Starting: waiting for the beacons. Give it what it waits for.");
+  EXPECT_EQ(sentence_of(judge_health(inputs)), "Starting: waiting for the beacons. Provide it.");
 }
 
 TEST(Health, WhatIsSeenHasToFit) {
@@ -39,7 +38,7 @@ TEST(Health, WhatIsSeenHasToFit) {
   EXPECT_EQ(health_of(inputs), Health::healthy);
   inputs.lost = 0.51;
   EXPECT_EQ(health_of(inputs), Health::lost);
-  EXPECT_EQ(judge_health(inputs).reason, "the ranges do not fit the belief: lost?");
+  EXPECT_EQ(judge_health(inputs).reason, "the ranges contradict the belief: lost?");
   // Whatever else is wrong with it.
   inputs.sample_size = inputs.descendants = 0.0;
   inputs.position_unknown = 1.0;
@@ -59,7 +58,7 @@ TEST(Health, AHeadingCountsAsUnknownFromThirtyDegreesOn) {
   for (const double sigma : {31.0, 62.0, 102.0, 180.0}) {
     inputs.heading_unknown = unknown_heading_probability(sigma * degree);
     EXPECT_EQ(health_of(inputs), Health::converging) << sigma;
-    EXPECT_EQ(judge_health(inputs).reason, "the heading is uncertain by a good part of a turn");
+    EXPECT_EQ(judge_health(inputs).reason, "the heading is uncertain by a large part of a turn");
   }
 }
 
@@ -67,10 +66,10 @@ TEST(Health, PositionAndHeadingAreJudgedTogether) {
   HealthInputs inputs;
   inputs.position_unknown = 0.6;
   EXPECT_EQ(health_of(inputs), Health::converging);
-  EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a good part of the scene");
+  EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a large part of the scene");
   // Who knows neither hears of the position first.
   inputs.heading_unknown = 1.0;
-  EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a good part of the scene");
+  EXPECT_EQ(judge_health(inputs).reason, "the position is uncertain by a large part of the scene");
   // 1 - 0.6 * 0.7 = 0.58, and 1 - 0.8 * 0.7 = 0.44.
   inputs.position_unknown = 0.4;
   inputs.heading_unknown = 0.3;
@@ -86,7 +85,7 @@ TEST(Health, WhatDoesNotFitTheOthersIsDoubtful) {
   inputs.sample_size = 0.01;
   EXPECT_EQ(health_of(inputs), Health::doubtful);
   EXPECT_EQ(judge_health(inputs).reason,
-            "the ranges of a beacon do not fit the others: moved, reflected, or lying?");
+            "the ranges of a beacon contradict the others: moved, reflected, or faulty?");
   inputs.position_unknown = 0.6;
   EXPECT_EQ(health_of(inputs), Health::converging);
 }

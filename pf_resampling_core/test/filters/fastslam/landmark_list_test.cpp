@@ -97,7 +97,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x,y\n1.5,2,3\n", "line 2: \"1.5\" is no id"},
       {"id,x,y\n1,nan,3\n", "line 2: \"nan\" is no x"},
       {"id,x,y\n1,2,inf\n", "line 2: \"inf\" is no y"},
-      {"id,x,y\n1,2,1e10\n", "line 2: the place of landmark 1"},
+      {"id,x,y\n1,2,1e10\n", "line 2: the position of landmark 1"},
       {"id,x,y\n1,,3\n", "line 2: \"\" is no x"},
       {"id,x,y,xx,xy,yy\n1,2,3,0.1,0.2,0.1\n", "line 2: the covariance of landmark 1"},
   };

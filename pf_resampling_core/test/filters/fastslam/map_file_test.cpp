@@ -325,7 +325,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {"[[0.1,", "[[-0.1,", "the covariance of landmark 3"},
       {"[[0.1,", "[[1e-6,", "the covariance of landmark 3"},
       {"[[0.1,", "[[", ": landmarks[0].covariance[0]: 2 values expected, 1 found"},
-      {"\"mean\":[1.0,", "\"mean\":[1e10,", "the place of landmark 3"},
+      {"\"mean\":[1.0,", "\"mean\":[1e10,", "the position of landmark 3"},
       {"\"held\":0.7", "\"held\":1.7", "the share that holds it of landmark 3"},
       {"\"weight\":[0.3,", "\"weight\":[0.4,", "particle 0: the weight does not match"},
       {"\"id\":[3,11]", "\"id\":[3,3]", "particle 1: landmark 3 is there twice"},

@@ -1,8 +1,8 @@
-#include "src/messages/given_particles_message.hpp"
+#include "src/pipeline/given_particles_message.hpp"
 
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,4 @@
-#include "src/checkpoint/saved_progress.hpp"
+#include "src/odometry/saved_progress.hpp"
 
 #include <algorithm>
 #include <cmath>

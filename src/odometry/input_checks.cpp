@@ -1,4 +1,4 @@
-#include "src/messages/input_checks.hpp"
+#include "src/odometry/input_checks.hpp"
 
 #include <cmath>
 #include <cstdio>
