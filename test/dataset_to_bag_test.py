@@ -484,7 +484,8 @@ class Reading(unittest.TestCase):
         class Terminal(io.StringIO):
             isatty = staticmethod(lambda: True)
 
-        for seconds, kind, said in ((0.1, Terminal, ''), (2.0, io.StringIO, ''), (2.0, Terminal, '25 % 12 s left')):
+        for seconds, kind, said in ((0.1, Terminal, ''), (2.0, io.StringIO, ''), (2.0, Terminal, '25 % 12 s left'),
+                                    (6.0, io.StringIO, 'writing  25 % 36 s left\n')):
             stream, clock = kind(), itertools.count(0.0, seconds)
             self.assertEqual(list(bag.with_progress([3, 5, 7, 9], stream, lambda: next(clock))), [3, 5, 7, 9])
             self.assertIn(said, stream.getvalue())

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 namespace pf_resampling {
@@ -13,6 +14,8 @@ namespace {
 
 constexpr int kWidth = 40;
 constexpr double kUntilItIsKnown = 1.0;  // s, how fast it goes
+// s, from one line of a log to the next.
+constexpr double kBetweenLines = 30.0;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -22,7 +25,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 ProgressBar::ProgressBar(std::string label, std::uint64_t total)
     : label_(std::move(label)), total_(std::max<std::uint64_t>(total, 1)) {
-  active_ = isatty(STDERR_FILENO) != 0;
+  is_terminal_ = isatty(STDERR_FILENO) != 0;
 }
 
 ProgressBar::~ProgressBar() {
@@ -30,7 +33,6 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::update(std::uint64_t done) {
-  if (!active_) return;
   const double share = static_cast<double>(std::min(done, total_)) / static_cast<double>(total_);
   const int percent = static_cast<int>(100.0 * share);
   if (percent == drawn_percent_) return;
@@ -41,6 +43,12 @@ void ProgressBar::update(std::uint64_t done) {
           ? std::to_string(static_cast<int>(std::lround(passed * (1.0 - share) / share))) +
                 " s left"
           : "";
+  if (!is_terminal_) {
+    if (passed < next_line_) return;
+    next_line_ = passed + kBetweenLines;
+    std::fprintf(stderr, "%s: %d %% done, %s\n", label_.c_str(), percent, left.c_str());
+    return;
+  }
   const int filled = static_cast<int>(kWidth * share);
   std::fprintf(stderr, "\r%s [%s%s] %3d %% %s\033[K", label_.c_str(),
                std::string(static_cast<std::size_t>(filled), '#').c_str(),
@@ -50,8 +58,9 @@ void ProgressBar::update(std::uint64_t done) {
 }
 
 void ProgressBar::finish() {
-  if (active_ && drawn_percent_ >= 0) std::fprintf(stderr, "\r\033[K");
-  active_ = false;
+  if (is_terminal_ && drawn_percent_ >= 0) std::fprintf(stderr, "\r\033[K");
+  is_terminal_ = false;
+  next_line_ = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace pf_resampling

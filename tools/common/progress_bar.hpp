@@ -6,8 +6,8 @@
 
 namespace pf_resampling {
 
-/// A bar on stderr that shows how far long work has come and how long it will take; nothing is
-/// written when stderr is not a terminal, so that logs stay clean.
+/// A bar on stderr that shows how far long work has come and how long it will take; when stderr is
+/// not a terminal, a line after 10 s, and one every 30 s from then on.
 class ProgressBar {
  public:
   /// `total`: amount of work, in the unit of update().
@@ -27,7 +27,8 @@ class ProgressBar {
   std::uint64_t total_;
   int drawn_percent_ = -1;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  bool active_;
+  bool is_terminal_;
+  double next_line_ = 10.0;  // s since the start
 };
 
 }  // namespace pf_resampling
