@@ -339,7 +339,7 @@ Recording circle_among_beacons() {
 
 // In whatever unit: what is wrong is said, with its factor, and nothing where all is in metres.
 TEST(CheckBag, FindsUnitsThatDoNotFit) {
-  EXPECT_FALSE(has(check_of(circle_among_beacons()).remarks, "metres"));
+  EXPECT_TRUE(check_of(circle_among_beacons()).beacon_mcl.is_ready());
   const std::vector<std::pair<double, std::string>> units = {
       {1000.0,
        "1000 times too long for the distances between the beacons, as if ranges were in "
@@ -351,7 +351,7 @@ TEST(CheckBag, FindsUnitsThatDoNotFit) {
   for (const auto& [factor, words] : units) {
     Recording recording = circle_among_beacons();
     for (auto& range : recording.ranges) range.range *= factor;
-    EXPECT_TRUE(has(check_of(recording).remarks, words)) << words;
+    EXPECT_TRUE(has(check_of(recording).beacon_mcl.problems, words)) << words;
   }
 }
 

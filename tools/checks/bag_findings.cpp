@@ -268,9 +268,9 @@ class Checker {
              " known beacons: the pose may stay ambiguous");
     }
     if (const auto unit = unit_of_ranges(survey_.timed_ranges, survey_.beacons)) {
-      remark(survey_.ranges.topic + ": ranges are about " + unit->times +
-             " for the distances between the beacons, as if " + unit->as_if +
-             ": both have to be in metres");
+      beacon_mcl()->push_back(survey_.ranges.topic + ": ranges are about " + unit->times +
+                              " for the distances between the beacons, as if " + unit->as_if +
+                              ": both have to be in metres");
     }
     const auto& antennas = configuration_.beacon_mcl.antennas;
     const bool is_used = std::any_of(antennas.begin(), antennas.end(), [&](const auto& antenna) {
