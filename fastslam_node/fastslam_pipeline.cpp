@@ -350,3 +350,9 @@ void FastSlamPipeline::load_filter(const FastSlamCheckpoint& checkpoint) {
 }
 
 }  // namespace pf_resampling
+  if (!found && search_->is_ambiguous() && !std::exchange(search_is_ambiguous_, true)) {
+    log(LogLevel::info,
+        "global localization: what was seen lately fits the map from several places; drive on, to "
+        "where they differ");
+  }
+  search_is_ambiguous_ = false;

@@ -125,7 +125,11 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   const FastSlamStatus& status = filter_->status();
   if (!start_problem_.empty()) worsen(DiagnosticStatus::ERROR, start_problem_, entry);
   if (search_) {
-    worsen(DiagnosticStatus::WARN, "global localization in the whole map", entry);
+    worsen(DiagnosticStatus::WARN,
+           search_->is_ambiguous()
+               ? "global localization: what was seen lately fits the map from several places"
+               : "global localization in the whole map",
+           entry);
   }
   if (status.landmarks == 0) {
     worsen(DiagnosticStatus::WARN, "no landmark has been seen yet", entry);

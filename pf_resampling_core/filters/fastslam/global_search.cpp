@@ -16,11 +16,13 @@ constexpr std::int64_t kWindow = 20'000'000'000;  // ns
 constexpr std::size_t kMostSightings = 200;
 // Sigmas within which two places are one.
 constexpr double kGate = 3.0;
-// Places that have to be landmarks, and their share of all: what is not in the map is seen, too.
+// Landmarks that have to be among what was seen, and their share of the sightings: what is not in
+// the map is seen, too.
 constexpr int kLeastMatches = 4;
 constexpr double kLeastShare = 0.7;
-// Another place for the robot must explain fewer than this share of what the best one does.
-constexpr double kClear = 0.75;
+// Another place for the robot must explain fewer than this share of the sightings, or of the
+// landmarks, that the best one does.
+constexpr double kClear = 0.8;
 // Pairs of places that are tried: those farthest apart tell the heading best.
 constexpr std::size_t kMostPairs = 12;
 // Answers that are looked at in a scan, whatever the size of the map; about half a second.
@@ -81,7 +83,8 @@ class LandmarksByX {
 struct Answer {
   Pose2 correction;
   std::vector<int> landmarks;  // of each place
-  int matches = 0;
+  int matches = 0;             // landmarks that were seen
+  int sightings = 0;           // of them
 };
 
 Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
@@ -90,10 +93,12 @@ Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
   answer.correction = correction;
   std::set<int> taken;
   for (const SeenPlace& place : places) {
-    int landmark = landmarks.nearest(moved(place.place, correction), place.sigma);
-    if (landmark >= 0 && !taken.insert(landmark).second) landmark = -1;
+    // Odometry may have put the same landmark to two places.
+    const int landmark = landmarks.nearest(moved(place.place, correction), place.sigma);
     answer.landmarks.push_back(landmark);
-    if (landmark >= 0) ++answer.matches;
+    if (landmark < 0) continue;
+    answer.sightings += place.sightings;
+    if (taken.insert(landmark).second) ++answer.matches;
   }
   return answer;
 }
@@ -120,27 +125,24 @@ std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const std::vector<Seen
 
 }  // namespace
 
-std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
-                                             const std::vector<LandmarkEstimate>& map,
-                                             std::size_t* next_pair) {
-  if (map.size() > kMostLandmarks) return std::nullopt;
+PlaceMatch match_places(const std::vector<SeenPlace>& places,
+                        const std::vector<LandmarkEstimate>& map, std::size_t* next_pair) {
+  if (map.size() > kMostLandmarks) return {};
   const LandmarksByX landmarks(map);
   // What there is no time for is tried first at the next scan.
-  const auto give_up = [&](std::size_t pairs_tried) -> std::optional<std::vector<int>> {
+  const auto give_up = [&](std::size_t pairs_tried) -> PlaceMatch {
     if (next_pair != nullptr) *next_pair += pairs_tried;
-    return std::nullopt;
+    return {};
   };
   Answer best;
-  int second = 0;
+  std::vector<Answer> rivals;  // that may be; without their landmarks
+  const auto is_rival = [&](const Answer& answer) {
+    return answer.sightings >= kClear * best.sightings && answer.matches >= kClear * best.matches;
+  };
   const auto take = [&](Answer answer) {
-    if (best.matches > 0 && are_same(answer.correction, best.correction, places)) {
-      if (answer.matches > best.matches) best = std::move(answer);
-    } else if (answer.matches > best.matches) {
-      second = best.matches;
-      best = std::move(answer);
-    } else {
-      second = std::max(second, answer.matches);
-    }
+    if (answer.sightings > best.sightings) std::swap(answer, best);
+    answer.landmarks.clear();
+    if (answer.matches > 0 && is_rival(answer)) rivals.push_back(std::move(answer));
   };
   const auto pairs = pairs_of(places);
   const std::size_t first_pair = next_pair == nullptr ? 0 : *next_pair;
@@ -164,10 +166,14 @@ std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& place
     }
   }
   if (tried < pairs.size()) give_up(tried);
-  const bool is_enough = best.matches >= kLeastMatches &&
-                         best.matches >= kLeastShare * static_cast<double>(places.size());
-  if (!is_enough || second >= kClear * best.matches) return std::nullopt;
-  return best.landmarks;
+  int sightings = 0;
+  for (const SeenPlace& place : places) sightings += place.sightings;
+  if (best.matches < kLeastMatches || best.sightings < kLeastShare * sightings) return {};
+  const bool is_ambiguous = std::any_of(rivals.begin(), rivals.end(), [&](const Answer& answer) {
+    return is_rival(answer) && !are_same(answer.correction, best.correction, places);
+  });
+  if (is_ambiguous) return {{}, true};
+  return {best.landmarks, false};
 }
 
 std::optional<PoseEstimate> GlobalSearch::add(
@@ -231,11 +237,12 @@ std::optional<PoseEstimate> GlobalSearch::add(
     });
     places.resize(kMostSeenPlaces);
   }
-  const auto landmarks = match_places(places, map, &next_pair_);
-  if (!landmarks) return std::nullopt;
+  const PlaceMatch found = match_places(places, map, &next_pair_);
+  is_ambiguous_ = found.is_ambiguous;
+  if (found.landmarks.empty()) return std::nullopt;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if ((*landmarks)[i] < 0) continue;
-    match(map[static_cast<std::size_t>((*landmarks)[i])], places[i].place, places[i].sigma);
+    if (found.landmarks[i] < 0) continue;
+    match(map[static_cast<std::size_t>(found.landmarks[i])], places[i].place, places[i].sigma);
   }
   return relocalize(matched, robot_);
 }

@@ -13,8 +13,8 @@ namespace pf_resampling {
 
 /// Finds a robot anywhere in a map, by the landmarks that it has seen in the last seconds, while
 /// odometry alone says how it moves. With ids, relocalize() does it. Without, all ways are tried in
-/// which two places that it saw could be two landmarks; the one in which most others are landmarks,
-/// too, is taken, if it explains nearly all and no other explains nearly as many (joint
+/// which two places that it saw could be two landmarks; the one in which most of all sightings are
+/// of landmarks is taken, if it explains nearly all and no other explains nearly as many (joint
 /// compatibility: Neira & Tardos 2001).
 class GlobalSearch {
  public:
@@ -28,6 +28,9 @@ class GlobalSearch {
                                   const Pose2& sensor, const LandmarkSensorOptions& noise,
                                   const std::vector<LandmarkEstimate>& map, bool with_ids);
 
+  /// Whether what was seen fits the map well from several places.
+  bool is_ambiguous() const { return is_ambiguous_; }
+
  private:
   struct Sighting {
     std::int64_t stamp = 0;
@@ -38,7 +41,8 @@ class GlobalSearch {
 
   Pose2 robot_;                     // by odometry, since the search began
   std::deque<Sighting> sightings_;  // in order of time
-  std::size_t next_pair_ = 0;       // of places, with which the next search begins
+  bool is_ambiguous_ = false;
+  std::size_t next_pair_ = 0;  // of places, with which the next search begins
 };
 
 /// A place where something was seen: the mean of sightings that lie together.
@@ -48,12 +52,15 @@ struct SeenPlace {
   int sightings = 1;
 };
 
-/// Which landmark of the map each place is (-1: none), if that is clear. Nothing in a map of more
-/// than 5000 landmarks. Where there are too many ways to try them all at once, it begins with the
-/// pair of places `next_pair`, if that is given, and moves it past those that it tried. Throws
-/// nothing.
-std::optional<std::vector<int>> match_places(const std::vector<SeenPlace>& places,
-                                             const std::vector<LandmarkEstimate>& map,
-                                             std::size_t* next_pair = nullptr);
+struct PlaceMatch {
+  std::vector<int> landmarks;  ///< of the map, of each place; -1: none; empty: that is not clear
+  bool is_ambiguous = false;   ///< because several ways fit well
+};
+
+/// Which landmark of the map each place is. Nothing in a map of more than 5000 landmarks. Where
+/// there are too many ways to try them all at once, it begins with the pair of places `next_pair`,
+/// if that is given, and moves it past those that it tried. Throws nothing.
+PlaceMatch match_places(const std::vector<SeenPlace>& places,
+                        const std::vector<LandmarkEstimate>& map, std::size_t* next_pair = nullptr);
 
 }  // namespace pf_resampling
