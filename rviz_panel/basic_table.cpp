@@ -61,7 +61,10 @@ void BasicTable::show_values(const std::map<std::string, std::string>& values) {
   for (int row = 0; row < rowCount(); ++row) {
     const auto value = values.find(controls_[static_cast<std::size_t>(row)].name);
     if (value == values.end()) continue;
-    const QString text = QString::fromStdString(value->second);
+    QString text = QString::fromStdString(value->second);
+    bool is_number = false;  // 0.050000000000000003 is shown as 0.05
+    const double number = text.toDouble(&is_number);
+    if (is_number && text.contains('.')) text = QString::number(number, 'g', 6);
     if (auto* editor = qobject_cast<QComboBox*>(cellWidget(row, 1))) {
       editor->setCurrentText(text);
     } else {
