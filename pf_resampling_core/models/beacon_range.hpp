@@ -17,6 +17,7 @@ struct RangeObservation {
   double range = 0.0;     ///< m, as the radio gives it (scale and bias not taken out)
   double variance = 0.0;  ///< m^2; 0 means the model's own
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, where the antenna sits on the robot
+  bool antenna_is_stated = false;  ///< whether somebody said so, be it at the robot's origin
 };
 
 /// Systematic errors of a radio: range = scale * distance + bias + noise.

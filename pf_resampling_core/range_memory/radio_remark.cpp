@@ -1,0 +1,39 @@
+#include "pf_resampling_core/range_memory/radio_remark.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace pf_resampling {
+
+std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& listed) {
+  const std::string name = "beacon " + std::to_string(radio.id);
+  char text[160];
+  if (radio.account == RadioAccount::biased) {
+    std::snprintf(text, sizeof(text), " measures %.2f ± %.2f m too %s: give it a calibration",
+                  std::abs(radio.calibration.bias), radio.bias_sigma,
+                  radio.calibration.bias > 0.0 ? "long" : "short");
+    return name + text + "; its ranges are left out";
+  }
+  if (radio.account != RadioAccount::elsewhere || radio.places.empty()) return "";
+  if (radio.in_place_of >= 0) {
+    std::snprintf(text, sizeof(text),
+                  " seems to be at the place of beacon %d: swapped in the list, or repeated?",
+                  radio.in_place_of);
+    return name + text + " Its ranges are left out";
+  }
+  for (const Beacon& beacon : listed) {
+    if (beacon.id != radio.id) continue;
+    const RadioPlace& place = radio.places.front();
+    std::snprintf(
+        text, sizeof(text),
+        " is listed %.1f m from where its ranges put it (%.2f, %.2f -> %.2f, %.2f ± %.2f): "
+        "is the list right?",
+        (place.position - beacon.position.head<2>()).norm(), beacon.position.x(),
+        beacon.position.y(), place.position.x(), place.position.y(),
+        std::sqrt(0.5 * place.covariance.trace()));
+    return name + text + " Its ranges are left out";
+  }
+  return "";
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,441 @@
+#include "pf_resampling_core/range_memory/range_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pf_resampling {
+namespace {
+
+using Common = CommonUnknown;
+using Radio = RadioUnknown;
+constexpr int kState = KeyframeUnknown::count;
+
+// Beside stated covariances: odometry that claims to be perfect would leave poses no freedom.
+constexpr double kLeastSigma = 1e-4;         // m, rad
+constexpr double kLeastYawRateSigma = 1e-7;  // rad/s
+constexpr double kLeastDistance = 1e-3;      // m
+constexpr double kFirstDamping = 1e-6;
+constexpr double kLargestDamping = 1e6;
+
+// In heading and place, of a motion that was measured by the true one, of each error's unit.
+struct MotionPrediction {
+  Eigen::Vector3d difference;  // predicted less measured motion
+  double turned;               // true turn
+};
+
+MotionPrediction predict(const OdometryIncrement& motion, const Pose2& moved, double yaw_rate_bias,
+                         double distance_scale, double turn_scale) {
+  MotionPrediction prediction;
+  const double missing = wrap_angle(moved.heading - motion.mean.heading);
+  prediction.turned = motion.turn_scale_sensitivity[2] + missing;
+  const Eigen::Vector3d& by_bias = motion.yaw_rate_sensitivity;
+  const Eigen::Vector3d& by_turn = motion.turn_scale_sensitivity;
+  prediction.difference = {(1.0 + distance_scale) * moved.x + by_bias[0] * yaw_rate_bias +
+                               by_turn[0] * turn_scale - motion.mean.x,
+                           (1.0 + distance_scale) * moved.y + by_bias[1] * yaw_rate_bias +
+                               by_turn[1] * turn_scale - motion.mean.y,
+                           missing + turn_scale * prediction.turned + by_bias[2] * yaw_rate_bias};
+  return prediction;
+}
+
+double robust_cost(double squared, double width) {
+  return 0.5 * width * width * std::log1p(squared / (width * width));
+}
+
+/// Keyframes eliminated one after the other, to be gone back through; from those of a past on, if
+/// there is one.
+class Elimination {
+ public:
+  Elimination(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+              const RangePast* past)
+      : graph_(graph), prior_(prior), noise_(noise), past_(past) {
+    size_ = kState + static_cast<int>(prior.constants.size());
+    first_ = past == nullptr ? 0 : past->keyframe;
+    info_.resize(size_, size_);
+    gradient_.resize(size_);
+    steps_.resize(static_cast<std::size_t>(graph.keyframes() - 1 - first_));
+    for (Step& step : steps_) step.coupling.resize(size_, kState);
+  }
+
+  /// False if what the data and the damping say is not positive definite. `kept`, if any: gets what
+  /// the data before its keyframe say.
+  bool run(const RangeEstimate& estimate, double damping, RangePast* kept = nullptr) {
+    begin(estimate);
+    const int last = graph_.keyframes() - 1;
+    for (int k = first_; k <= last; ++k) {
+      if (kept != nullptr && kept->keyframe == k) {
+        kept->state = estimate.keyframes[static_cast<std::size_t>(k)];
+        kept->constants = estimate.constants;
+        kept->information = info_;
+        kept->gradient = gradient_;
+      }
+      add_ranges(k, estimate);
+      if (k < last && !eliminate(k, estimate, damping)) return false;
+    }
+    for (int i = kState; i < size_; ++i) {
+      const double sigma = prior_.constants_sigma[i - kState];
+      const double information = 1.0 / (sigma * sigma);
+      info_(i, i) += information;
+      gradient_[i] += information * (estimate.constants[i - kState] - prior_.constants[i - kState]);
+    }
+    info_.diagonal() *= 1.0 + damping;
+    last_.compute(info_);
+    if (last_.info() != Eigen::Success) return false;
+    log_determinant_ += 2.0 * last_.matrixLLT().diagonal().array().log().sum();
+    return std::isfinite(log_determinant_);
+  }
+
+  /// Moves the estimate by the step that solves the equations.
+  void move(RangeEstimate* estimate) const {
+    Eigen::VectorXd step = last_.solve(-gradient_);
+    estimate->constants += step.tail(size_ - kState);
+    for (int k = graph_.keyframes() - 1;; --k) {
+      KeyframeState& state = estimate->keyframes[static_cast<std::size_t>(k)];
+      state += step.head<kState>();
+      state[2] = wrap_angle(state[2]);
+      if (k == first_) break;
+      const Step& before = steps_[static_cast<std::size_t>(k - 1 - first_)];
+      const Eigen::Vector4d right = before.gradient + before.coupling.transpose() * step;
+      step.head<kState>() = -before.root.triangularView<Eigen::Lower>().transpose().solve(right);
+    }
+  }
+
+  double log_determinant() const { return log_determinant_; }
+  Eigen::MatrixXd covariance() const {
+    return last_.solve(Eigen::MatrixXd::Identity(size_, size_));
+  }
+
+ private:
+  struct Step {
+    Eigen::Matrix4d root;  // L of the keyframe's information
+    /// Of the next keyframe and the constants to this one, times L⁻ᵀ.
+    Eigen::Matrix<double, Eigen::Dynamic, kState> coupling;
+    Eigen::Vector4d gradient;  // L⁻¹ · gradient
+  };
+
+  void begin(const RangeEstimate& estimate) {
+    log_determinant_ = 0.0;
+    if (past_ != nullptr) {
+      info_ = past_->information;
+      Eigen::VectorXd off(size_);
+      off << estimate.keyframes[static_cast<std::size_t>(first_)] - past_->state,
+          estimate.constants - past_->constants;
+      off[2] = wrap_angle(off[2]);
+      gradient_ = past_->gradient + info_.selfadjointView<Eigen::Lower>() * off;
+      return;
+    }
+    info_.setZero();
+    gradient_.setZero();
+    KeyframeState off = estimate.keyframes.front() - prior_.first;
+    off[2] = wrap_angle(off[2]);
+    for (int i = 0; i < kState; ++i) {
+      const double information = 1.0 / (prior_.first_sigma[i] * prior_.first_sigma[i]);
+      info_(i, i) = information;
+      gradient_[i] = information * off[i];
+    }
+  }
+
+  void add_ranges(int k, const RangeEstimate& estimate) {
+    const auto at = static_cast<std::size_t>(k);
+    constexpr int kWidth = kState + Common::count;
+    const double width = noise_.robust_width;
+    for (const HeldRange& range : graph_.ranges[at]) {
+      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+      const HeldRangeResidual residual =
+          residual_of(range, noise_, estimate.keyframes[at], estimate.constants);
+      const double weight = 1.0 / (1.0 + residual.value * residual.value / (width * width));
+      Eigen::Matrix<double, kWidth, 1> front;
+      front << residual.by_keyframe.transpose(), residual.by_common.transpose();
+      const Eigen::Matrix<double, Radio::count, 1> own = residual.by_radio.transpose();
+      const int radio = kState + radio_at(range.radio);
+      for (int column = 0; column < kWidth; ++column) {
+        const double factor = weight * front[column];
+        info_.col(column).head<kWidth>() += factor * front;
+        info_.col(column).segment<Radio::count>(radio) += factor * own;
+      }
+      for (int column = 0; column < Radio::count; ++column) {
+        info_.col(radio + column).segment<Radio::count>(radio) += weight * own[column] * own;
+      }
+      gradient_.head<kWidth>() += weight * residual.value * front;
+      gradient_.segment<Radio::count>(radio) += weight * residual.value * own;
+    }
+  }
+
+  // Of info_ the lower triangle counts.
+  bool eliminate(int k, const RangeEstimate& estimate, double damping) {
+    const auto at = static_cast<std::size_t>(k);
+    const HeldMotionResidual motion =
+        residual_of(graph_.motions[at], noise_, prior_.yaw_rate_walk, estimate.keyframes[at],
+                    estimate.keyframes[at + 1], estimate.constants);
+    constexpr int kScales = kState + Common::distance_scale;
+    Step& step = steps_[static_cast<std::size_t>(k - first_)];
+    Eigen::Matrix4d own = motion.by_from.transpose() * motion.by_from;
+    own += info_.topLeftCorner<kState, kState>().selfadjointView<Eigen::Lower>();
+    own.diagonal() *= 1.0 + damping;
+    const Eigen::LLT<Eigen::Matrix4d> root(own);
+    if (root.info() != Eigen::Success) return false;
+    step.root = root.matrixL();
+    log_determinant_ += 2.0 * step.root.diagonal().array().log().sum();
+
+    auto& coupling = step.coupling;
+    coupling.bottomRows(size_ - kState) = info_.bottomLeftCorner(size_ - kState, kState);
+    coupling.topRows<kState>() = motion.by_to.transpose() * motion.by_from;
+    coupling.middleRows<2>(kScales) += motion.by_scales.transpose() * motion.by_from;
+    step.gradient = gradient_.head<kState>() + motion.by_from.transpose() * motion.value;
+    root.matrixL().solveInPlace(step.gradient);
+    for (int column = 0; column < kState; ++column) {
+      for (int before = 0; before < column; ++before) {
+        coupling.col(column) -= step.root(column, before) * coupling.col(before);
+      }
+      coupling.col(column) /= step.root(column, column);
+    }
+
+    info_.topLeftCorner<kState, kState>() = motion.by_to.transpose() * motion.by_to;
+    info_.bottomLeftCorner(size_ - kState, kState).setZero();
+    info_.block<2, kState>(kScales, 0) = motion.by_scales.transpose() * motion.by_to;
+    info_.block<2, 2>(kScales, kScales) += motion.by_scales.transpose() * motion.by_scales;
+    gradient_.head<kState>() = motion.by_to.transpose() * motion.value;
+    gradient_.segment<2>(kScales) += motion.by_scales.transpose() * motion.value;
+    for (int column = 0; column < size_; ++column) {
+      const int rows = size_ - column;
+      info_.col(column).tail(rows) -= coupling(column, 0) * coupling.col(0).tail(rows) +
+                                      coupling(column, 1) * coupling.col(1).tail(rows) +
+                                      coupling(column, 2) * coupling.col(2).tail(rows) +
+                                      coupling(column, 3) * coupling.col(3).tail(rows);
+    }
+    gradient_.noalias() -= coupling * step.gradient;
+    return true;
+  }
+
+  const RangeGraph& graph_;
+  const RangePrior& prior_;
+  const RangeNoise& noise_;
+  const RangePast* past_;
+  int size_ = 0;
+  int first_ = 0;         // keyframe
+  Eigen::MatrixXd info_;  // of a keyframe and the constants, given all before
+  Eigen::VectorXd gradient_;
+  std::vector<Step> steps_;
+  Eigen::LLT<Eigen::MatrixXd> last_;
+  double log_determinant_ = 0.0;
+};
+
+// Of the normal distributions of data and prior.
+double log_normalizers(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                       const RangeEstimate& estimate) {
+  double sum = -prior.constants_sigma.array().log().sum();
+  for (const auto& ranges : graph.ranges) {
+    for (const HeldRange& range : ranges) {
+      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+      sum -= std::log(noise.range) + 0.5 * std::log(range.variance);
+    }
+  }
+  const double motions = static_cast<double>(graph.motions.size());
+  return sum - motions * (2.0 * std::log(noise.translation) + std::log(noise.heading));
+}
+
+double cost_from(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                 const RangeEstimate& estimate, const RangePast* past) {
+  double cost =
+      0.5 *
+      (estimate.constants - prior.constants).cwiseQuotient(prior.constants_sigma).squaredNorm();
+  std::size_t first = 0;
+  if (past == nullptr) {
+    KeyframeState off = estimate.keyframes.front() - prior.first;
+    off[2] = wrap_angle(off[2]);
+    cost += 0.5 * off.cwiseQuotient(prior.first_sigma).squaredNorm();
+  } else {
+    first = static_cast<std::size_t>(past->keyframe);
+    Eigen::VectorXd off(kState + estimate.constants.size());
+    off << estimate.keyframes[first] - past->state, estimate.constants - past->constants;
+    off[2] = wrap_angle(off[2]);
+    cost += off.dot(past->gradient) +
+            0.5 * off.dot(past->information.selfadjointView<Eigen::Lower>() * off);
+  }
+  for (std::size_t k = first; k < graph.ranges.size(); ++k) {
+    for (const HeldRange& range : graph.ranges[k]) {
+      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+      const double value =
+          residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
+      cost += robust_cost(value * value, noise.robust_width);
+    }
+  }
+  for (std::size_t k = first; k < graph.motions.size(); ++k) {
+    cost += 0.5 * residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
+                              estimate.keyframes[k + 1], estimate.constants)
+                      .value.squaredNorm();
+  }
+  return cost;
+}
+
+RangeBelief solve_from(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                       int iterations, double tolerance, const RangePast* past,
+                       RangeEstimate* estimate, RangePast* kept) {
+  Elimination elimination(graph, prior, noise, past);
+  RangeBelief belief;
+  belief.cost = cost_from(graph, prior, noise, *estimate, past);
+  double damping = 0.0;
+  for (int i = 0; i < iterations; ++i) {
+    RangeEstimate moved = *estimate;
+    double cost = std::numeric_limits<double>::infinity();
+    if (elimination.run(*estimate, damping)) {
+      elimination.move(&moved);
+      cost = cost_from(graph, prior, noise, moved, past);
+    }
+    if (!(cost < belief.cost)) {
+      if (cost < belief.cost + tolerance) break;
+      damping = std::max(kFirstDamping, 10.0 * damping);
+      if (damping > kLargestDamping) break;
+      continue;
+    }
+    const double gain = belief.cost - cost;
+    *estimate = std::move(moved);
+    belief.cost = cost;
+    damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
+    if (gain < tolerance) break;
+  }
+  if (!std::isfinite(belief.cost) || !elimination.run(*estimate, 0.0, kept)) return belief;
+  belief.covariance = elimination.covariance();
+  belief.is_usable = belief.covariance.allFinite();
+  belief.log_evidence = log_normalizers(graph, prior, noise, *estimate) - belief.cost -
+                        0.5 * elimination.log_determinant();
+  return belief;
+}
+
+}  // namespace
+
+Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
+                       const Eigen::VectorXd& constants) {
+  const double bias = from[KeyframeUnknown::yaw_rate_bias];
+  const double turn = constants[Common::turn_scale];
+  const Eigen::Vector3d error =
+      motion.yaw_rate_sensitivity * bias + motion.turn_scale_sensitivity * (turn / (1.0 + turn));
+  const double stretch = 1.0 / (1.0 + constants[Common::distance_scale]);
+  return {stretch * (motion.mean.x - error[0]), stretch * (motion.mean.y - error[1]),
+          wrap_angle(motion.mean.heading - error[2])};
+}
+
+HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
+                              const KeyframeState& keyframe, const Eigen::VectorXd& constants) {
+  const int radio = radio_at(range.radio);
+  const Pose2 moved = corrected_motion(range.since, keyframe, constants);
+  const double cosine = std::cos(keyframe[2]);
+  const double sine = std::sin(keyframe[2]);
+  Eigen::Matrix2d turn;
+  turn << cosine, -sine, sine, cosine;
+  const double turn_cosine = std::cos(moved.heading);
+  const double turn_sine = std::sin(moved.heading);
+  const Eigen::Vector2d lever = range.antenna + constants.segment<2>(Common::lever_x);
+  // The antenna in the frame of the keyframe, and its derivative by a turn of the robot.
+  const Eigen::Vector2d arm(turn_cosine * lever.x() - turn_sine * lever.y(),
+                            turn_sine * lever.x() + turn_cosine * lever.y());
+  const Eigen::Vector2d place = Eigen::Vector2d(moved.x, moved.y) + arm;
+  const Eigen::Vector2d from_radio =
+      keyframe.head<2>() + turn * place - constants.segment<2>(radio + Radio::x);
+  const double squared =
+      from_radio.squaredNorm() + range.height * range.height + constants[radio + Radio::height];
+  HeldRangeResidual residual;
+  residual.distance = std::sqrt(std::max(kLeastDistance * kLeastDistance, squared));
+  const double stretch = 1.0 + constants[Common::scale] + constants[radio + Radio::scale];
+  const double scale = 1.0 / (noise.range * std::sqrt(range.variance));
+  residual.value = scale * (stretch * residual.distance + constants[Common::bias] +
+                            constants[radio + Radio::bias] - range.range);
+
+  const Eigen::RowVector2d by_place = scale * stretch / residual.distance * from_radio.transpose();
+  const Eigen::RowVector2d by_body = by_place * turn;
+  const Eigen::Vector2d across(-arm.y(), arm.x());
+  const double distance_stretch = 1.0 / (1.0 + constants[Common::distance_scale]);
+  const Eigen::Vector3d& by_bias = range.since.yaw_rate_sensitivity;
+  const Eigen::Vector3d& by_turn = range.since.turn_scale_sensitivity;
+  const auto by_error = [&](const Eigen::Vector3d& error) {
+    return -(by_body * (distance_stretch * error.head<2>() + error[2] * across)).value();
+  };
+  residual.by_keyframe.head<2>() = by_place;
+  residual.by_keyframe[2] = (by_body * Eigen::Vector2d(-place.y(), place.x())).value();
+  residual.by_keyframe[3] = by_error(by_bias);
+  residual.by_common[Common::scale] = scale * residual.distance;
+  residual.by_common[Common::bias] = scale;
+  residual.by_common[Common::distance_scale] =
+      -distance_stretch * (by_body * Eigen::Vector2d(moved.x, moved.y)).value();
+  const double turn_stretch = 1.0 + constants[Common::turn_scale];
+  residual.by_common[Common::turn_scale] = by_error(by_turn) / (turn_stretch * turn_stretch);
+  residual.by_common[Common::lever_x] = (by_body * Eigen::Vector2d(turn_cosine, turn_sine)).value();
+  residual.by_common[Common::lever_y] =
+      (by_body * Eigen::Vector2d(-turn_sine, turn_cosine)).value();
+  residual.by_radio << -by_place, scale * residual.distance, scale,
+      scale * stretch / (2.0 * residual.distance);
+  return residual;
+}
+
+HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise& noise,
+                               double yaw_rate_walk, const KeyframeState& from,
+                               const KeyframeState& to, const Eigen::VectorXd& constants) {
+  const Pose2 moved = relative(pose_of(from), pose_of(to));
+  const double distance_scale = constants[Common::distance_scale];
+  const double turn_scale = constants[Common::turn_scale];
+  const MotionPrediction prediction = predict(motion, moved, from[3], distance_scale, turn_scale);
+  const double stretch = 1.0 + distance_scale;
+  const double cosine = std::cos(from[2]);
+  const double sine = std::sin(from[2]);
+  Eigen::Matrix3d by_from, by_to;
+  by_from << -stretch * cosine, -stretch * sine, stretch * moved.y,  //
+      stretch * sine, -stretch * cosine, -stretch * moved.x,         //
+      0.0, 0.0, -(1.0 + turn_scale);
+  by_to << stretch * cosine, stretch * sine, 0.0,  //
+      -stretch * sine, stretch * cosine, 0.0,      //
+      0.0, 0.0, 1.0 + turn_scale;
+  const Eigen::Vector3d factors(noise.translation, noise.translation, noise.heading);
+  const Eigen::Matrix3d covariance =
+      factors.asDiagonal() *
+      (motion.covariance + kLeastSigma * kLeastSigma * Eigen::Matrix3d::Identity()) *
+      factors.asDiagonal();
+  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+  const auto whitened = [&](auto matrix) {
+    root.matrixL().solveInPlace(matrix);
+    return matrix;
+  };
+  HeldMotionResidual residual;
+  residual.value.head<3>() = whitened(prediction.difference);
+  residual.by_from.setZero();
+  residual.by_to.setZero();
+  residual.by_scales.setZero();
+  residual.by_from.topLeftCorner<3, 3>() = whitened(by_from);
+  residual.by_to.topLeftCorner<3, 3>() = whitened(by_to);
+  residual.by_from.block<3, 1>(0, 3) = whitened(Eigen::Vector3d(motion.yaw_rate_sensitivity));
+  residual.by_scales.block<3, 1>(0, 0) = whitened(Eigen::Vector3d(moved.x, moved.y, 0.0));
+  residual.by_scales.block<3, 1>(0, 1) = whitened(Eigen::Vector3d(
+      motion.turn_scale_sensitivity[0], motion.turn_scale_sensitivity[1], prediction.turned));
+  const double walk =
+      1.0 / std::hypot(kLeastYawRateSigma, yaw_rate_walk * std::sqrt(motion.duration));
+  residual.value[3] = walk * (to[3] - from[3]);
+  residual.by_from(3, 3) = -walk;
+  residual.by_to(3, 3) = walk;
+  return residual;
+}
+
+double cost_of(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+               const RangeEstimate& estimate) {
+  return cost_from(graph, prior, noise, estimate, nullptr);
+}
+
+RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                  int iterations, double tolerance, RangeEstimate* estimate) {
+  return solve_from(graph, prior, noise, iterations, tolerance, nullptr, estimate, nullptr);
+}
+
+RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                  int iterations, double tolerance, int keyframe, RangeEstimate* estimate,
+                  RangePast* past) {
+  past->keyframe = keyframe;
+  return solve_from(graph, prior, noise, iterations, tolerance, nullptr, estimate, past);
+}
+
+RangeBelief solve_rest(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                       int iterations, double tolerance, const RangePast& past,
+                       RangeEstimate* estimate) {
+  return solve_from(graph, prior, noise, iterations, tolerance, &past, estimate, nullptr);
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,164 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+
+namespace pf_resampling {
+
+/// Unknowns of a keyframe: pose in the map frame and error of the odometry's yaw rate.
+struct KeyframeUnknown {
+  enum Index : int { x, y, heading, yaw_rate_bias, count };
+};
+using KeyframeState = Eigen::Vector4d;
+
+/// Unknowns that all radios share, and those of the robot.
+struct CommonUnknown {
+  enum Index : int {
+    scale,           ///< relative error of all ranges
+    bias,            ///< m, of all ranges
+    distance_scale,  ///< measured over true distance of the odometry, less 1
+    turn_scale,      ///< measured over true turn, less 1
+    lever_x,         ///< m, true less stated place of the antenna on the robot
+    lever_y,
+    count
+  };
+};
+
+/// Unknowns of each radio, which follow each other after the common ones.
+struct RadioUnknown {
+  enum Index : int {
+    x,       ///< m, map frame
+    y,       ///< m
+    scale,   ///< beside the common one
+    bias,    ///< m, beside the common one
+    height,  ///< m^2, added to the square of the stated difference in height
+    count
+  };
+};
+
+/// First unknown of a radio among the constants.
+inline int radio_at(int radio) {
+  return CommonUnknown::count + radio * RadioUnknown::count;
+}
+
+/// A range, and the motion since the keyframe before it.
+struct HeldRange {
+  int radio = 0;
+  double range = 0.0;                                 ///< m
+  double variance = 0.0;                              ///< m^2
+  Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m, on the robot
+  double height = 0.0;                                ///< m, of the radio over the antenna
+  OdometryIncrement since;
+};
+
+/// All that a robot has measured: keyframes, the odometry between them, the ranges after each.
+struct RangeGraph {
+  std::vector<OdometryIncrement> motions;      ///< from a keyframe to the next
+  std::vector<std::vector<HeldRange>> ranges;  ///< of each keyframe
+
+  int keyframes() const { return static_cast<int>(ranges.size()); }
+};
+
+/// What is believed before there are data; standard deviations.
+struct RangePrior {
+  KeyframeState first = KeyframeState::Zero();
+  KeyframeState first_sigma = KeyframeState::Ones();
+  Eigen::VectorXd constants;        ///< CommonUnknown, then RadioUnknown of each radio
+  Eigen::VectorXd constants_sigma;  ///< likewise
+  double yaw_rate_walk = 1.3e-5;    ///< rad/s/sqrt(s): 1e-4 rad/s over a minute
+};
+
+/// Factors of the standard deviations that the data state, and the losses' widths.
+struct RangeNoise {
+  double range = 1.0;
+  double translation = 1.0;
+  double heading = 1.0;
+  double robust_width = 3.0;  ///< of Cauchy's loss of ranges, standard deviations
+};
+
+struct RangeEstimate {
+  std::vector<KeyframeState> keyframes;
+  Eigen::VectorXd constants;
+  std::vector<bool> takes_part;  ///< of each radio, whether its ranges do
+};
+
+inline Pose2 pose_of(const KeyframeState& state) {
+  return {state[0], state[1], state[2]};
+}
+
+/// The motion, without the errors of the odometry that the estimate knows; the yaw-rate bias is
+/// that of the keyframe it begins at.
+Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
+                       const Eigen::VectorXd& constants);
+
+/// A range's residual, in standard deviations, and its derivatives by the keyframe, the common
+/// unknowns and those of its radio.
+struct HeldRangeResidual {
+  double value = 0.0;
+  double distance = 0.0;  ///< m, as estimated
+  Eigen::Matrix<double, 1, KeyframeUnknown::count> by_keyframe;
+  Eigen::Matrix<double, 1, CommonUnknown::count> by_common;
+  Eigen::Matrix<double, 1, RadioUnknown::count> by_radio;
+};
+
+/// (1 + scale)·d + bias − range, d = √(|antenna − radio|² + height² + height unknown).
+HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
+                              const KeyframeState& keyframe, const Eigen::VectorXd& constants);
+
+/// Residual of a motion and of the walk of the yaw-rate bias, in standard deviations, and its
+/// derivatives by both keyframes, and by distance and turn scale.
+struct HeldMotionResidual {
+  Eigen::Vector4d value;
+  Eigen::Matrix4d by_from;
+  Eigen::Matrix4d by_to;
+  Eigen::Matrix<double, 4, 2> by_scales;
+};
+HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise& noise,
+                               double yaw_rate_walk, const KeyframeState& from,
+                               const KeyframeState& to, const Eigen::VectorXd& constants);
+
+/// Half the sum of squares, robust, of all data and the prior.
+double cost_of(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+               const RangeEstimate& estimate);
+
+/// What least squares says at its solution.
+struct RangeBelief {
+  bool is_usable = false;  ///< finite, positive definite
+  double cost = 0.0;
+  /// Logarithm of the probability of the data (Laplace's approximation), but for a constant of the
+  /// data alone.
+  double log_evidence = 0.0;
+  /// Of the newest keyframe, then the constants.
+  Eigen::MatrixXd covariance;
+};
+
+/// What the data before a keyframe say of it and the constants, the prior of the constants left
+/// out: a quadratic about the estimate at which it was linearized.
+struct RangePast {
+  int keyframe = 0;
+  KeyframeState state = KeyframeState::Zero();
+  Eigen::VectorXd constants;
+  Eigen::MatrixXd information;  ///< of keyframe and constants; lower triangle
+  Eigen::VectorXd gradient;
+};
+
+/// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
+/// the newest (block tridiagonal with a border of the constants), O(keyframes · constants²). Ends
+/// when the cost falls by less than `tolerance`.
+RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                  int iterations, double tolerance, RangeEstimate* estimate);
+
+/// Likewise, and what it says of the past before a keyframe.
+RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                  int iterations, double tolerance, int keyframe, RangeEstimate* estimate,
+                  RangePast* past);
+
+/// Only the keyframes from the past's on move; cost and evidence are those of the rest.
+RangeBelief solve_rest(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                       int iterations, double tolerance, const RangePast& past,
+                       RangeEstimate* estimate);
+
+}  // namespace pf_resampling

@@ -1,0 +1,205 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/models/beacon_range.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/range_memory/range_graph.hpp"
+
+namespace pf_resampling {
+
+class Archive;
+
+/// What is believed of radios, antenna and odometry before there are data; standard deviations.
+struct RangeMemoryOptions {
+  double sigma = 1.0;       ///< m, of a range that states none; a factor is found from the data
+  double surveyed = 0.02;   ///< m, of a listed place, along each axis
+  double unknown = 1000.0;  ///< m, of a place that is not listed
+  double scale = 0.05;      ///< of all ranges
+  double bias = 0.5;        ///< m, of all ranges
+  double own_scale = 0.01;  ///< of each radio beside that
+  double own_bias = 0.1;    ///< m
+  double height = 1.5;      ///< m over the antenna, of a radio whose height is not stated
+  double distance_scale = 0.03;
+  double turn_scale = 0.03;
+  double tight = 0.1;             ///< share of these that is left of a LooseError that is not there
+  double yaw_rate = 0.01;         ///< rad/s
+  double yaw_rate_walk = 1.3e-5;  ///< rad/s/sqrt(s)
+  double lever = 0.3;             ///< m, of the antenna where it is said to be at the base's origin
+  double stated_lever = 0.01;     ///< m, where it is said to be elsewhere
+  double noise_spread = 0.7;      ///< of the logarithm of the odometry's factors of noise
+  double fault_odds = 1e-2;       ///< that a first radio is wrong, before there are data
+};
+
+/// What is said of a radio.
+enum class RadioAccount {
+  as_listed,
+  elsewhere,  ///< its place is not the listed one
+  biased,     ///< its ranges are too long or too short by more than radios differ
+  unlisted,   ///< nobody said where it is
+};
+
+/// Errors that are taken for small, unless the data say otherwise: were all of them free, each
+/// would make every pose less sure where none is there.
+struct LooseError {
+  enum Index : std::size_t {
+    antenna,  ///< its place on the robot
+    radios,   ///< scale and bias of each beside those of all
+    wheels,   ///< scale of distances and turns of the odometry
+    heights,  ///< of radios whose height is not stated
+    count
+  };
+};
+using LooseErrors = std::array<bool, LooseError::count>;
+
+/// A place where a radio may be.
+struct RadioPlace {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m, map frame
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2
+  double probability = 1.0;
+};
+
+/// A way to understand the data: a path, places and constants.
+struct RangeMode {
+  std::vector<RadioAccount> accounts;  ///< of each radio
+  LooseErrors loose = {};
+  RangePrior prior;
+  RangeEstimate estimate;
+  RangeBelief belief;
+  std::optional<RangePast> past;  ///< from which on keyframes move between solutions of all
+  double probability = 1.0;       ///< among the modes
+};
+
+/// What is known of a radio.
+struct RadioKnowledge {
+  int id = 0;
+  RadioAccount account = RadioAccount::as_listed;  ///< another one where that is nearly sure
+  int ranges = 0;
+  double fault = 0.0;  ///< probability that it is not as listed
+  /// Of the best mode; more than one where another place explains the ranges about as well. Empty
+  /// while it cannot be told.
+  std::vector<RadioPlace> places;
+  RangeCalibration calibration;  ///< sigma: of a range
+  double scale_sigma = 0.0;
+  double bias_sigma = 0.0;  ///< m
+  /// The radio at whose listed place this one seems to be: repeated, or swapped. -1: none.
+  int in_place_of = -1;
+};
+
+/// All ranges and odometry of a drive, and what least squares says of them: path, scale and bias of
+/// the radios, places of those that are not listed, errors of the odometry and of the antenna's
+/// place, and which radio is not as listed. One graph for listed and other radios: a place is an
+/// unknown with a prior.
+class RangeMemory {
+ public:
+  /// `beacons`: those whose place is known. `calibration`: by id, -1 for all others; as the filter
+  /// has it. Throws Error if two have one id.
+  RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
+              const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
+  /// To be read from a file.
+  RangeMemory() : RangeMemory(RangeMemoryOptions{}, {}) {}
+  /// Goes on to the bit as `saved`, whose options, beacons and calibration are not part of it,
+  /// would have with those of this one. Nothing happens, and false, if it is of other beacons.
+  bool resume(const RangeMemory& saved);
+  friend void describe(Archive& archive, RangeMemory& memory);
+  friend std::string fault_of(const RangeMemory& memory);
+
+  /// The robot moved, then measured; a range of a radio that is not listed makes it known.
+  void add(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
+  /// Whether the best mode explains most ranges of the last ten seconds: false after the robot was
+  /// carried off.
+  bool explains_newest() const;
+
+  /// Solves with all data so far: starts where the ranges allow it, follows the modes, and from
+  /// time to time, ever more rarely as the drive grows, tries other places, accounts and noise. In
+  /// between only the newest keyframes move.
+  void solve();
+  /// Likewise until nothing changes any more, when all data are there.
+  void finish();
+
+  /// The most probable first; none before the ranges allow a start.
+  const std::vector<RangeMode>& modes() const { return modes_; }
+  const RangeGraph& graph() const { return graph_; }
+  const RangeNoise& noise() const { return noise_; }
+  /// By which factor deviations of means over ten seconds exceed what independent errors make.
+  double doubt() const { return doubt_; }
+  std::vector<RadioKnowledge> radios() const;
+
+  /// A mode at the newest time.
+  struct Newest {
+    Eigen::VectorXd mean;        ///< KeyframeUnknown, then constants
+    Eigen::MatrixXd covariance;  ///< likewise
+  };
+  Newest newest(const RangeMode& mode) const;
+  /// s, from the first odometry to the newest
+  double time() const { return time_; }
+  /// s, of each keyframe
+  const std::vector<double>& keyframe_times() const { return times_; }
+
+ private:
+  struct Radio {
+    int id = 0;
+    std::optional<Beacon> listed;
+    RangeCalibration calibration;
+    int ranges = 0;
+    std::vector<RadioPlace> other_places;
+  };
+  /// A minimum of the cost of one radio's ranges, given a path.
+  struct Fix {
+    Eigen::Vector2d position;
+    Eigen::Matrix2d covariance;
+    double cost;
+    double distance;  ///< m, typical
+  };
+
+  int radio_of(int id);
+  RangeCalibration calibration_of(int id) const;
+  void add_keyframe();
+  double spacing() const;
+  RangePrior prior() const;
+  Eigen::VectorXd sigmas(const std::vector<RadioAccount>& accounts, const LooseErrors& loose) const;
+  bool may_be_loose(LooseError::Index error) const;
+  void set_account(int radio, RadioAccount account, RangeMode* mode) const;
+  void start();
+  std::vector<RangeMode> starts(int excluded, RangeNoise* noise) const;
+  void weigh_modes();
+  std::vector<Fix> fixes(int radio, const RangeMode& mode) const;
+  void let_radios_enter(RangeMode* mode);
+  void try_other_places(RangeMode* mode);
+  void try_all_places_anew(const RangeEstimate& before, RangeMode* mode);
+  void judge_radios();
+  std::vector<bool> suspicious(const RangeMode& mode) const;
+  std::optional<RangeMode> with_other_error(const RangeMode& mode, LooseError::Index error) const;
+  std::optional<RangeMode> with_fault(const RangeMode& mode, int radio, RadioAccount account,
+                                      int cleared) const;
+  double log_probability(const RangeMode& mode) const;
+  bool try_noise();
+  void find_doubt();
+  bool follow();
+  void solve_all();
+  void keep_past(RangeMode* mode) const;
+  RangeBelief solved(int iterations, RangeMode* mode) const;
+  double log_prior_of_noise(const RangeNoise& noise) const;
+
+  RangeMemoryOptions options_;
+  std::vector<std::pair<int, RangeCalibration>> calibration_;
+  std::vector<Radio> radios_;
+  RangeGraph graph_;
+  std::vector<double> times_;
+  OdometryIncrement pending_;  // since the newest keyframe
+  double time_ = 0.0;
+  bool lever_is_stated_ = false;
+  RangeNoise noise_;
+  std::vector<RangeMode> modes_;
+  std::optional<RangeEstimate> before_;  // of the last solution of all
+  double next_solution_of_all_ = 0.0;    // s
+  double doubt_ = 1.0;
+  int next_trial_ = 0;
+  std::array<double, 3> trial_steps_ = {2.0, 2.0, 2.0};
+};
+
+}  // namespace pf_resampling

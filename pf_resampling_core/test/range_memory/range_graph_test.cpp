@@ -1,0 +1,183 @@
+#include "pf_resampling_core/range_memory/range_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace pf_resampling {
+namespace {
+
+constexpr int kState = KeyframeUnknown::count;
+
+Eigen::VectorXd some_constants() {
+  Eigen::VectorXd constants(radio_at(2));
+  constants << 0.02, 0.3, 0.03, -0.04, 0.2, -0.1,  //
+      5.0, 4.0, 0.01, -0.05, 0.7,                  //
+      -6.0, 3.0, -0.01, 0.08, 0.0;
+  return constants;
+}
+
+OdometryIncrement some_motion() {
+  OdometryIncrement motion;
+  for (int i = 0; i < 5; ++i) append(OdometryNoise{}, {0.1, 0.01, 0.05}, 0.2, &motion);
+  return motion;
+}
+
+TEST(ResidualOfRange, HasItsDerivatives) {
+  HeldRange range;
+  range.radio = 1;
+  range.range = 7.0;
+  range.variance = 0.04;
+  range.antenna = {0.3, 0.2};
+  range.height = 1.0;
+  range.since = some_motion();
+  const RangeNoise noise;
+  const KeyframeState state(1.0, 2.0, 0.7, 0.02);
+  const Eigen::VectorXd constants = some_constants();
+  const HeldRangeResidual residual = residual_of(range, noise, state, constants);
+  constexpr double kStep = 1e-6;
+  const auto difference = [&](const KeyframeState& by_state, const Eigen::VectorXd& by_constants) {
+    return (residual_of(range, noise, state + by_state, constants + by_constants).value -
+            residual_of(range, noise, state - by_state, constants - by_constants).value) /
+           (2.0 * kStep);
+  };
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(constants.size());
+  for (int i = 0; i < kState; ++i) {
+    EXPECT_NEAR(residual.by_keyframe[i], difference(kStep * KeyframeState::Unit(i), none), 1e-6)
+        << "keyframe " << i;
+  }
+  const auto by_constant = [&](int i) {
+    return difference(KeyframeState::Zero(), kStep * Eigen::VectorXd::Unit(constants.size(), i));
+  };
+  for (int i = 0; i < CommonUnknown::count; ++i) {
+    EXPECT_NEAR(residual.by_common[i], by_constant(i), 1e-6) << "common " << i;
+  }
+  for (int i = 0; i < RadioUnknown::count; ++i) {
+    EXPECT_NEAR(residual.by_radio[i], by_constant(radio_at(1) + i), 1e-6) << "radio " << i;
+  }
+}
+
+TEST(ResidualOfMotion, HasItsDerivatives) {
+  const OdometryIncrement motion = some_motion();
+  const RangeNoise noise;
+  const KeyframeState from(1.0, 2.0, 0.7, 0.02);
+  const KeyframeState to(1.4, 2.5, 0.9, 0.0201);
+  const Eigen::VectorXd constants = some_constants();
+  const auto value = [&](const KeyframeState& a, const KeyframeState& b,
+                         const Eigen::VectorXd& c) -> Eigen::Vector4d {
+    return residual_of(motion, noise, 1e-3, a, b, c).value;
+  };
+  const HeldMotionResidual residual = residual_of(motion, noise, 1e-3, from, to, constants);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < kState; ++i) {
+    const KeyframeState step = kStep * KeyframeState::Unit(i);
+    const Eigen::Vector4d by_from =
+        (value(from + step, to, constants) - value(from - step, to, constants)) / (2.0 * kStep);
+    const Eigen::Vector4d by_to =
+        (value(from, to + step, constants) - value(from, to - step, constants)) / (2.0 * kStep);
+    EXPECT_LT((residual.by_from.col(i) - by_from).norm(), 1e-5) << i;
+    EXPECT_LT((residual.by_to.col(i) - by_to).norm(), 1e-5) << i;
+  }
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::VectorXd step =
+        kStep * Eigen::VectorXd::Unit(constants.size(), CommonUnknown::distance_scale + i);
+    const Eigen::Vector4d by_scale =
+        (value(from, to, constants + step) - value(from, to, constants - step)) / (2.0 * kStep);
+    EXPECT_LT((residual.by_scales.col(i) - by_scale).norm(), 1e-5) << i;
+  }
+}
+
+/// A short drive as a graph, at its solution.
+struct SmallProblem {
+  RangeGraph graph;
+  RangePrior prior;
+  RangeNoise noise;
+  RangeEstimate estimate;
+};
+
+SmallProblem small_problem() {
+  SmallProblem problem;
+  problem.noise.range = 0.1;
+  problem.noise.robust_width = 1e6;
+  problem.prior.constants = Eigen::VectorXd::Zero(radio_at(2));
+  problem.prior.constants.segment<2>(radio_at(0)) = Eigen::Vector2d(5.0, 4.0);
+  problem.prior.constants.segment<2>(radio_at(1)) = Eigen::Vector2d(-6.0, 3.0);
+  problem.prior.constants_sigma = Eigen::VectorXd::Constant(radio_at(2), 0.05);
+  problem.prior.first_sigma.setConstant(0.1);
+  problem.estimate.constants = problem.prior.constants;
+  problem.estimate.takes_part = {true, true};
+  Pose2 pose;
+  for (int k = 0; k < 6; ++k) {
+    if (k > 0) {
+      problem.graph.motions.push_back(some_motion());
+      pose = compose(pose, some_motion().mean);
+    }
+    problem.estimate.keyframes.emplace_back(pose.x, pose.y, pose.heading, 0.0);
+    problem.graph.ranges.emplace_back();
+    for (int radio = 0; radio < 2; ++radio) {
+      HeldRange range;
+      range.radio = radio;
+      range.variance = 1.0;
+      const Eigen::Vector2d place = problem.prior.constants.segment<2>(radio_at(radio));
+      range.range = std::hypot(place.x() - pose.x, place.y() - pose.y) + 0.03 * (k % 3);
+      problem.graph.ranges.back().push_back(range);
+    }
+  }
+  return problem;
+}
+
+// The elimination against the inverse of the whole, dense Hessian, by differences of the cost.
+TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
+  SmallProblem problem = small_problem();
+  const RangeBelief belief =
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &problem.estimate);
+  ASSERT_TRUE(belief.is_usable);
+  const int poses = kState * problem.graph.keyframes();
+  const int size = poses + radio_at(2);
+  const auto cost = [&](const Eigen::VectorXd& step) {
+    RangeEstimate moved = problem.estimate;
+    for (int k = 0; k < problem.graph.keyframes(); ++k) {
+      moved.keyframes[static_cast<std::size_t>(k)] += step.segment<kState>(kState * k);
+    }
+    moved.constants += step.tail(radio_at(2));
+    return cost_of(problem.graph, problem.prior, problem.noise, moved);
+  };
+  // Steps of about a hundredth of what the unknowns may be off by.
+  Eigen::VectorXd steps = Eigen::VectorXd::Constant(size, 1e-3);
+  for (int k = 0; k < problem.graph.keyframes(); ++k) steps[kState * k + 3] = 1e-6;
+  Eigen::MatrixXd hessian(size, size);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const Eigen::VectorXd a = steps[i] * Eigen::VectorXd::Unit(size, i);
+      const Eigen::VectorXd b = steps[j] * Eigen::VectorXd::Unit(size, j);
+      hessian(i, j) = hessian(j, i) =
+          (cost(a + b) - cost(a - b) - cost(b - a) + cost(-a - b)) / (4.0 * steps[i] * steps[j]);
+    }
+  }
+  const int rest = kState + radio_at(2);
+  const Eigen::MatrixXd expected = hessian.inverse().bottomRightCorner(rest, rest);
+  for (int i = 0; i < rest; ++i) {
+    const double sigma = std::sqrt(expected(i, i));
+    EXPECT_NEAR(std::sqrt(belief.covariance(i, i)), sigma, 0.05 * sigma) << i;
+  }
+}
+
+TEST(SolveRest, SaysWhatTheWholeSays) {
+  SmallProblem problem = small_problem();
+  RangePast past;
+  const RangeBelief whole =
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, 3, &problem.estimate, &past);
+  RangeEstimate estimate = problem.estimate;
+  estimate.keyframes.back()[0] += 0.05;
+  estimate.constants[CommonUnknown::bias] += 0.02;
+  const RangeBelief rest =
+      solve_rest(problem.graph, problem.prior, problem.noise, 50, 1e-12, past, &estimate);
+  ASSERT_TRUE(rest.is_usable);
+  EXPECT_LT((estimate.keyframes.back() - problem.estimate.keyframes.back()).norm(), 1e-5);
+  EXPECT_LT((estimate.constants - problem.estimate.constants).norm(), 1e-5);
+  EXPECT_LT((rest.covariance - whole.covariance).norm(), 1e-4 * whole.covariance.norm());
+}
+
+}  // namespace
+}  // namespace pf_resampling
