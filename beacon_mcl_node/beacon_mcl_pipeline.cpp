@@ -131,7 +131,12 @@ std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRa
                 "configuration"});
     return std::nullopt;
   }
-  return RangeObservation{range.beacon, range.range, range.variance, *antenna};
+  const std::string frame = without_slash(range.header.frame_id);
+  const auto listed = options_.antennas.find(frame);
+  const bool is_stated =
+      !frame.empty() && frame != options_.frames.base &&
+      (listed == options_.antennas.end() || listed->second.head<2>().squaredNorm() > 0.0);
+  return RangeObservation{range.beacon, range.range, range.variance, *antenna, is_stated};
 }
 
 void BeaconMclPipeline::update_filter(const OdometryIncrement& odometry, const Observations& used) {
@@ -142,6 +147,10 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
                                           double duration) {
   for (const RangeObservation& observation : used) {
     latest_ranges_[observation.beacon] = {stamp, observation.range, observation.antenna.z()};
+    if (!filter_->leaves_out(observation.beacon)) continue;
+    // It is heard, and nothing is expected of its ranges.
+    beacon_health_[observation.beacon] = BeaconHealth{};
+    beacon_health_[observation.beacon].last = stamp;
   }
   const BeaconMclStatus& status = filter_->status();
   if (!(status.innovation_sigma > 0.0)) return;
@@ -181,7 +190,8 @@ std::optional<PoseEstimate> BeaconMclPipeline::belief_of_filter() {
 }
 
 OdometryIncrement BeaconMclPipeline::motion_since_update() const {
-  return without_yaw_rate_bias(odometry_.since(), yaw_rate_bias_.mean, yaw_rate_bias_.sigma);
+  return without_yaw_rate_bias(filter_->without_known_errors(odometry_.since()),
+                               yaw_rate_bias_.mean, yaw_rate_bias_.sigma);
 }
 
 double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {

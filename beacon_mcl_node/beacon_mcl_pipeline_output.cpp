@@ -1,6 +1,7 @@
 // What of the messages that BeaconMclPipeline gives out is its own.
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
+#include "pf_resampling_core/range_memory/radio_remark.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
@@ -103,6 +104,12 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
     add_value(beacon + ": normalized innovation (1 expected)",
               number_text(health.normalized_innovation), &status);
     add_value(beacon + ": last range [s ago]", number_text(silence), &status);
+  }
+  if (const RangeMemory* memory = filter_ ? filter_->memory() : nullptr) {
+    for (const RadioKnowledge& radio : memory->radios()) {
+      const std::string remark = remark_on(radio, filter_->beacons());
+      if (!remark.empty()) worsen(DiagnosticStatus::WARN, remark, &status);
+    }
   }
   if (status.message.empty()) status.message = "fine";
   array->status.push_back(status);

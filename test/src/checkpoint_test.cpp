@@ -82,6 +82,12 @@ TEST(Checkpoint, BeaconMclGoesOnAsIfNothingHadHappened) {
   expect_goes_on<Rig>(BeaconMclDrive::messages(40.0), options);
 }
 
+TEST(Checkpoint, BeaconMclWithARedrawGoesOnAsIfNothingHadHappened) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  expect_goes_on<Rig>(BeaconMclDrive::messages(40.0), options);
+}
+
 TEST(Checkpoint, FastSlamGoesOnAsIfNothingHadHappened) {
   expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), FastSlamDrive::options());
 }

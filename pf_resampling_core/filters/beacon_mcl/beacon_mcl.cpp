@@ -67,6 +67,8 @@ void BeaconMcl::reset() {
   likelihoods_ = 0;
   time_ = 0.0;
   range_squares_ = range_count_ = options_.noise_estimation.prior_count;
+  known_.reset();
+  start_memory();
   if (options_.initialization.method == Initialization::uniform) {
     initialize_uniform();
   } else if (options_.initialization.method == Initialization::gaussian) {
@@ -84,6 +86,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   const bool other_yaw_rate_bias =
       options.yaw_rate_bias.estimate != options_.yaw_rate_bias.estimate;
   const bool other_noise = options.noise_estimation.odometry != options_.noise_estimation.odometry;
+  const bool other_memory = options.strategy.renewal != options_.strategy.renewal;
   const bool other_count = options.particles != options_.particles ||
                            (options_.adaptive_count.enabled && !options.adaptive_count.enabled);
   // Threads may not be had: then all stays as it is.
@@ -91,6 +94,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   strategy_.set_options(options.strategy);
   options_ = options;
   if (other_count) requested_size_ = options.particles;
+  if (other_memory) start_memory();
   if (!is_initialized()) return;
   if (other_layout) start_calibration();
   if (other_yaw_rate_bias) start_yaw_rate_bias();
@@ -109,16 +113,21 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   time_ += odometry.duration;
   dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
   for (const RangeObservation& range : ranges) remember(range);
+  if (memory_) memory_->add(odometry, ranges);
   if (!is_initialized()) {
     initialize_when_possible();
     return;
   }
-  move(odometry);
+  move(without_known_errors(odometry));
   if (ranges.empty()) return;
   status_.log_likelihood = 0.0;
-  for (const RangeObservation& range : ranges) weigh(range);
+  status_.innovation_sigma = 0.0;
+  for (const RangeObservation& range : ranges) {
+    if (!leaves_out(range.beacon)) weigh(range);
+  }
   ++status_.updates;
   renew();
+  if (memory_ && time_ >= next_solution_) solve_memory();
   status_.particles = static_cast<int>(particles_.size());
 }
 
@@ -159,6 +168,10 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
     range.antenna[axis] = observation.antenna[axis];
   }
   if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
+  if (known_) {
+    range.antenna[0] += known_->lever.x();
+    range.antenna[1] += known_->lever.y();
+  }
   const double base_variance =
       difference.scale * difference.scale * observation_variance(observation);
   range.variance = range_variance_factor() * base_variance;
@@ -310,7 +323,7 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
     return estimates;
   }
   const bool all_alike =
-      options_.calibration.estimation == CalibrationEstimation::shared &&
+      options_.calibration.estimation == CalibrationEstimation::shared && !known_ &&
       std::all_of(nominal_.begin(), nominal_.end(), [&](const auto& nominal) {
         return nominal.scale == nominal_[0].scale && nominal.bias == nominal_[0].bias;
       });
@@ -373,9 +386,10 @@ Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {
 // differs from it is taken out of that one's ranges.
 BeaconMcl::RadioDifference BeaconMcl::difference_of(std::size_t beacon) const {
   if (options_.calibration.estimation != CalibrationEstimation::shared) return {};
+  const std::vector<RangeCalibration>& nominal = known_ ? known_->radios : nominal_;
   RadioDifference difference;
-  difference.scale = nominal_[0].scale / nominal_[beacon].scale;
-  difference.offset = nominal_[0].bias - difference.scale * nominal_[beacon].bias;
+  difference.scale = nominal[0].scale / nominal[beacon].scale;
+  difference.offset = nominal[0].bias - difference.scale * nominal[beacon].bias;
   return difference;
 }
 

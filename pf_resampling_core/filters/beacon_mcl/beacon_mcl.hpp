@@ -15,11 +15,21 @@
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
+#include "pf_resampling_core/range_memory/range_memory.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace pf_resampling {
 
 struct SavedBeaconMcl;
+
+/// What the memory of all ranges has found, as the particles use it.
+struct KnownRangeErrors {
+  double distance_scale = 0.0;
+  double turn_scale = 0.0;
+  Eigen::Vector2d lever = Eigen::Vector2d::Zero();  ///< m
+  std::vector<RangeCalibration> radios;             ///< per beacon
+  std::vector<bool> is_wrong;                       ///< per beacon: its ranges are left out
+};
 
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
@@ -37,6 +47,7 @@ struct BeaconMclStatus {
   std::int64_t renewals = 0;
   std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
   std::int64_t injected = 0;       ///< particles injected
+  std::int64_t redraws = 0;        ///< of the population, from the memory of all ranges
   double log_likelihood = 0.0;     ///< of the last update's ranges
   int observation = -1;            ///< beacon of the last range
   /// m, last range minus its prediction, weighted mean over the particles.
@@ -135,6 +146,14 @@ class BeaconMcl {
   /// beacon.
   std::vector<CalibrationEstimate> calibration() const;
   ScalarEstimate yaw_rate_bias() const;
+  /// All that was measured and what least squares says of it, under Renewal::redraw; nothing
+  /// otherwise.
+  const RangeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
+  /// Whether this beacon's ranges are not used, as the memory says that it is not as listed.
+  bool leaves_out(int beacon) const;
+  /// Errors of distances and turns of the odometry as the memory knows them: the motion without
+  /// them.
+  OdometryIncrement without_known_errors(OdometryIncrement odometry) const;
   /// Where the range of this beacon is expected to be from, taking its calibration out of the
   /// measured range.
   double corrected_range(int beacon, double range) const;
@@ -153,6 +172,10 @@ class BeaconMcl {
     double offset = 0.0;  // m
   };
 
+  void start_memory();
+  void solve_memory();
+  void redraw(const std::vector<double>& shares, const std::vector<RangeMemory::Newest>& modes);
+  void take_calibration(const RangeMemory::Newest& newest);
   void move(const OdometryIncrement& odometry);
   void weigh(const RangeObservation& range);
   void normalize_weights(double left_out);
@@ -189,6 +212,10 @@ class BeaconMcl {
   std::uint64_t seed_;
   std::uint32_t step_ = 0;
   double time_ = 0.0;
+
+  std::optional<RangeMemory> memory_;
+  std::optional<KnownRangeErrors> known_;
+  double next_solution_ = 0.0;  // s
 
   BeaconMclParticles particles_;
   Ancestry ancestry_;

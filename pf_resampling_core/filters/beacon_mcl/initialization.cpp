@@ -147,6 +147,8 @@ void BeaconMcl::begin_population(bool first) {
     start_noise_factors();
   }
   if (first || particles_.scale.rows() != particles_.size()) start_calibration();
+  // The robot is elsewhere than the path of all data has it.
+  if (!first) start_memory();
 }
 
 void BeaconMcl::start_ancestry() {

@@ -1,5 +1,7 @@
 #include "pf_resampling_core/filters/beacon_mcl/options.hpp"
 
+#include <algorithm>
+
 #include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
@@ -26,7 +28,13 @@ ParameterList parameters_of(BeaconMclOptions* options) {
       integer_parameter("particles", &options->particles, 1, 10000000, "Number of particles.")));
   list.push_back(integer_parameter("threads", &options->threads, 1, 1024,
                                    "Number of threads; results do not depend on it."));
-  add_parameters(&options->strategy, renewals_without_redraw(), &list);
+  add_parameters(&options->strategy, all_values<Renewal>(), &list);
+  // A memory of ranges knows itself when to draw.
+  list.erase(std::remove_if(list.begin(), list.end(),
+                            [](const Parameter& parameter) {
+                              return parameter.name.rfind("population/redraw/", 0) == 0;
+                            }),
+             list.end());
   add_parameters(&options->odometry, &list);
 
   RangeModelOptions& ranges = options->ranges;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kRounding = 1e-6;
 constexpr int kMostParticles = 10000000;
+constexpr double kLargestScale = 10.0;  // of a radio
 
 // What cannot be seen of a column by itself.
 std::string fault_of_weights(const BeaconMclParticles& particles) {
@@ -50,6 +51,20 @@ void describe(Archive& archive, BeaconMclParticles& particles) {
                                       });
 }
 
+void describe(Archive& archive, RangeCalibration& calibration) {
+  archive("scale", calibration.scale);
+  archive("bias", calibration.bias);
+  archive("sigma", calibration.sigma);
+}
+
+void describe(Archive& archive, KnownRangeErrors& known) {
+  archive("distance_scale", known.distance_scale);
+  archive("turn_scale", known.turn_scale);
+  archive("lever", known.lever);
+  archive("radios", known.radios);
+  archive("is_wrong", known.is_wrong);
+}
+
 void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("beacons", saved.beacons);
   archive("step", saved.step);
@@ -66,6 +81,9 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("calibration_times", saved.calibration_times);
   archive("ranges", saved.ranges);
   archive("particles", saved.particles);
+  archive("memory", saved.memory);
+  archive("known", saved.known);
+  archive("next_solution", saved.next_solution);
 }
 
 std::string fault_of(const SavedBeaconMcl& saved) {
@@ -100,6 +118,18 @@ std::string fault_of(const SavedBeaconMcl& saved) {
       return "beacon " + std::to_string(range.observation.beacon) + " of a range is not listed";
     }
   }
+  if (saved.memory && !fault_of(*saved.memory).empty()) return fault_of(*saved.memory);
+  const std::size_t beacons = saved.beacons.size();
+  const auto is_calibration = [](const RangeCalibration& radio) {
+    return radio.scale > 0.0 && std::abs(radio.scale) < kLargestScale;
+  };
+  if (saved.known &&
+      (saved.known->radios.size() != beacons || saved.known->is_wrong.size() != beacons ||
+       !std::all_of(saved.known->radios.begin(), saved.known->radios.end(), is_calibration) ||
+       !(std::abs(saved.known->distance_scale) < 0.5) ||
+       !(std::abs(saved.known->turn_scale) < 0.5))) {
+    return "what the memory knows of radios and wheels is out of range";
+  }
   const auto radios = static_cast<Eigen::Index>(saved.calibration_times.size());
   const std::string fault = fault_of_columns(saved.particles, radios);
   return fault.empty() ? fault_of_weights(saved.particles) : fault;
@@ -127,6 +157,9 @@ SavedBeaconMcl BeaconMcl::saved() const {
     saved.ranges.push_back({recent.observation, recent.pose, recent.time});
   }
   saved.particles = particles_;
+  saved.memory = memory_;
+  saved.known = known_;
+  saved.next_solution = next_solution_;
   return saved;
 }
 
@@ -175,6 +208,11 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
     recent_.push_back({range.observation, range.pose, range.time});
   }
   particles_ = saved.particles;
+  if (memory_) next_solution_ = time_;
+  if (memory_ && saved.memory && memory_->resume(*saved.memory)) {
+    next_solution_ = saved.next_solution;
+    known_ = saved.known;
+  }
   start_ancestry();
   status_.effective_sample_size = effective_sample_size(particles_.weight);
 }

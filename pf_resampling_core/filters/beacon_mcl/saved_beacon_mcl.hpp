@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/range_memory/saved_range_memory.hpp"
 
 namespace pf_resampling {
 
@@ -35,6 +37,9 @@ struct SavedBeaconMcl {
   std::vector<double> calibration_times;  ///< s, per radio: when its variances are of
   std::vector<Range> ranges;              ///< the last ones, the oldest first
   BeaconMclParticles particles;
+  std::optional<RangeMemory> memory;      ///< under Renewal::redraw
+  std::optional<KnownRangeErrors> known;  ///< what was last taken from it
+  double next_solution = 0.0;             ///< s
 };
 
 /// As it is saved.
@@ -42,6 +47,8 @@ void describe(Archive& archive, SavedBeaconMcl& saved);
 void describe(Archive& archive, SavedBeaconMcl::Range& range);
 void describe(Archive& archive, BeaconMclParticles& particles);
 void describe(Archive& archive, Beacon& beacon);
+void describe(Archive& archive, KnownRangeErrors& known);
+void describe(Archive& archive, RangeCalibration& calibration);
 
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedBeaconMcl& saved);

@@ -13,19 +13,6 @@
 namespace pf_resampling {
 namespace {
 
-// It has no map whose past could be solved for.
-TEST(BeaconMclOptions, RefusesToRedraw) {
-  BeaconMclOptions options;
-  options.strategy.renewal = Renewal::redraw;
-  try {
-    validate(options);
-    FAIL() << "took it";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("population/renewal"), std::string::npos)
-        << error.what();
-  }
-}
-
 TEST(BeaconMclOptions, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
   for (const int updates : {0, 3, 25}) {
     BeaconMclOptions options = default_options_with(250);
@@ -43,7 +30,7 @@ TEST(BeaconMclOptions, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
       options.strategy.schedule = schedule;
       expect_unchanged(to_string(schedule));
     }
-    for (const Renewal renewal : renewals_without_redraw()) {
+    for (const Renewal renewal : all_values<Renewal>()) {
       options.strategy.renewal = renewal;
       expect_unchanged(to_string(renewal));
     }

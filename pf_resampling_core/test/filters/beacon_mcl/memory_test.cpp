@@ -1,0 +1,154 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
+#include "pf_resampling_core/test/range_memory/drive_among_radios.hpp"
+
+namespace pf_resampling {
+namespace {
+
+BeaconMclOptions with_redraw() {
+  BeaconMclOptions options;
+  options.particles = 500;
+  options.strategy.renewal = Renewal::redraw;
+  return options;
+}
+
+double error_after(double duration, DriveAmongRadios* drive, BeaconMcl* filter) {
+  drive->drive(duration, 21,
+               [&](const OdometryIncrement& increment, const RangeObservation& range) {
+                 filter->update(increment, {range});
+               });
+  const PoseEstimate estimate = filter->estimate();
+  return std::hypot(estimate.mean.x - drive->truth.x, estimate.mean.y - drive->truth.y);
+}
+
+TEST(BeaconMclMemory, FindsAnAntennaThatNobodyTold) {
+  DriveAmongRadios drive;
+  drive.antenna = {0.5, 0.0};
+  BeaconMcl filter(with_redraw(), drive.beacons, 1);
+  EXPECT_LT(error_after(180.0, &drive, &filter), 0.25);
+  EXPECT_GT(filter.status().redraws, 10);
+}
+
+TEST(BeaconMclMemory, DoesWithoutTheBeaconThatIsElsewhere) {
+  DriveAmongRadios drive;
+  std::vector<Beacon> listed = drive.beacons;
+  listed[2].position.x() += 3.0;
+  BeaconMcl filter(with_redraw(), listed, 1);
+  EXPECT_LT(error_after(120.0, &drive, &filter), 0.3);
+  for (const Beacon& beacon : listed) EXPECT_EQ(filter.leaves_out(beacon.id), beacon.id == 3);
+}
+
+// It has any heading until it moves, and least squares from a wrong one ends elsewhere.
+TEST(BeaconMclMemory, ARobotThatStoodIsNotPutElsewhereWhenItMoves) {
+  for (const double heading : {0.0, 1.5, 3.0, -1.5}) {
+    DriveAmongRadios drive;
+    drive.truth = {0.0, 0.0, heading};
+    BeaconMcl filter(with_redraw(), drive.beacons, 1);
+    for (int i = 0; i < 200; ++i) {
+      const Beacon& beacon = drive.beacons[static_cast<std::size_t>(i % 4)];
+      OdometryIncrement rest;
+      append(OdometryNoise{}, Pose2{}, 0.1, &rest);
+      RangeObservation range;
+      range.beacon = beacon.id;
+      range.range = std::hypot(beacon.position.x(), beacon.position.y()) + 0.02 * (i % 7 - 3);
+      filter.update(rest, {range});
+    }
+    drive.scale = 1.0;
+    drive.bias = 0.0;
+    for (int part = 0; part < 6; ++part) {
+      EXPECT_LT(error_after(3.0, &drive, &filter), 1.5) << heading << " " << part;
+    }
+  }
+}
+
+// What was known before says nothing of where the robot is now.
+TEST(BeaconMclMemory, BeginsAnewWhereTheRobotIsPut) {
+  DriveAmongRadios drive;
+  BeaconMcl filter(with_redraw(), drive.beacons, 1);
+  error_after(60.0, &drive, &filter);
+  ASSERT_FALSE(filter.memory()->modes().empty());
+  filter.initialize_gaussian(drive.truth, 0.01 * Eigen::Matrix3d::Identity());
+  EXPECT_TRUE(filter.memory()->modes().empty());
+}
+
+TEST(BeaconMclMemory, ASavedOneGoesOnToTheBit) {
+  DriveAmongRadios drive;
+  drive.antenna = {0.5, 0.0};
+  std::vector<Beacon> listed = drive.beacons;
+  listed[2].position.x() += 3.0;
+  BeaconMcl whole(with_redraw(), listed, 1);
+  BeaconMcl second(with_redraw(), listed, 1);
+  const std::string path = testing::TempDir() + "beacon_mcl_memory.checkpoint";
+  for (const double until : {7.0, 3.0, 70.0}) {
+    error_after(until, &drive, &whole);
+    write_saved(kCheckpointFile, path, whole.saved());
+    second.load(read_saved<SavedBeaconMcl>(kCheckpointFile, path));
+    drive.drive(20.0, 22, [&](const OdometryIncrement& increment, const RangeObservation& range) {
+      whole.update(increment, {range});
+      second.update(increment, {range});
+    });
+    EXPECT_TRUE((whole.particles().x == second.particles().x).all()) << until;
+    EXPECT_TRUE((whole.particles().scale == second.particles().scale).all());
+    EXPECT_EQ(whole.memory()->time(), second.memory()->time());
+  }
+  EXPECT_TRUE(second.leaves_out(3));
+  EXPECT_GT(second.status().redraws, 2);
+  std::remove(path.c_str());
+}
+
+// Without a memory in the checkpoint, or for it, the particles are what goes on.
+TEST(BeaconMclMemory, IsNoPartOfAFilterThatResamples) {
+  DriveAmongRadios drive;
+  BeaconMcl redraws(with_redraw(), drive.beacons, 1);
+  error_after(30.0, &drive, &redraws);
+  BeaconMclOptions options = with_redraw();
+  options.strategy.renewal = Renewal::resampling;
+  BeaconMcl resamples(options, drive.beacons, 1);
+  resamples.load(redraws.saved());
+  EXPECT_EQ(resamples.memory(), nullptr);
+  redraws.load(resamples.saved());
+  EXPECT_TRUE(redraws.memory()->modes().empty());
+}
+
+TEST(BeaconMclMemory, BeginsAndEndsWhileTheFilterRuns) {
+  DriveAmongRadios drive;
+  drive.antenna = {0.5, 0.0};
+  BeaconMclOptions options = with_redraw();
+  options.strategy.renewal = Renewal::resampling;
+  BeaconMcl filter(options, drive.beacons, 1);
+  error_after(30.0, &drive, &filter);
+  filter.set_options(with_redraw());
+  EXPECT_LT(error_after(150.0, &drive, &filter), 0.25);
+  EXPECT_GT(filter.status().redraws, 10);
+  filter.set_options(options);
+  EXPECT_EQ(filter.memory(), nullptr);
+  EXPECT_FALSE(filter.leaves_out(1));
+  EXPECT_LT(error_after(10.0, &drive, &filter), 1.0);
+}
+
+TEST(BeaconMclMemory, IsRefusedForMoreBeaconsThanCanBeSolvedForInTime) {
+  std::vector<Beacon> many(31);
+  for (std::size_t i = 0; i < many.size(); ++i) {
+    many[i].id = static_cast<int>(i);
+    many[i].position.x() = static_cast<double>(i);
+  }
+  EXPECT_THROW(BeaconMcl(with_redraw(), many, 1), Error);
+  BeaconMcl filter({}, many, 1);
+  EXPECT_THROW(filter.set_options(with_redraw()), Error);
+  EXPECT_EQ(filter.memory(), nullptr);
+}
+
+TEST(BeaconMclMemory, IsThereForRedrawAlone) {
+  const DriveAmongRadios drive;
+  EXPECT_EQ(BeaconMcl({}, drive.beacons, 1).memory(), nullptr);
+}
+
+}  // namespace
+}  // namespace pf_resampling
