@@ -22,7 +22,9 @@ BasicTable::BasicTable(std::function<void(const dynamic_reconfigure::Config&)> s
   horizontalHeader()->hide();
   // Where both do not fit, the name is cut, not the value.
   horizontalHeader()->setSectionResizeMode(0, QHeaderView::Stretch);
-  horizontalHeader()->setSectionResizeMode(1, QHeaderView::ResizeToContents);
+  horizontalHeader()->setSectionResizeMode(1, QHeaderView::Fixed);
+  horizontalHeader()->resizeSection(1, 110);
+  setWordWrap(false);
   setTextElideMode(Qt::ElideMiddle);
   verticalHeader()->hide();
   setSelectionMode(QAbstractItemView::NoSelection);
