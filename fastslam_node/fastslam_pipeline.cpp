@@ -286,6 +286,11 @@ void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
   const std::optional<PoseEstimate> found =
       search_->add(static_cast<std::int64_t>(stamp.toNSec()), scan.observations, scan.sensor,
                    options_.filter.sensor, filter_->map(), with_ids);
+  if (!found && search_->is_ambiguous() && !std::exchange(search_is_ambiguous_, true)) {
+    log(LogLevel::info,
+        "global localization: what was seen lately fits the map from several places; drive on, to "
+        "where they differ");
+  }
   if (!found) return;
   filter_->set_poses(*found);
   log(LogLevel::info, "localized: the observations fit the map at (" + number_text(found->mean.x) +
@@ -319,6 +324,7 @@ void FastSlamPipeline::forget_observations() {
 
 void FastSlamPipeline::forget_past() {
   search_.reset();
+  search_is_ambiguous_ = false;
   if (std::exchange(begins_search_, false)) search_.emplace();
   latest_.reset();
   path_stamps_.clear();
@@ -350,9 +356,3 @@ void FastSlamPipeline::load_filter(const FastSlamCheckpoint& checkpoint) {
 }
 
 }  // namespace pf_resampling
-  if (!found && search_->is_ambiguous() && !std::exchange(search_is_ambiguous_, true)) {
-    log(LogLevel::info,
-        "global localization: what was seen lately fits the map from several places; drive on, to "
-        "where they differ");
-  }
-  search_is_ambiguous_ = false;

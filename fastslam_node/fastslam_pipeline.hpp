@@ -164,7 +164,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path
   std::optional<std::pair<ros::Time, ScanPicture>> latest_;  // that was used, for the markers
-  bool search_is_ambiguous_ = false;         // and that was said
+  bool search_is_ambiguous_ = false;                         // and that was said
   std::vector<LandmarkEstimate> map_;                        // the last that was given out
   std::set<std::int64_t> labels_;                            // ids that have a marker
   Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
