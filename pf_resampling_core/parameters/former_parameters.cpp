@@ -25,6 +25,7 @@ const std::map<std::string, std::string>& former_parameters() {
       {"recovery/threshold", "0.5"},
       {"recovery/maximum_share", "0.5"},
       {"recovery/window", "6 s"},
+      {"population/redraw/window", "the whole drive"},
       {"adaptive_count/error", "0.05"},
       {"adaptive_count/quantile", "2.326"},
       {"adaptive_count/bin_position", "0.5 m"},

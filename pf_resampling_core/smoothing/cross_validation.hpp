@@ -8,14 +8,6 @@
 
 namespace pf_resampling {
 
-/// Sightings that are left out of a graph and predicted from the rest. Errors that last stay hidden
-/// in the residuals of what was used, and show in those of what was not.
-struct LeftOutBlock {
-  std::vector<int> sightings;
-  /// Of these, groups of sightings of one landmark each, whose means are predicted.
-  std::vector<std::vector<int>> groups;
-};
-
 /// How far the mean of a group of sightings, in range and bearing, is from where the rest of the
 /// data predict it, in standard deviations of such a mean as stated; and the covariance that this
 /// error should have, to first order, if the standard deviations of sightings and motions were so
@@ -34,23 +26,6 @@ void describe(Archive& archive, PredictionError& error);
 
 /// Of the groups of a block.
 using PredictedBlock = std::vector<PredictionError>;
-
-/// Leaves each block out in turn and predicts its groups, at a graph's estimate, which should be a
-/// solution (smooth()). Groups and blocks that the rest of the data say nothing of are missing from
-/// the result. A factorisation per block.
-std::vector<PredictedBlock> cross_validate(const SmoothingGraph& graph, double robust_width,
-                                           const std::vector<LeftOutBlock>& blocks);
-
-/// Passages of landmarks, a block each: one ends when its landmark was not seen for 10 s, or after
-/// 30 s. Those that ended after `since` and no later than `until`, by `times` of the poses (s).
-std::vector<LeftOutBlock> passages(const SmoothingGraph& graph, const std::vector<double>& times,
-                                   double since, double until);
-
-/// Windows of 25 s, one every 12.5 s, in which nothing is seen; a group per landmark seen in the
-/// middle half. Those that ended, with 12.5 s of data behind them, after `since` and no later than
-/// `until`.
-std::vector<LeftOutBlock> windows(const SmoothingGraph& graph, const std::vector<double>& times,
-                                  double since, double until);
 
 /// Whether odometry may be found to be better than stated, too.
 enum class NoiseDirection { worse, both };

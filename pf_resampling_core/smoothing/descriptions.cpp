@@ -28,27 +28,6 @@ void describe(Archive& archive, NoiseScales& noise) {
   archive("motion", noise.motion);
 }
 
-void describe(Archive& archive, GaussianPrior& prior) {
-  archive("pose", prior.pose);
-  archive("landmarks", prior.landmarks);
-  archive("constants", prior.constants);
-  archive("information", prior.information);
-  archive("gradient", prior.gradient);
-  archive("landmarks_given_path", prior.landmarks_given_path);
-  archive("odometry_given_path", prior.odometry_given_path);
-}
-
-void describe(Archive& archive, SmoothingGraph& graph) {
-  archive("poses", graph.poses);
-  archive("landmarks", graph.landmarks);
-  archive("constants", graph.constants);
-  archive("prior", graph.prior);
-  archive("motions", graph.motions);
-  archive("sightings", graph.sightings);
-  archive("unassigned", graph.unassigned);
-  archive("noise", graph.noise);
-}
-
 void describe(Archive& archive, PredictionError& error) {
   archive("error", error.error);
   archive("by_ranges", error.by_ranges);

@@ -185,10 +185,7 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
   graph->sightings.erase(graph->sightings.begin(), kept);
   graph->ranges.erase(graph->ranges.begin(), ranges);
-  std::vector<SightingFactor>& unassigned = graph->unassigned;
-  unassigned.erase(unassigned.begin(), std::find_if(unassigned.begin(), unassigned.end(), is_kept));
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
-  for (SightingFactor& sighting : unassigned) sighting.pose -= poses;
   for (RangeFactor& range : graph->ranges) range.pose -= poses;
   return true;
 }

@@ -14,8 +14,6 @@ namespace {
 constexpr double kFixed = 1e-6;          // m, rad: the standard deviation of a pose that is known
 constexpr double kSmallestPrior = 1e-9;  // of a constant that is known
 
-constexpr double kNoInformation = 1e-9;  // 1/m^2: of a landmark of which a prior says nothing
-
 bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
 }
@@ -30,55 +28,6 @@ bool is_usable(const SightingFactor& sighting) {
 bool is_usable(const RangeFactor& range) {
   return std::isfinite(range.range) && range.variance > 0.0 && std::isfinite(range.variance) &&
          std::isfinite(range.height) && range.beacon.allFinite() && range.antenna.allFinite();
-}
-
-// The prior of what is left once some of its landmarks are integrated out.
-GaussianPrior without(const GaussianPrior& prior, const std::vector<bool>& is_removed) {
-  std::vector<Eigen::Index> kept, removed;
-  GaussianPrior left;
-  left.pose = prior.pose;
-  left.radios = prior.radios;
-  left.constants = prior.constants;
-  left.odometry_given_path = prior.odometry_given_path;
-  for (Eigen::Index i = 0; i < 3; ++i) kept.push_back(i);
-  for (std::size_t l = 0; l < prior.landmarks.size(); ++l) {
-    std::vector<Eigen::Index>& places = is_removed[l] ? removed : kept;
-    places.push_back(3 + 2 * static_cast<Eigen::Index>(l));
-    places.push_back(places.back() + 1);
-    if (is_removed[l]) continue;
-    left.landmarks.push_back(prior.landmarks[l]);
-    left.landmarks_given_path.push_back(prior.landmarks_given_path[l]);
-  }
-  if (removed.empty()) return prior;
-  const Eigen::Index others = 3 + 2 * static_cast<Eigen::Index>(prior.landmarks.size());
-  for (Eigen::Index i = others; i < prior.size(); ++i) kept.push_back(i);
-  const auto part = [&](const std::vector<Eigen::Index>& rows,
-                        const std::vector<Eigen::Index>& columns) {
-    Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()),
-                           static_cast<Eigen::Index>(columns.size()));
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-      for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-        matrix(i, j) = prior.information(rows[static_cast<std::size_t>(i)],
-                                         columns[static_cast<std::size_t>(j)]);
-      }
-    }
-    return matrix;
-  };
-  const auto gradient = [&](const std::vector<Eigen::Index>& rows) {
-    Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
-    for (Eigen::Index i = 0; i < values.size(); ++i) {
-      values[i] = prior.gradient[rows[static_cast<std::size_t>(i)]];
-    }
-    return values;
-  };
-  Eigen::MatrixXd inner = part(removed, removed);
-  inner.diagonal().array() += kNoInformation;
-  const Eigen::LLT<Eigen::MatrixXd> root(inner);
-  const Eigen::MatrixXd across = part(removed, kept);
-  left.information = part(kept, kept) - across.transpose() * root.solve(across);
-  left.information = 0.5 * (left.information + left.information.transpose()).eval();
-  left.gradient = gradient(kept) - across.transpose() * root.solve(gradient(removed));
-  return left;
 }
 
 }  // namespace
@@ -115,27 +64,6 @@ GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& firs
   return prior;
 }
 
-std::optional<GaussianPrior> prior_of(const Pose2& pose,
-                                      const std::vector<Eigen::Vector2d>& landmarks,
-                                      const SensorConstants& constants,
-                                      const Eigen::MatrixXd& covariance,
-                                      const std::vector<Eigen::Matrix2d>& landmarks_given_path,
-                                      const OdometryInformation& odometry_given_path) {
-  GaussianPrior prior;
-  prior.pose = pose;
-  prior.landmarks = landmarks;
-  prior.constants = constants;
-  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-  if (root.info() != Eigen::Success) return std::nullopt;
-  prior.information = root.solve(Eigen::MatrixXd::Identity(prior.size(), prior.size()));
-  prior.gradient.setZero(prior.size());
-  for (const Eigen::Matrix2d& landmark : landmarks_given_path) {
-    prior.landmarks_given_path.push_back(landmark.inverse());
-  }
-  prior.odometry_given_path = odometry_given_path.inverse();
-  return prior;
-}
-
 bool are_plausible(const SensorConstants& constants) {
   return constants.allFinite() && constants[SensorConstant::distance_scale] > -0.5 &&
          constants[SensorConstant::turn_scale] > -0.5 &&
@@ -146,24 +74,6 @@ Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& consta
   const Eigen::Vector3d change = motion.sensitivity * constants.head<kOdometryConstants>();
   return {motion.mean.x + change.x(), motion.mean.y + change.y(),
           wrap_angle(motion.mean.heading + change.z())};
-}
-
-void remove_landmarks(const std::vector<bool>& is_removed, SmoothingGraph* graph) {
-  graph->prior = without(graph->prior, is_removed);
-  std::vector<int> number_of(is_removed.size(), -1);
-  std::vector<Eigen::Vector2d> landmarks;
-  for (std::size_t l = 0; l < is_removed.size(); ++l) {
-    if (is_removed[l]) continue;
-    number_of[l] = static_cast<int>(landmarks.size());
-    landmarks.push_back(graph->landmarks[l]);
-  }
-  graph->landmarks = std::move(landmarks);
-  std::vector<SightingFactor> sightings;
-  for (SightingFactor sighting : graph->sightings) {
-    sighting.landmark = number_of[static_cast<std::size_t>(sighting.landmark)];
-    if (sighting.landmark >= 0) sightings.push_back(sighting);
-  }
-  graph->sightings = std::move(sightings);
 }
 
 void check(const SmoothingGraph& graph) {
@@ -220,14 +130,6 @@ void check(const SmoothingGraph& graph) {
           "smoothing: range " + std::to_string(i) + " of radio " + std::to_string(range.radio) +
           " from pose " + std::to_string(range.pose) +
           " has to be finite, with a positive variance, of a pose and a radio of the graph");
-    }
-  }
-  for (std::size_t i = 0; i < graph.unassigned.size(); ++i) {
-    const SightingFactor& sighting = graph.unassigned[i];
-    if (!is_usable(sighting) || !is_there(sighting.pose, graph.poses.size())) {
-      throw Error("smoothing: sighting " + std::to_string(i) + " of no landmark from pose " +
-                  std::to_string(sighting.pose) +
-                  " has to be finite, with positive variances, of a pose of the graph");
     }
   }
 }

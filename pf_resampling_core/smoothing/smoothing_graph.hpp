@@ -114,16 +114,6 @@ GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& firs
                                  const SensorConstants& sigma, int radios,
                                  const RadioPrior& prior_of_radios);
 
-/// A Gaussian belief: `covariance` over pose, landmarks and constants about these means, and the
-/// covariances of landmarks and of the odometry's constants that are left given the path. Nothing
-/// unless the covariance is positive definite.
-std::optional<GaussianPrior> prior_of(const Pose2& pose,
-                                      const std::vector<Eigen::Vector2d>& landmarks,
-                                      const SensorConstants& constants,
-                                      const Eigen::MatrixXd& covariance,
-                                      const std::vector<Eigen::Matrix2d>& landmarks_given_path,
-                                      const OdometryInformation& odometry_given_path);
-
 /// The data of a drive and the present estimate of all there is to know: poses, landmarks, the
 /// errors of radios and the sensors' constants. Grows at its end.
 struct SmoothingGraph {
@@ -135,20 +125,15 @@ struct SmoothingGraph {
   GaussianPrior prior;
   std::vector<MotionFactor> motions;      ///< i: from poses[i] to poses[i + 1]
   std::vector<SightingFactor> sightings;  ///< poses ascending
-  /// What is of no landmark as far as is known, and takes no part: without a landmark, poses
-  /// ascending.
-  std::vector<SightingFactor> unassigned;
-  std::vector<RangeFactor> ranges;  ///< poses ascending
+  std::vector<RangeFactor> ranges;        ///< poses ascending
 
   NoiseScales noise;
 };
 
-/// As they are saved: see Archive. Of a graph all but radios and ranges.
+/// As they are saved: see Archive.
 void describe(Archive& archive, MotionFactor& motion);
 void describe(Archive& archive, SightingFactor& sighting);
 void describe(Archive& archive, NoiseScales& noise);
-void describe(Archive& archive, GaussianPrior& prior);
-void describe(Archive& archive, SmoothingGraph& graph);
 
 /// Whether all constants are finite and no scale is half or less of what it should be: a sensor
 /// that wrong is broken, and division by it would not end well.
@@ -156,10 +141,6 @@ bool are_plausible(const SensorConstants& constants);
 
 /// `mean` of the motion with the constants taken out: where the next pose is expected.
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
-
-/// Takes out the landmarks that are marked, and their sightings; the others keep their order. What
-/// the prior says of the others stays (Schur complement).
-void remove_landmarks(const std::vector<bool>& is_removed, SmoothingGraph* graph);
 
 /// Throws Error for an estimate of a pose, landmark or radio that is not finite; naming the factor,
 /// for one that is not, has no positive variance or names a pose, landmark or radio that is not

@@ -23,10 +23,6 @@ void add_parameters(RedrawOptions* options, ParameterList* parameters) {
       real_parameter(group + "robust_width", &options->robust_width, 0.0, 1e6, "",
                      "redraw: width of Cauchy's loss, in standard deviations; beyond it "
                      "observations are down-weighted. 0: least squares."));
-  parameters->push_back(integer_parameter(
-      group + "window", &options->window, 0, 1000000,
-      "redraw, without ids: the newest so many updates are solved for; what older ones say is kept "
-      "as it was linearised. 0: all. With ids, all are."));
   parameters->push_back(boolean_parameter(group + "learn_noise", &options->learn_noise,
                                           "redraw: learn by what factors the noise of observations "
                                           "and odometry exceeds what is stated."));

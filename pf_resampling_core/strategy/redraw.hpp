@@ -18,9 +18,6 @@ struct RedrawOptions {
   /// Standard deviations beyond which an observation begins to count for less (Cauchy's loss); 0:
   /// never. Narrower ones take too much from data that are good.
   double robust_width = 4.0;
-  /// Newest updates that are solved for, at least; what older ones say is kept, linearised. 0: all,
-  /// at a cost that grows with the drive.
-  int window = 1000;
   /// Whether the noise is taken to be as large as blocks of the data that are left out, and
   /// predicted from the rest, say: errors that last make it larger than residuals show.
   bool learn_noise = true;

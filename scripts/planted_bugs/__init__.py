@@ -5,9 +5,9 @@ file, or, should the file have another name by now, once in the core; white spac
 `tests`: the test files that should notice.
 """
 
-from . import beacon_mcl, fastslam, odometry_and_health, population, resampling, smoothing, strategy
+from . import beacon_mcl, fastslam, memory, odometry_and_health, population, resampling, smoothing, strategy
 
-TABLES = (resampling, population, strategy, odometry_and_health, beacon_mcl, fastslam, smoothing)
+TABLES = (resampling, population, strategy, odometry_and_health, beacon_mcl, fastslam, memory, smoothing)
 BUGS = [bug for table in TABLES for bug in table.BUGS]
 
 # A few from different rooms, each caught by the first of its tests, which is built and run in seconds.

@@ -4,7 +4,6 @@ FASTSLAM = ("fastslam_test",)
 STORE = ("landmark_store_test",)
 BACKGROUND = ("background_redraw_test",)
 PLACE = ("place_test",)
-PAST = ("smoothed_past_test",)
 FASTSLAM_FILTER = FASTSLAM + ("odd_observations_test", "saved_map_test", "redraw_test")
 
 BUGS = [
@@ -199,22 +198,8 @@ BUGS = [
     (
         "redraw: what no particle holds any more is forgotten",
         "fastslam/association.cpp",
-        "past_.give_up_landmark(store_.birth(row));",
-        "past_.forget_landmark(store_.birth(row));",
+        "memory_.give_up_landmark(store_.birth(row));",
+        "memory_.forget_landmark(store_.birth(row));",
         ("redraw_test",),
-    ),
-    (
-        "redraw: visits of the past stay as they are",
-        "fastslam/smoothed_past.cpp",
-        "if (all.size() < 2) return;",
-        "if (all.size() < 99999) return;",
-        PAST,
-    ),
-    (
-        "redraw: a landmark goes however many sightings speak for it",
-        "fastslam/smoothed_past.cpp",
-        "|| !(growth(independent) < kMostAgainst)",
-        "",
-        PAST,
     ),
 ]

@@ -297,7 +297,6 @@ class Attack {
       if (choice / kMostParticles % 2 == 1) {
         options.filter.strategy.renewal = Renewal::redraw;
         options.filter.strategy.redraw.every_n = 3;
-        options.filter.strategy.redraw.window = 6;
       }
     }
     return options;

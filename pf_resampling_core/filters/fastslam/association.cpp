@@ -262,7 +262,7 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
     if (!(held > 0.0)) {
       index_.remove(row);
       row_of_id_.erase(store_.birth(row));
-      past_.give_up_landmark(store_.birth(row));
+      memory_.give_up_landmark(store_.birth(row));
       store_.remove(row);
       --status_.landmarks;
     }

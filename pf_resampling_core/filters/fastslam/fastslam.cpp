@@ -108,10 +108,8 @@ void FastSlam::reset() {
   outcomes_.clear();
   sightings_.clear();
   paths_.clear();
-  past_.clear();
   memory_.clear();
   is_lost_ = false;
-  refused_in_a_row_ = 0;
   redraw_is_untested_ = false;
   view_range_ = view_bearing_ = 0.0;
 }
@@ -128,6 +126,9 @@ void FastSlam::set_options(const FastSlamOptions& options) {
   intervene();
   // What the first observations decided stays.
   if (options.association.method != DataAssociation::automatic) {
+    const bool had_ids = association_ == DataAssociation::known;
+    const bool have_ids = options.association.method == DataAssociation::known;
+    if (had_ids != have_ids && association_ != DataAssociation::automatic) memory_.forget_drive();
     association_ = options.association.method;
   }
   options_ = options;
@@ -168,9 +169,8 @@ void FastSlam::update(const OdometryIncrement& odometry,
   const auto association_before = std::make_tuple(association_, view_range_, view_bearing_);
   association_ = method;
   ++step_;
-  const bool is_kept = keeps_past() && (!past_is_empty() || start_past());
-  if (!past_.is_empty() && !(is_kept && method != DataAssociation::known)) past_.forget_drive();
-  if (!memory_.is_empty() && !(is_kept && uses_memory())) memory_.forget_drive();
+  const bool is_kept = keeps_past() && (!memory_.is_empty() || start_past());
+  if (!memory_.is_empty() && !is_kept) memory_.forget_drive();
   std::vector<RangeBearingObservation> corrected;
   if (is_kept) corrected = with_found_noise(measured);
   const std::vector<RangeBearingObservation>& observations = is_kept ? corrected : measured;
@@ -331,13 +331,11 @@ void FastSlam::renew(DueRedraw due) {
     };
     population.leaves_redraw = due == DueRedraw::leave;
     const int absence = options_.strategy.redraw.closure_absence;
-    if (uses_memory() && !is_lost_) {
+    if (!is_lost_) {
       population.redraw_spacing =
           std::max(1.0, static_cast<double>(memory_.updates()) / kUpdatesOfDenseRedraws);
     }
-    population.closes_loop =
-        uses_memory() ? is_lost_ || memory_.closes_loop(absence) : past_.closes_loop(absence);
-    population.needs_redraw = past_is_beyond(2);
+    population.closes_loop = is_lost_ || memory_.closes_loop(absence);
   }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,

@@ -16,7 +16,6 @@
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
 #include "pf_resampling_core/filters/fastslam/particles.hpp"
 #include "pf_resampling_core/filters/fastslam/recent_sightings.hpp"
-#include "pf_resampling_core/filters/fastslam/smoothed_past.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -190,10 +189,9 @@ class FastSlam {
   std::vector<Pose2> path() const { return paths_.mean(particles_.weight); }
   /// What a redraw draws from, empty unless the renewal is one; its graph has the noise as it was
   /// found.
-  const SmoothedPast& past() const { return past_; }
   const Memory& memory() const { return memory_; }
   /// Factors of the standard deviations as stated that were found.
-  const NoiseScales& noise() const;
+  const NoiseScales& noise() const { return memory_.graph().noise; }
   /// The method of data association in use; automatic until the first observations decide.
   DataAssociation association() const { return association_; }
   /// Of the last update's observations, in their order.
@@ -257,15 +255,12 @@ class FastSlam {
   std::vector<RangeBearingObservation> with_found_noise(
       std::vector<RangeBearingObservation> observations) const;
   bool start_past();
-  bool past_is_beyond(int windows) const;  // of the strategy's redraw
   void note_past(const OdometryIncrement& odometry,
                  const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool redraw(int size);
   bool count_refusal();
   void test_redraw(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
-  bool uses_memory() const;
-  bool past_is_empty() const;
-  bool redraw_from_memory(int size);
+  bool solve_memory();
   bool draw_from_memory(int size);
   void take_draw(int size, const std::vector<Pose2>& path, const Pose2& newest,
                  const SensorConstants& constants, const OdometryInformation& odometry_given_path,
@@ -295,9 +290,7 @@ class FastSlam {
   std::int64_t next_id_ = 0;
   Ancestry ancestry_;
   ParticlePaths paths_;
-  SmoothedPast past_;
   Memory memory_;
-  int refused_in_a_row_ = 0;  // redraws
   bool redraw_is_untested_ = false;
   bool is_lost_ = false;
   bool defers_redraws_ = false;

@@ -1,6 +1,5 @@
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/saved_memory.hpp"
-#include "pf_resampling_core/filters/fastslam/saved_past.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -227,7 +226,6 @@ std::string fault_of(const SavedMap& map) {
   }
   if (fault.empty()) fault = fault_of_population(map);
   if (fault.empty()) fault = fault_of(map.odometry_errors, map.particle_maps.size());
-  if (fault.empty()) fault = fault_of(map.past);
   if (fault.empty()) fault = fault_of(map.memory);
   return fault.empty() ? fault_of_whole(map) : fault;
 }

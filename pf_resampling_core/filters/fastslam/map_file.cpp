@@ -8,7 +8,6 @@
 #include "pf_resampling_core/files/text_file.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/saved_memory.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
-#include "pf_resampling_core/filters/fastslam/saved_past.hpp"
 
 namespace pf_resampling {
 
@@ -122,11 +121,9 @@ void describe(Archive& archive, SavedMap& map) {
   archive("particle_maps", columns);
   if (archive.is_reading()) map.particle_maps = maps_of(archive, columns);
   archive("odometry_errors", map.odometry_errors);
-  archive("past", map.past);
   archive("memory", map.memory);
   archive("is_lost", map.is_lost);
   archive("observations_since_redraw", map.observations_since_redraw);
-  archive("redraws_refused_in_a_row", map.redraws_refused_in_a_row);
 }
 
 void write_map_file(const std::string& path, const SavedMap& map) {

@@ -110,12 +110,8 @@ PoseEstimate FastSlam::place() {
 
 double FastSlam::noise_doubt() const {
   if (!keeps_past() || !options_.strategy.redraw.learn_noise) return 1.0;
-  if (uses_memory()) {
-    const MemoryState& memory = memory_.state();
-    return pf_resampling::noise_doubt(memory.passages.size() + memory.windows.size());
-  }
-  const SmoothedPastState& past = past_.state();
-  return pf_resampling::noise_doubt(past.passages.size() + past.windows.size());
+  const MemoryState& memory = memory_.state();
+  return pf_resampling::noise_doubt(memory.passages.size() + memory.windows.size());
 }
 
 }  // namespace pf_resampling

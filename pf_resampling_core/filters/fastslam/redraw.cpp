@@ -12,8 +12,6 @@ namespace {
 
 // A landmark that less of the weight holds is no part of the map that all particles get.
 constexpr double kBelieved = 0.5;
-constexpr int kMostRefusals = 10;
-constexpr int kIterations = 8;               // from the last solution on, three are the rule
 constexpr double kSmallestSigma = 1e-6;      // m, rad: of what all particles agree on
 constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is known
 constexpr int kFewToStartFrom = 50;          // landmarks from which a past starts at once, ...
@@ -23,20 +21,9 @@ constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are wit
 
 }  // namespace
 
-// What landmarks without ids are is decided in a window. Until it shows which there are, both take
-// note.
-bool FastSlam::uses_memory() const {
-  return association_ == DataAssociation::known || association_ == DataAssociation::automatic;
-}
-
-const NoiseScales& FastSlam::noise() const {
-  return uses_memory() ? memory_.graph().noise : past_.graph().noise;
-}
-
 bool FastSlam::keeps_past() const {
   const int most = options_.strategy.redraw.max_landmarks;
-  const std::size_t remembered =
-      uses_memory() ? memory_.state().landmark_ids.size() : past_.graph().landmarks.size();
+  const std::size_t remembered = memory_.state().landmark_ids.size();
   return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen &&
          status_.landmarks <= most && remembered <= static_cast<std::size_t>(most);
 }
@@ -56,15 +43,14 @@ SensorConstants FastSlam::prior_sigma() const {
 // What the particles are given: noise as large as it was found to be, and the errors of the sensor
 // taken out as far as they are known.
 OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
-  const double scale = past_is_empty() ? 1.0 : noise().motion;
+  const double scale = memory_.is_empty() ? 1.0 : noise().motion;
   odometry.covariance *= scale * scale;
   return odometry;
 }
 
 std::vector<RangeBearingObservation> FastSlam::with_found_noise(
     std::vector<RangeBearingObservation> observations) const {
-  const SensorConstants& constants =
-      uses_memory() ? memory_.graph().constants : past_.graph().constants;
+  const SensorConstants& constants = memory_.graph().constants;
   const NoiseScales& noise = this->noise();
   for (RangeBearingObservation& observation : observations) {
     observation.range_variance =
@@ -87,8 +73,7 @@ bool FastSlam::start_past() {
       (particles_.y == particles_.y[0]).all() &&
       (particles_.heading == particles_.heading[0]).all()) {
     const Pose2 pose = {particles_.x[0], particles_.y[0], particles_.heading[0]};
-    if (uses_memory()) memory_.start(pose, prior_sigma());
-    if (association_ != DataAssociation::known) past_.start(prior_at(pose, prior_sigma()), {});
+    memory_.start(pose, prior_sigma());
     return true;
   }
   const ConstArray weights = particles_.weight;
@@ -113,7 +98,6 @@ bool FastSlam::start_past() {
   const Eigen::Index constants_at = size - kSensorConstants;
   Eigen::MatrixXd deviations = Eigen::MatrixXd::Zero(size, count);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
-  std::vector<Eigen::Matrix2d> given_path;
   for (Eigen::Index i = 0; i < count; ++i) {
     deviations(0, i) = particles_.x[i] - pose.x;
     deviations(1, i) = particles_.y[i] - pose.y;
@@ -134,7 +118,6 @@ bool FastSlam::start_past() {
       own += weights[i] * covariance_of_one;
     }
     covariance.block<2, 2>(at, at) = own;
-    given_path.push_back(own);
   }
   covariance.noalias() += deviations * weights.matrix().asDiagonal() * deviations.transpose();
   covariance.diagonal().head<3>().array() += kSmallestSigma * kSmallestSigma;
@@ -145,13 +128,7 @@ bool FastSlam::start_past() {
   for (int k = kOdometryConstants; k < kSensorConstants; ++k) {
     covariance(constants_at + k, constants_at + k) += sigma[k] * sigma[k] + kSmallestVariance;
   }
-  if (association_ == DataAssociation::known) {
-    return memory_.start({pose, landmarks, ids, constants, covariance});
-  }
-  if (const auto prior = prior_of(pose, landmarks, constants, covariance, given_path, odometry)) {
-    past_.start(*prior, ids);
-  }
-  return !past_.is_empty();
+  return memory_.start({pose, landmarks, ids, constants, covariance});
 }
 
 // Each observation as what most of the weight took it for; others take no part, but what has no id
@@ -159,56 +136,33 @@ bool FastSlam::start_past() {
 void FastSlam::note_past(const OdometryIncrement& odometry,
                          const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
-  const MotionFactor motion = {odometry.mean, odometry.covariance, odometry_errors_.sensitivity()};
-  if (uses_memory()) {
-    memory_.append(motion);
-    for (std::size_t k = 0; k < observations.size(); ++k) {
-      const kernels::Observation z =
-          kernels::make_observation(options_.sensor, observations[k], sensor);
-      const SightingFactor sighting = {
-          0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor};
-      const std::int64_t id = observations[k].id;
-      if (outcomes_[k].is_new) memory_.forget_landmark(id);
-      if (outcomes_[k].is_new || outcomes_[k].is_believed()) {
-        memory_.append_sighting(id, sighting);
-      } else {
-        memory_.append_doubtful_sighting(id, sighting);
-      }
-    }
-  }
-  if (association_ == DataAssociation::known) return;
-  past_.append(motion);
+  memory_.append({odometry.mean, odometry.covariance, odometry_errors_.sensitivity()});
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
     const SightingFactor sighting = {
         0, 0, z.range, z.bearing, z.range_variance, z.bearing_variance, sensor};
-    if (outcome.landmark >= 0 && outcome.is_believed()) {
-      past_.append_sighting(outcome.landmark, outcome.is_new, sighting);
-    } else if (association_ != DataAssociation::known) {
-      past_.append_unassigned(sighting);
+    if (association_ != DataAssociation::known) {
+      if (outcome.landmark >= 0 && outcome.is_believed()) {
+        memory_.append_sighting(outcome.landmark, sighting);
+      } else {
+        memory_.append_unassigned(sighting);
+      }
+      continue;
+    }
+    const std::int64_t id = observations[k].id;
+    if (outcome.is_new) memory_.forget_landmark(id);
+    if (outcome.is_new || outcome.is_believed()) {
+      memory_.append_sighting(id, sighting);
+    } else {
+      memory_.append_doubtful_sighting(id, sighting);
     }
   }
-  // Where nothing is seen, nothing is drawn anew that would bound it.
-  const RedrawOptions& redraw = options_.strategy.redraw;
-  if (past_is_beyond(4)) past_.bound(redraw.window, redraw.robust_width);
 }
 
-bool FastSlam::past_is_beyond(int windows) const {
-  if (uses_memory()) return false;
-  const int window = options_.strategy.redraw.window;
-  return window > 0 && static_cast<int>(past_.graph().poses.size()) / window >= windows;
-}
-
-// What cannot be solved so often in a row will not be: the past begins anew with the population.
 bool FastSlam::count_refusal() {
   ++status_.redraws_refused;
-  if (uses_memory()) return false;
-  if (++refused_in_a_row_ >= kMostRefusals) {
-    past_.forget_drive();
-    refused_in_a_row_ = 0;
-  }
   return false;
 }
 
@@ -242,19 +196,31 @@ bool FastSlam::smooth() {
   return redraw(requested_size_);
 }
 
-bool FastSlam::past_is_empty() const {
-  return uses_memory() ? memory_.is_empty() : past_.is_empty();
-}
-
-bool FastSlam::redraw_from_memory(int size) {
-  // What most of the weight gave up does not come back.
+bool FastSlam::redraw(int size) {
+  if (memory_.is_empty()) return false;
+  // What most of the weight gave up does not come back, ...
   for (const int row : rows()) {
     LandmarkEstimate landmark;
     const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
-    if (!is_held) memory_.forget_landmark(store_.birth(row));
+    if (is_held) continue;
+    if (association_ == DataAssociation::known) {
+      memory_.forget_landmark(store_.birth(row));
+    } else {  // ... unless all data say that it is there
+      memory_.give_up_landmark(store_.birth(row));
+    }
   }
+  return solve_memory() ? draw_from_memory(size) : count_refusal();
+}
+
+bool FastSlam::solve_memory() {
   const RedrawOptions& options = options_.strategy.redraw;
-  return memory_.solve(options.robust_width) ? draw_from_memory(size) : count_refusal();
+  if (association_ == DataAssociation::known) return memory_.solve(options.robust_width);
+  // As many landmarks as there are to be seen: of these, new_landmark_share are new.
+  const double log_density = log_density_of_new();
+  return memory_.solve({options.robust_width, log_density,
+                        log_density - std::log(options_.association.new_landmark_share),
+                        static_cast<std::size_t>(options.max_landmarks)},
+                       &next_id_);
 }
 
 bool FastSlam::draw_from_memory(int size) {
@@ -272,8 +238,11 @@ bool FastSlam::draw_from_memory(int size) {
   sightings_.move(compose(graph.newest(), origin));
   take_draw(size, memory_.path(), graph.newest(), graph.constants, drawn.odometry_given_path,
             drawn.deviations);
-  redraw_maps(size, drawn.deviations,
-              {graph.landmarks, drawn.landmarks_given_path, memory_.state().landmark_ids},
+  std::vector<std::int64_t> ids = memory_.state().landmark_ids;
+  for (std::size_t l = 0; l < ids.size(); ++l) {
+    if (memory_.state().is_dormant[l]) ids[l] = -1;
+  }
+  redraw_maps(size, drawn.deviations, {graph.landmarks, drawn.landmarks_given_path, ids},
               number_of);
   return true;
 }
@@ -284,7 +253,6 @@ void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& 
                          const OdometryInformation& odometry_given_path,
                          const Eigen::MatrixXd& deviations) {
   ++status_.redraws;
-  refused_in_a_row_ = 0;
   redraw_is_untested_ = true;
   status_.redraw_innovation = 0.0;
   status_.redraw_innovation_observations = 0;
@@ -304,53 +272,6 @@ void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& 
   particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
   ancestry_.start(size);
-}
-
-bool FastSlam::redraw(int size) {
-  if (past_is_empty()) return false;
-  if (uses_memory()) return redraw_from_memory(size);
-  const RedrawOptions& options = options_.strategy.redraw;
-  // What most of the weight gave up does not come back.
-  for (const int row : rows()) {
-    LandmarkEstimate landmark;
-    const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
-    if (is_held) continue;
-    if (association_ == DataAssociation::known) {
-      past_.forget_landmark(store_.birth(row));
-    } else {
-      past_.give_up_landmark(store_.birth(row));
-    }
-  }
-  const SmoothingOptions smoothing = {kIterations, options.robust_width};
-  // As many landmarks as there are to be seen: of these, new_landmark_share are new.
-  const double log_density = log_density_of_new();
-  const ReassociationOptions reassociation = {
-      options.robust_width, log_density,
-      log_density - std::log(options_.association.new_landmark_share),
-      static_cast<std::size_t>(options.max_landmarks)};
-  const SmoothingResult solution = association_ == DataAssociation::known
-                                       ? past_.solve(smoothing)
-                                       : past_.solve(smoothing, reassociation, &next_id_);
-  if (solution.fault != SmoothingFault::none) return count_refusal();
-  const Eigen::MatrixXd deviations =
-      draw_deviations(solution.belief, size, stream(RandomPurpose::redraw));
-  if (deviations.rows() != size) return count_refusal();
-  if (options.learn_noise) {
-    past_.validate(options.robust_width);
-  } else {
-    past_.take_noise_as_stated();
-  }
-  const SmoothingGraph& graph = past_.graph();
-  take_draw(size, {graph.poses.begin() + 1, graph.poses.end()}, graph.poses.back(), graph.constants,
-            solution.belief.odometry_given_path, deviations);
-  std::vector<std::int64_t> ids = past_.state().landmark_ids;
-  for (std::size_t l = 0; l < ids.size(); ++l) {
-    if (past_.state().is_dormant[l]) ids[l] = -1;
-  }
-  redraw_maps(size, deviations, {graph.landmarks, solution.belief.landmarks_given_path, ids},
-              [&](std::int64_t id) { return past_.number_of(id); });
-  if (options.window > 0) past_.bound(options.window, options.robust_width);
-  return true;
 }
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.

@@ -151,12 +151,10 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   }
   map.particle_maps.resize(static_cast<std::size_t>(chosen.size()));
   if (chosen.size() > 0) {
-    map.past = filter->past_.state();
     map.memory = filter->memory_.state();
     map.is_lost = filter->is_lost_;
   }
   map.observations_since_redraw = filter->strategy_.observations_since_redraw();
-  map.redraws_refused_in_a_row = filter->refused_in_a_row_;
 
   const OdometryErrorState& errors = filter->odometry_errors_.state();
   map.odometry_errors = errors;
@@ -240,10 +238,8 @@ void FastSlam::take_particles(const SavedMap& map) {
   ancestry_.start(saved);
   odometry_errors_.start(options_.odometry_errors, saved);
   odometry_errors_.resume(map.odometry_errors);
-  past_.resume(map.past);
   memory_.resume(map.memory);
   is_lost_ = map.is_lost;
-  refused_in_a_row_ = map.redraws_refused_in_a_row;
   if (saved == options_.particles) return;
   draw_population(options_.particles);
   ancestry_.start(options_.particles);
@@ -260,7 +256,6 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   ++step_;  // for a draw of its own
   sightings_.clear();
   paths_.clear();
-  past_.forget_drive();
   memory_.forget_drive();
   const Eigen::Index count = particles_.size();
   const Eigen::Matrix3d root = lower_root(covariance);
@@ -289,7 +284,6 @@ void FastSlam::set_particles(const GivenParticles& particles) {
   draw_population(count);
   sightings_.clear();
   paths_.clear();
-  past_.forget_drive();
   memory_.forget_drive();
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];

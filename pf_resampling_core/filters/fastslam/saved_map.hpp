@@ -46,12 +46,9 @@ struct SavedMap {
   FastSlamParticles particles;                               ///< none: there is only the map
   std::vector<std::vector<ParticleLandmark>> particle_maps;  ///< of each particle; ids ascending
   OdometryErrorState odometry_errors;                        ///< a row of means per particle
-  /// What a redraw draws from, without ids and with them; nothing without particles.
-  SmoothedPastState past;
-  MemoryState memory;
+  MemoryState memory;  ///< what a redraw draws from; nothing without particles
   bool is_lost = false;
   std::int64_t observations_since_redraw = 0;
-  int redraws_refused_in_a_row = 0;  ///< after so many, the past begins anew
 };
 
 /// The filter as it is now; it is not changed. All particles if there are no more than `particles`,

@@ -300,16 +300,6 @@ TEST(Smoother, ForgettingTheOldestKeepsWhatTheirRangesSay) {
     EXPECT_LT((graph.radios[r] - drive.graph.radios[r]).norm(), 1e-4) << r;
   }
   EXPECT_TRUE(rest.belief.covariance.isApprox(all.belief.covariance, 1e-2));
-  // Without a landmark the radios stay as they are.
-  std::vector<bool> is_removed(graph.landmarks.size(), false);
-  is_removed[0] = true;
-  remove_landmarks(is_removed, &graph);
-  EXPECT_EQ(graph.prior.radios.size(), 3u);
-  const SmoothingResult without = smooth({50, 2.0}, &graph);
-  ASSERT_EQ(without.fault, SmoothingFault::none);
-  for (std::size_t r = 0; r < 3; ++r) {
-    EXPECT_LT((graph.radios[r] - drive.graph.radios[r]).norm(), 0.05) << r;
-  }
 }
 
 TEST(Smoother, RefusesWhatCannotBeSolved) {
@@ -350,13 +340,6 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   graph.constants[SensorConstant::range_scale] = -1.0;
   EXPECT_NE(message_of(graph).find("no scale below -0.5"), std::string::npos);
   graph = drive.graph;
-  graph.unassigned = {graph.sightings[3]};
-  EXPECT_EQ(message_of(graph), "");
-  graph.unassigned[0].pose = 60;
-  EXPECT_NE(message_of(graph).find("sighting 0 of no landmark from pose 60"), std::string::npos);
-  graph.unassigned[0].pose = 3;
-  graph.unassigned[0].bearing = std::numeric_limits<double>::infinity();
-  EXPECT_NE(message_of(graph).find("has to be finite"), std::string::npos);
   add_radios(7, {}, &drive);
   EXPECT_EQ(message_of(drive.graph), "");
   graph = drive.graph;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -11,7 +12,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kWindow = 25.0;  // s
+constexpr double kWindow = 25.0;          // s
+constexpr double kGapOfPassage = 10.0;    // s
+constexpr double kLongestPassage = 30.0;  // s
 // A prediction so many times less certain than the observations tells nothing.
 constexpr double kNoPrediction = 1e7;
 constexpr double kFar = 1e4;  // m
@@ -97,7 +100,7 @@ GroupMean mean_of(const SegmentGraph& graph, double robust_width,
       if (by_between.size() == 0) by_between.setZero(rest.segment.between.rows(), 2);
       by_between.middleRows<3>(3 * sighting.pose) += by_pose;
     }
-    equations.from_segment(graph, place.segment, alone, local, &mean.by_unknowns);
+    equations.from_segment(graph, place.segment, alone, local, mean.by_unknowns);
   }
   const Eigen::Matrix2d scale = information.rsqrt().matrix().asDiagonal();
   mean.value = (scale * mean.value).eval();
@@ -107,7 +110,7 @@ GroupMean mean_of(const SegmentGraph& graph, double robust_width,
     const Remainder& rest = remainders.at(s);
     mean.value -= by_between.transpose() * rest.between.solve(rest.pull);
     equations.from_segment(graph, s, rest.segment, rest.segment.between.transpose() * by_between,
-                           &mean.by_unknowns);
+                           mean.by_unknowns);
   }
   return mean;
 }
@@ -176,41 +179,85 @@ PredictionError prediction_error(const NoiseScales& noise, const GroupMean& mean
 
 }  // namespace
 
+std::vector<LeftOutSightings> completed_passages(const SegmentGraph& graph,
+                                                 const std::vector<double>& begins, double since,
+                                                 double until) {
+  struct Passage {
+    double begin = 0.0, last = 0.0;  // s
+    std::vector<SightingPlace> sightings;
+  };
+  std::vector<LeftOutSightings> passages;
+  const auto end = [&](Passage* passage, double at) {
+    if (!passage->sightings.empty() && at > since && at <= until) {
+      passages.push_back({passage->sightings, {passage->sightings}});
+    }
+    passage->sightings.clear();
+  };
+  std::vector<Passage> open(graph.landmarks.size());
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const Segment& segment = *graph.segments[s];
+    std::vector<double> times;
+    double time = begins[s];
+    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
+      const SightingFactor& sighting = segment.sightings[i];
+      const double now = times[static_cast<std::size_t>(sighting.pose)];
+      Passage& passage = open[static_cast<std::size_t>(
+          segment.landmarks[static_cast<std::size_t>(sighting.landmark)])];
+      if (now > passage.last + kGapOfPassage) {
+        end(&passage, passage.last + kGapOfPassage);
+      } else if (now > passage.begin + kLongestPassage) {
+        end(&passage, passage.begin + kLongestPassage);
+      }
+      if (passage.sightings.empty()) passage.begin = now;
+      passage.last = now;
+      passage.sightings.push_back({s, i});
+    }
+  }
+  for (Passage& passage : open) end(&passage, passage.last + kGapOfPassage);
+  return passages;
+}
+
 std::vector<LeftOutSightings> completed_windows(const SegmentGraph& graph,
                                                 const std::vector<double>& begins, double since,
                                                 double until) {
   constexpr double kStride = 0.5 * kWindow;
-  std::vector<LeftOutSightings> windows;
-  const double first = std::floor((since - kWindow - kStride) / kStride) * kStride;
-  // The first segment that may reach into the first window.
-  std::size_t from = begins.size();
-  while (from > 0 && begins[from - 1] >= first) --from;
-  if (from > 0) --from;
-  for (double begin = std::max(0.0, first); begin + kWindow + kStride <= until; begin += kStride) {
-    if (begin + kWindow + kStride <= since) continue;
-    LeftOutSightings window;
-    std::map<int, std::vector<SightingPlace>> groups;
-    bool has_data = true;
-    for (std::size_t s = from; s < graph.segments.size() && begins[s] < begin + kWindow; ++s) {
-      const Segment& segment = *graph.segments[s];
-      std::vector<double> times;
-      double time = begins[s];
-      for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
-      if (time < begin) continue;
-      has_data = has_data && segment.has_data();
-      for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
-        const SightingFactor& sighting = segment.sightings[i];
-        const double at = times[static_cast<std::size_t>(sighting.pose)];
-        if (at < begin || at >= begin + kWindow) continue;
-        window.sightings.push_back({s, i});
-        if (std::abs(at - begin - kStride) > 0.5 * kStride) continue;
-        groups[segment.landmarks[static_cast<std::size_t>(sighting.landmark)]].push_back({s, i});
-      }
+  struct Seen {
+    double time;
+    int landmark;
+    SightingPlace place;
+  };
+  std::vector<Seen> all;
+  std::set<double> windows;  // where they begin: sightings may be ages apart
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const Segment& segment = *graph.segments[s];
+    std::vector<double> times;
+    double time = begins[s];
+    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    if (time + kWindow + kStride <= since - kWindow) continue;
+    for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
+      const SightingFactor& sighting = segment.sightings[i];
+      const double at = times[static_cast<std::size_t>(sighting.pose)];
+      all.push_back({at, segment.landmarks[static_cast<std::size_t>(sighting.landmark)], {s, i}});
+      const double begin = (std::round(at / kStride) - 1.0) * kStride;
+      const double known = begin + kWindow + kStride;
+      if (begin >= 0.0 && known > since && known <= until) windows.insert(begin);
     }
-    for (auto& [landmark, group] : groups) window.groups.push_back(std::move(group));
-    if (has_data && !window.groups.empty()) windows.push_back(std::move(window));
   }
-  return windows;
+  std::vector<LeftOutSightings> blocks;
+  for (const double begin : windows) {
+    LeftOutSightings block;
+    std::map<int, std::vector<SightingPlace>> groups;
+    for (const Seen& seen : all) {
+      if (seen.time < begin || seen.time >= begin + kWindow) continue;
+      block.sightings.push_back(seen.place);
+      if (std::round(seen.time / kStride) != std::round(begin / kStride) + 1.0) continue;
+      groups[seen.landmark].push_back(seen.place);
+    }
+    for (auto& [landmark, group] : groups) block.groups.push_back(std::move(group));
+    blocks.push_back(std::move(block));
+  }
+  return blocks;
 }
 
 std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_width,

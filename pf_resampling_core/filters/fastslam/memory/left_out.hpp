@@ -23,14 +23,13 @@ struct LeftOutSightings {
   std::vector<std::vector<SightingPlace>> groups;
 };
 
-/// A passage that may go on.
-struct OpenPassage {
-  double begin = 0.0, last = 0.0;  ///< s
-  std::vector<SightingPlace> sightings;
-};
+/// Passages that ended after `since` and no later than `until` (s). `begins`: of the segments.
+std::vector<LeftOutSightings> completed_passages(const SegmentGraph& graph,
+                                                 const std::vector<double>& begins, double since,
+                                                 double until);
 
 /// Windows, one every 12.5 s, that were complete, with 12.5 s of data behind them, after `since`
-/// and no later than `until` (s). `begins`: of the segments.
+/// and no later than `until`.
 std::vector<LeftOutSightings> completed_windows(const SegmentGraph& graph,
                                                 const std::vector<double>& begins, double since,
                                                 double until);

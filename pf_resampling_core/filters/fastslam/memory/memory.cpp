@@ -26,8 +26,7 @@ constexpr std::size_t kMostWindows = 4;
 constexpr double kValidationStride = 0.01;
 // Factor that the noise may fall by at a time: what the drive is linearised at follows it.
 constexpr double kMostNoiseFall = 1.25;
-constexpr double kGapOfPassage = 10.0;    // s
-constexpr double kLongestPassage = 30.0;  // s
+constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
 // Squared error of three degrees of freedom that names a slip: a chance of 1e-8 without one.
 constexpr double kSlip = 40.0;
 constexpr double kSlipped = 0.2;  // weight of the odometry
@@ -139,6 +138,8 @@ bool Memory::start(const StartingBelief& belief) {
   state_.last_seen.assign(belief.landmark_ids.size(), 0);
   state_.fitted.assign(belief.landmark_ids.size(), kFewFitted + 1);
   state_.doubted.assign(belief.landmark_ids.size(), 0);
+  state_.is_dormant.assign(belief.landmark_ids.size(), false);
+  state_.needed.assign(belief.landmark_ids.size(), 0);
   state_.begins = {0.0};
   resume(MemoryState(state_));
   return true;
@@ -165,6 +166,8 @@ void Memory::append_sighting(std::int64_t landmark_id, SightingFactor sighting) 
   if (is_new) {
     state_.fitted.push_back(1);
     state_.doubted.push_back(0);
+    state_.is_dormant.push_back(false);
+    state_.needed.push_back(0);
     return;
   }
   ++state_.fitted[static_cast<std::size_t>(number)];
@@ -187,6 +190,17 @@ void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFa
   seen.pose = static_cast<int>(state_.open.motions.size()) - 1;
   add_sighting(found->second, seen, &state_.open);
   if (state_.fitted[number] > kFewFitted) note_newest(landmark_id);
+}
+
+void Memory::append_unassigned(SightingFactor sighting) {
+  sighting.pose = static_cast<int>(state_.open.motions.size()) - 1;
+  sighting.landmark = -1;
+  state_.open.unassigned.push_back(sighting);
+}
+
+void Memory::give_up_landmark(std::int64_t landmark_id) {
+  const auto found = numbers_.find(landmark_id);
+  if (found != numbers_.end()) state_.is_dormant[static_cast<std::size_t>(found->second)] = true;
 }
 
 void Memory::forget_landmark(std::int64_t landmark_id) {
@@ -217,6 +231,7 @@ bool Memory::close_segments(double robust_width) {
   if (!belief_is_wrong()) {
     Segment believed;
     believed.motions = state_.open.motions;
+    believed.unassigned = state_.open.unassigned;
     for (std::size_t i = 0; i < state_.open.sightings.size(); ++i) {
       const SightingFactor& sighting = state_.open.sightings[i];
       if (std::binary_search(state_.open_doubts.begin(), state_.open_doubts.end(), i)) continue;
@@ -257,7 +272,6 @@ bool Memory::close(Segment segment, double robust_width) {
   state_.begins.push_back(state_.closed);
   state_.closed += segment.duration();
   graph.segments.push_back(std::make_shared<const Segment>(std::move(segment)));
-  note_passages(graph.segments.size() - 1);
   return true;
 }
 
@@ -316,12 +330,44 @@ bool Memory::solve(double robust_width) {
   return solution.is_solved;
 }
 
+bool Memory::solve(const ReassociationOptions& options, std::int64_t* next_id) {
+  equations_.reset();
+  if (!close_segments(options.robust_width) || state_.graph.segments.empty()) return false;
+  Account account;
+  account.graph = state_.graph;
+  account.landmark_ids = state_.landmark_ids;
+  account.last_seen = state_.last_seen;
+  account.is_dormant = state_.is_dormant;
+  account.needed = state_.needed;
+  const DriveTimes times = {state_.begins, 0, state_.updates, state_.decided};
+  if (!decide_associations(options, times, next_id, &account)) return false;
+  take(std::move(account));
+  return true;
+}
+
+// Landmarks have new numbers.
+void Memory::take(Account account) {
+  equations_ = std::move(account.equations);
+  state_.graph = std::move(account.graph);
+  state_.landmark_ids = std::move(account.landmark_ids);
+  state_.last_seen = std::move(account.last_seen);
+  state_.is_dormant = std::move(account.is_dormant);
+  state_.needed = std::move(account.needed);
+  state_.fitted.assign(state_.landmark_ids.size(), 0);
+  state_.doubted.assign(state_.landmark_ids.size(), 0);
+  state_.decided = state_.updates;
+  numbers_.clear();
+  for (std::size_t l = 0; l < state_.landmark_ids.size(); ++l) {
+    if (state_.landmark_ids[l] >= 0) numbers_[state_.landmark_ids[l]] = static_cast<int>(l);
+  }
+}
+
 bool Memory::solve_carried(double robust_width, const Pose2& newest) {
   const bool is_solved = solve(robust_width);
   SegmentGraph& graph = state_.graph;
   if (graph.segments.empty()) return false;
   auto equations = std::make_unique<SegmentEquations>(graph);
-  const double believed = is_solved ? equations->cost(graph) + slip_loss(graph)
+  const double believed = is_solved ? equations->linearize_gradient(graph) + slip_loss(graph)
                                     : std::numeric_limits<double>::infinity();
   SegmentGraph best;
   double least = std::numeric_limits<double>::infinity();
@@ -330,7 +376,7 @@ bool Memory::solve_carried(double robust_width, const Pose2& newest) {
     if (!graph.segments[s]->has_data()) continue;
     SegmentGraph candidate = carried(graph, s, newest);
     if (!relinearize(robust_width, s, &candidate)) continue;
-    const double cost = equations->cost(candidate) + slip_loss(candidate);
+    const double cost = equations->linearize_gradient(candidate) + slip_loss(candidate);
     if (!(cost < least)) continue;
     least = cost;
     best = std::move(candidate);
@@ -355,40 +401,12 @@ MemoryDraw Memory::draw(int particles, const RandomStream& stream) const {
   return draw;
 }
 
-// Which passages the sightings of a new segment go on with, begin or end.
-void Memory::note_passages(std::size_t s) {
-  const Segment& segment = *state_.graph.segments[s];
-  std::vector<double> times;
-  double time = state_.begins[s];
-  for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
-  state_.open_passages.resize(state_.landmark_ids.size());
-  const auto end = [&](OpenPassage* passage) {
-    if (!passage->sightings.empty()) {
-      state_.passages_left.push_back({passage->sightings, {passage->sightings}});
-    }
-    passage->sightings.clear();
-  };
-  for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
-    const SightingFactor& sighting = segment.sightings[i];
-    const double at = times[static_cast<std::size_t>(sighting.pose)];
-    OpenPassage& passage = state_.open_passages[static_cast<std::size_t>(
-        segment.landmarks[static_cast<std::size_t>(sighting.landmark)])];
-    if (at > passage.last + kGapOfPassage || at > passage.begin + kLongestPassage) end(&passage);
-    if (passage.sightings.empty()) passage.begin = at;
-    passage.last = at;
-    passage.sightings.push_back({s, i});
-  }
-  for (OpenPassage& passage : state_.open_passages) {
-    if (state_.closed > passage.last + kGapOfPassage) end(&passage);
-  }
-}
-
 void Memory::validate(double robust_width) {
   if (equations_ == nullptr || state_.time < state_.next_validation) return;
   std::vector<LeftOutSightings> windows =
       completed_windows(state_.graph, state_.begins, state_.validated, state_.time);
-  std::vector<LeftOutSightings> passages = std::move(state_.passages_left);
-  state_.passages_left.clear();
+  std::vector<LeftOutSightings> passages =
+      completed_passages(state_.graph, state_.begins, state_.validated, state_.time);
   state_.validated = state_.time;
   state_.next_validation = (1.0 + kValidationStride) * state_.time;
   if (passages.empty() && windows.empty()) return;
@@ -399,8 +417,16 @@ void Memory::validate(double robust_width) {
   const NoiseScales found = noise_scales(state_.passages, state_.windows, NoiseDirection::both);
   const auto approach = [](double from, double to) { return std::max(to, from / kMostNoiseFall); };
   NoiseScales& noise = state_.graph.noise;
-  noise = {approach(noise.range, found.range), approach(noise.bearing, found.bearing),
-           approach(noise.motion, found.motion)};
+  const NoiseScales next = {approach(noise.range, found.range),
+                            approach(noise.bearing, found.bearing),
+                            approach(noise.motion, found.motion)};
+  const auto is_new = [](double from, double to) {
+    return to > kNoiseStep * from || from > kNoiseStep * to;
+  };
+  if (is_new(noise.range, next.range) || is_new(noise.bearing, next.bearing) ||
+      is_new(noise.motion, next.motion)) {
+    noise = next;
+  }
 }
 
 int Memory::number_of(std::int64_t landmark_id) const {

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "pf_resampling_core/filters/fastslam/memory/accounts.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/left_out.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/segment_graph.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
@@ -42,6 +43,8 @@ struct MemoryState {
   std::vector<std::int64_t> landmark_ids;  ///< -1: it is no part of the map any more
   std::vector<int> last_seen;              ///< update in which each landmark was seen last
   std::vector<int> fitted, doubted;        ///< sightings of each landmark
+  std::vector<bool> is_dormant;            ///< of each landmark; see Account
+  std::vector<int> needed;                 ///< likewise
   std::vector<double> begins;              ///< s since the start, of each segment
   Segment open;                            ///< what came since the last of them, not condensed
   std::vector<std::size_t> open_doubts;    ///< sightings of it that did not fit, ascending
@@ -49,13 +52,12 @@ struct MemoryState {
   std::vector<std::int64_t> newest;
   std::size_t next_start = 0;  ///< segments from which a doubtful solution is started anew
   int updates = 0;
-  int longest_absence = 0;                 ///< updates without the landmarks of the last one
-  double time = 0.0;                       ///< s since the start
-  double closed = 0.0;                     ///< s, up to where the segments reach
-  double validated = 0.0;                  ///< s, up to where blocks were left out and predicted
-  double next_validation = 0.0;            ///< s
-  std::vector<OpenPassage> open_passages;  ///< of each landmark
-  std::vector<LeftOutSightings> passages_left;  ///< that have ended and are not yet predicted
+  int decided = 0;  ///< updates whose sightings have had their landmarks decided, without ids
+  int longest_absence = 0;       ///< updates without the landmarks of the last one
+  double time = 0.0;             ///< s since the start
+  double closed = 0.0;           ///< s, up to where the segments reach
+  double validated = 0.0;        ///< s, up to where blocks were left out and predicted
+  double next_validation = 0.0;  ///< s
   /// Passages and windows that were predicted, the newest last.
   std::vector<PredictedBlock> passages;
   std::vector<PredictedBlock> windows;
@@ -81,6 +83,11 @@ class Memory {
   /// One that is not where its landmark is believed to be. Alone among others it is a misread id
   /// or a landmark that was moved, and takes no part; if many are such, the belief is wrong.
   void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting);
+  /// Without ids: one that is of no landmark known.
+  void append_unassigned(SightingFactor sighting);
+  /// Without ids: the particles have given it up. It is dormant, if it was seen often, until it is
+  /// seen again or found to be another; else it is none any more.
+  void give_up_landmark(std::int64_t landmark_id);
   /// What is seen with this id from now on is another landmark, or the same elsewhere.
   void forget_landmark(std::int64_t landmark_id);
 
@@ -90,6 +97,8 @@ class Memory {
   /// Solves for the whole drive, from the last solution. False if there is no solution: what came
   /// is kept, and takes part in the next.
   bool solve(double robust_width);
+  /// The same where landmarks have no ids: decides what was seen, too, see decide_associations().
+  bool solve(const ReassociationOptions& options, std::int64_t* next_id);
   /// After solve().
   MemoryDraw draw(int particles, const RandomStream& stream) const;
   /// Solves as if the robot had been carried to `newest` in one of the last segments. False,
@@ -115,7 +124,7 @@ class Memory {
   bool close_segments(double robust_width);
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;
-  void note_passages(std::size_t segment);
+  void take(Account account);
 
   MemoryState state_;
   std::unordered_map<std::int64_t, int> numbers_;      // of landmark_ids

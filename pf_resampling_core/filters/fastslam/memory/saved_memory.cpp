@@ -25,18 +25,28 @@ std::string fault_of_given(const Segment& segment) {
 std::string fault_of_data(const Segment& segment, bool is_condensed) {
   SmoothingGraph data;
   data.poses.resize(segment.motions.size() + 1);
-  data.landmarks.assign(segment.landmarks.size(), Eigen::Vector2d::Zero());
+  data.landmarks.assign(std::max<std::size_t>(1, segment.landmarks.size()),
+                        Eigen::Vector2d::Zero());
   data.constants = segment.constants;
   data.motions = segment.motions;
   data.sightings = segment.sightings;
+  data.sightings.insert(data.sightings.end(), segment.unassigned.begin(), segment.unassigned.end());
+  for (SightingFactor& sighting : data.sightings) {  // of none: as good as of one of them
+    if (sighting.landmark < 0) sighting.landmark = 0;
+  }
+  const auto is_of_track = [&](const SightingFactor& sighting) {
+    return is_landmark(sighting.landmark, segment.landmarks.size());
+  };
+  const bool has_tracks =
+      std::all_of(segment.sightings.begin(), segment.sightings.end(), is_of_track);
   const bool has_poses = is_condensed ? segment.poses.size() == segment.motions.size() &&
                                             segment.tracks.size() == segment.landmarks.size()
                                       : segment.poses.empty() && segment.tracks.empty();
   const auto is_of_motion = [&](const SightingFactor& sighting) {
     return sighting.pose >= 0 && static_cast<std::size_t>(sighting.pose) < segment.motions.size();
   };
-  if (!has_poses ||
-      !std::all_of(segment.sightings.begin(), segment.sightings.end(), is_of_motion)) {
+  if (!has_poses || !has_tracks ||
+      !std::all_of(data.sightings.begin(), data.sightings.end(), is_of_motion)) {
     return "needs a pose for every motion, a track for every landmark, and sightings from its own "
            "poses";
   }
@@ -57,6 +67,7 @@ bool is_scale(double scale) {
 void describe(Archive& archive, Segment& segment) {
   archive("motions", segment.motions);
   archive("sightings", segment.sightings);
+  archive("unassigned", segment.unassigned);
   archive("landmarks", segment.landmarks);
   archive("poses", segment.poses);
   archive("tracks", segment.tracks);
@@ -81,22 +92,6 @@ void describe(Archive& archive, Segment& segment) {
   }
 }
 
-void describe(Archive& archive, SightingPlace& place) {
-  archive("segment", place.segment);
-  archive("sighting", place.sighting);
-}
-
-void describe(Archive& archive, LeftOutSightings& block) {
-  archive("sightings", block.sightings);
-  archive("groups", block.groups);
-}
-
-void describe(Archive& archive, OpenPassage& passage) {
-  archive("begin", passage.begin);
-  archive("last", passage.last);
-  archive("sightings", passage.sightings);
-}
-
 void describe(Archive& archive, SegmentGraph& graph) {
   archive("segments", graph.segments);
   archive("bases", graph.bases);
@@ -114,19 +109,20 @@ void describe(Archive& archive, MemoryState& memory) {
   archive("last_seen", memory.last_seen);
   archive("fitted", memory.fitted);
   archive("doubted", memory.doubted);
+  archive("is_dormant", memory.is_dormant);
+  archive("needed", memory.needed);
   archive("begins", memory.begins);
   archive("open", memory.open);
   archive("open_doubts", memory.open_doubts);
   archive("newest", memory.newest);
   archive("next_start", memory.next_start);
   archive("updates", memory.updates);
+  archive("decided", memory.decided);
   archive("longest_absence", memory.longest_absence);
   archive("time", memory.time);
   archive("closed", memory.closed);
   archive("validated", memory.validated);
   archive("next_validation", memory.next_validation);
-  archive("open_passages", memory.open_passages);
-  archive("passages_left", memory.passages_left);
   archive("passages", memory.passages);
   archive("windows", memory.windows);
 }
@@ -139,7 +135,8 @@ std::string fault_of(const MemoryState& memory) {
   const bool fits = graph.bases.size() == segments + 1 && graph.motion_shares.size() == segments &&
                     memory.begins.size() == segments && memory.last_seen.size() == landmarks &&
                     memory.fitted.size() == landmarks && memory.doubted.size() == landmarks &&
-                    graph.landmarks.size() <= landmarks && memory.open_passages.size() <= landmarks;
+                    memory.is_dormant.size() == landmarks && memory.needed.size() == landmarks &&
+                    graph.landmarks.size() <= landmarks;
   if (!fits) {
     return "the memory is inconsistent: every segment needs a base, and every landmark an id";
   }
@@ -157,22 +154,8 @@ std::string fault_of(const MemoryState& memory) {
   for (const int landmark : memory.open.landmarks) {
     if (landmark >= 0 && static_cast<std::size_t>(landmark) == placed) ++placed;
   }
-  const auto are_there = [&](const std::vector<SightingPlace>& places) {
-    return std::all_of(places.begin(), places.end(), [&](const SightingPlace& place) {
-      return place.segment < segments &&
-             place.sighting < graph.segments[place.segment]->sightings.size();
-    });
-  };
-  const bool are_places =
-      std::all_of(memory.open_passages.begin(), memory.open_passages.end(),
-                  [&](const OpenPassage& passage) { return are_there(passage.sightings); }) &&
-      std::all_of(memory.passages_left.begin(), memory.passages_left.end(),
-                  [&](const LeftOutSightings& block) {
-                    return are_there(block.sightings) &&
-                           std::all_of(block.groups.begin(), block.groups.end(), are_there);
-                  });
-  if (!are_known || !are_places || placed != landmarks) {
-    return "the memory is inconsistent: it speaks of a landmark or a sighting that is not there";
+  if (!are_known || placed != landmarks) {
+    return "the memory is inconsistent: it speaks of a landmark that is not there";
   }
   const auto is_share = [](double share) { return share > 0.0 && share <= 1.0; };
   if (!is_scale(graph.noise.range) || !is_scale(graph.noise.bearing) ||

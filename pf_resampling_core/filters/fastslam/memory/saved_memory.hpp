@@ -12,9 +12,6 @@ namespace pf_resampling {
 void describe(Archive& archive, MemoryState& memory);
 void describe(Archive& archive, SegmentGraph& graph);
 void describe(Archive& archive, Segment& segment);
-void describe(Archive& archive, OpenPassage& passage);
-void describe(Archive& archive, LeftOutSightings& block);
-void describe(Archive& archive, SightingPlace& place);
 
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const MemoryState& memory);

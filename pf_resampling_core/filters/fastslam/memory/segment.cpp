@@ -211,6 +211,10 @@ bool fit(FreePart free, double robust_width, Segment* segment) {
 
 bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization) {
   segment->robust_width = robust_width;
+  segment->log_noise = 0.0;
+  for (const SightingFactor& sighting : segment->sightings) {
+    segment->log_noise += 0.5 * std::log(sighting.range_variance * sighting.bearing_variance);
+  }
   const Eigen::Index between = between_size(*segment);
   const Eigen::Index size = segment->size();
   SegmentLinearization own_linearization;
@@ -226,8 +230,10 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
     const Eigen::LLT<Eigen::MatrixXd> root(own);
     if (root.info() != Eigen::Success) return false;
     segment->between = -root.solve(coupling.transpose());
+    segment->log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
   } else {
     segment->between.resize(0, size);
+    segment->log_determinant = 0.0;
   }
   const Eigen::MatrixXd& follow = segment->between;
   for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
@@ -272,6 +278,11 @@ std::pair<Segment, Segment> cut(std::size_t motions, const Segment& segment) {
     Segment& part = is_first ? parts.first : parts.second;
     if (!is_first) sighting.pose -= static_cast<int>(motions);
     add_sighting(segment.landmarks[static_cast<std::size_t>(sighting.landmark)], sighting, &part);
+  }
+  for (SightingFactor sighting : segment.unassigned) {
+    const bool is_first = static_cast<std::size_t>(sighting.pose) < motions;
+    if (!is_first) sighting.pose -= static_cast<int>(motions);
+    (is_first ? parts.first : parts.second).unassigned.push_back(sighting);
   }
   return parts;
 }

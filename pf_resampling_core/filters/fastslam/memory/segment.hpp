@@ -30,7 +30,11 @@ inline constexpr int kDataKinds = 4;
 struct Segment {
   std::vector<MotionFactor> motions;      ///< i leads to poses[i], the first from the base
   std::vector<SightingFactor> sightings;  ///< `pose` of poses, `landmark` of tracks
-  std::vector<int> landmarks;             ///< of each track
+  /// Of no landmark as far as is known: they take no part.
+  std::vector<SightingFactor> unassigned;
+  std::vector<int> landmarks;  ///< of each track
+  /// Tracks that a scan has seen beside each other, where the data are gone.
+  std::vector<std::pair<int, int>> beside;
 
   // Where it was condensed.
   std::vector<Pose2> poses;             ///< the last is the end
@@ -45,6 +49,9 @@ struct Segment {
   std::array<Eigen::MatrixXd, kDataKinds> information;  ///< empty: none
   /// How the poses between follow y: 3 (poses − 1) rows; empty where the data are gone.
   Eigen::MatrixXd between;
+  double log_determinant = 0.0;  ///< of the information on the poses between
+  /// Sum over the sightings of the logarithm of their noise: σ of the range times σ of the bearing.
+  double log_noise = 0.0;
 
   Eigen::Index size() const {
     return 3 + 2 * static_cast<Eigen::Index>(tracks.size()) + kSensorConstants;

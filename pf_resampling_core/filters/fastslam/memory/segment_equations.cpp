@@ -59,6 +59,10 @@ void SegmentEquations::order_blocks(const SegmentGraph& graph) {
     std::vector<int>& of_block = neighbours[static_cast<std::size_t>(block)];
     std::sort(of_block.begin(), of_block.end());
     of_block.erase(std::unique(of_block.begin(), of_block.end()), of_block.end());
+    if (of_block.empty()) {
+      unseen_.push_back(block);
+      of_block.push_back(block);
+    }
     sizes[static_cast<std::size_t>(block)] = static_cast<int>(of_block.size());
   }
   pattern.reserve(sizes);
@@ -159,6 +163,7 @@ double SegmentEquations::linearize(const SegmentGraph& graph) {
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     cost += add(graph, s, *graph.segments[s], 1.0);
   }
+  for (const int block : unseen_) add_to_diagonal(block, Eigen::Matrix2d::Identity());
   const int constants = static_cast<int>(sizes_.size()) - 1;
   const SensorConstants prior = constants_information(graph);
   add_to_diagonal(constants, Eigen::MatrixXd(prior.asDiagonal()));
@@ -279,8 +284,9 @@ Eigen::MatrixXd SegmentEquations::to_segment(const SegmentGraph& graph, std::siz
 }
 
 void SegmentEquations::from_segment(const SegmentGraph& graph, std::size_t s,
-                                    const Segment& segment, const Eigen::MatrixXd& values,
-                                    Eigen::MatrixXd* directions) const {
+                                    const Segment& segment,
+                                    const Eigen::Ref<const Eigen::MatrixXd>& values,
+                                    Eigen::Ref<Eigen::MatrixXd> directions) const {
   const Pose2& base = graph.bases[s];
   Eigen::Matrix2d to_map;
   to_map << std::cos(base.heading), -std::sin(base.heading), std::sin(base.heading),
@@ -288,34 +294,40 @@ void SegmentEquations::from_segment(const SegmentGraph& graph, std::size_t s,
   Eigen::MatrixXd by_base = Eigen::MatrixXd::Zero(3, values.cols());
   const auto turn = [&](Eigen::Index at, const Eigen::Vector2d& to, int global) {
     const Eigen::MatrixXd turned = to_map * values.middleRows<2>(at);
-    directions->middleRows<2>(global) += turned;
+    directions.middleRows<2>(global) += turned;
     by_base.topRows<2>() -= turned;
     by_base.row(2) -= Eigen::RowVector2d(base.y - to.y(), to.x() - base.x) * turned;
   };
   turn(0, place(graph.bases[s + 1]), base_at(s + 1));
-  directions->row(base_at(s + 1) + 2) += values.row(2);
+  directions.row(base_at(s + 1) + 2) += values.row(2);
   by_base.row(2) -= values.row(2);
   for (std::size_t k = 0; k < segment.landmarks.size(); ++k) {
     const std::size_t landmark = static_cast<std::size_t>(segment.landmarks[k]);
     turn(3 + 2 * static_cast<Eigen::Index>(k), graph.landmarks[landmark], landmark_at(landmark));
   }
-  if (s > 0) directions->middleRows<3>(base_at(s)) += by_base;
-  directions->middleRows<kSensorConstants>(constants_at()) += values.bottomRows<kSensorConstants>();
+  if (s > 0) directions.middleRows<3>(base_at(s)) += by_base;
+  directions.middleRows<kSensorConstants>(constants_at()) += values.bottomRows<kSensorConstants>();
 }
 
-double SegmentEquations::cost(const SegmentGraph& graph) const {
+double SegmentEquations::linearize_gradient(const SegmentGraph& graph) {
+  gradient_.setZero();
   double cost = 0.0;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
     const std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
     const Eigen::VectorXd e = difference(graph, s, segment);
+    Eigen::VectorXd pull = Eigen::VectorXd::Zero(segment.size());
     for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
       if (segment.information[kind].size() == 0) continue;
-      cost += weights[kind] * (segment.cost[kind] + e.dot(segment.gradient[kind]) +
-                               0.5 * e.dot(segment.information[kind] * e));
+      const Eigen::VectorXd by_e = weights[kind] * (segment.information[kind] * e);
+      cost +=
+          weights[kind] * (segment.cost[kind] + e.dot(segment.gradient[kind])) + 0.5 * e.dot(by_e);
+      pull += weights[kind] * segment.gradient[kind] + by_e;
     }
+    from_segment(graph, s, segment, pull, gradient_);
   }
   const SensorConstants prior = constants_information(graph);
+  gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(graph.constants);
   return cost + 0.5 * graph.constants.dot(prior.cwiseProduct(graph.constants));
 }
 
@@ -383,6 +395,23 @@ Eigen::Matrix2d SegmentEquations::landmark_information(std::size_t landmark) con
   Eigen::Matrix2d information;
   information << first[0], second[-1], second[-1], second[0];
   return information;
+}
+
+Eigen::MatrixXd SegmentEquations::covariance_of(const std::vector<int>& landmarks) const {
+  const Eigen::Index columns = 2 * static_cast<Eigen::Index>(landmarks.size());
+  Eigen::MatrixXd units = Eigen::MatrixXd::Zero(size(), columns);
+  const auto at = [&](std::size_t i) {
+    return landmark_at(static_cast<std::size_t>(landmarks[i]));
+  };
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    units.block<2, 2>(at(i), 2 * static_cast<Eigen::Index>(i)).setIdentity();
+  }
+  const Eigen::MatrixXd solved = solve(units);
+  Eigen::MatrixXd covariance(columns, columns);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    covariance.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = solved.middleRows<2>(at(i));
+  }
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 OdometryInformation SegmentEquations::odometry_information() const {

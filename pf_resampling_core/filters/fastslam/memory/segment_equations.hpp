@@ -12,7 +12,8 @@
 namespace pf_resampling {
 
 /// Gauss and Newton's equations of a graph, sparse: the unknowns are the bases but the first, the
-/// landmarks and the constants.
+/// landmarks and the constants. A landmark that no segment has seen stays where it is, and adds
+/// nothing to cost and determinant.
 class SegmentEquations {
  public:
   /// Lays out the structure, which must not change any more.
@@ -20,18 +21,20 @@ class SegmentEquations {
 
   /// Hessian and gradient at the graph's estimate; returns the cost.
   double linearize(const SegmentGraph& graph);
+  /// The gradient alone.
+  double linearize_gradient(const SegmentGraph& graph);
   /// After linearize(): what `segment` says of what segment `s` of the graph says, `times` over.
   double add(const SegmentGraph& graph, std::size_t s, const Segment& segment, double times);
   /// After linearize(): that landmarks are known to `sigma` (m), so that those of which nothing
   /// else is said leave the rest determined.
   void add_to_landmarks(double sigma);
-  double cost(const SegmentGraph& graph) const;
 
   /// Factorises Hessian + damping·diagonal. False if that is not positive definite.
   bool factorize(double damping);
   double log_determinant() const;
   Eigen::VectorXd step() const { return solve(-gradient_); }
   const Eigen::VectorXd& gradient() const { return gradient_; }
+  void set_gradient(const Eigen::VectorXd& gradient) { gradient_ = gradient; }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
   void move(const Eigen::VectorXd& step, SegmentGraph* graph) const;
 
@@ -40,7 +43,8 @@ class SegmentEquations {
                              const Eigen::MatrixXd& directions) const;
   /// Adds Jᵀ·values.
   void from_segment(const SegmentGraph& graph, std::size_t s, const Segment& segment,
-                    const Eigen::MatrixXd& values, Eigen::MatrixXd* directions) const;
+                    const Eigen::Ref<const Eigen::MatrixXd>& values,
+                    Eigen::Ref<Eigen::MatrixXd> directions) const;
 
   /// First unknown of a base (1 on), of a landmark, of the constants.
   int base_at(std::size_t base) const { return at_[base - 1]; }
@@ -49,6 +53,8 @@ class SegmentEquations {
   Eigen::Index size() const { return gradient_.size(); }
   /// The Hessian's own block of a landmark, and of the odometry's constants.
   Eigen::Matrix2d landmark_information(std::size_t landmark) const;
+  /// After factorize(): joint covariance of some landmarks, two rows each.
+  Eigen::MatrixXd covariance_of(const std::vector<int>& landmarks) const;
   OdometryInformation odometry_information() const;
 
   /// Draws from the Gaussian whose information was factorised: a column each. `pulled`: likewise,
@@ -74,7 +80,7 @@ class SegmentEquations {
   std::vector<int> position_;  // of blocks in the order of elimination
   std::vector<int> at_;        // first unknown of each block
   std::vector<Column> columns_;
-  std::vector<int> first_of_position_;
+  std::vector<int> unseen_;              // landmarks' blocks of which no segment says anything
   Eigen::SparseMatrix<double> hessian_;  // upper triangle, in the order of elimination
   Eigen::VectorXd gradient_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>>

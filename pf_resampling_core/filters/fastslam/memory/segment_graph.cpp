@@ -31,6 +31,7 @@ Segment at_estimate(const SegmentGraph& graph, std::size_t s) {
   Segment segment;
   segment.motions = old.motions;
   segment.sightings = old.sightings;
+  segment.unassigned = old.unassigned;
   segment.landmarks = old.landmarks;
   segment.poses = old.poses;
   segment.tracks = old.tracks;

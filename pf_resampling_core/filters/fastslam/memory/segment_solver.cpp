@@ -14,6 +14,7 @@ namespace {
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
 constexpr double kTolerance = 0.01;  // of the cost, that a step promises
+constexpr double kSmallPromise = 1.0;
 constexpr int kMostSteps = 100;
 constexpr int kMostRounds = 12;
 // How far what a segment is linearised in may move.
@@ -47,47 +48,62 @@ bool has_moved(const SegmentGraph& graph, std::size_t s, const Eigen::VectorXd& 
 
 struct Descent {
   bool is_solved = false;
+  bool is_factorized = false;  // where the last step began, without damping
   double cost = 0.0;
   int steps = 0;
 };
 
+// From where a step promises little, the next keeps its factorisation.
 Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
   Descent descent;
   double damping = 0.0;
+  bool is_fresh = false;  // factorised
   descent.cost = equations->linearize(*graph);
   for (; descent.steps < kMostSteps && std::isfinite(descent.cost); ++descent.steps) {
     if (!equations->gradient().allFinite()) return descent;
+    double promise = 0.0;
     for (bool is_better = false; !is_better;) {
       if (damping > kLargestDamping) return descent;
-      if (equations->factorize(damping)) {
+      if (is_fresh || equations->factorize(damping)) {
+        descent.is_factorized = damping == 0.0;
         const Eigen::VectorXd step = equations->step();
-        const double promise = -0.5 * step.dot(equations->gradient());
+        promise = -0.5 * step.dot(equations->gradient());
+        const Eigen::VectorXd gradient = equations->gradient();
         SegmentGraph moved;
         moved.bases = graph->bases;
         moved.landmarks = graph->landmarks;
         moved.constants = graph->constants;
         equations->move(step, &moved);
-        std::swap(moved.bases, graph->bases);
-        std::swap(moved.landmarks, graph->landmarks);
-        std::swap(moved.constants, graph->constants);
-        const double cost = equations->cost(*graph);
-        is_better = cost <= descent.cost;
-        if (!is_better) {
+        const auto swap = [&] {
           std::swap(moved.bases, graph->bases);
           std::swap(moved.landmarks, graph->landmarks);
           std::swap(moved.constants, graph->constants);
-        } else {
+        };
+        swap();
+        const double cost = equations->linearize_gradient(*graph);
+        is_better = cost <= descent.cost;
+        if (is_better) {
           descent.cost = cost;
+        } else {
+          swap();
+          equations->set_gradient(gradient);
         }
         if (promise < kTolerance) {
           descent.is_solved = std::isfinite(promise);
           return descent;
         }
+        if (is_fresh && !is_better) {  // the factorisation is too old
+          is_fresh = false;
+          equations->linearize(*graph);
+          continue;
+        }
       }
+      is_fresh = false;
       damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
       if (damping < kLeastDamping) damping = 0.0;
     }
-    equations->linearize(*graph);
+    is_fresh = promise < kSmallPromise && descent.is_factorized;
+    if (!is_fresh) equations->linearize(*graph);
   }
   return descent;
 }
@@ -126,6 +142,7 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
       if (!relinearize(robust_width, s, graph)) continue;
       ++solution->relinearized;
       has_changed = true;
+      descent.is_factorized = false;
     }
     if (!has_changed) break;
   }
@@ -157,22 +174,27 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   auto equations = std::make_unique<SegmentEquations>(*graph);
   SegmentGraph solved = *graph;
   const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
+  bool is_factorized = as_believed.is_factorized;
   solution.is_solved = as_believed.is_solved;
   solution.cost = as_believed.cost + slip_loss(solved);
   SegmentGraph doubted = as_believed.is_solved ? solved : *graph;
   if (update_shares(&doubted)) {
+    is_factorized = false;
     const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
     const double cost = descent.cost + slip_loss(doubted);
     if (descent.is_solved && !(solution.is_solved && solution.cost <= cost)) {
       solution.is_solved = true;
       solution.cost = cost;
+      is_factorized = descent.is_factorized;
       solved = std::move(doubted);
     }
   }
   if (!solution.is_solved) return solution;
-  equations->linearize(solved);
-  solution.is_solved = equations->factorize(0.0);
-  if (!solution.is_solved) return solution;
+  if (!is_factorized) {
+    equations->linearize(solved);
+    solution.is_solved = equations->factorize(0.0);
+    if (!solution.is_solved) return solution;
+  }
   solution.log_determinant = equations->log_determinant();
   solution.is_solved = std::isfinite(solution.log_determinant);
   if (!solution.is_solved) return solution;

@@ -204,9 +204,7 @@ TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   "yy": [0.0625,0.0625,0.5]
  },
  "particles": {"heading":[-0.375,0.625],"log_weight":[-0.6931471805599453,-0.6931471805599453],"weight":[0.5,0.5],"x":[1.25,1.75],"y":[-0.75,0.25]},
- "past": null,
  "pose": {"covariance":[[0.0625,0.0,0.0],[0.0,0.25,0.125],[0.0,0.125,0.5]],"mean":[1.5,-0.25,0.125]},
- "redraws_refused_in_a_row": 3,
  "step": 120,
  "view_bearing": 1.5,
  "view_range": 8.25
@@ -243,37 +241,8 @@ TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   ASSERT_EQ(map.odometry_errors.means.rows(), 2);
   EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
   EXPECT_EQ(map.observations_since_redraw, 5);
-  EXPECT_EQ(map.redraws_refused_in_a_row, 3);
   write_map_file(path_, map);
   EXPECT_EQ(content_of(path_), documented);
-}
-
-// Of a long drive the oldest poses have left the window: the prior then is about landmarks, too.
-TEST_F(MapFile, APriorAboutLandmarksComesBack) {
-  SavedMap map = small_map();
-  SmoothingGraph& graph = map.past.graph;
-  graph.poses = {{1.0 / 3.0, -0.5, 0.1}};
-  graph.landmarks = {{1.0, 2.0 / 7.0}, {-3.0, 4.0}};
-  map.past.landmark_ids = {3, 11};
-  map.past.last_seen = {0, 0};
-  map.past.is_dormant = {false, true};
-  GaussianPrior& prior = graph.prior;
-  prior.pose = {0.5, -1.0 / 9.0, 2.0};
-  prior.landmarks = graph.landmarks;
-  prior.landmarks_given_path = {2.0 * Eigen::Matrix2d::Identity(),
-                                (Eigen::Matrix2d() << 3.0, 0.1, 0.1, 1.0 / 3.0).finished()};
-  const Eigen::MatrixXd root = Eigen::MatrixXd::Constant(14, 14, 1.0 / 3.0) +
-                               5.0 * Eigen::MatrixXd(Eigen::MatrixXd::Identity(14, 14));
-  ASSERT_EQ(prior.size(), 14);
-  prior.information = root;
-  prior.gradient = Eigen::VectorXd::LinSpaced(14, -1.0, 1.0 / 7.0);
-  write_map_file(path_, map);
-  const GaussianPrior read = read_map_file(path_).past.graph.prior;
-  EXPECT_EQ(read.pose.y, -1.0 / 9.0);
-  EXPECT_EQ(read.landmarks, prior.landmarks);
-  EXPECT_EQ(read.landmarks_given_path, prior.landmarks_given_path);
-  EXPECT_EQ(read.information, prior.information);
-  EXPECT_EQ(read.gradient, prior.gradient);
 }
 
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
@@ -470,9 +439,8 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
         state->last_seen.push_back(0);
         state->fitted.push_back(1);
         state->doubted.push_back(0);
-      },
-      [](MemoryState* state) {
-        state->open_passages.front().sightings.push_back({9, 0});
+        state->is_dormant.push_back(false);
+        state->needed.push_back(0);
       },
       [](MemoryState* state) { state->open.sightings.front().pose = 99; },
       of_first([](Segment* segment) { segment->poses.pop_back(); }),
@@ -489,20 +457,6 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
       read_map_file(path_);
     };
     EXPECT_THROW(write_and_read(), Error) << i;
-  }
-}
-
-TEST_F(MapFile, RefusesNoiseThatNoRedrawFinds) {
-  SavedMap map = small_map();
-  map.past.graph.prior = prior_at(Pose2{}, SensorConstants::Zero());
-  map.past.graph.poses = {Pose2{}};
-  for (const double scale : {1.0, 20.0}) {
-    map.past.graph.noise = {scale, scale, scale};
-    EXPECT_NO_THROW(write_map_file(path_, map)) << scale;
-  }
-  for (const double scale : {0.0, 1e-300, 0.999, 20.1, 1e300}) {
-    map.past.graph.noise = {1.0, scale, 1.0};
-    EXPECT_THROW(write_map_file(path_, map), Error) << scale;
   }
 }
 

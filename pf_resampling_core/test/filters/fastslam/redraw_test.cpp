@@ -108,28 +108,6 @@ TEST(Redraw, PathIsSmoothed) {
   EXPECT_LT(smoothed, filtered);
 }
 
-// Without a bound on the graph and with one: the same belief, within the noise of the draws (the
-// pose at the end within a standard deviation), at a bounded size.
-TEST(Redraw, AWindowChangesLittle) {
-  const std::vector<Step> steps = drive(300, false, 4);
-  FastSlamOptions options = without_ids();
-  options.strategy.redraw.window = 0;
-  FastSlam all(options, 1);
-  run(&all, steps, 0, steps.size());
-  options.strategy.redraw.window = 40;
-  FastSlam bounded(options, 1);
-  run(&bounded, steps, 0, steps.size());
-  EXPECT_EQ(all.past().graph().poses.size(), 301u);
-  EXPECT_LE(bounded.past().graph().poses.size(), 60u + 25u);
-  const PoseEstimate a = all.estimate();
-  const PoseEstimate b = bounded.estimate();
-  EXPECT_LT(distance(a.mean, b.mean), std::sqrt(a.covariance.topLeftCorner<2, 2>().trace()));
-  const double ratio =
-      b.covariance.topLeftCorner<2, 2>().trace() / a.covariance.topLeftCorner<2, 2>().trace();
-  EXPECT_GT(ratio, 0.5);
-  EXPECT_LT(ratio, 2.0);
-}
-
 // To redraw and back while it runs: particles, weights and maps stay as they are to the bit; what
 // is drawn from then on begins at what the population knew.
 TEST(Redraw, IsSwitchedToAndFromWhileItRuns) {
@@ -290,8 +268,7 @@ TEST(Redraw, FindsTheSensorsBias) {
 // equally good filters differ by 2.2 or more once in 140 times (F distribution with 40 and 40
 // degrees).
 TEST(Redraw, FindsLandmarksAgainWithoutIds) {
-  FastSlamOptions options = redraw_options();
-  options.association.method = DataAssociation::mutual_exclusion;
+  FastSlamOptions options = without_ids();
   constexpr double kChiSquare95TwoDof = 5.991;
   const std::vector<Eigen::Vector2d> places = landmarks();
   double inside = 0.0, found = 0.0, squared_error = 0.0;
@@ -329,8 +306,7 @@ TEST(Redraw, FindsLandmarksAgainWithoutIds) {
 // Seen ten times, then not any more: all particles give the landmark up. What a redraw draws from
 // keeps it, as the robot may be elsewhere, where it will be seen again.
 TEST(Redraw, KeepsWhatAllParticlesHaveGivenUp) {
-  FastSlamOptions options = redraw_options();
-  options.association.method = DataAssociation::mutual_exclusion;
+  FastSlamOptions options = without_ids();
   options.strategy.redraw.every_n = 0;
   options.strategy.redraw.closure_absence = 0;
   FastSlam filter(options, 1);
@@ -349,10 +325,10 @@ TEST(Redraw, KeepsWhatAllParticlesHaveGivenUp) {
     filter.update(odometry, scan);
   }
   ASSERT_EQ(filter.map().size(), 2u);
-  const SmoothedPastState& past = filter.past().state();
-  EXPECT_EQ(past.graph.landmarks.size(), 3u);
-  EXPECT_TRUE(past.graph.unassigned.empty());
-  EXPECT_EQ(std::count(past.is_dormant.begin(), past.is_dormant.end(), true), 1);
+  const MemoryState& memory = filter.memory().state();
+  EXPECT_EQ(memory.landmark_ids.size(), 3u);
+  EXPECT_TRUE(memory.open.unassigned.empty());
+  EXPECT_EQ(std::count(memory.is_dormant.begin(), memory.is_dormant.end(), true), 1);
 }
 
 // A hundred updates since the last redraw: the map at the end is that of resampling unless it is
@@ -432,53 +408,6 @@ TEST(Redraw, APastDoesNotStartFromAMapThatIsTooLarge) {
   }
 }
 
-// Whatever the options say of when to draw anew, and whether anything is seen.
-TEST(Redraw, ThePastIsBoundedWhateverHappens) {
-  FastSlamOptions options = without_ids();
-  options.strategy.redraw.every_n = 0;
-  options.strategy.redraw.closure_absence = 0;
-  options.strategy.redraw.window = 20;
-  for (const bool sees : {true, false}) {
-    FastSlam filter(options, 5);
-    const std::vector<Step> steps = drive(200, false, 5);
-    for (std::size_t k = 0; k < steps.size(); ++k) {
-      const bool is_seen = sees || k < 5;
-      filter.update(steps[k].odometry,
-                    is_seen ? steps[k].observations : std::vector<RangeBearingObservation>());
-      ASSERT_LE(filter.past().graph().poses.size(), sees ? 41u : 81u);
-    }
-    EXPECT_EQ(filter.status().redraws > 0, sees);
-    EXPECT_TRUE(filter.estimate().covariance.allFinite());
-  }
-}
-
-// The count is saved, so that the past of a filter that goes on from there begins anew when that of
-// the other would have.
-TEST(Redraw, RefusalsInARowAreSaved) {
-  FastSlamOptions options = without_ids();
-  options.strategy.redraw.every_n = 1;
-  const std::vector<Step> steps = drive(40, false, 5);
-  FastSlam whole(options, 2);
-  whole.set_deferred_redraws(true);
-  const auto refuse = [&](FastSlam* filter, std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      filter->update(steps[t].odometry, steps[t].observations);
-      ASSERT_TRUE(filter->redraw_is_due());
-      filter->refuse_redraw();
-    }
-  };
-  refuse(&whole, 0, 6);
-  const SavedMap map = saved_map(&whole, options.particles);
-  EXPECT_EQ(map.redraws_refused_in_a_row, 6);
-  FastSlam other(options, 2);
-  other.set_deferred_redraws(true);
-  other.load(through_a_file(map));
-  refuse(&other, 6, 9);
-  EXPECT_FALSE(other.past().is_empty());
-  refuse(&other, 9, 10);  // the tenth
-  EXPECT_TRUE(other.past().is_empty());
-}
-
 // Mean and standard error of what is seen first after each redraw, over 20 drives. Innovations of
 // one redraw share the error of the pose, and those of one drive that of the map, so drives are
 // what is independent.
@@ -531,17 +460,16 @@ TEST(Redraw, WhatIsSeenFirstAfterwardsFitsAsWellAsItSays) {
 
 // A map saved on the way, with sightings of nothing, is all that is needed.
 TEST(Redraw, GoesOnFromASavedMapWithoutIds) {
-  FastSlamOptions options = redraw_options();
-  options.association.method = DataAssociation::mutual_exclusion;
+  FastSlamOptions options = without_ids();
   const std::vector<Step> steps = drive(120, false, 3);
   FastSlam whole(options, 7);
   std::size_t saved = 50;
   run(&whole, steps, 0, saved);
-  while (whole.past().graph().unassigned.empty() && saved < 110) {
+  while (whole.memory().state().open.unassigned.empty() && saved < 110) {
     run(&whole, steps, saved, saved + 1);
     ++saved;
   }
-  ASSERT_FALSE(whole.past().graph().unassigned.empty());
+  ASSERT_FALSE(whole.memory().state().open.unassigned.empty());
   const SavedMap map = through_a_file(saved_map(&whole, options.particles));
   run(&whole, steps, saved, steps.size());
   FastSlam part(options, 7);

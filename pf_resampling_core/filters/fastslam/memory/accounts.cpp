@@ -1,0 +1,618 @@
+#include "pf_resampling_core/filters/fastslam/memory/accounts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "pf_resampling_core/filters/fastslam/memory/local_graph.hpp"
+
+namespace pf_resampling {
+namespace {
+
+// Updates whose sightings may change their landmarks, now and then; s from one
+// time to the next.
+constexpr int kScope = 1000;
+constexpr double kScopeSpacing = 20.0;
+// Attempts to find better associations for one solution.
+constexpr int kMostReassociations = 3;
+constexpr int kMostMergers = 3;
+// The better of two associations has to be better by more.
+constexpr double kWorthwhile = 0.1;
+// Of a landmark that may be done without: what that costs before anything has
+// adapted.
+constexpr double kMostGrowth = 60.0;
+// Logarithm of the odds for it, were the errors of all sightings independent.
+// Those of a passage are not, but what speaks louder shows that the robot would
+// be elsewhere without it.
+constexpr double kMostAgainst = 25.0;
+// Landmarks that are done without for one solution; the others wait for the
+// next.
+constexpr int kMostDropped = 5;
+constexpr int kMostTried = 2;
+// s: without a sighting for so long, where the robot arrives is in doubt; and
+// how long after that it is decided anew. How many arrivals are.
+constexpr double kBlindness = 5.0;
+constexpr double kLatestDecisions = 60.0;
+constexpr std::size_t kMostArrivals = 2;
+// Sightings of a landmark that is real, though it was not seen where it should
+// be.
+constexpr int kOftenSeen = 5;
+// Of each landmark that a visit of the past is to have more.
+constexpr double kSplitLogOdds = 10.0;
+
+// Landmarks from which on a drive is too large for everything to be tried on all of it.
+constexpr std::size_t kLargeMap = 60;
+// How far what came before the newest minute may move (m, rad) for a Gaussian
+// to stand for it.
+constexpr double kMostMoved = 0.3;
+constexpr double kMostTurned = 0.03;
+
+// Updates from one arrival to the next, in scans.
+struct Visit {
+  int from = 0;
+  int to = 0;  // one more than the last
+};
+
+bool solve(double robust_width, Account* account) {
+  std::unique_ptr<SegmentEquations> equations;
+  account->solution = solve(robust_width, &account->graph, &equations);
+  account->equations = std::move(equations);
+  return account->solution.is_solved;
+}
+
+// Of which neither a sighting nor a belief at the start says anything.
+void forget_unseen(Account* account) {
+  const std::vector<bool> are_seen = seen_landmarks(account->graph);
+  for (std::size_t l = 0; l < are_seen.size(); ++l) {
+    if (!are_seen[l]) account->landmark_ids[l] = -1;
+  }
+}
+
+bool merge(const std::vector<std::pair<int, int>>& pairs, double robust_width, Account* account) {
+  std::vector<int> number(account->graph.landmarks.size());
+  for (std::size_t l = 0; l < number.size(); ++l) number[l] = static_cast<int>(l);
+  for (const auto& [older, newer] : pairs) {
+    const std::size_t first = static_cast<std::size_t>(older);
+    const std::size_t second = static_cast<std::size_t>(newer);
+    std::replace(number.begin(), number.end(), newer, older);
+    account->last_seen[first] = std::max(account->last_seen[first], account->last_seen[second]);
+    if (!account->is_dormant[second]) account->is_dormant[first] = false;
+    account->landmark_ids[second] = -1;
+  }
+  return renumber(number, robust_width, &account->graph);
+}
+
+void add_landmark(std::int64_t id, int update, Account* account) {
+  account->landmark_ids.push_back(id);
+  account->last_seen.push_back(update);
+  account->is_dormant.push_back(false);
+  account->needed.push_back(0);
+}
+
+// By a later sighting than the last.
+void wake_seen(const Scans& scans, Account* account) {
+  for (const SightingFactor& sighting : scans.sightings) {
+    if (sighting.landmark < 0) continue;
+    const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+    const int update = scans.first_update + sighting.pose + 1;
+    if (update <= account->last_seen[landmark]) continue;
+    account->last_seen[landmark] = update;
+    account->is_dormant[landmark] = false;
+  }
+}
+
+// The landmarks that are left get the numbers of those that are none any more.
+bool close_ranks(double robust_width, Account* account) {
+  std::vector<int> number;
+  std::size_t kept = 0;
+  const std::vector<bool> are_seen = seen_landmarks(account->graph);
+  for (std::size_t l = 0; l < are_seen.size(); ++l) {
+    number.push_back(static_cast<int>(kept));
+    if (!are_seen[l]) continue;
+    account->graph.landmarks[kept] = account->graph.landmarks[l];
+    account->landmark_ids[kept] = account->landmark_ids[l];
+    account->last_seen[kept] = account->last_seen[l];
+    account->is_dormant[kept] = account->is_dormant[l];
+    account->needed[kept] = account->needed[l];
+    ++kept;
+  }
+  if (kept == are_seen.size()) return true;
+  if (!renumber(number, robust_width, &account->graph)) return false;
+  account->graph.landmarks.resize(kept);
+  account->landmark_ids.resize(kept);
+  account->last_seen.resize(kept);
+  account->is_dormant.resize(kept);
+  account->needed.resize(kept);
+  return solve(robust_width, account);
+}
+
+// Landmarks that the particles have given up and that were not seen often are
+// none: their sightings are of nothing known.
+bool forget_seldom_seen(double robust_width, Account* account) {
+  std::vector<int> sightings(account->graph.landmarks.size(), 0);
+  std::vector<int> number(account->graph.landmarks.size());
+  for (std::size_t l = 0; l < number.size(); ++l) number[l] = static_cast<int>(l);
+  for (const auto& segment : account->graph.segments) {
+    for (const SightingFactor& sighting : segment->sightings) {
+      const int landmark = segment->landmarks[static_cast<std::size_t>(sighting.landmark)];
+      ++sightings[static_cast<std::size_t>(landmark)];
+    }
+    if (segment->has_data()) continue;
+    for (const int landmark : segment->landmarks) {
+      sightings[static_cast<std::size_t>(landmark)] = kOftenSeen;
+    }
+  }
+  for (std::size_t l = 0; l < number.size(); ++l) {
+    if (!account->is_dormant[l] || sightings[l] >= kOftenSeen) continue;
+    number[l] = -1;
+    account->landmark_ids[l] = -1;
+  }
+  return renumber(number, robust_width, &account->graph);
+}
+
+// Determinants can be compared where all was condensed under the same noise.
+bool condense_under_noise(double robust_width, SegmentGraph* graph) {
+  for (std::size_t s = 0; s < graph->segments.size(); ++s) {
+    const Segment& segment = *graph->segments[s];
+    const NoiseScales& noise = graph->noise;
+    const bool is_as_found = segment.noise.range == noise.range &&
+                             segment.noise.bearing == noise.bearing &&
+                             segment.noise.motion == noise.motion;
+    if (is_as_found || !segment.has_data()) continue;
+    if (!relinearize(robust_width, s, graph)) return false;
+  }
+  return true;
+}
+
+// Tries accounts of a drive.
+class Accounts {
+ public:
+  Accounts(const ReassociationOptions& options, const DriveTimes& times, std::int64_t* next_id,
+           const SightingStatistics& statistics, const Account& undecided)
+      : options_(options),
+        times_(times),
+        next_id_(next_id),
+        undecided_(undecided),
+        statistics_(statistics) {}
+
+  // What is new and, `with_past`, what was decided long ago.
+  bool decide(bool with_past, Account* account) {
+    const int first = decided_in(scans_of(undecided_));
+    const Visit since_last = {first, std::numeric_limits<int>::max()};
+    bool is_solved = part_arrivals(account) && settle(since_last, account);
+    if (!is_solved) {
+      *account = undecided_;
+      is_solved = settle(since_last, account);
+    }
+    if (!is_solved) return false;
+    for (const Visit& visit : doubtful_visits()) {
+      if (decide_anew(undecided_, visit, account)) break;
+    }
+    if (with_past) reconsider_visit(account);
+    for (int i = 0; i < kMostDropped; ++i) {
+      if (!simplify(account)) break;
+    }
+    wake_seen(scans_of(*account), account);
+    return true;
+  }
+
+  bool reconsider(Account* account) {
+    if (!settle({0, 0}, account)) return false;
+    reconsider_visit(account);
+    for (int i = 0; i < kMostDropped; ++i) {
+      if (!simplify(account)) break;
+    }
+    wake_seen(scans_of(*account), account);
+    return true;
+  }
+
+ private:
+  Scans scans_of(const Account& account) const {
+    Scans scans = newest_scans(account.graph, times_.begins, kScope);
+    scans.first_update += times_.before;
+    return scans;
+  }
+  int decided_in(const Scans& scans) const {
+    return std::max(0, times_.decided - scans.first_update);
+  }
+
+  double evidence_of(const Account& account, double redundancy) const {
+    SightingStatistics statistics = statistics_;
+    statistics.redundancy = redundancy;
+    return association_evidence(options_, statistics, account.solution.cost,
+                                account.solution.log_determinant, account.graph);
+  }
+  double evidence_of(const Account& account) const {
+    return evidence_of(account, statistics_.redundancy);
+  }
+
+  // What comes back into view may be another landmark: until it is clear that
+  // it is not, it is one of those seen lately, or a new one.
+  bool part_arrivals(Account* account) {
+    SegmentGraph& graph = account->graph;
+    Scans scans = scans_of(*account);
+    const int first = decided_in(scans);
+    std::vector<double> last(graph.landmarks.size(), -std::numeric_limits<double>::infinity());
+    for_each_sighting(graph, times_.begins,
+                      [&](int update, double time, const SightingFactor&, int landmark) {
+                        if (update < times_.decided)
+                          last[static_cast<std::size_t>(landmark)] = time;
+                      });
+    // What a belief at the start has was seen before that.
+    for (const auto& segment : graph.segments) {
+      if (segment->has_data()) continue;
+      for (const int landmark : segment->landmarks) {
+        double& before = last[static_cast<std::size_t>(landmark)];
+        before = std::max(before, -2.0 * kPassageGap);
+      }
+    }
+    std::vector<int> taken(graph.landmarks.size(), -1);  // pose
+    for (SightingFactor& sighting : scans.sightings) {
+      if (sighting.pose < first || sighting.landmark < 0) continue;
+      const std::size_t pose = static_cast<std::size_t>(sighting.pose);
+      const double now = scans.times[pose];
+      std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+      if (std::isfinite(last[landmark]) && now - last[landmark] > kPassageGap) {
+        double least = -options_.log_density_of_new;
+        landmark = graph.landmarks.size();
+        for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+          if (now - last[l] > kPassageGap || taken[l] == sighting.pose) continue;
+          const double cost =
+              sighting_cost(options_, graph, scans.poses[pose], sighting, static_cast<int>(l));
+          if (cost >= least) continue;
+          least = cost;
+          landmark = l;
+        }
+        if (landmark == graph.landmarks.size()) {
+          if (landmark >= options_.most_landmarks) break;
+          graph.landmarks.push_back(graph.landmarks[static_cast<std::size_t>(sighting.landmark)]);
+          last.push_back(0.0);
+          taken.push_back(-1);
+          add_landmark((*next_id_)++, scans.first_update + sighting.pose + 1, account);
+        }
+        sighting.landmark = static_cast<int>(landmark);
+      }
+      last[landmark] = now;
+      taken[landmark] = sighting.pose;
+    }
+    return take(scans, account);
+  }
+
+  bool take(const Scans& scans, Account* account) const {
+    if (!put_back(scans, options_.robust_width, &account->graph)) return false;
+    forget_unseen(account);
+    return true;
+  }
+
+  // With the landmarks that the sightings have, then better ones.
+  bool settle(const Visit& in_question, Account* account) const {
+    if (!solve(options_.robust_width, account)) return false;
+    for (int i = 0; i < kMostMergers; ++i) {
+      if (!merge_duplicates(in_question, account)) break;
+    }
+    for (int i = 0; i < kMostReassociations; ++i) {
+      if (!improve_associations(account)) break;
+    }
+    return true;
+  }
+
+  bool merge_duplicates(const Visit& in_question, Account* account) const {
+    const Scans scans = scans_of(*account);
+    std::vector<int> seen;
+    for (const SightingFactor& sighting : scans.sightings) {
+      const bool is_asked = sighting.pose >= in_question.from && sighting.pose < in_question.to;
+      if (is_asked && sighting.landmark >= 0) seen.push_back(sighting.landmark);
+    }
+    std::sort(seen.begin(), seen.end());
+    seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+    const Duplicates duplicates =
+        find_duplicates(options_, statistics_, account->graph, *account->equations, seen);
+    if (duplicates.pairs.empty()) return false;
+    Account merged = *account;
+    if (!merge(duplicates.pairs, options_.robust_width, &merged) ||
+        !solve(options_.robust_width, &merged)) {
+      return false;
+    }
+    const double log_odds =
+        duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
+    if (!(log_odds >= kSureLogOdds)) return false;
+    *account = std::move(merged);
+    return true;
+  }
+
+  bool improve_associations(Account* account) const {
+    Scans scans = scans_of(*account);
+    if (reassociate(options_, account->graph, &scans) == 0) return false;
+    Account better = *account;
+    if (!take(scans, &better) || !solve(options_.robust_width, &better)) return false;
+    const auto cost = [&](const Account& of) {
+      return association_cost(options_, of.solution.cost, of.graph);
+    };
+    if (!(cost(better) < cost(*account) - kWorthwhile)) return false;
+    *account = std::move(better);
+    return true;
+  }
+
+  // The poses between whiles without a sighting, after which only odometry says
+  // where the robot arrives.
+  static std::vector<Visit> visits(const Scans& scans) {
+    std::vector<Visit> found;
+    double last = -std::numeric_limits<double>::infinity();
+    for (const SightingFactor& sighting : scans.sightings) {
+      if (sighting.landmark < 0) continue;
+      const double time = scans.times[static_cast<std::size_t>(sighting.pose)];
+      if (time - last > kBlindness) found.push_back({sighting.pose, sighting.pose});
+      found.back().to = sighting.pose + 1;
+      last = time;
+    }
+    return found;
+  }
+
+  // What may have been taken for the wrong landmarks: what is new, and what was
+  // seen since arrivals.
+  std::vector<Visit> doubtful_visits() const {
+    const Scans scans = scans_of(undecided_);
+    const int poses = static_cast<int>(scans.poses.size());
+    std::vector<Visit> found;
+    const int decided = decided_in(scans);
+    if (decided > 0 && decided < poses) found.push_back({decided, poses});
+    const std::vector<Visit> all = visits(scans);
+    for (std::size_t i = all.size(); i > 1 && i + kMostArrivals > all.size(); --i) {
+      const std::size_t before = static_cast<std::size_t>(all[i - 2].to - 1);
+      if (scans.times.back() - scans.times[before] > kLatestDecisions) break;
+      found.push_back({all[i - 1].from, poses});
+    }
+    return found;
+  }
+
+  // One of the visits of the past, each in its turn: what was seen later may
+  // show that it was elsewhere.
+  void reconsider_visit(Account* account) {
+    const Scans scans = scans_of(*account);
+    const std::vector<Visit> all = visits(scans);
+    if (all.size() < 2) return;
+    // By the clock, which has nothing to do with how often it is solved.
+    const double count = static_cast<double>(all.size());
+    const auto turn = static_cast<std::size_t>(std::fmod(std::max(0.0, scans.times.back()), count));
+    Account anew = *account;
+    if (!decide_anew(*account, all[turn], &anew)) return;
+    // There is always a way to make two landmarks of one by chance, and many
+    // are tried.
+    const auto landmarks = [](const Account& of) {
+      const std::vector<bool> are_seen = seen_landmarks(of.graph);
+      return static_cast<double>(std::count(are_seen.begin(), are_seen.end(), true));
+    };
+    const double more = landmarks(anew) - landmarks(*account);
+    const double gain = evidence_of(*account) - evidence_of(anew);
+    if (gain > kSureLogOdds + kSplitLogOdds * std::max(0.0, more)) *account = std::move(anew);
+  }
+
+  // What was seen on a visit decided by all of it together, where it was
+  // decided bit by bit. True, in place of `best`, if that is clearly more
+  // probable.
+  bool decide_anew(const Account& before, const Visit& visit, Account* best) {
+    Account anew = before;
+    Scans scans = scans_of(anew);
+    if (!track_anew(options_, visit.from, visit.to, &scans, &anew.graph)) return false;
+    while (anew.landmark_ids.size() < anew.graph.landmarks.size()) {
+      add_landmark((*next_id_)++, scans.first_update + visit.from + 1, &anew);
+    }
+    if (!take(scans, &anew) || !settle(visit, &anew)) return false;
+    if (!(evidence_of(anew) < evidence_of(*best) - kSureLogOdds)) return false;
+    *best = std::move(anew);
+    return true;
+  }
+
+  // Without a landmark that can be done without, unless all that was seen shows
+  // that it is there. What was tried in vain waits until these landmarks have
+  // been seen half as often again.
+  bool simplify(Account* account) const {
+    const Scans scans = scans_of(*account);
+    const std::vector<Dispensable> candidates =
+        find_dispensable(options_, statistics_.redundancy, account->graph, scans, kMostGrowth);
+    if (candidates.empty()) return false;
+    std::vector<int> seen(account->graph.landmarks.size(), 0);
+    for (const SightingFactor& sighting : scans.sightings) {
+      if (sighting.landmark >= 0) ++seen[static_cast<std::size_t>(sighting.landmark)];
+    }
+    int tried = 0;
+    for (const Dispensable& candidate : candidates) {
+      const std::size_t landmark = static_cast<std::size_t>(candidate.landmark);
+      const int sightings = seen[landmark] + seen[static_cast<std::size_t>(candidate.other)];
+      if (2 * sightings < 3 * account->needed[landmark]) continue;
+      if (do_without(candidate, account)) return true;
+      account->needed[landmark] = sightings;
+      if (++tried == kMostTried) break;
+    }
+    return false;
+  }
+
+  bool do_without(const Dispensable& landmark, Account* account) const {
+    Account other = *account;
+    const auto [older, newer] = std::minmax(landmark.landmark, landmark.other);
+    const Eigen::Vector2d place =
+        account->graph.landmarks[static_cast<std::size_t>(landmark.other)];
+    other.graph.landmarks[static_cast<std::size_t>(older)] = place;
+    bool is_solved = merge({{older, newer}}, options_.robust_width, &other) &&
+                     solve(options_.robust_width, &other);
+    for (int i = 0; i < kMostReassociations && is_solved; ++i) {
+      Scans scans = scans_of(other);
+      if (reassociate(options_, other.graph, &scans) == 0) break;
+      is_solved = take(scans, &other) && solve(options_.robust_width, &other);
+    }
+    if (!is_solved) return false;
+    const auto growth = [&](double redundancy) {
+      return evidence_of(other, redundancy) - evidence_of(*account, redundancy);
+    };
+    if (!(growth(statistics_.redundancy) < kSureLogOdds) || !(growth(1.0) < kMostAgainst)) {
+      return false;
+    }
+    *account = std::move(other);
+    return true;
+  }
+
+  const ReassociationOptions& options_;
+  const DriveTimes& times_;
+  std::int64_t* next_id_;
+  const Account& undecided_;
+  const SightingStatistics statistics_;
+};
+
+// The segment that follows what has been decided.
+std::size_t first_undecided(const DriveTimes& times, const SegmentGraph& graph) {
+  int update = 0;
+  std::size_t s = 0;
+  while (s < graph.segments.size() && update < times.decided) {
+    update += static_cast<int>(graph.segments[s++]->motions.size());
+  }
+  return s;
+}
+
+// The segment from which on what was seen since the last arrivals is decided
+// anew, and what was in view before it.
+std::size_t first_in_question(const DriveTimes& times, const SegmentGraph& graph, double decided,
+                              double now) {
+  std::vector<double> arrivals;
+  double last = -std::numeric_limits<double>::infinity();
+  for_each_sighting(graph, times.begins, [&](int, double time, const SightingFactor&, int) {
+    if (time - last > kBlindness && last > now - kLatestDecisions) arrivals.push_back(last);
+    last = time;
+  });
+  double since = decided;
+  if (!arrivals.empty()) {
+    since = std::min(since, arrivals[arrivals.size() - std::min(arrivals.size(), kMostArrivals)]);
+  }
+  const std::vector<double>& begins = times.begins;
+  const auto behind = std::upper_bound(begins.begin(), begins.end(), since - kPassageGap);
+  return behind == begins.begin() ? 0 : static_cast<std::size_t>(behind - begins.begin()) - 1;
+}
+
+// The part of an account that a local graph is about, and back.
+Account part_of(const Account& account, const LocalGraph& local) {
+  Account part;
+  part.graph = local.graph;
+  for (const int landmark : local.landmarks) {
+    const std::size_t l = static_cast<std::size_t>(landmark);
+    part.landmark_ids.push_back(account.landmark_ids[l]);
+    part.last_seen.push_back(account.last_seen[l]);
+    part.is_dormant.push_back(account.is_dormant[l]);
+    part.needed.push_back(account.needed[l]);
+  }
+  return part;
+}
+
+bool put_back(const Account& part, const LocalGraph& local, std::size_t from, double robust_width,
+              Account* account) {
+  SegmentGraph& graph = account->graph;
+  std::vector<int> landmarks = local.landmarks;
+  while (landmarks.size() < part.landmark_ids.size()) {
+    landmarks.push_back(static_cast<int>(graph.landmarks.size()));
+    graph.landmarks.emplace_back(0.0, 0.0);
+    add_landmark(-1, 0, account);
+  }
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const std::size_t l = static_cast<std::size_t>(landmarks[i]);
+    graph.landmarks[l] = part.graph.landmarks[i];
+    account->landmark_ids[l] = part.landmark_ids[i];
+    account->last_seen[l] = part.last_seen[i];
+    account->is_dormant[l] = part.is_dormant[i];
+    account->needed[l] = part.needed[i];
+  }
+  // What the segments before have seen may have become others.
+  std::vector<int> number(graph.landmarks.size());
+  for (std::size_t l = 0; l < number.size(); ++l) number[l] = static_cast<int>(l);
+  const std::vector<int>& before = local.graph.segments.front()->landmarks;
+  const std::vector<int>& after = part.graph.segments.front()->landmarks;
+  const auto in_drive = [&](int landmark) { return landmarks[static_cast<std::size_t>(landmark)]; };
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    number[static_cast<std::size_t>(in_drive(before[k]))] = in_drive(after[k]);
+  }
+  const std::size_t count = graph.segments.size();
+  for (std::size_t s = from; s < count; ++s) {
+    const std::size_t i = s - from + 1;
+    Segment segment = *part.graph.segments[i];
+    for (int& landmark : segment.landmarks) landmark = in_drive(landmark);
+    graph.segments[s] = std::make_shared<const Segment>(std::move(segment));
+    graph.motion_shares[s] = part.graph.motion_shares[i];
+    graph.bases[s + 1] = part.graph.bases[i + 1];
+  }
+  graph.bases[from] = part.graph.bases[1];
+  graph.constants = part.graph.constants;
+  return renumber(number, robust_width, &graph);
+}
+
+// Whether what came before has to move further than a Gaussian goes.
+bool has_bent(const SegmentGraph& part) {
+  const Eigen::VectorXd moved = difference(part, 0, *part.segments.front());
+  const Eigen::Index tracks = moved.size() - 3 - kSensorConstants;
+  return std::abs(moved[2]) > kMostTurned || moved.head<2>().norm() > kMostMoved ||
+         (tracks > 0 && moved.segment(3, tracks).lpNorm<Eigen::Infinity>() > kMostMoved);
+}
+
+bool decide_locally(const ReassociationOptions& options, const DriveTimes& times, std::size_t from,
+                    const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
+  const std::optional<LocalGraph> local = local_graph(account->graph, from);
+  if (!local) return false;
+  DriveTimes newest = times;
+  newest.begins.assign(times.begins.begin() + static_cast<std::ptrdiff_t>(from) - 1,
+                       times.begins.end());
+  for (std::size_t s = 0; s < from; ++s) {
+    newest.before += static_cast<int>(account->graph.segments[s]->motions.size());
+  }
+  const Account undecided = part_of(*account, *local);
+  Account part = undecided;
+  const bool is_decided =
+      Accounts(options, newest, next_id, statistics, undecided).decide(false, &part);
+  if (!is_decided) return false;
+  Account whole = *account;
+  if (!put_back(part, *local, from, options.robust_width, &whole) ||
+      !solve(options.robust_width, &whole)) {
+    return false;
+  }
+  if (has_bent(part.graph)) {
+    Account before = *account;
+    const auto evidence = [&](const Account& of) {
+      return association_evidence(options, statistics, of.solution.cost,
+                                  of.solution.log_determinant, of.graph);
+    };
+    if (solve(options.robust_width, &before) && evidence(before) < evidence(whole)) return false;
+  }
+  *account = std::move(whole);
+  return true;
+}
+
+}  // namespace
+
+bool decide_associations(const ReassociationOptions& options, const DriveTimes& times,
+                         std::int64_t* next_id, Account* account) {
+  const double width = options.robust_width;
+  if (!forget_seldom_seen(width, account) || !condense_under_noise(width, &account->graph)) {
+    return false;
+  }
+  const SightingStatistics statistics = statistics_of(account->graph, times.begins);
+  const Account undecided = *account;
+  const auto all = [&](const Account& before) {
+    return Accounts(options, times, next_id, statistics, before);
+  };
+  const std::size_t first = first_undecided(times, account->graph);
+  const double decided = first < times.begins.size() ? times.begins[first] : 0.0;
+  const double now = times.begins.back() + account->graph.segments.back()->duration();
+  const std::size_t from = first_in_question(times, account->graph, decided, now);
+  const bool is_large = from > 0 && account->graph.landmarks.size() >= kLargeMap;
+  const bool is_turn = std::floor(now / kScopeSpacing) > std::floor(decided / kScopeSpacing);
+  bool is_decided = is_large && decide_locally(options, times, from, statistics, next_id, account);
+  if (!is_decided) {
+    is_decided = all(undecided).decide(!is_large, account);
+  }
+  if (is_decided && is_large && is_turn) {
+    const Account before = *account;
+    is_decided = all(before).reconsider(account);
+  }
+  if (is_decided && close_ranks(width, account)) return true;
+  *account = undecided;
+  return false;
+}
+
+}  // namespace pf_resampling

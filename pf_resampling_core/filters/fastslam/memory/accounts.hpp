@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "pf_resampling_core/filters/fastslam/memory/reassociation.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
+
+namespace pf_resampling {
+
+/// Of what all sightings of a drive are, where landmarks have no ids, and the solution under that.
+struct Account {
+  SegmentGraph graph;
+  std::vector<std::int64_t> landmark_ids;  ///< of each landmark; -1: it is none any more
+  std::vector<int> last_seen;              ///< update in which each was seen last
+  /// Of landmarks that the particles have given up, but that may be others seen elsewhere, of which
+  /// the odometry is too uncertain to tell.
+  std::vector<bool> is_dormant;
+  /// How often each landmark had been seen, and the other that it may be, when it turned out that
+  /// the map cannot do without it; 0: that was not tried.
+  std::vector<int> needed;
+  SegmentSolution solution;
+  std::shared_ptr<const SegmentEquations> equations;  ///< factorised at the solution
+};
+
+/// When things were seen.
+struct DriveTimes {
+  std::vector<double> begins;  ///< of the segments, s since the start
+  int before = 0;              ///< updates before these segments
+  int updates = 0;
+  int decided = 0;  ///< updates whose sightings have been decided before
+};
+
+/// Solves, and decides what was seen: what came back into view since the last time counts as
+/// another landmark, with an id from `next_id` on, until it is clear that it is not; landmarks that
+/// are one become one, under the number of the older; and sightings may change their landmarks, as
+/// long as that makes all of it more likely. What is new and what was seen since arrivals are
+/// decided anew, and landmarks that can be done without go. All this is tried on the newest minute,
+/// with a Gaussian of what the rest of the drive says; every 20 s the newest 1000 updates are
+/// looked at likewise, and one visit of them is decided anew, in its turn. False, with the account
+/// as it was, if there is no solution.
+bool decide_associations(const ReassociationOptions& options, const DriveTimes& times,
+                         std::int64_t* next_id, Account* account);
+
+}  // namespace pf_resampling

@@ -1,0 +1,135 @@
+#include "pf_resampling_core/filters/fastslam/memory/local_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kUnbounded = 1e9;  // standard deviation of constants that a segment knows
+// Landmarks that were not seen, the nearest: they may be those that were.
+constexpr std::size_t kMostOthers = 60;
+
+std::vector<bool> seen_in(const SegmentGraph& graph, std::size_t from, std::size_t to) {
+  std::vector<bool> are_seen(graph.landmarks.size(), false);
+  for (std::size_t s = from; s < to; ++s) {
+    for (const int landmark : graph.segments[s]->landmarks) {
+      are_seen[static_cast<std::size_t>(landmark)] = true;
+    }
+  }
+  return are_seen;
+}
+
+SegmentGraph first_segments(const SegmentGraph& graph, std::size_t count) {
+  SegmentGraph first = graph;
+  first.segments.resize(count);
+  first.bases.resize(count + 1);
+  first.motion_shares.resize(count);
+  return first;
+}
+
+}  // namespace
+
+std::optional<LocalGraph> local_graph(const SegmentGraph& graph, std::size_t from) {
+  const std::size_t count = graph.segments.size();
+  const SegmentGraph before = first_segments(graph, from);
+  SegmentEquations equations(before);
+  equations.linearize(before);
+  if (!equations.factorize(0.0)) return std::nullopt;
+
+  const std::vector<bool> known = seen_in(graph, 0, from);
+  const std::vector<bool> seen = seen_in(graph, from, count);
+  LocalGraph local;
+  std::vector<std::pair<double, int>> others;  // by the squared distance to what was seen
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    if (seen[l]) local.landmarks.push_back(static_cast<int>(l));
+    if (seen[l] || !known[l]) continue;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t other = 0; other < seen.size(); ++other) {
+      if (!seen[other]) continue;
+      nearest = std::min(nearest, (graph.landmarks[l] - graph.landmarks[other]).squaredNorm());
+    }
+    others.emplace_back(nearest, static_cast<int>(l));
+  }
+  std::sort(others.begin(), others.end());
+  others.resize(std::min(others.size(), kMostOthers));
+  for (const auto& [distance, landmark] : others) local.landmarks.push_back(landmark);
+  std::sort(local.landmarks.begin(), local.landmarks.end());
+
+  const Pose2& base = graph.bases[from];
+  std::vector<int> unknowns;
+  for (int i = 0; i < 3; ++i) unknowns.push_back(equations.base_at(from) + i);
+  Segment given;
+  given.poses = {base};
+  given.constants = graph.constants;
+  given.noise = graph.noise;
+  for (std::size_t i = 0; i < local.landmarks.size(); ++i) {
+    const std::size_t l = static_cast<std::size_t>(local.landmarks[i]);
+    if (!known[l]) continue;
+    given.landmarks.push_back(static_cast<int>(i));
+    given.tracks.push_back(graph.landmarks[l]);
+    unknowns.push_back(equations.landmark_at(l));
+    unknowns.push_back(equations.landmark_at(l) + 1);
+  }
+  for (int k = 0; k < kSensorConstants; ++k) unknowns.push_back(equations.constants_at() + k);
+  const Eigen::Index size = given.size();
+  Eigen::MatrixXd units = Eigen::MatrixXd::Zero(equations.size(), size);
+  for (Eigen::Index i = 0; i < size; ++i) units(unknowns[static_cast<std::size_t>(i)], i) = 1.0;
+  const Eigen::MatrixXd columns = equations.solve(units);
+  const Eigen::VectorXd step = equations.step();
+  Eigen::MatrixXd covariance(size, size);
+  Eigen::VectorXd moved(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    covariance.row(i) = columns.row(unknowns[static_cast<std::size_t>(i)]);
+    moved[i] = step[unknowns[static_cast<std::size_t>(i)]];
+  }
+  const Eigen::LLT<Eigen::MatrixXd> root(0.5 * (covariance + covariance.transpose()));
+  if (root.info() != Eigen::Success) return std::nullopt;
+  given.information[DataKind::given] = root.solve(Eigen::MatrixXd::Identity(size, size));
+  given.gradient[DataKind::given] = -(given.information[DataKind::given] * moved);
+  given.between.resize(0, size);
+  if (!given.information[DataKind::given].allFinite() ||
+      !given.gradient[DataKind::given].allFinite()) {
+    return std::nullopt;
+  }
+
+  std::vector<int> tracked;
+  for (const int landmark : given.landmarks) {
+    tracked.push_back(local.landmarks[static_cast<std::size_t>(landmark)]);
+  }
+  const Together together = seen_together(before, tracked);
+  for (int a = 0; a < together.rows(); ++a) {
+    for (int b = 0; b < a; ++b) {
+      if (together(a, b)) given.beside.emplace_back(a, b);
+    }
+  }
+
+  SegmentGraph& part = local.graph;
+  part.segments.push_back(std::make_shared<const Segment>(std::move(given)));
+  part.motion_shares.push_back(1.0);
+  part.bases = {Pose2{}, base};
+  std::vector<int> number(graph.landmarks.size(), -1);
+  for (std::size_t i = 0; i < local.landmarks.size(); ++i) {
+    const std::size_t l = static_cast<std::size_t>(local.landmarks[i]);
+    number[l] = static_cast<int>(i);
+    part.landmarks.push_back(graph.landmarks[l]);
+  }
+  for (std::size_t s = from; s < count; ++s) {
+    Segment segment = *graph.segments[s];
+    for (int& landmark : segment.landmarks) landmark = number[static_cast<std::size_t>(landmark)];
+    part.segments.push_back(std::make_shared<const Segment>(std::move(segment)));
+    part.motion_shares.push_back(graph.motion_shares[s]);
+    part.bases.push_back(graph.bases[s + 1]);
+  }
+  part.constants = graph.constants;
+  part.constants_sigma.setConstant(kUnbounded);
+  part.noise = graph.noise;
+  return local;
+}
+
+}  // namespace pf_resampling
