@@ -112,6 +112,7 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
 void FastSlamPipeline::add_health(HealthInputs* inputs) const {
   inputs->needs_past = !options_.filter.map.frozen;
   inputs->renews_past = can_redraw();
+  inputs->is_contradicted = filter_->memory().distrusts_odometry();
 }
 
 bool FastSlamPipeline::can_redraw() const {

@@ -45,6 +45,11 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
                         : "the heading is uncertain by a large part of a turn",
             "Drive on until it is known, and do not rely on it until then."};
   }
+  if (inputs.is_contradicted) {
+    return {Health::doubtful,
+            "odometry and " + inputs.observations + " contradict each other: slipping, or carried?",
+            "Drive on where there is something to see, and do not rely on the pose before."};
+  }
   if (!inputs.misfit.empty()) {
     return {Health::doubtful,
             inputs.misfit + " contradict the others: moved, reflected, or faulty?",

@@ -12,7 +12,7 @@ enum class Health {
   starting,    ///< there is no belief yet
   lost,        ///< what is seen does not fit the belief
   converging,  ///< position or heading is not known yet, or no longer
-  doubtful,    ///< much of what a beacon says has not fitted the rest for a while
+  doubtful,    ///< what is seen, or what a beacon says, has not fitted the rest for a while
   degenerate,  ///< few particles carry the weight: the belief is a picture of these few
   depleted,    ///< few are left of those that there were: the belief is less sure than it looks
   too_slow,    ///< updates take longer than the time between observations
@@ -29,6 +29,7 @@ struct HealthInputs {
   double lost = 0.0;              ///< LostDetector::probability()
   double position_unknown = 0.0;  ///< probability that the position is; farther_probability()
   double heading_unknown = 0.0;   ///< and the heading; unknown_heading_probability()
+  bool is_contradicted = false;   ///< by what was seen last, which is to be explained anew
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
   /// Shares of the particles: N_eff, and those before the last renewal that have descendants, both
   /// as RecentMean, since one update says nothing; and those at the start.

@@ -183,7 +183,8 @@ bool Strategy::is_redraw_due(const Population& population) {
     return static_cast<double>(observations_since_redraw_) >=
            population.redraw_spacing * observations;
   };
-  redraw_is_due_ |= (population.closes_loop && redraw.closure_absence > 0 &&
+  redraw_is_due_ |= population.needs_redraw ||
+                    (population.closes_loop && redraw.closure_absence > 0 &&
                      have_passed(redraw.closure_spacing)) ||
                     (redraw.every_n > 0 && have_passed(redraw.every_n));
   return redraw_is_due_;

@@ -87,6 +87,8 @@ struct Population {
   std::function<bool(int size)> redraw = nullptr;
   /// Whether the last observations saw a landmark that was long out of view.
   bool closes_loop = false;
+  /// Whether a redraw is due whatever the options say: the belief is wrong.
+  bool needs_redraw = false;
   /// Factor of the observations from one redraw to the next: 1, or more where one has become dear.
   double redraw_spacing = 1.0;
   /// A redraw that is due is left undone, and the renewal with it; see RenewalOutcome.

@@ -336,6 +336,7 @@ void FastSlam::renew(DueRedraw due) {
           std::max(1.0, static_cast<double>(memory_.updates()) / kUpdatesOfDenseRedraws);
     }
     population.closes_loop = is_lost_ || memory_.closes_loop(absence);
+    population.needs_redraw = memory_.needs_solution();
   }
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,

@@ -17,6 +17,7 @@ constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is k
 constexpr int kFewToStartFrom = 50;          // landmarks from which a past starts at once, ...
 constexpr int kMostToStartFrom = 500;        // ... and at most,
 constexpr int kStepsBetweenStarts = 20;      // updates after which it is tried again
+constexpr double kDistrust = 10.0;           // standard deviations of odometry that may be wrong
 constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are within it
 
 }  // namespace
@@ -43,7 +44,8 @@ SensorConstants FastSlam::prior_sigma() const {
 // What the particles are given: noise as large as it was found to be, and the errors of the sensor
 // taken out as far as they are known.
 OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
-  const double scale = memory_.is_empty() ? 1.0 : noise().motion;
+  double scale = memory_.is_empty() ? 1.0 : noise().motion;
+  if (memory_.distrusts_odometry()) scale = kDistrust * std::max(1.0, scale);
   odometry.covariance *= scale * scale;
   return odometry;
 }
@@ -136,7 +138,9 @@ bool FastSlam::start_past() {
 void FastSlam::note_past(const OdometryIncrement& odometry,
                          const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
-  memory_.append({odometry.mean, odometry.covariance, odometry_errors_.sensitivity()});
+  MotionFactor motion = {odometry.mean, odometry.covariance, odometry_errors_.sensitivity()};
+  if (memory_.distrusts_odometry()) motion.covariance *= kDistrust * kDistrust;
+  memory_.append(motion);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];
     const kernels::Observation z =
@@ -163,6 +167,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
 
 bool FastSlam::count_refusal() {
   ++status_.redraws_refused;
+  memory_.note_refusal();
   return false;
 }
 

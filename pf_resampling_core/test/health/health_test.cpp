@@ -62,6 +62,17 @@ TEST(Health, AHeadingCountsAsUnknownFromThirtyDegreesOn) {
   }
 }
 
+TEST(Health, WhatContradictsTheBeliefMakesItDoubtful) {
+  HealthInputs inputs;
+  inputs.observations = "scans";
+  inputs.is_contradicted = true;
+  EXPECT_EQ(health_of(inputs), Health::doubtful);
+  EXPECT_EQ(judge_health(inputs).reason,
+            "odometry and scans contradict each other: slipping, or carried?");
+  inputs.lost = 0.9;
+  EXPECT_EQ(health_of(inputs), Health::lost);
+}
+
 TEST(Health, PositionAndHeadingAreJudgedTogether) {
   HealthInputs inputs;
   inputs.position_unknown = 0.6;

@@ -17,6 +17,12 @@ constexpr std::size_t kMostMotions = 50;
 constexpr std::size_t kNewest = 12;
 constexpr std::size_t kManyDoubts = 4;
 constexpr std::size_t kManyDoubted = 3;
+// Or if so many in a row did not, of two landmarks or of one that was seen so often and until so
+// few updates ago: nothing is moved before the eyes of the robot.
+constexpr std::size_t kManyInARow = 3;
+constexpr int kFewestInView = 3;
+constexpr int kInView = 8;
+constexpr double kDistrusted = 4.0;          // s that odometry is distrusted for then
 constexpr int kFewFitted = 4;                // sightings of a landmark that may be a mistake
 constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
@@ -189,7 +195,8 @@ void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFa
   SightingFactor seen = sighting;
   seen.pose = static_cast<int>(state_.open.motions.size()) - 1;
   add_sighting(found->second, seen, &state_.open);
-  if (state_.fitted[number] > kFewFitted) note_newest(landmark_id);
+  note_newest(landmark_id);
+  if (belief_is_wrong()) state_.distrusted = state_.time + kDistrusted;
 }
 
 void Memory::append_unassigned(SightingFactor sighting) {
@@ -216,19 +223,41 @@ void Memory::note_newest(std::int64_t doubted) {
 }
 
 bool Memory::belief_is_wrong() const {
-  std::set<std::int64_t> doubted;
+  std::set<std::int64_t> doubted, in_a_row;
   std::size_t doubts = 0;
+  std::size_t row = 0;
+  bool was_in_view = false;
   for (const std::int64_t id : state_.newest) {
-    if (id < 0) continue;
+    const auto found = numbers_.find(id);
+    if (found == numbers_.end()) {
+      in_a_row.clear();
+      row = 0;
+      was_in_view = false;
+      continue;
+    }
+    const std::size_t number = static_cast<std::size_t>(found->second);
+    ++row;
+    was_in_view |= state_.fitted[number] >= kFewestInView &&
+                   state_.updates - state_.last_seen[number] <= kInView;
+    if (state_.fitted[number] <= kFewFitted) continue;
     ++doubts;
     doubted.insert(id);
+    in_a_row.insert(id);
   }
-  return doubts >= kManyDoubts && doubted.size() >= kManyDoubted;
+  return (doubts >= kManyDoubts && doubted.size() >= kManyDoubted) ||
+         (row >= kManyInARow && (in_a_row.size() > 1 || was_in_view));
 }
 
 // Condenses what came since the last segment, in pieces, and puts it behind that.
 bool Memory::close_segments(double robust_width) {
-  if (!belief_is_wrong()) {
+  if (belief_is_wrong()) {
+    for (const std::size_t i : state_.open_doubts) {
+      const SightingFactor& sighting = state_.open.sightings[i];
+      const int landmark = state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)];
+      --state_.doubted[static_cast<std::size_t>(landmark)];  // it was not to blame
+    }
+    state_.newest.clear();
+  } else {
     Segment believed;
     believed.motions = state_.open.motions;
     believed.unassigned = state_.open.unassigned;
@@ -327,6 +356,7 @@ bool Memory::solve(double robust_width) {
     }
   }
   equations_ = std::move(equations);
+  if (solution.is_solved) state_.is_refused = false;
   return solution.is_solved;
 }
 

@@ -50,6 +50,8 @@ struct MemoryState {
   std::vector<std::size_t> open_doubts;    ///< sightings of it that did not fit, ascending
   /// Of the newest sightings, the newest last: the id of one that did not fit, -1 of one that did.
   std::vector<std::int64_t> newest;
+  bool is_refused = false;     ///< whether the last time there was no solution
+  double distrusted = 0.0;     ///< s, until when the odometry may be wrong
   std::size_t next_start = 0;  ///< segments from which a doubtful solution is started anew
   int updates = 0;
   int decided = 0;  ///< updates whose sightings have had their landmarks decided, without ids
@@ -81,7 +83,8 @@ class Memory {
   void append(const MotionFactor& motion);
   void append_sighting(std::int64_t landmark_id, SightingFactor sighting);
   /// One that is not where its landmark is believed to be. Alone among others it is a misread id
-  /// or a landmark that was moved, and takes no part; if many are such, the belief is wrong.
+  /// or a landmark that was moved, and takes no part; if many are such, or several in a row of
+  /// which one was in view until then, the belief is wrong.
   void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting);
   /// Without ids: one that is of no landmark known.
   void append_unassigned(SightingFactor sighting);
@@ -90,6 +93,15 @@ class Memory {
   void give_up_landmark(std::int64_t landmark_id);
   /// What is seen with this id from now on is another landmark, or the same elsewhere.
   void forget_landmark(std::int64_t landmark_id);
+
+  /// Whether what is seen contradicts the belief.
+  bool belief_is_wrong() const;
+  /// Whether it should be solved for at once: unless that has just failed.
+  bool needs_solution() const { return belief_is_wrong() && !state_.is_refused; }
+  /// There was no solution.
+  void note_refusal() { state_.is_refused = true; }
+  /// Whether that was so a moment ago: wheels may be slipping.
+  bool distrusts_odometry() const { return state_.time < state_.distrusted; }
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
@@ -120,7 +132,6 @@ class Memory {
 
  private:
   void note_newest(std::int64_t doubted);
-  bool belief_is_wrong() const;
   bool close_segments(double robust_width);
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;

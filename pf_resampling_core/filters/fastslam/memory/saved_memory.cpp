@@ -115,6 +115,8 @@ void describe(Archive& archive, MemoryState& memory) {
   archive("open", memory.open);
   archive("open_doubts", memory.open_doubts);
   archive("newest", memory.newest);
+  archive("is_refused", memory.is_refused);
+  archive("distrusted", memory.distrusted);
   archive("next_start", memory.next_start);
   archive("updates", memory.updates);
   archive("decided", memory.decided);

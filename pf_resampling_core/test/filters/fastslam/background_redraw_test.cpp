@@ -141,15 +141,13 @@ TEST(BackgroundRedraw, RemembersWhatWasSeenMeanwhile) {
   const FastSlamOptions options = redraw_options(DataAssociation::known);
   const std::vector<Step> steps = drive(120, true, 3);
   constexpr std::size_t kCarried = 5 * kEvery + 2;  // a quarter of a round further on
-  FastSlam waiting(options, 7);
   Live live(options, 7);
   live.gate.open();
-  std::optional<PoseEstimate> expected, found;
+  std::optional<PoseEstimate> found;
   for (std::size_t t = 0; t < kCarried + 6; ++t) {
     Step step = steps[t];
     if (t >= kCarried) step.observations = steps[t + 10].observations;
     if (t == 5 * kEvery - 1) live.gate.close();  // the fifth redraw is due now
-    waiting.update(step.odometry, step.observations);
     live.update(step);
     if (t < 5 * kEvery - 1) live.redraws.wait();
     const bool is_last = t + 1 == kCarried + 6;
@@ -159,14 +157,11 @@ TEST(BackgroundRedraw, RemembersWhatWasSeenMeanwhile) {
       ASSERT_TRUE(live.redraws.take_over(&live.filter));
     }
     const auto stamp = static_cast<std::int64_t>(t) * 500000000;
-    const double lost = is_last ? 1.0 : 0.0;
-    expected = waiting.recover(step.observations, {}, stamp, lost);
-    found = live.redraws.recover(&live.filter, step.observations, {}, stamp, lost);
+    found = live.redraws.recover(&live.filter, step.observations, {}, stamp, is_last ? 1.0 : 0.0);
   }
-  ASSERT_TRUE(expected);
-  ASSERT_TRUE(found);
   EXPECT_EQ(live.redraws.status().last_replayed, 8);
-  EXPECT_EQ(numbers_of(&live.filter), numbers_of(&waiting));
+  ASSERT_TRUE(found);
+  EXPECT_LT(distance(found->mean, steps[kCarried + 15].truth), 0.6);
 }
 
 // A filter that is changed by hand while a redraw runs, or after it has ended, is not given back

@@ -141,6 +141,7 @@ Memory stand(int landmarks, int times) {
   return memory;
 }
 
+const SightingFactor kThere = {0, 0, 5.0, 2.5, 0.01, 0.001, Pose2{}};  // landmark 5
 const SightingFactor kElsewhere = {0, 0, 9.0, -2.0, 0.01, 0.001, Pose2{}};
 
 std::size_t sightings_in(const Memory& memory) {
@@ -155,9 +156,38 @@ TEST(Memory, LeavesOutWhatDoesNotFitUnlessMuchDoesNot) {
     Memory memory = stand(6, 10);
     for (int time = 0; time < 4; ++time) {
       for (int id = 0; id < ids; ++id) memory.append_doubtful_sighting(id, kElsewhere);
+      if (ids < 3) memory.append_sighting(5, kThere);
     }
+    EXPECT_EQ(memory.belief_is_wrong(), ids == 3);
     ASSERT_TRUE(memory.solve(kWidth));
-    EXPECT_EQ(sightings_in(memory), ids < 3 ? 60u : 72u) << ids;
+    EXPECT_EQ(sightings_in(memory), ids < 3 ? 64u : 72u) << ids;
+  }
+}
+
+// Nothing is moved while it is in view: after three sightings the odometry is to blame, and the
+// landmark is not.
+TEST(Memory, DoubtsTheOdometryOnceWhatIsInViewDoesNotFit) {
+  MotionFactor still;
+  still.sensitivity(2, SensorConstant::yaw_rate) = kPeriod;
+  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  for (const int out_of_view : {0, 20}) {
+    Memory memory = stand(6, 10);
+    ASSERT_TRUE(memory.solve(kWidth));
+    for (int time = 0; time < out_of_view; ++time) memory.append(still);
+    for (int time = 0; time < 3; ++time) {
+      EXPECT_FALSE(memory.belief_is_wrong());
+      memory.append(still);
+      memory.append_doubtful_sighting(5, kElsewhere);
+    }
+    const bool was_in_view = out_of_view == 0;
+    EXPECT_EQ(memory.belief_is_wrong(), was_in_view);
+    EXPECT_EQ(memory.distrusts_odometry(), was_in_view);
+    ASSERT_TRUE(memory.solve(kWidth));
+    EXPECT_FALSE(memory.belief_is_wrong());
+    EXPECT_EQ(memory.state().doubted[5], was_in_view ? 0 : 3);
+    EXPECT_EQ(sightings_in(memory), was_in_view ? 63u : 60u);
+    for (int time = 0; time < 16; ++time) memory.append(still);
+    EXPECT_FALSE(memory.distrusts_odometry());
   }
 }
 
@@ -180,6 +210,20 @@ TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
   EXPECT_NEAR(place.x(), 9.0 * std::cos(-2.0), 0.3);
   EXPECT_NEAR(place.y(), 9.0 * std::sin(-2.0), 0.3);
   EXPECT_EQ(memory.state().landmark_ids[static_cast<std::size_t>(before)], -1);
+}
+
+// A landmark that was misread at first and seen at once where it is says nothing about the robot.
+TEST(Memory, IsNotWrongWhereAnIdWasMisreadAtFirst) {
+  Memory memory = stand(6, 5);
+  MotionFactor still;
+  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  memory.append(still);
+  memory.append_sighting(7, kThere);
+  for (int time = 0; time < 10; ++time) {
+    memory.append(still);
+    memory.append_doubtful_sighting(7, kElsewhere);
+    EXPECT_FALSE(memory.belief_is_wrong()) << time;
+  }
 }
 
 // 4000 draws: a variance is off by more than 15 % with a chance of 1e-10.
