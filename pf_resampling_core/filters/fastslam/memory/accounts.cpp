@@ -218,6 +218,11 @@ class Accounts {
     return std::max(0, times_.decided - scans.first_update);
   }
 
+  // Whether the drive is too large for everything to be compared with everything.
+  bool is_part_of_large(const Account& account) const {
+    return times_.before > 0 || account.graph.landmarks.size() >= kLargeMap;
+  }
+
   double evidence_of(const Account& account, double redundancy) const {
     SightingStatistics statistics = statistics_;
     statistics.redundancy = redundancy;
@@ -303,7 +308,8 @@ class Accounts {
     std::vector<int> seen;
     for (const SightingFactor& sighting : scans.sightings) {
       const bool is_asked = sighting.pose >= in_question.from && sighting.pose < in_question.to;
-      if (is_asked && sighting.landmark >= 0) seen.push_back(sighting.landmark);
+      if ((is_asked || !is_part_of_large(*account)) && sighting.landmark >= 0)
+        seen.push_back(sighting.landmark);
     }
     std::sort(seen.begin(), seen.end());
     seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
@@ -405,14 +411,18 @@ class Accounts {
     return true;
   }
 
-  // Without a landmark that can be done without, unless all that was seen shows
-  // that it is there. What was tried in vain waits until these landmarks have
-  // been seen half as often again.
+  // Without a landmark that can be done without, unless all that was seen shows that it is there:
+  // the likeliest, and one of the others in turn. Of a large map, what was tried in vain waits
+  // until these landmarks have been seen half as often again.
   bool simplify(Account* account) const {
     const Scans scans = scans_of(*account);
-    const std::vector<Dispensable> candidates =
+    std::vector<Dispensable> candidates =
         find_dispensable(options_, statistics_.redundancy, account->graph, scans, kMostGrowth);
-    if (candidates.empty()) return false;
+    const bool is_large = is_part_of_large(*account);
+    if (!is_large && candidates.size() > 2) {
+      const std::size_t turn = static_cast<std::size_t>(times_.updates) % (candidates.size() - 1);
+      std::swap(candidates[1], candidates[1 + turn]);
+    }
     std::vector<int> seen(account->graph.landmarks.size(), 0);
     for (const SightingFactor& sighting : scans.sightings) {
       if (sighting.landmark >= 0) ++seen[static_cast<std::size_t>(sighting.landmark)];
@@ -421,7 +431,7 @@ class Accounts {
     for (const Dispensable& candidate : candidates) {
       const std::size_t landmark = static_cast<std::size_t>(candidate.landmark);
       const int sightings = seen[landmark] + seen[static_cast<std::size_t>(candidate.other)];
-      if (2 * sightings < 3 * account->needed[landmark]) continue;
+      if (is_large && 2 * sightings < 3 * account->needed[landmark]) continue;
       if (do_without(candidate, account)) return true;
       account->needed[landmark] = sightings;
       if (++tried == kMostTried) break;
