@@ -64,6 +64,10 @@ std::optional<RangeUnit> unit_of_ranges(
   const auto best =
       static_cast<std::size_t>(std::min_element(misfits.begin(), misfits.end()) - misfits.begin());
   if (share(0) < kDoesNotFit || share(best) > kFits) return std::nullopt;
+  // Ranges that are all alike, of a robot that stands, fit each unit that makes them long enough.
+  for (std::size_t k = 0; k < kUnits.size(); ++k) {
+    if (k != best && share(k) <= kFits) return std::nullopt;
+  }
   return kUnits[best].words;
 }
 
