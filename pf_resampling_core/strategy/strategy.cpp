@@ -24,12 +24,6 @@ const EnumNames<Renewal>& names_of(Renewal) {
   return names;
 }
 
-const std::vector<Renewal>& renewals_without_redraw() {
-  static const std::vector<Renewal> renewals = {Renewal::none, Renewal::resampling,
-                                                Renewal::compensation};
-  return renewals;
-}
-
 void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewals,
                     ParameterList* parameters) {
   parameters->push_back(

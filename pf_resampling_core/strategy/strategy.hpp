@@ -57,9 +57,6 @@ struct StrategyOptions {
   ExcitationOptions excitation;
 };
 
-/// What a filter can do that cannot redraw.
-const std::vector<Renewal>& renewals_without_redraw();
-
 /// The parameters population/... and excitation/..., bound to `options`, which must outlive the
 /// list. `renewals`: what the filter can do; the parameters of a redraw are there if that is one.
 void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewals,
