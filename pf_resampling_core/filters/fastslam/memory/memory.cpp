@@ -12,6 +12,7 @@ namespace {
 
 // Updates of a segment, whose poses are solved for together.
 constexpr std::size_t kMostMotions = 50;
+constexpr int kMostUndecided = 500;  // updates without a solution, without ids
 // The belief is wrong if of so many sightings so many did not fit (with one id in a hundred
 // misread, by chance once in 10⁵ times), of several landmarks: one or two may have been moved.
 constexpr std::size_t kNewest = 12;
@@ -361,6 +362,13 @@ bool Memory::solve(double robust_width) {
 }
 
 bool Memory::solve(const ReassociationOptions& options, std::int64_t* next_id) {
+  const bool is_decided = decide(options, next_id);
+  // What could not be solved for so long will not be: it begins anew with the population.
+  if (!is_decided && state_.updates - state_.decided > kMostUndecided) forget_drive();
+  return is_decided;
+}
+
+bool Memory::decide(const ReassociationOptions& options, std::int64_t* next_id) {
   equations_.reset();
   if (!close_segments(options.robust_width) || state_.graph.segments.empty()) return false;
   Account account;

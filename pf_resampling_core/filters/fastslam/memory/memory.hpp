@@ -135,6 +135,7 @@ class Memory {
   bool close_segments(double robust_width);
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;
+  bool decide(const ReassociationOptions& options, std::int64_t* next_id);
   void take(Account account);
 
   MemoryState state_;

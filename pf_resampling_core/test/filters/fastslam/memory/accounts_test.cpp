@@ -271,6 +271,20 @@ TEST(Accounts, KeepsLandmarksThatWereSeenOften) {
   EXPECT_FALSE(drive.past.state().is_dormant[static_cast<std::size_t>(drive.past.number_of(4))]);
 }
 
+// A driver gone mad: no cost is finite. The memory begins anew, not for ever in vain.
+TEST(Accounts, WhatCannotBeSolvedForLongIsForgotten) {
+  Drive drive;
+  drive.see_all(6);
+  ASSERT_TRUE(drive.solve());
+  drive.past.append(motion({1e200, 0.0, 0.0}, 1.0));
+  drive.see_all(400);
+  EXPECT_FALSE(drive.solve());
+  EXPECT_FALSE(drive.past.is_empty());
+  drive.see_all(150);
+  EXPECT_FALSE(drive.solve());
+  EXPECT_TRUE(drive.past.is_empty());
+}
+
 TEST(Accounts, ForgetsWhatWasSeenSeldom) {
   Drive drive;
   drive.see_all(4);
