@@ -104,15 +104,6 @@ class StudyDocuments(unittest.TestCase):
             self.assertEqual(DATA[name]['command'], f'research/make_data {name}')
             self.assertTrue(DATA[name]['made_by'])
 
-    def test_pictures_are_drawn(self):
-        try:
-            import pictures
-        except SystemExit as missing:
-            self.skipTest(str(missing))
-        with tempfile.TemporaryDirectory() as folder:
-            pictures.draw_all(DATA, pathlib.Path(folder))
-            self.assertEqual((pathlib.Path(folder) / 'smoothing_scaling.png').read_bytes()[1:4], b'PNG')
-
 
 if __name__ == '__main__':
     rosunit.unitrun('pf_resampling', 'study_documents', StudyDocuments)

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
+#include "pf_resampling_core/benchmark/measure.hpp"
 #include "pf_resampling_core/benchmark/peers.hpp"
-#include "pf_resampling_core/benchmark/report.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
 /// One full step of range-beacon localization: motion with noise, likelihood of six ranges,
@@ -246,5 +246,5 @@ int main(int argc, char** argv) {
     measure_filter("MRPT", particles, std::make_shared<Mrpt>(particles, drive), drive);
 #endif
   }
-  return run_and_report(argc, argv, "Range-beacon localization");
+  return pf_resampling::run_all(argc, argv);
 }

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "pf_resampling_core/benchmark/report.hpp"
+#include "pf_resampling_core/benchmark/measure.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 
@@ -143,12 +143,5 @@ int main(int argc, char** argv) {
       }
     }
   }
-  TableUnit unit;
-  unit.text =
-      "us of processor time per update with 8 landmarks seen, 100 particles; columns: "
-      "landmarks in the map";
-  unit.per_particle = false;
-  unit.nanoseconds = 1000.0;
-  unit.with_growth = true;
-  return run_and_report(argc, argv, "FastSLAM", unit);
+  return pf_resampling::run_all(argc, argv);
 }

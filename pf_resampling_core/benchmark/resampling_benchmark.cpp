@@ -3,8 +3,8 @@
 #include <random>
 #include <vector>
 
+#include "pf_resampling_core/benchmark/measure.hpp"
 #include "pf_resampling_core/benchmark/peers.hpp"
-#include "pf_resampling_core/benchmark/report.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 #include "pf_resampling_core/strategy/resampling.hpp"
 
@@ -192,5 +192,5 @@ void measure_all(int particles) {
 
 int main(int argc, char** argv) {
   for (const int particles : {1000, 10000, 1000000}) pf_resampling::measure_all(particles);
-  return pf_resampling::run_and_report(argc, argv, "Resampling");
+  return pf_resampling::run_all(argc, argv);
 }

@@ -161,24 +161,23 @@ void NormalEquations::add(int row, int column, const Block& block) {
   }
 }
 
-void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width,
-                                const std::vector<int>& left_out) {
+void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width) {
   for (Segment& segment : segments_) {
     segment.own.setZero();
     segment.coupling.setZero();
   }
   of_rest_.setZero();
   gradient_.setZero();
-  landmarks_given_path_.assign(graph.landmarks.size(),
-                               kLandmarkInformation * Eigen::Matrix2d::Identity());
-  odometry_given_path_.setZero();
   // Finding a block's place may take longer than computing it, so blocks are summed up before.
   using ByConstants = Eigen::Matrix<double, 3, kSensorConstants>;
   std::vector<Eigen::Matrix3d> of_poses(graph.poses.size(), Eigen::Matrix3d::Zero());
   std::vector<ByConstants> of_poses_and_constants(graph.poses.size(), ByConstants::Zero());
+  std::vector<Eigen::Matrix2d> of_landmarks(graph.landmarks.size(),
+                                            kLandmarkInformation * Eigen::Matrix2d::Identity());
   std::vector<Eigen::Matrix2d> of_landmarks_and_sensor(graph.landmarks.size(),
                                                        Eigen::Matrix2d::Zero());
   Eigen::Matrix2d of_sensor = Eigen::Matrix2d::Zero();
+  OdometryInformation of_odometry = OdometryInformation::Zero();
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionResidual r = motion_residual(graph.motions[i], motion_roots_[i], graph.poses[i],
                                              graph.poses[i + 1], graph.constants);
@@ -189,15 +188,13 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
         r.by_from.transpose() * r.by_constants;
     of_poses_and_constants[i + 1].leftCols<kOdometryConstants>() +=
         r.by_to.transpose() * r.by_constants;
-    odometry_given_path_ += r.by_constants.transpose() * r.by_constants;
+    of_odometry += r.by_constants.transpose() * r.by_constants;
     gradient_.segment<3>(pose_at_[i]) += r.by_from.transpose() * r.value;
     gradient_.segment<3>(pose_at_[i + 1]) += r.by_to.transpose() * r.value;
     gradient_.segment<kOdometryConstants>(constants_) += r.by_constants.transpose() * r.value;
   }
   const int sensor = constants_ + SensorConstant::range_scale;
-  for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
-    if (std::binary_search(left_out.begin(), left_out.end(), static_cast<int>(s))) continue;
-    const SightingFactor& sighting = graph.sightings[s];
+  for (const SightingFactor& sighting : graph.sightings) {
     const std::size_t pose = static_cast<std::size_t>(sighting.pose);
     const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
     SightingResidual r = sighting_residual(sighting, graph.noise, graph.poses[pose],
@@ -211,7 +208,7 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     of_poses_and_constants[pose].rightCols<2>() += r.by_pose.transpose() * r.by_constants;
     add(pose_at_[pose], landmark_at(sighting.landmark),
         (r.by_pose.transpose() * r.by_landmark).eval());
-    landmarks_given_path_[landmark] += r.by_landmark.transpose() * r.by_landmark;
+    of_landmarks[landmark] += r.by_landmark.transpose() * r.by_landmark;
     of_landmarks_and_sensor[landmark] += r.by_landmark.transpose() * r.by_constants;
     of_sensor += r.by_constants.transpose() * r.by_constants;
     gradient_.segment<3>(pose_at_[pose]) += r.by_pose.transpose() * r.value;
@@ -243,10 +240,10 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
   }
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
     const int at = landmark_at(static_cast<int>(l));
-    add(at, at, landmarks_given_path_[l]);
+    add(at, at, of_landmarks[l]);
     add(at, sensor, of_landmarks_and_sensor[l]);
   }
-  add(constants_, constants_, odometry_given_path_);
+  add(constants_, constants_, of_odometry);
   add(sensor, sensor, of_sensor);
   add_prior(graph);
 }
@@ -262,10 +259,6 @@ void NormalEquations::add_prior(const SmoothingGraph& graph) {
       if (row >= column) of_rest_(row - rest_, column - rest_) += prior.information(i, j);
     }
   }
-  for (std::size_t l = 0; l < prior.landmarks_given_path.size(); ++l) {
-    landmarks_given_path_[l] += prior.landmarks_given_path[l];
-  }
-  odometry_given_path_ += prior.odometry_given_path;
 }
 
 bool NormalEquations::factorize(double damping) {
@@ -332,10 +325,6 @@ Eigen::VectorXd NormalEquations::step() const {
   return -backward(forward(gradient_));
 }
 
-Directions NormalEquations::solve(const Directions& right) const {
-  return backward(forward(right));
-}
-
 void NormalEquations::move(const Eigen::VectorXd& step, SmoothingGraph* graph) const {
   for (std::size_t i = 0; i < graph->poses.size(); ++i) {
     Pose2& pose = graph->poses[i];
@@ -373,52 +362,6 @@ double NormalEquations::cost(const SmoothingGraph& graph, double robust_width) c
   const Eigen::VectorXd difference = prior_difference(graph);
   return cost + 0.5 * difference.dot(graph.prior.information * difference) +
          graph.prior.gradient.dot(difference);
-}
-
-InformationParts NormalEquations::information_along(const SmoothingGraph& graph,
-                                                    double robust_width,
-                                                    const std::vector<int>& left_out,
-                                                    const Directions& directions) const {
-  InformationParts parts;
-  for (std::size_t i = 0; i < graph.motions.size(); ++i) {
-    const MotionResidual r = motion_residual(graph.motions[i], motion_roots_[i], graph.poses[i],
-                                             graph.poses[i + 1], graph.constants);
-    const Eigen::Matrix<double, 3, 2> moved =
-        r.by_from * directions.middleRows<3>(pose_at_[i]) +
-        r.by_to * directions.middleRows<3>(pose_at_[i + 1]) +
-        r.by_constants * directions.middleRows<kOdometryConstants>(constants_);
-    parts.motions += moved.transpose() * moved;
-  }
-  for (std::size_t s = 0; s < graph.sightings.size(); ++s) {
-    if (std::binary_search(left_out.begin(), left_out.end(), static_cast<int>(s))) continue;
-    const SightingFactor& sighting = graph.sightings[s];
-    const std::size_t pose = static_cast<std::size_t>(sighting.pose);
-    const SightingResidual r = sighting_residual(
-        sighting, graph.noise, graph.poses[pose],
-        graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
-    const Eigen::Matrix2d moved =
-        r.by_pose * directions.middleRows<3>(pose_at_[pose]) +
-        r.by_landmark * directions.middleRows<2>(landmark_at(sighting.landmark)) +
-        r.by_constants * directions.middleRows<2>(constants_ + SensorConstant::range_scale);
-    const double weight = robust_weight(r.value.squaredNorm(), robust_width);
-    parts.ranges += weight * moved.row(0).transpose() * moved.row(0);
-    parts.bearings += weight * moved.row(1).transpose() * moved.row(1);
-  }
-  for (const RangeFactor& range : graph.ranges) {
-    const RangeResidual r =
-        range_residual(range, graph.noise, graph.poses[static_cast<std::size_t>(range.pose)],
-                       graph.radios[static_cast<std::size_t>(range.radio)]);
-    const Eigen::RowVector2d moved = r.by_pose * directions.middleRows<3>(pose_at(range.pose)) +
-                                     r.by_radio * directions.middleRows<2>(radio_at(range.radio));
-    parts.ranges += robust_weight(r.value * r.value, robust_width) * moved.transpose() * moved;
-  }
-  const GaussianPrior& prior = graph.prior;
-  Directions of_prior(prior.size(), 2);
-  for (Eigen::Index i = 0; i < prior.size(); ++i) {
-    of_prior.row(i) = directions.row(prior_places_[static_cast<std::size_t>(i)]);
-  }
-  parts.prior = of_prior.transpose() * prior.information * of_prior;
-  return parts;
 }
 
 Eigen::Index NormalEquations::trailing_size() const {

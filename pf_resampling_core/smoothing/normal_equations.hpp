@@ -7,17 +7,6 @@
 
 namespace pf_resampling {
 
-/// Two directions in the space of all unknowns, a column each.
-using Directions = Eigen::Matrix<double, Eigen::Dynamic, 2>;
-
-/// directionsᵀ·I·directions for the information I in each kind of data.
-struct InformationParts {
-  Eigen::Matrix2d ranges = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d bearings = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d motions = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d prior = Eigen::Matrix2d::Zero();
-};
-
 /// Gauss and Newton's equations H·step = -gradient of a graph, in an order of elimination that
 /// keeps the factor sparse: the drive is cut into segments of poses, each of which touches only the
 /// two poses that it is cut off at, what was seen from it, and the constants; then these cuts, the
@@ -29,9 +18,8 @@ class NormalEquations {
   explicit NormalEquations(const SmoothingGraph& graph);
 
   /// H and gradient at the graph's estimate. `robust_width`: of sightings and ranges, see
-  /// robust_cost(). `left_out`: sightings that take no part, ascending.
-  void linearize(const SmoothingGraph& graph, double robust_width,
-                 const std::vector<int>& left_out = {});
+  /// robust_cost().
+  void linearize(const SmoothingGraph& graph, double robust_width);
 
   /// Factorises H + damping·diag(H). False if that is not positive definite.
   bool factorize(double damping);
@@ -41,8 +29,6 @@ class NormalEquations {
 
   /// -(what was factorised)⁻¹·gradient.
   Eigen::VectorXd step() const;
-  /// (what was factorised)⁻¹·right.
-  Directions solve(const Directions& right) const;
   const Eigen::VectorXd& gradient() const { return gradient_; }
 
   /// The graph's estimate, moved by a step.
@@ -50,11 +36,6 @@ class NormalEquations {
 
   /// Half the sum of squares, robust, at the graph's estimate.
   double cost(const SmoothingGraph& graph, double robust_width) const;
-
-  /// What the data but those left out say along two directions, at the graph's estimate.
-  InformationParts information_along(const SmoothingGraph& graph, double robust_width,
-                                     const std::vector<int>& left_out,
-                                     const Directions& directions) const;
 
   /// First of a pose's, a landmark's, a radio's and the constants' unknowns.
   int pose_at(int pose) const { return pose_at_[static_cast<std::size_t>(pose)]; }
@@ -69,10 +50,6 @@ class NormalEquations {
   Eigen::MatrixXd trailing_root() const;
   /// The gradient of the trailing block once all before it is eliminated.
   Eigen::VectorXd trailing_gradient() const;
-  /// Information on each landmark and on the odometry's constants given the path: that of the
-  /// sightings, the motions and what the prior says of it.
-  const std::vector<Eigen::Matrix2d>& landmarks_given_path() const { return landmarks_given_path_; }
-  const OdometryInformation& odometry_given_path() const { return odometry_given_path_; }
 
  private:
   /// Poses that follow each other, without those it is cut off at.
@@ -109,8 +86,6 @@ class NormalEquations {
   Eigen::MatrixXd of_rest_;    // Hessian: lower triangle
   Eigen::MatrixXd rest_root_;  // factor: lower triangle
   Eigen::VectorXd gradient_;
-  std::vector<Eigen::Matrix2d> landmarks_given_path_;
-  OdometryInformation odometry_given_path_;
 };
 
 }  // namespace pf_resampling

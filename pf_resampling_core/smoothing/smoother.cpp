@@ -1,7 +1,5 @@
 #include "pf_resampling_core/smoothing/smoother.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,34 +23,6 @@ const EnumNames<SmoothingFault> kFaults{
 constexpr double kFar = 0.5;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
-
-// Rounding leaves the halves of a symmetric matrix's inverse different by a little.
-template <typename Matrix>
-Matrix symmetric_inverse(const Matrix& information) {
-  const Matrix inverse = information.inverse();
-  return 0.5 * (inverse + inverse.transpose());
-}
-
-JointBelief belief_of(const NormalEquations& equations) {
-  JointBelief belief;
-  const Eigen::Index size = equations.trailing_size();
-  const Eigen::MatrixXd inverse = equations.trailing_root().triangularView<Eigen::Lower>().solve(
-      Eigen::MatrixXd::Identity(size, size));
-  belief.covariance.noalias() = inverse.transpose() * inverse;
-  for (const Eigen::Matrix2d& information : equations.landmarks_given_path()) {
-    belief.landmarks_given_path.push_back(symmetric_inverse(information));
-  }
-  belief.odometry_given_path = symmetric_inverse(equations.odometry_given_path());
-  return belief;
-}
-
-bool is_finite(const JointBelief& belief) {
-  bool is_finite = belief.covariance.allFinite() && belief.odometry_given_path.allFinite();
-  for (const Eigen::Matrix2d& landmark : belief.landmarks_given_path) {
-    is_finite = is_finite && landmark.allFinite();
-  }
-  return is_finite;
-}
 
 // Cost, and where that is.
 struct Iterate {
@@ -130,9 +100,7 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
     }
   }
   result.log_determinant = equations.log_determinant();
-  if (options.with_belief) result.belief = belief_of(equations);
-  if (!std::isfinite(result.log_determinant) || !is_finite(result.belief) ||
-      !are_plausible(best.graph.constants)) {
+  if (!std::isfinite(result.log_determinant) || !are_plausible(best.graph.constants)) {
     result.fault = SmoothingFault::not_finite;
     return result;
   }
@@ -170,8 +138,6 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   prior.landmarks = old.landmarks;
   prior.radios = old.radios;
   prior.constants = old.constants;
-  prior.landmarks_given_path = equations.landmarks_given_path();
-  prior.odometry_given_path = equations.odometry_given_path();
   // The pose first, which is last there.
   const Eigen::Index others = prior.size() - 3;
   prior.information.resize(prior.size(), prior.size());
@@ -188,39 +154,6 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
   for (RangeFactor& range : graph->ranges) range.pose -= poses;
   return true;
-}
-
-Eigen::MatrixXd draw_deviations(const JointBelief& belief, int particles,
-                                const RandomStream& stream) {
-  Eigen::MatrixXd covariance = belief.covariance;
-  const Eigen::Index size = covariance.rows();
-  const Eigen::Index landmarks = static_cast<Eigen::Index>(belief.landmarks_given_path.size());
-  for (Eigen::Index l = 0; l < landmarks; ++l) {
-    covariance.block<2, 2>(2 * l, 2 * l) -=
-        belief.landmarks_given_path[static_cast<std::size_t>(l)];
-  }
-  const Eigen::Index constants = size - 3 - kSensorConstants;
-  covariance.block<kOdometryConstants, kOdometryConstants>(constants, constants) -=
-      belief.odometry_given_path;
-  // What is known exactly, and what rounding leaves below zero, gets no spread.
-  const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success) return {};
-  const Eigen::VectorXd sigmas = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::MatrixXd lower = factor.matrixL();
-  const Eigen::MatrixXd root = factor.transpositionsP().transpose() * (lower * sigmas.asDiagonal());
-  if (!root.allFinite()) return {};
-
-  const Eigen::Index pairs = (particles + 1) / 2;
-  Eigen::MatrixXd normals(size, pairs);
-  stream.fill_normal(0, size * pairs, normals.data());
-  const Eigen::MatrixXd half = (root * normals).transpose();
-  Eigen::MatrixXd deviations(particles, size);
-  for (Eigen::Index i = 0; i < particles; ++i) {
-    deviations.row(i) = (i % 2 == 0 ? 1.0 : -1.0) * half.row(i / 2);
-  }
-  // An odd one out is the estimate itself, so that the mean stays.
-  if (particles % 2 == 1) deviations.row(particles - 1).setZero();
-  return deviations;
 }
 
 }  // namespace pf_resampling

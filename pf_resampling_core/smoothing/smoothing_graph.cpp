@@ -1,7 +1,5 @@
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -58,9 +56,6 @@ GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& firs
     }
   }
   prior.gradient.setZero(prior.size());
-  prior.odometry_given_path =
-      prior.information.bottomRightCorner<kSensorConstants, kSensorConstants>()
-          .topLeftCorner<kOdometryConstants, kOdometryConstants>();
   return prior;
 }
 

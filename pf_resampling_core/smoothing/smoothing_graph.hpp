@@ -87,10 +87,6 @@ struct GaussianPrior {
   SensorConstants constants = SensorConstants::Zero();
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
-  /// The information on each landmark and on the odometry's constants that was left if the path
-  /// behind the prior were given, too: more than that of the prior itself.
-  std::vector<Eigen::Matrix2d> landmarks_given_path;
-  OdometryInformation odometry_given_path = OdometryInformation::Zero();
 
   Eigen::Index size() const {
     return 3 + 2 * static_cast<Eigen::Index>(landmarks.size() + radios.size()) + kSensorConstants;

@@ -28,7 +28,6 @@ SmoothingResult smooth_with(double robust_width, SmoothingGraph* graph) {
   SmoothingOptions options;
   options.iterations = kIterations;
   options.robust_width = robust_width;
-  options.with_belief = false;
   return smooth(options, graph);
 }
 

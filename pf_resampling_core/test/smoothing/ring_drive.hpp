@@ -1,11 +1,13 @@
 #pragma once
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/smoothing/normal_equations.hpp"
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
 
 namespace pf_resampling {
@@ -114,6 +116,15 @@ inline void add_radios(std::uint64_t seed, const RadioPrior& prior, RingDrive* d
     range.variance = 25e-4;
     graph.ranges.push_back(range);
   }
+}
+
+/// Covariance of landmarks, radios, constants and newest pose, in this order, at the estimate.
+inline Eigen::MatrixXd joint_covariance(const SmoothingGraph& graph, double robust_width) {
+  NormalEquations equations(graph);
+  equations.linearize(graph, robust_width);
+  if (!equations.factorize(0.0)) return {};
+  const Eigen::MatrixXd root = equations.trailing_root();
+  return (root * root.transpose()).inverse();
 }
 
 }  // namespace pf_resampling

@@ -11,8 +11,7 @@ namespace {
 void compare(int poses, int landmarks, std::uint64_t seed, const SensorConstants& sigma) {
   RingDrive drive(poses, landmarks, seed, sigma);
   SmoothingGraph graph = drive.graph;
-  const SmoothingResult result = smooth({50, 0.0}, &graph);
-  ASSERT_EQ(result.fault, SmoothingFault::none);
+  ASSERT_EQ(smooth({50, 0.0}, &graph).fault, SmoothingFault::none);
   CeresSmoother ceres(drive.graph);
   ASSERT_TRUE(ceres.solve());
   double largest = 0.0;
@@ -30,7 +29,7 @@ void compare(int poses, int landmarks, std::uint64_t seed, const SensorConstants
   const Eigen::MatrixXd expected = ceres.covariance();
   const Eigen::Index kept = 2 * static_cast<Eigen::Index>(graph.landmarks.size());
   ASSERT_EQ(expected.rows(), kept + 3);
-  const Eigen::MatrixXd& joint = result.belief.covariance;
+  const Eigen::MatrixXd joint = joint_covariance(graph, 0.0);
   EXPECT_TRUE(joint.topLeftCorner(kept, kept).isApprox(expected.topLeftCorner(kept, kept), 1e-3));
   EXPECT_TRUE(joint.bottomRightCorner(3, 3).isApprox(expected.bottomRightCorner(3, 3), 1e-3));
 }

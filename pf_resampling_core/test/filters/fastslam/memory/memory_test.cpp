@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pf_resampling_core/smoothing/smoother.hpp"
+#include "pf_resampling_core/test/smoothing/ring_drive.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -102,8 +103,8 @@ TEST(Memory, SolvesLikeLeastSquaresOfAllData) {
     const Drive data = drive(2, seed);
     const Memory memory = remember(data);
     SmoothingGraph graph = whole_graph(data);
-    const SmoothingResult whole = smooth({50, kWidth}, &graph);
-    ASSERT_EQ(whole.fault, SmoothingFault::none);
+    ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+    const Eigen::MatrixXd covariance = joint_covariance(graph, kWidth);
     const Pose2& newest = memory.graph().newest();
     // The loss of whole segments moves it by a part of a standard deviation.
     EXPECT_NEAR(newest.x, graph.poses.back().x, 0.02);
@@ -114,7 +115,7 @@ TEST(Memory, SolvesLikeLeastSquaresOfAllData) {
       ASSERT_GE(number, 0);
       const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
       const Eigen::Index at = 2 * static_cast<Eigen::Index>(l);
-      const double sigma = std::sqrt(whole.belief.covariance.block<2, 2>(at, at).trace());
+      const double sigma = std::sqrt(covariance.block<2, 2>(at, at).trace());
       EXPECT_LT((place - graph.landmarks[l]).norm(), 0.3 * sigma) << l;
     }
     const std::vector<Pose2> path = memory.path();
@@ -231,8 +232,8 @@ TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
   const Drive data = drive(1, 4);
   const Memory memory = remember(data);
   SmoothingGraph graph = whole_graph(data);
-  const SmoothingResult whole = smooth({50, kWidth}, &graph);
-  ASSERT_EQ(whole.fault, SmoothingFault::none);
+  ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+  const Eigen::MatrixXd covariance = joint_covariance(graph, kWidth);
   const MemoryDraw draw = memory.draw(4000, RandomStream(1, RandomPurpose::redraw, 0));
   const Eigen::MatrixXd& deviations = draw.deviations;
   const auto variance = [&](Eigen::Index column) {
@@ -244,14 +245,14 @@ TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
     for (const int k : {0, 1}) {
       const Eigen::Index column = 2 * static_cast<Eigen::Index>(number) + k;
       const Eigen::Index of_whole = 2 * static_cast<Eigen::Index>(l) + k;
-      const double expected = whole.belief.covariance(of_whole, of_whole);
+      const double expected = covariance(of_whole, of_whole);
       EXPECT_NEAR(variance(column) + draw.landmarks_given_path[number](k, k), expected,
                   0.2 * expected)
           << l;
     }
   }
   for (const int k : {1, 2, 3}) {
-    const double expected = whole.belief.covariance.diagonal().tail(4)[k];
+    const double expected = covariance.diagonal().tail(4)[k];
     EXPECT_NEAR(variance(deviations.cols() - 4 + k), expected, 0.2 * expected);
   }
 }
