@@ -6,7 +6,6 @@
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/ParticleErrors.h>
 #include <rosbag/bag.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -15,7 +14,6 @@
 #include "test/evaluated_bag.hpp"
 #include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
-#include "tools/common/bag_contents.hpp"
 #include "tools/common/evaluation_report.hpp"
 
 // evaluate_bag on what a filter says that makes a map.
@@ -125,53 +123,6 @@ TEST_F(EvaluateSlamBag, SumsUpWhatTheFilterSaidOfItsHealth) {
   EXPECT_NEAR(health["shares"]["depleted"], 101.0 / 401.0, 1e-9);
   EXPECT_EQ(health["shares"].size(), 3u);
   EXPECT_EQ(health["wrong_when_healthy"], 0.0);
-}
-
-// As an earlier version wrote it, without the fields that came later.
-TEST(FilterSummary, IsReadFromAnEarlierStatusToo) {
-  const TemporaryDirectory directory;
-  const std::string definition =
-      "std_msgs/Header header\nstring health\nuint32 particles\nfloat64 effective_sample_size\n"
-      "uint32 distinct_ancestors_of_renewal\nuint32 distinct_ancestors_since_start\nbool renewed\n"
-      "uint64 updates\nuint64 renewals\nuint64 weight_resets\n"
-      "================================================================================\n"
-      "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
-  std::vector<std::uint8_t> bytes(200);
-  ros::serialization::OStream out(bytes.data(), 200);
-  std_msgs::Header header;
-  header.stamp = ros::Time(7.0);
-  ros::serialization::serialize(out, header);
-  ros::serialization::serialize(out, std::string("lost"));
-  ros::serialization::serialize(out, std::uint32_t{500});
-  ros::serialization::serialize(out, 123.5);
-  ros::serialization::serialize(out, std::uint32_t{40});
-  ros::serialization::serialize(out, std::uint32_t{3});
-  ros::serialization::serialize(out, std::uint8_t{1});
-  for (const std::uint64_t count : {std::uint64_t{90}, std::uint64_t{8}, std::uint64_t{2}}) {
-    ros::serialization::serialize(out, count);
-  }
-  ros::serialization::IStream in(bytes.data(), 200 - out.getLength());
-  topic_tools::ShapeShifter status;
-  status.morph("00000000000000000000000000000000", "pf_resampling/FilterStatus", definition, "");
-  status.read(in);
-  {
-    rosbag::Bag bag(directory.file("old.bag"), rosbag::bagmode::Write);
-    bag.write("/status", ros::Time(7.5), status);
-  }
-  const rosbag::Bag bag = open_bag(directory.file("old.bag"));
-  const auto summary = read_filter_summary(bag, "/status");
-  ASSERT_TRUE(summary);
-  EXPECT_EQ(summary->particles, 500);
-  EXPECT_EQ(summary->updates, 90u);
-  EXPECT_EQ(summary->weight_resets, 2u);
-  EXPECT_EQ(summary->mean_effective_sample_size, 123.5);
-  EXPECT_EQ(summary->mean_ancestors_of_renewal, 40.0);
-  EXPECT_EQ(summary->map_file, "");
-  const auto health = read_health(bag, "/status");
-  ASSERT_EQ(health.size(), 1u);
-  EXPECT_EQ(health[0].time, 7.0);
-  EXPECT_EQ(health[0].health, "lost");
-  EXPECT_EQ(health[0].places, 0);
 }
 
 TEST(HealthShares, CountHowOftenHealthyWasWrong) {

@@ -13,11 +13,9 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cmath>
 #include <exception>
 #include <queue>
-#include <type_traits>
 #include <variant>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
@@ -25,7 +23,6 @@
 #include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
-#include "src/messages/described_message.hpp"
 #include "src/odometry/input_checks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/filter_topics.hpp"
@@ -107,47 +104,6 @@ typename Message::ConstPtr last_message(const rosbag::Bag& bag, const std::strin
     if (const auto message = message_in<Message>(instance)) last = message;
   });
   return last;
-}
-
-// Of another version: by the definition that the bag has of it, what is needed here.
-boost::shared_ptr<FilterStatus> read_by_definition(const rosbag::MessageInstance& instance) {
-  std::vector<std::uint8_t> bytes(instance.size());
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  instance.write(stream);
-  auto status = boost::make_shared<FilterStatus>();
-  try {
-    const DescribedMessage old = DescribedMessage::read(
-        instance.getDataType(), instance.getMessageDefinition(), bytes.data(), bytes.size());
-    const DescribedMessage& header = old["header"];
-    status->header.stamp = ros::Time(header["stamp"].seconds(), header["stamp"].nanoseconds());
-    const auto take = [&old](const char* name, auto* field) {
-      *field = static_cast<std::remove_reference_t<decltype(*field)>>(old[name].number());
-    };
-    take("particles", &status->particles);
-    take("updates", &status->updates);
-    take("renewals", &status->renewals);
-    take("renewed", &status->renewed);
-    take("weight_resets", &status->weight_resets);
-    take("effective_sample_size", &status->effective_sample_size);
-    take("distinct_ancestors_of_renewal", &status->distinct_ancestors_of_renewal);
-    take("distinct_ancestors_since_start", &status->distinct_ancestors_since_start);
-    for (const auto& [name, field] :
-         {std::pair("health", &status->health), std::pair("map_file", &status->map_file)}) {
-      try {
-        *field = old[name].text();
-      } catch (const Error&) {  // it had none
-      }
-    }
-  } catch (const Error&) {  // older than those that can be read
-    return nullptr;
-  }
-  return status;
-}
-
-boost::shared_ptr<FilterStatus> status_in(const rosbag::MessageInstance& instance) {
-  auto status = message_in<FilterStatus>(instance);
-  const bool is_other = !status && instance.getDataType() == "pf_resampling/FilterStatus";
-  return is_other ? read_by_definition(instance) : status;
 }
 
 /// What errors begin with.
@@ -458,7 +414,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
   int renewals = 0;
   double ancestors = 0.0;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = status_in(instance);
+    const auto status = message_in<FilterStatus>(instance);
     if (!status) return;
     ++messages;
     summary.mean_effective_sample_size += status->effective_sample_size;
@@ -482,7 +438,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
 std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic) {
   std::vector<StampedHealth> list;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = status_in(instance);
+    const auto status = message_in<FilterStatus>(instance);
     if (!status || status->health.empty()) return;
     list.push_back(
         {stamp_of(instance, *status), status->health, static_cast<int>(status->hypotheses.size())});

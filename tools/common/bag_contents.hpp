@@ -96,8 +96,7 @@ struct StatedOdometryNoise {
 std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
                                                        const std::string& topic);
 
-/// What a filter said of its population (FilterStatus, also one of an earlier version: what that
-/// did not have is zero or empty).
+/// What a filter said of its population (FilterStatus).
 struct FilterSummary {
   int particles = 0;                        ///< at the end
   std::uint64_t updates = 0;                ///< likewise
