@@ -19,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 
+import report_faults  # noqa: E402
 from report_study import StudyError  # noqa: E402
 from study_definition import builtin_studies, load_study, parse_study  # noqa: E402
 
@@ -259,7 +260,48 @@ groups:
         self.refused(wrong, self.directory / 'wrong', says='did you mean particles?')
 
 
-class All(Definition, Folder):
+def sample(time, error, lost=0.2, inside=True, healthy=True):
+    return [time, error, lost, inside, healthy]
+
+
+class Faults(unittest.TestCase):
+    """The figures of `study faults`, by hand."""
+
+    def test_area_under_the_curve(self):
+        # Of the four pairs of a lost and a good second, three are in order, one is a tie.
+        run = {'samples': [sample(0, 0.1, 0.2), sample(1, 0.1, 0.6), sample(2, 9.0, 0.6), sample(3, 9.0, 0.9)]}
+        self.assertEqual(report_faults.lost_of([run], 1.0), {'area': 3.5 / 4.0, 'detected': 1.0, 'false_alarms': 0.5,
+                                                             'lost_samples': 2, 'good_samples': 2})
+        self.assertEqual(report_faults.lost_of([run], 10.0)['area'], 0.0)
+
+    def test_health_is_wrong_in_both_ways(self):
+        # One is healthy and outside, one is not healthy but inside; where the frame is laid nothing can be judged.
+        runs = [{'samples': [sample(0, 0.0, inside=None)]}, {'samples': [sample(0, 0.1), sample(1, 5.0, inside=False)]},
+                {'samples': [sample(0, 0.1, healthy=False), sample(1, 5.0, inside=False, healthy=False)]}]
+        self.assertEqual(report_faults.health_of(runs), {'healthy': 0.5, 'wrong_when_healthy': 0.25, 'right_when_not': 0.25})
+
+    def test_good_again_is_ten_seconds_below_the_limit(self):
+        samples = [sample(second, 5.0 if 10 <= second < 20 or second == 25 else 0.1) for second in range(60)]
+        self.assertEqual(report_faults.back_after(samples, 10.0, 1.0), 16.0)
+        self.assertIsNone(report_faults.back_after(samples, 55.0, 1.0))
+
+    def test_the_summary_has_medians_and_what_most_runs_said(self):
+        def run(error, **said):
+            return dict({'samples': [sample(second, error) for second in range(200)], 'all_finite': True}, **said)
+
+        faults = [{'fault': name, 'begin': 50.0, 'end': 60.0, 'last': 199.0,
+                   'runs': [run(0.25), run(0.5, alarm='b', alarm_delay=3.0), run(9.0, alarm='b', alarm_delay=1.0)]}
+                  for name in ('nothing', 'kidnapped')]
+        report = report_faults.report_of({'recording': 'a.bag', 'seeds': 3, 'lost_error': 1.0, 'is_in_map': False,
+                                          'faults': faults})
+        row = report['summary'][1]
+        self.assertEqual((row['during'], row['recovered'], row['good_after']), (0.5, 2, 0.0))
+        self.assertEqual((row['alarms'], row['alarm_delay'], row['alarm']), (2, 2.0, 'b'))
+        self.assertEqual(len(report['runs']), 6)
+        self.assertIn('kidnapped', report_faults.text_of(report).splitlines()[-1])
+
+
+class All(Definition, Folder, Faults):
     """Both, for rosunit, which takes one."""
 
 

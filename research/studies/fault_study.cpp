@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <set>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
@@ -12,7 +11,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
-#include "pf_resampling_core/health/lost_detector.hpp"
 #include "research/studies/for_each_index.hpp"
 #include "src/messages/conversions.hpp"
 
@@ -28,11 +26,8 @@ constexpr double kSamplePeriod = 1.0;
 constexpr double kFramePeriod = 120.0;
 constexpr std::size_t kFewestForFrame = 10;
 constexpr std::size_t kFewestLandmarksForFrame = 3;
-constexpr double kStaysGood = 10.0;
-// The error after a fault is that of the last part of the drive, once the fault is over.
-constexpr double kSettled = 30.0;  // s
-// Of the first faults, nothing and kidnapping: by them the probability of being lost is judged.
-constexpr int kJudged = 2;
+// Nothing and kidnapping, which come first, are always wanted.
+constexpr int kAlwaysWanted = 2;
 
 // "12 messages rejected" and "13 messages rejected" are the same alarm.
 std::string without_numbers(const std::string& text) {
@@ -218,52 +213,6 @@ void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, F
   }
 }
 
-/// Figures of a run; of several runs the summary has the medians.
-const char* const kMedians[] = {"before", "during",     "largest",
-                                "after",  "good_after", "alarm_delay"};
-
-json figures_of(const FaultRun& run, const FaultResult& result, double lost_error) {
-  const double during_end = std::max(result.end, result.begin + kSettled);
-  const double settled = std::max(during_end, result.last - kSettled);
-  json row = {{"before", run.mean_error(result.begin - kSettled, result.begin)},
-              {"during", run.mean_error(result.begin, during_end)},
-              {"largest", run.largest_error(result.begin, during_end)},
-              {"after", run.mean_error(settled, result.last)},
-              {"all_finite", run.all_finite}};
-  if (const auto seconds = run.back_after(result.begin, lost_error)) row["good_after"] = *seconds;
-  if (run.alarm) row.update({{"alarm_delay", run.alarm->delay}, {"alarm", run.alarm->text}});
-  return row;
-}
-
-json to_json(const HealthCharacteristic& health) {
-  return {{"healthy", health.healthy},
-          {"wrong_when_healthy", health.wrong_when_healthy},
-          {"right_when_not", health.right_when_not}};
-}
-
-json summary_of(const std::string& fault, const std::vector<json>& rows) {
-  json summary = {{"fault", fault}, {"runs", rows.size()}, {"all_finite", true}};
-  for (const char* figure : kMedians) {
-    std::vector<double> values;
-    for (const json& row : rows) {
-      const double value = row.value(figure, std::nan(""));
-      if (std::isfinite(value)) values.push_back(value);
-    }
-    summary[figure] = values.empty() ? json() : json(median(values));
-    if (figure == std::string("good_after")) summary["recovered"] = values.size();
-    if (figure == std::string("alarm_delay")) summary["alarms"] = values.size();
-  }
-  std::map<std::string, int> alarms;
-  for (const json& row : rows) {
-    if (row.count("alarm") > 0) ++alarms[row.at("alarm").get<std::string>()];
-    if (!row.at("all_finite").get<bool>()) summary["all_finite"] = false;
-  }
-  const auto more = [](const auto& a, const auto& b) { return a.second < b.second; };
-  const auto most = std::max_element(alarms.begin(), alarms.end(), more);
-  summary["alarm"] = most == alarms.end() ? "" : most->first;
-  return summary;
-}
-
 }  // namespace
 
 std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
@@ -275,87 +224,6 @@ std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
   }
   if (from.size() < kFewestLandmarksForFrame) return std::nullopt;
   return align_points(from, to);
-}
-
-double FaultRun::mean_error(double begin, double end) const {
-  double sum = 0.0;
-  int count = 0;
-  for (const Sample& sample : samples) {
-    if (sample.time < begin || sample.time > end) continue;
-    sum += sample.error;
-    ++count;
-  }
-  return count > 0 ? sum / count : std::nan("");
-}
-
-double FaultRun::largest_error(double begin, double end) const {
-  double largest = std::nan("");
-  for (const Sample& sample : samples) {
-    if (sample.time >= begin && sample.time <= end && !(sample.error <= largest)) {
-      largest = sample.error;
-    }
-  }
-  return largest;
-}
-
-std::optional<double> FaultRun::back_after(double time, double limit) const {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  double since = kNever;
-  for (const Sample& sample : samples) {
-    if (sample.time < time) continue;
-    since = sample.error > limit ? kNever : std::min(since, sample.time);
-    if (sample.time - since >= kStaysGood) return since - time;
-  }
-  return std::nullopt;
-}
-
-LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit) {
-  LostCharacteristic result;
-  std::vector<std::pair<double, bool>> scores;
-  for (const FaultRun::Sample& sample : samples) {
-    const bool is_lost = sample.error > limit;
-    (is_lost ? result.lost_samples : result.good_samples) += 1;
-    if (sample.lost > kLikelyLost) (is_lost ? result.detected : result.false_alarms) += 1.0;
-    scores.emplace_back(sample.lost, is_lost);
-  }
-  if (result.lost_samples == 0 || result.good_samples == 0) return result;
-  result.detected /= result.lost_samples;
-  result.false_alarms /= result.good_samples;
-  // The area is the chance that a lost second scores above a good one, ties counting half (Hanley,
-  // McNeil 1982): from the ranks, those of ties being shared.
-  std::sort(scores.begin(), scores.end());
-  double rank_sum = 0.0;
-  for (std::size_t i = 0; i < scores.size();) {
-    std::size_t end = i;
-    int lost = 0;
-    while (end < scores.size() && scores[end].first == scores[i].first) {
-      lost += scores[end++].second ? 1 : 0;
-    }
-    rank_sum += lost * 0.5 * static_cast<double>(i + 1 + end);
-    i = end;
-  }
-  const double lost = result.lost_samples;
-  result.area = (rank_sum - 0.5 * lost * (lost + 1.0)) / (lost * result.good_samples);
-  return result;
-}
-
-HealthCharacteristic health_of(const std::vector<FaultRun>& runs) {
-  HealthCharacteristic health;
-  for (const FaultRun& run : runs) {
-    for (const FaultRun::Sample& sample : run.samples) {
-      if (!sample.normalized_squared) continue;
-      const bool is_inside = *sample.normalized_squared <= kThreeSigmaSquared;
-      ++health.samples;
-      if (sample.is_healthy) health.healthy += 1.0;
-      if (sample.is_healthy && !is_inside) health.wrong_when_healthy += 1.0;
-      if (!sample.is_healthy && is_inside) health.right_when_not += 1.0;
-    }
-  }
-  const double samples = std::max(1, health.samples);
-  health.healthy /= samples;
-  health.wrong_when_healthy /= samples;
-  health.right_when_not /= samples;
-  return health;
 }
 
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
@@ -377,9 +245,9 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
   const auto is_unwanted = [&](const Fault& fault) {
     return fault.name.find(options.only) == std::string::npos;
   };
-  const auto first = std::min(faults.begin() + kJudged, faults.end());
+  const auto first = std::min(faults.begin() + kAlwaysWanted, faults.end());
   faults.erase(std::remove_if(first, faults.end(), is_unwanted), faults.end());
-  if (!options.only.empty() && static_cast<int>(faults.size()) <= kJudged) {
+  if (!options.only.empty() && static_cast<int>(faults.size()) <= kAlwaysWanted) {
     throw Error("fault '" + options.only +
                 "' is unknown; give a part of a name in the first "
                 "column of doc/studies/faults.html");
@@ -397,64 +265,36 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
                   &study.results[i / seeds].runs[i % seeds]);
       },
       progress);
-  std::vector<FaultRun::Sample> samples;
-  for (std::size_t f = 0; f < static_cast<std::size_t>(kJudged); ++f) {
-    for (const FaultRun& run : study.results[f].runs) {
-      samples.insert(samples.end(), run.samples.begin(), run.samples.end());
-    }
-  }
   study.is_in_map = study.results.front().runs.front().is_in_map;
-  study.characteristic = characteristic_of(samples, study.lost_error);
   return study;
 }
 
-StudyReport report_of(const FaultStudy& study) {
-  const LostCharacteristic& lost = study.characteristic;
-  std::vector<FaultRun> all;
+json to_json(const FaultStudy& study) {
+  json faults = json::array();
   for (const FaultResult& result : study.results) {
-    all.insert(all.end(), result.runs.begin(), result.runs.end());
-  }
-  StudyReport report;
-  report.about = {{"study", "faults"},
-                  {"recording", study.recording},
-                  {"seeds", study.options.seeds},
-                  {"lost_error", study.lost_error},
-                  {"is_in_map", study.is_in_map},
-                  {"health", to_json(health_of(all))},
-                  {"lost",
-                   {{"area", lost.area},
-                    {"detected", lost.detected},
-                    {"false_alarms", lost.false_alarms},
-                    {"lost_samples", lost.lost_samples},
-                    {"good_samples", lost.good_samples}}}};
-  report.columns = {{"fault", "fault"},
-                    {"before", "before", 2},
-                    {"during", "during", 2},
-                    {"largest", "largest", 2},
-                    {"after", "at the end", 2},
-                    {"recovered", "good again", 0},
-                    {"good_after", "after (s)", 0},
-                    {"alarms", "says so", 0},
-                    {"alarm_delay", "after (s)", 1},
-                    {"all_finite", "all finite"},
-                    {"wrong_when_healthy", "healthy, yet outside", 4},
-                    {"right_when_not", "inside, not healthy", 4},
-                    {"alarm", "says"}};
-  report.figures_of_run = {"fault", "seed"};
-  for (const char* figure : kMedians) report.figures_of_run.emplace_back(figure);
-  report.figures_of_run.insert(report.figures_of_run.end(), {"all_finite", "alarm"});
-  for (const FaultResult& result : study.results) {
-    std::vector<json> rows;
-    for (std::size_t i = 0; i < result.runs.size(); ++i) {
-      json row = figures_of(result.runs[i], result, study.lost_error);
-      row.update({{"fault", result.name}, {"seed", i + 1}});
-      rows.push_back(row);
+    json runs = json::array();
+    for (const FaultRun& run : result.runs) {
+      json samples = json::array();
+      for (const FaultRun::Sample& sample : run.samples) {
+        json is_inside;
+        if (sample.normalized_squared) is_inside = *sample.normalized_squared <= kThreeSigmaSquared;
+        samples.push_back({sample.time, sample.error, sample.lost, is_inside, sample.is_healthy});
+      }
+      runs.push_back({{"samples", samples}, {"all_finite", run.all_finite}});
+      if (!run.alarm) continue;
+      runs.back().update({{"alarm_delay", run.alarm->delay}, {"alarm", run.alarm->text}});
     }
-    report.summary.push_back(summary_of(result.name, rows));
-    report.summary.back().update(to_json(health_of(result.runs)));
-    report.runs.insert(report.runs.end(), rows.begin(), rows.end());
+    faults.push_back({{"fault", result.name},
+                      {"begin", result.begin},
+                      {"end", result.end},
+                      {"last", result.last},
+                      {"runs", runs}});
   }
-  return report;
+  return {{"recording", study.recording},
+          {"seeds", study.options.seeds},
+          {"lost_error", study.lost_error},
+          {"is_in_map", study.is_in_map},
+          {"faults", faults}};
 }
 
 }  // namespace pf_resampling

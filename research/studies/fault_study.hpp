@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,7 +9,6 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "research/studies/faults.hpp"
-#include "research/studies/report.hpp"
 
 namespace pf_resampling {
 
@@ -41,11 +41,6 @@ struct FaultRun {
   std::optional<Alarm> alarm;  ///< the first diagnostic that was not there before the fault
   bool all_finite = true;      ///< whether all poses were
   bool is_in_map = false;      ///< whether errors are those in the filter's map
-
-  double mean_error(double begin, double end) const;
-  double largest_error(double begin, double end) const;
-  /// s after `time` from when the error stays below `limit` for ten seconds; nothing if never.
-  std::optional<double> back_after(double time, double limit) const;
 };
 
 struct FaultResult {
@@ -54,30 +49,12 @@ struct FaultResult {
   std::vector<FaultRun> runs;                 ///< by seed
 };
 
-/// How well the probability of being lost tells seconds with an error above the limit from others
-/// (receiver operating characteristic over all samples).
-struct LostCharacteristic {
-  int lost_samples = 0, good_samples = 0;
-  double area = 0.0;          ///< under the curve: 0.5 says nothing, 1 all
-  double detected = 0.0;      ///< share of the lost seconds above one half
-  double false_alarms = 0.0;  ///< share of the good ones above one half
-};
-
-/// How often the judgement of health is wrong: shares of the seconds.
-struct HealthCharacteristic {
-  int samples = 0;
-  double healthy = 0.0;             ///< it says healthy
-  double wrong_when_healthy = 0.0;  ///< it says so, but the truth is outside the 3-sigma region
-  double right_when_not = 0.0;      ///< it says something else, but the truth is inside
-};
-
 struct FaultStudy {
   std::string recording;
   FaultStudyOptions options;
   double lost_error = 0.0;  ///< m
   bool is_in_map = false;   ///< errors are those in the filter's map
   std::vector<FaultResult> results;
-  LostCharacteristic characteristic;  ///< of the runs with kidnapping and with no fault
 };
 
 /// The turn and shift that bring a map, and with it a robot that knows its place in it, to the
@@ -93,15 +70,8 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
                            const FaultStudyOptions& options,
                            const std::function<void(std::uint64_t)>& progress);
 
-/// The characteristic of samples: is the error above `limit`?
-LostCharacteristic characteristic_of(const std::vector<FaultRun::Sample>& samples, double limit);
-
-/// The characteristic of all samples of some runs.
-HealthCharacteristic health_of(const std::vector<FaultRun>& runs);
-
-/// A row per fault: medians over the runs of the mean errors before, during and after the fault, of
-/// the largest, and of the s until all is good again and until a diagnostic says so; how many runs
-/// recovered, how many said something, and what most of them said; how often health was wrong.
-StudyReport report_of(const FaultStudy& study);
+/// All of it, as `study faults` takes it; a sample is the list of time, error, lost, whether the
+/// truth is inside the 3-sigma region (null: not known), is_healthy.
+nlohmann::json to_json(const FaultStudy& study);
 
 }  // namespace pf_resampling

@@ -107,9 +107,9 @@ TEST_F(FilesOfRuns, WhatIsReadIsNotWritten) {
   expect_refused("dataset_to_bag csv c c", {"out.bag c", "DIRECTORY c"});
   expect_refused("evaluate_bag x.bag --json x.bag", {"--json x.bag", "bag x.bag"});
   expect_refused("calibrate_ranges ranges.bag --output ranges.bag", {"--output", "bag ranges.bag"});
-  expect_refused("study faults ranges.bag --seeds 1 --csv ranges.bag", {"--csv", "bag ranges"});
-  expect_refused("study faults ranges.bag --config my.yaml --seeds 1 --csv my.yaml",
-                 {"--csv", "--config"});
+  expect_refused("study faults ranges.bag --seeds 1 --json ranges.bag", {"--json", "bag ranges"});
+  expect_refused("study faults ranges.bag --config my.yaml --seeds 1 --json my.yaml",
+                 {"--json", "--config"});
 }
 
 TEST_F(FilesOfRuns, NothingIsWrittenTwice) {
@@ -118,7 +118,6 @@ TEST_F(FilesOfRuns, NothingIsWrittenTwice) {
   expect_refused(slam + "--save-map m --save-checkpoint ./m",
                  {"--save-checkpoint ./m", "--save-map"});
   expect_refused("evaluate_bag x.bag --json x.png --plot x.png", {"--plot x.png", "--json x.png"});
-  expect_refused("study faults ranges.bag --seeds 1 --json s --csv s", {"--csv s", "--json s"});
 }
 
 // A FIFO stands for /dev/null, which nobody wants to lose to a test; as root a device like it is
@@ -138,8 +137,7 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
           "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
           "run_bag fastslam y.bag o.bag --save-map ", "simulate_bag beacons_circle ",
           "dataset_to_bag csv d ", "evaluate_bag x.bag --json ",
-          "calibrate_ranges ranges.bag --output ", "study faults ranges.bag --seeds 1 --json ",
-          "study faults ranges.bag --seeds 1 --csv "}) {
+          "calibrate_ranges ranges.bag --output ", "study faults ranges.bag --seeds 1 --json "}) {
       expect_refused(command + name, {name, why});
     }
   }

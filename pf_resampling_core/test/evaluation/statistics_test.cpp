@@ -10,24 +10,6 @@
 namespace pf_resampling {
 namespace {
 
-TEST(MeanOf, GivesMeanAndStandardError) {
-  // Sample variance of 2, 4, 9 is (9 + 1 + 16) / 2 = 13.
-  const MeanEstimate estimate = mean_of({2.0, 4.0, 9.0});
-  EXPECT_EQ(estimate.count, 3);
-  EXPECT_DOUBLE_EQ(estimate.mean, 5.0);
-  EXPECT_DOUBLE_EQ(estimate.standard_error, std::sqrt(13.0 / 3.0));
-  EXPECT_DOUBLE_EQ(mean_of({4.0}).mean, 4.0);
-  EXPECT_DOUBLE_EQ(mean_of({4.0}).standard_error, 0.0);
-  EXPECT_EQ(mean_of({}).count, 0);
-}
-
-TEST(PairedDifference, CancelsWhatPairsShare) {
-  const MeanEstimate estimate = paired_difference({10.0, 200.0, 3000.0}, {9.0, 199.0, 2999.0});
-  EXPECT_DOUBLE_EQ(estimate.mean, 1.0);
-  EXPECT_DOUBLE_EQ(estimate.standard_error, 0.0);
-  EXPECT_THROW(paired_difference({1.0}, {}), Error);
-}
-
 TEST(Median, OfOddAndEvenNumbers) {
   EXPECT_DOUBLE_EQ(median({5.0, 1.0, 3.0}), 3.0);
   EXPECT_DOUBLE_EQ(median({5.0, 1.0, 4.0, 2.0}), 3.0);
