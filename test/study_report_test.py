@@ -661,26 +661,6 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(done.returncode, 128 + signal.SIGTERM)
         self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
 
-    def test_picture_of_the_documents_is_written_likewise(self):
-        try:
-            import pictures
-        except SystemExit as missing:
-            self.skipTest(str(missing))
-        figure, axes = pictures.plt.subplots()
-        axes.plot([1, 2], [3, 4])
-        path, victim = self.folder / 'drawn.png', self.folder / 'victim'
-        victim.write_text('mine')
-        path.symlink_to(victim)
-        with self.assertRaises(SystemExit) as refused:
-            pictures.save(figure, str(path))
-        self.assertEqual(str(refused.exception),
-                         f'{path} cannot be written: it is not a regular file; remove or rename it')
-        self.assertEqual((victim.read_text(), path.is_symlink(), len(list(self.folder.iterdir()))), ('mine', True, 2))
-        path.unlink()
-        pictures.save(figure, str(path))
-        self.assertEqual((path.read_bytes()[1:4], len(list(self.folder.iterdir()))), (b'PNG', 2))
-        pictures.plt.close(figure)
-
     def test_text_is_escaped(self):
         table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
         self.assert_has('<code>p &lt; 0.1 | q</code> &amp; &lt;b&gt;', table.html())

@@ -79,6 +79,5 @@ void map_file(const std::uint8_t* bytes, std::size_t size);
 void checkpoint(const std::uint8_t* bytes, std::size_t size);
 void beacon_mcl_messages(const std::uint8_t* bytes, std::size_t size);
 void fastslam_messages(const std::uint8_t* bytes, std::size_t size);
-void landmark_store(const std::uint8_t* bytes, std::size_t size);
 
 }  // namespace pf_resampling::fuzz

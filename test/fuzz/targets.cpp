@@ -7,8 +7,7 @@ const std::vector<Target>& targets() {
   static const std::vector<Target> kTargets = {{"map_file", map_file},
                                                {"checkpoint", checkpoint},
                                                {"beacon_mcl_messages", beacon_mcl_messages},
-                                               {"fastslam_messages", fastslam_messages},
-                                               {"landmark_store", landmark_store}};
+                                               {"fastslam_messages", fastslam_messages}};
   return kTargets;
 }
 
