@@ -222,18 +222,28 @@ class Elimination {
   double log_determinant_ = 0.0;
 };
 
-// Of the normal distributions of data and prior.
+// Of the distributions of data (ranges: Student's; motions: normal) and prior. How long a motion
+// was is taken as scale-free before it was measured: were it uniform in metres, each motion would
+// be a reason to believe in longer ones, and thousands of them would outweigh what the ranges say.
 double log_normalizers(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                        const RangeEstimate& estimate) {
   double sum = -prior.constants_sigma.array().log().sum();
+  const double width_squared = noise.robust_width * noise.robust_width;
+  const double log_range = std::log(noise.range) + std::log(noise.robust_width) +
+                           std::lgamma(0.5 * (width_squared - 1.0)) -
+                           std::lgamma(0.5 * width_squared);
   for (const auto& ranges : graph.ranges) {
     for (const HeldRange& range : ranges) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
-      sum -= std::log(noise.range) + 0.5 * std::log(range.variance);
+      sum -= log_range + 0.5 * std::log(range.variance);
     }
   }
+  const double log_translation =
+      std::log(noise.translation) - std::log1p(estimate.constants[Common::distance_scale]);
+  const double log_heading =
+      std::log(noise.heading) - std::log1p(estimate.constants[Common::turn_scale]);
   const double motions = static_cast<double>(graph.motions.size());
-  return sum - motions * (2.0 * std::log(noise.translation) + std::log(noise.heading));
+  return sum - motions * (2.0 * log_translation + log_heading);
 }
 
 double cost_from(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,

@@ -76,7 +76,9 @@ struct RangeNoise {
   double range = 1.0;
   double translation = 1.0;
   double heading = 1.0;
-  double robust_width = 3.0;  ///< of Cauchy's loss of ranges, standard deviations
+  /// Standard deviations, of Cauchy's loss of ranges: that of Student's distribution with this
+  /// number's square, less 1, degrees of freedom.
+  double robust_width = 3.0;
 };
 
 struct RangeEstimate {

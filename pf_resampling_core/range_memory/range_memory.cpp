@@ -52,7 +52,7 @@ constexpr double kTolerance = 0.02;        // of the cost
 constexpr double kSolvedAllEvery = 3.0;    // s
 constexpr double kSolvedAllGrowth = 0.25;  // of the drive so far
 constexpr std::size_t kMostModes = 6;
-constexpr int kNoiseTrials = 3;
+constexpr int kNoiseTrials = 4;
 constexpr int kNewest = 60;  // keyframes that move in between
 constexpr double kFinishingStep = 1.5;
 constexpr int kMostNoiseTrials = 40;
@@ -77,14 +77,17 @@ constexpr double kLeastFault = 0.3;      // m
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
 constexpr double kNamed = 0.95;         // probability
 // Wheels are 1 % off, as a rule, and what they are off by looks like a bias of the ranges.
-constexpr double kTightWheels = 0.3;
-constexpr double kLooseOdds = 0.1;  // of an error that may be there, before there are data
+constexpr double kTightWheels = 0.45;
+constexpr double kLooseOdds = 0.4;  // of an error that may be there, before there are data
 
 constexpr double kBlock = 10.0;        // s, of means of residuals
 constexpr double kExplained = 3.0;     // standard deviations
 constexpr double kWild = 13.8;         // of the square of such a mean
 constexpr double kPriorBlocks = 10.0;  // with a square of 1
 constexpr double kLeastFactor = 0.01;
+// Of the loss: narrower, it would take the differences of radios for wild ranges.
+constexpr double kNarrowest = 3.0;
+constexpr double kWidest = 8.0;
 constexpr double kSmallestStep = 1.15;
 constexpr double kMedianOfNormal = 0.6745;
 
@@ -569,18 +572,21 @@ double RangeMemory::log_prior_of_noise(const RangeNoise& noise) const {
   return -0.5 * (translation * translation + heading * heading);
 }
 
-// One factor, up and down: that under which the data are most probable. Steps become smaller where
-// neither is better.
+// One of the noise's numbers, up and down: that under which the data are most probable. Steps
+// become smaller where neither is better.
 bool RangeMemory::try_noise() {
   RangeMode& mode = modes_.front();
-  const int trial = next_trial_++ % 3;
-  double& step = trial_steps_[static_cast<std::size_t>(trial)];
+  const std::array numbers = {&RangeNoise::range, &RangeNoise::translation, &RangeNoise::heading,
+                              &RangeNoise::robust_width};
+  const std::size_t trial = static_cast<std::size_t>(next_trial_++) % numbers.size();
+  double& step = trial_steps_[trial];
   const RangeNoise before = noise_;
   const double best = mode.belief.log_evidence + log_prior_of_noise(noise_);
   for (const double factor : {step, 1.0 / step}) {
     noise_ = before;
-    double& value = trial == 0 ? noise_.range : trial == 1 ? noise_.translation : noise_.heading;
-    value = std::max(kLeastFactor, value * factor);
+    double& number = noise_.*numbers[trial];
+    number = std::max(kLeastFactor, number * factor);
+    noise_.robust_width = std::min(kWidest, std::max(kNarrowest, noise_.robust_width));
     RangeMode other = mode;
     if (solved(kIterations, &other).is_usable &&
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {

@@ -199,7 +199,7 @@ class RangeMemory {
   double next_solution_of_all_ = 0.0;    // s
   double doubt_ = 1.0;
   int next_trial_ = 0;
-  std::array<double, 3> trial_steps_ = {2.0, 2.0, 2.0};
+  std::array<double, 4> trial_steps_ = {2.0, 2.0, 2.0, 1.5};  // of RangeNoise
 };
 
 }  // namespace pf_resampling

@@ -194,6 +194,7 @@ void describe(Archive& archive, RangeMemory& memory) {
   archive("range_noise", memory.noise_.range);
   archive("translation_noise", memory.noise_.translation);
   archive("heading_noise", memory.noise_.heading);
+  archive("robust_width", memory.noise_.robust_width);
   archive("modes", memory.modes_);
   archive("before", memory.before_);
   archive("next_solution_of_all", memory.next_solution_of_all_);
@@ -233,7 +234,7 @@ std::string fault_of(const RangeMemory& memory) {
   }
   const RangeNoise& noise = memory.noise_;
   if (!(noise.range > 0.0) || !(noise.translation > 0.0) || !(noise.heading > 0.0) ||
-      !(memory.doubt_ >= 1.0) || memory.next_trial_ < 0) {
+      !(noise.robust_width > 1.0) || !(memory.doubt_ >= 1.0) || memory.next_trial_ < 0) {
     return "the memory has a factor of noise that is out of range";
   }
   return {};

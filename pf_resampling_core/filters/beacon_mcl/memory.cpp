@@ -17,8 +17,9 @@ constexpr double kLargestSigma = 3.0;  // m: a population that is less sure is n
 constexpr double kLargestTurn = 0.5;   // rad, likewise
 constexpr double kWrong = 0.5;         // probability of a fault
 constexpr double kFixed = 1e-4;
-// The width of a robust loss is found smaller than the standard deviation of Gaussian noise.
-constexpr double kSigmaOfLoss = 1.0 / 0.849;
+// The scale of a robust loss is found smaller than the standard deviation of Gaussian noise: by
+// 0.85 where the loss is 3 wide, by 0.98 at 8.
+constexpr double kLossShare = 2.5;
 
 // What the particles carry of a radio: rows scale and bias, of the newest state.
 Eigen::MatrixXd radio_rows(int beacon, Eigen::Index size) {
@@ -105,8 +106,9 @@ void BeaconMcl::take_calibration(const RangeMemory::Newest& newest) {
     known.is_wrong.push_back(radios[b].fault > kWrong);
   }
   known_ = std::move(known);
-  const double sigma = kSigmaOfLoss * memory_->noise().range;
-  range_squares_ = sigma * sigma * range_count_;
+  const RangeNoise& noise = memory_->noise();
+  const double width_squared = noise.robust_width * noise.robust_width;
+  range_squares_ = noise.range * noise.range / (1.0 - kLossShare / width_squared) * range_count_;
 }
 
 // From the Gaussian of each mode, in proportion to its probability; given the pose, what is linear

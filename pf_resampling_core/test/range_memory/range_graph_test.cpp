@@ -127,6 +127,20 @@ SmallProblem small_problem() {
   return problem;
 }
 
+// Motions alone say nothing of how long wheels or turns measure.
+TEST(Solve, ScalesOfTheOdometryHaveNoEvidenceOfTheirOwn) {
+  const auto log_evidence_of = [](double scale) {
+    SmallProblem problem = small_problem();
+    for (auto& ranges : problem.graph.ranges) ranges.clear();
+    problem.prior.constants.segment<2>(CommonUnknown::distance_scale).setConstant(scale);
+    problem.prior.constants_sigma.setConstant(1e-6);
+    problem.estimate.constants = problem.prior.constants;
+    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &problem.estimate)
+        .log_evidence;
+  };
+  EXPECT_NEAR(log_evidence_of(-0.05), log_evidence_of(0.05), 0.1);
+}
+
 // The elimination against the inverse of the whole, dense Hessian, by differences of the cost.
 TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
   SmallProblem problem = small_problem();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/simulation/simulate.hpp"
 #include "pf_resampling_core/test/range_memory/drive_among_radios.hpp"
 
 namespace pf_resampling {
@@ -64,6 +65,77 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   DriveAmongRadios long_wheels;
   long_wheels.distance_scale = 1.04;
   EXPECT_TRUE(loose_after(long_wheels)[LooseError::wheels]);
+}
+
+// On a circle, what radios differ by looks like a longer circle, seen by short wheels.
+TEST(RangeMemory, RadiosThatDifferAreNotTakenForShortWheels) {
+  World world;
+  world.start = {10.0, 0.0, 0.5 * kPi};
+  world.repeat = true;
+  world.duration = 300.0;
+  for (int i = 1; i <= 24; ++i) {
+    world.waypoints.emplace_back(10.0 * std::cos(kPi * i / 12.0), 10.0 * std::sin(kPi * i / 12.0));
+  }
+  const auto add = [&](double x, double y, double scale, double bias) {
+    SimulatedBeacon radio;
+    radio.beacon.id = static_cast<int>(world.beacons.size());
+    radio.beacon.position = {x, y, 0.0};
+    radio.beacon.is_planar = true;
+    radio.errors = {scale, bias, 0.4};
+    world.beacons.push_back(radio);
+  };
+  add(-13.0, -12.0, 1.015, 0.25);
+  add(12.5, -13.5, 1.010, 0.10);
+  add(14.0, 1.0, 1.020, 0.30);
+  add(11.0, 13.5, 1.005, 0.20);
+  add(-10.5, 13.0, 1.015, 0.15);
+  add(-14.5, -1.0, 1.025, 0.20);
+  world.odometry.speed_sigma = 0.05;
+  world.odometry.lateral_sigma = 0.03;
+  world.odometry.yaw_rate_sigma = 0.006;
+  world.odometry.distance_scale = 1.005;
+  world.odometry.yaw_scale = 1.003;
+  world.ranges.rate = 6.0;
+  world.ranges.outlier_share = world.ranges.reflected_share = 0.03;
+  world.ranges.outlier_max = 40.0;
+  world.ranges.reflected_excess_mean = 2.0;
+  double sum = 0.0;
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const SimulatedDrive drive = simulate(world, seed);
+    std::vector<Beacon> beacons;
+    for (const SimulatedBeacon& radio : world.beacons) beacons.push_back(radio.beacon);
+    RangeMemory memory({}, beacons);
+    std::size_t next = 0;
+    for (std::size_t i = 1; i < drive.odometry.size(); ++i) {
+      const auto& before = drive.odometry[i - 1];
+      const auto& now = drive.odometry[i];
+      OdometryIncrement increment;
+      append(OdometryNoise{}, relative(before.pose, now.pose), now.time - before.time, &increment);
+      std::vector<RangeObservation> ranges;
+      for (; next < drive.ranges.size() && drive.ranges[next].time <= now.time; ++next) {
+        ranges.push_back({drive.ranges[next].beacon, drive.ranges[next].range});
+        ranges.back().antenna_is_stated = true;
+      }
+      memory.add(increment, ranges);
+      if (i % 50 == 0) memory.solve();
+    }
+    const RangeMemory::Newest newest = memory.newest(memory.modes().front());
+    sum += newest.mean[KeyframeUnknown::count + Common::distance_scale];
+  }
+  EXPECT_NEAR(sum / 3.0, 0.005, 0.015);
+}
+
+// A loss that is too narrow throws away what good ranges say.
+TEST(RangeMemory, FindsHowWildRangesAre) {
+  const auto width_after = [](double reflected) {
+    DriveAmongRadios drive;
+    drive.reflected = reflected;
+    RangeMemory memory({}, drive.beacons);
+    drive.drive(120.0, 3, &memory);
+    return memory.noise().robust_width;
+  };
+  EXPECT_GT(width_after(0.0), 4.0);
+  EXPECT_LT(width_after(0.1), 4.0);
 }
 
 TEST(RangeMemory, NamesTheRadioThatIsElsewhere) {
