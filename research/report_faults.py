@@ -90,10 +90,11 @@ def summary_of(rows, runs):
     return dict(summary, **health_of(runs))
 
 
-def report_of(study):
-    """All figures: what it is about, a row for each fault and each run."""
-    faults, limit = study["faults"], study["lost_error"]
-    report = {"study": "faults", **{name: study[name] for name in ("recording", "seeds", "lost_error", "is_in_map")},
+def report_of(studies):
+    """All figures: what it is about, a row for each fault and each run. `studies`: of a seed each, from 1 on."""
+    about, limit = studies[0], studies[0]["lost_error"]
+    faults = [dict(fault, runs=[study["faults"][i]["run"] for study in studies]) for i, fault in enumerate(about["faults"])]
+    report = {"study": "faults", **{name: about[name] for name in ("recording", "lost_error", "is_in_map")}, "seeds": len(studies),
               "health": health_of([run for fault in faults for run in fault["runs"]]),
               "lost": lost_of([run for fault in faults[:JUDGED] for run in fault["runs"]], limit), "summary": [], "runs": []}
     for fault in faults:

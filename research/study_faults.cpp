@@ -1,12 +1,11 @@
 // What filters do, and say, when something goes wrong, as JSON; `study faults` makes tables of it.
-#include <algorithm>
 #include <cstdio>
-#include <thread>
+#include <string>
+#include <vector>
 
 #include "research/studies/fault_study.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/filter_options.hpp"
-#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -24,6 +23,7 @@ int study_faults(const std::vector<std::string>& arguments) {
   line.option<std::string>("fault", "WORDS", "",
                            "only faults whose name contains this, besides no fault and kidnapping");
   line.option<int>("seeds", "N", 20, "runs per fault, with seeds 1 to N");
+  line.option<int>("seed", "N", "this seed alone, as JSON: what `study` makes tables of");
   line.option<int>("jobs", "N", "runs at a time (default: the number of processors)");
   line.option<std::string>("json", "FILE",
                            "write all figures, of every run and of the table, as JSON");
@@ -43,15 +43,14 @@ int study_faults(const std::vector<std::string>& arguments) {
   }
   options.share = line.get<double>("share");
   options.only = line.text("fault");
-  options.seeds = line.get<int>("seeds");
-  options.jobs = line.has("jobs")
-                     ? line.get<int>("jobs")
-                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  ProgressBar bar("study", 30 * static_cast<std::uint64_t>(std::max(0, options.seeds)));
-  const FaultStudy result = naming(path, [&] {
-    return run_fault_study(file_name(path), drive, options,
-                           [&](std::uint64_t done) { bar.update(done); });
-  });
+  for (const char* name : {"seeds", "jobs"}) {
+    if (line.has(name) && line.get<int>(name) < 1) {
+      throw Error(std::string("--") + name + " has to be at least 1");
+    }
+  }
+  if (line.has("seed")) options.seed = line.get<int>("seed");
+  const FaultStudy result =
+      naming(path, [&] { return run_fault_study(file_name(path), drive, options); });
   std::printf("%s\n", to_json(result).dump().c_str());
   return 0;
 }

@@ -289,11 +289,12 @@ class Faults(unittest.TestCase):
         def run(error, **said):
             return dict({'samples': [sample(second, error) for second in range(200)], 'all_finite': True}, **said)
 
-        faults = [{'fault': name, 'begin': 50.0, 'end': 60.0, 'last': 199.0,
-                   'runs': [run(0.25), run(0.5, alarm='b', alarm_delay=3.0), run(9.0, alarm='b', alarm_delay=1.0)]}
-                  for name in ('nothing', 'kidnapped')]
-        report = report_faults.report_of({'recording': 'a.bag', 'seeds': 3, 'lost_error': 1.0, 'is_in_map': False,
-                                          'faults': faults})
+        runs = [run(0.25), run(0.5, alarm='b', alarm_delay=3.0), run(9.0, alarm='b', alarm_delay=1.0)]
+        report = report_faults.report_of([
+            {'recording': 'a.bag', 'lost_error': 1.0, 'is_in_map': False,
+             'faults': [{'fault': name, 'begin': 50.0, 'end': 60.0, 'last': 199.0, 'run': of_seed}
+                        for name in ('nothing', 'kidnapped')]} for of_seed in runs])
+        self.assertEqual(report['seeds'], 3)
         row = report['summary'][1]
         self.assertEqual((row['during'], row['recovered'], row['good_after']), (0.5, 2, 0.0))
         self.assertEqual((row['alarms'], row['alarm_delay'], row['alarm']), (2, 2.0, 'b'))

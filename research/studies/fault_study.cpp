@@ -11,7 +11,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
-#include "research/studies/for_each_index.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -203,13 +202,13 @@ struct NoBeaconsPipeline : FastSlamPipeline {
   void handle(const BeaconArray& /*beacons*/) {}
 };
 
-void run_fault(const Fault& fault, const FaultStudyOptions& options, int seed, FaultRun* run) {
+void run_fault(const Fault& fault, const FaultStudyOptions& options, FaultRun* run) {
   if (!fault.drive.beacons.empty()) {
     run_pipeline<BeaconMclPipeline, BeaconMclSinks, BeaconMclPipelineOptions,
-                 LandmarkObservationArray>(fault, options.beacon_mcl, seed, run);
+                 LandmarkObservationArray>(fault, options.beacon_mcl, options.seed, run);
   } else {
     run_pipeline<NoBeaconsPipeline, FastSlamSinks, FastSlamPipelineOptions, void>(
-        fault, options.fastslam, seed, run);
+        fault, options.fastslam, options.seed, run);
   }
 }
 
@@ -227,12 +226,7 @@ std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
 }
 
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
-                           const FaultStudyOptions& options,
-                           const std::function<void(std::uint64_t)>& progress) {
-  if (options.seeds < 1 || options.jobs < 1) {
-    throw Error("seeds is " + std::to_string(options.seeds) + " and jobs " +
-                std::to_string(options.jobs) + ": both have to be at least 1");
-  }
+                           const FaultStudyOptions& options) {
   if (!(options.share > 0.0 && options.share < 1.0)) {
     throw Error("share is " + std::to_string(options.share) + ": it has to be in (0, 1)");
   }
@@ -252,46 +246,35 @@ FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& dr
                 "' is unknown; give a part of a name in the first "
                 "column of doc/studies/faults.html");
   }
-  const std::size_t seeds = static_cast<std::size_t>(options.seeds);
   for (const Fault& fault : faults) {
     study.results.push_back(
         {fault.name, fault.begin, fault.end, fault.drive.truth.back().time, {}});
-    study.results.back().runs.resize(seeds);
+    run_fault(fault, options, &study.results.back().run);
   }
-  for_each_index(
-      faults.size() * seeds, options.jobs,
-      [&](std::size_t i) {
-        run_fault(faults[i / seeds], options, static_cast<int>(i % seeds) + 1,
-                  &study.results[i / seeds].runs[i % seeds]);
-      },
-      progress);
-  study.is_in_map = study.results.front().runs.front().is_in_map;
+  study.is_in_map = study.results.front().run.is_in_map;
   return study;
 }
 
 json to_json(const FaultStudy& study) {
   json faults = json::array();
   for (const FaultResult& result : study.results) {
-    json runs = json::array();
-    for (const FaultRun& run : result.runs) {
-      json samples = json::array();
-      for (const FaultRun::Sample& sample : run.samples) {
-        json is_inside;
-        if (sample.normalized_squared) is_inside = *sample.normalized_squared <= kThreeSigmaSquared;
-        samples.push_back({sample.time, sample.error, sample.lost, is_inside, sample.is_healthy});
-      }
-      runs.push_back({{"samples", samples}, {"all_finite", run.all_finite}});
-      if (!run.alarm) continue;
-      runs.back().update({{"alarm_delay", run.alarm->delay}, {"alarm", run.alarm->text}});
+    json samples = json::array();
+    for (const FaultRun::Sample& sample : result.run.samples) {
+      json is_inside;
+      if (sample.normalized_squared) is_inside = *sample.normalized_squared <= kThreeSigmaSquared;
+      samples.push_back({sample.time, sample.error, sample.lost, is_inside, sample.is_healthy});
+    }
+    json run = {{"samples", samples}, {"all_finite", result.run.all_finite}};
+    if (const auto& alarm = result.run.alarm) {
+      run.update({{"alarm_delay", alarm->delay}, {"alarm", alarm->text}});
     }
     faults.push_back({{"fault", result.name},
                       {"begin", result.begin},
                       {"end", result.end},
                       {"last", result.last},
-                      {"runs", runs}});
+                      {"run", run}});
   }
   return {{"recording", study.recording},
-          {"seeds", study.options.seeds},
           {"lost_error", study.lost_error},
           {"is_in_map", study.is_in_map},
           {"faults", faults}};

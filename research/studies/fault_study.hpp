@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,9 +16,8 @@ struct FaultStudyOptions {
   BeaconMclPipelineOptions beacon_mcl;  ///< used on drives with beacons
   FastSlamPipelineOptions fastslam;     ///< on the others
   double share = 0.4;                   ///< of the drive, before the fault
-  int seeds = 20;                       ///< 1 to this
-  int jobs = 1;                         ///< runs at a time; the result does not depend on it
-  std::string only;                     ///< part of the names of the faults wanted; empty: all
+  int seed = 1;
+  std::string only;  ///< part of the names of the faults wanted; empty: all
 };
 
 /// A run, second by second.
@@ -46,7 +44,7 @@ struct FaultRun {
 struct FaultResult {
   std::string name;
   double begin = 0.0, end = 0.0, last = 0.0;  ///< s, of the fault and of the drive
-  std::vector<FaultRun> runs;                 ///< by seed
+  FaultRun run;
 };
 
 struct FaultStudy {
@@ -67,8 +65,7 @@ std::optional<Pose2> map_to_truth(const std::vector<PointLandmark>& map,
 /// is what the robot is wrong in its map, or, where landmarks have no ids or no true place, by the
 /// path before the fault. Throws Error on options that make no sense.
 FaultStudy run_fault_study(const std::string& recording, const RecordedDrive& drive,
-                           const FaultStudyOptions& options,
-                           const std::function<void(std::uint64_t)>& progress);
+                           const FaultStudyOptions& options);
 
 /// All of it, as `study faults` takes it; a sample is the list of time, error, lost, whether the
 /// truth is inside the 3-sigma region (null: not known), is_healthy.

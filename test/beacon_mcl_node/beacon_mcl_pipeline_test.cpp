@@ -120,24 +120,6 @@ TEST(BeaconMclPipeline, PicturesComeAtTheirPeriods) {
   }
 }
 
-TEST(BeaconMclPipeline, SameMessagesAndSeedGiveTheSameBytesAtAnyNumberOfThreads) {
-  const auto drive = BeaconMclDrive::messages(10.0);
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.particles = 5000;
-  Rig one(options);
-  options.filter.threads = 2;
-  Rig two(options);
-  options.seed = 2;
-  Rig other(options);
-  one.feed(drive);
-  two.feed(drive);
-  other.feed(drive);
-  EXPECT_EQ(bytes_of_all(one.out.clouds), bytes_of_all(two.out.clouds));
-  EXPECT_EQ(bytes_of_all(one.out.statuses), bytes_of_all(two.out.statuses));
-  EXPECT_EQ(bytes_of_all(one.out.poses), bytes_of_all(two.out.poses));
-  EXPECT_NE(bytes_of_all(one.out.poses), bytes_of_all(other.out.poses));
-}
-
 TEST(BeaconMclPipeline, InitialPoseAndServicesStartTheFilterAnew) {
   Rig run;
   run.feed(BeaconMclDrive::messages(5.0));

@@ -108,22 +108,6 @@ TEST(FastSlamPipeline, ThePoseIsTheFiltersMovedByOdometry) {
   EXPECT_EQ(run.out.poses.size(), 101u);
 }
 
-TEST(FastSlamPipeline, SameMessagesAndSeedGiveTheSameBytes) {
-  const auto drive = Drive::messages(10.0);
-  FastSlamPipelineOptions options = Drive::options();
-  options.filter.particles = 1000;
-  FastSlamRig one(options);
-  FastSlamRig two(options);
-  options.seed = 2;
-  FastSlamRig other(options);
-  for (FastSlamRig* run : {&one, &two, &other}) run->feed(drive);
-  EXPECT_TRUE(same_bytes(one.out.clouds, two.out.clouds));
-  EXPECT_TRUE(same_bytes(one.out.statuses, two.out.statuses));
-  EXPECT_TRUE(same_bytes(one.out.poses, two.out.poses));
-  EXPECT_TRUE(same_bytes(one.out.maps, two.out.maps));
-  EXPECT_FALSE(same_bytes(one.out.poses, other.out.poses));
-}
-
 // ---- the end ----------------------------------------------------------------------------------
 
 // The last map is smoothed, and the filter does not notice.

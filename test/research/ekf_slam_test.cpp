@@ -60,19 +60,6 @@ OdometryIncrement some_motion() {
   return increment;
 }
 
-// A robot that stands where it is known: the landmark's covariance is that of the sensor, over the
-// number of observations.
-TEST(EkfSlam, LandmarkCovarianceFallsWithTheNumberOfObservations) {
-  EkfSlam filter(sensor_of(0.1, 0.02));
-  for (int i = 0; i < 16; ++i) filter.update({}, {observation_of(7, 5.0, 0.0)});
-  ASSERT_EQ(filter.rows().at(7), 3);
-  EXPECT_NEAR(filter.state()[3], 5.0, 1e-12);
-  EXPECT_NEAR(filter.state()[4], 0.0, 1e-12);
-  EXPECT_NEAR(filter.covariance()(3, 3), 0.01 / 16.0, 1e-12);
-  EXPECT_NEAR(filter.covariance()(4, 4), std::pow(5.0 * 0.02, 2) / 16.0, 1e-12);
-  EXPECT_LT(filter.estimate().covariance.norm(), 1e-12);
-}
-
 // Moves, finds a landmark and sees it again after another motion: the information form, with
 // derivatives by differences, says the same of the whole state.
 TEST(EkfSlam, IsTheInformationFilterOnTheSameData) {
@@ -130,15 +117,6 @@ TEST(EkfSlam, IsTheInformationFilterOnTheSameData) {
       state + posterior * by_state.transpose() * noise.inverse() * Eigen::Vector2d(0.05, -0.01);
   EXPECT_LT((filter.state() - corrected).norm(), 1e-7);
   EXPECT_LT((filter.covariance() - posterior).norm(), 1e-7);
-}
-
-// Headings on both sides of the wrap differ by little.
-TEST(EkfSlam, BearingsDifferByTheShorterArc) {
-  EkfSlam filter(sensor_of(0.1, 0.02));
-  filter.update({}, {observation_of(1, 3.0, kPi - 0.001)});
-  filter.update({}, {observation_of(1, 3.0, -kPi + 0.001)});
-  EXPECT_NEAR(filter.state()[3], -3.0, 1e-3);
-  EXPECT_NEAR(filter.state()[4], 0.0, 1e-3);
 }
 
 }  // namespace

@@ -98,15 +98,13 @@ TEST(FaultStudy, KidnappingJoinsTheDriveSeamlessly) {
 // Simulated time begins at zero; a clock that is set back by 20 s then cannot be.
 TEST(FaultStudy, ADriveMayBeginAtZero) {
   FaultStudyOptions options;
-  options.seeds = 1;
   options.share = 0.1;
   options.only = "the clock jumps";
   options.beacon_mcl.filter.particles = 300;
-  const FaultStudy study =
-      run_fault_study("straight", straight_drive(0.1), options, [](std::uint64_t) {});
+  const FaultStudy study = run_fault_study("straight", straight_drive(0.1), options);
   ASSERT_EQ(study.results.size(), 3u);
   for (const FaultResult& result : study.results) {
-    EXPECT_TRUE(is_good_at_the_end(result.runs.front(), study)) << result.name;
+    EXPECT_TRUE(is_good_at_the_end(result.run, study)) << result.name;
   }
 }
 
@@ -181,41 +179,31 @@ TEST(FaultStudy, AMapTellsHowItsFrameLies) {
 // published is not finite, and what is said of bad messages comes at once.
 TEST(FaultStudy, TheFilterComesBackFromEveryFault) {
   FaultStudyOptions options;
-  options.seeds = 2;
   options.share = 0.25;
   options.beacon_mcl.filter.particles = 300;
-  std::uint64_t runs = 0;
-  const FaultStudy study = run_fault_study("straight", straight_drive(), options,
-                                           [&](std::uint64_t done) { runs = done; });
+  const FaultStudy study = run_fault_study("straight", straight_drive(), options);
   EXPECT_GE(study.results.size(), 25u);
-  EXPECT_EQ(runs, 2 * study.results.size());
   for (const FaultResult& result : study.results) {
-    for (const FaultRun& run : result.runs) {
-      EXPECT_TRUE(run.all_finite) << result.name;
-      EXPECT_TRUE(is_good_at_the_end(run, study)) << result.name;
-      if (result.name.find("one in ten: ranges of NaN") != std::string::npos) {
-        ASSERT_TRUE(run.alarm);
-        EXPECT_LT(run.alarm->delay, 10.0);
-      }
+    EXPECT_TRUE(result.run.all_finite) << result.name;
+    EXPECT_TRUE(is_good_at_the_end(result.run, study)) << result.name;
+    if (result.name.find("one in ten: ranges of NaN") != std::string::npos) {
+      ASSERT_TRUE(result.run.alarm);
+      EXPECT_LT(result.run.alarm->delay, 10.0);
     }
   }
-  options.jobs = 2;
-  EXPECT_EQ(to_json(run_fault_study("straight", straight_drive(), options, [](auto) {})),
-            to_json(study));
+  EXPECT_EQ(to_json(run_fault_study("straight", straight_drive(), options)), to_json(study));
   options.only = "an hour ahead";
-  const FaultStudy few = run_fault_study("straight", straight_drive(), options, [](auto) {});
+  const FaultStudy few = run_fault_study("straight", straight_drive(), options);
   ASSERT_EQ(few.results.size(), 4u);  // nothing, kidnapped, of ranges and of odometry
   EXPECT_EQ(few.results[3].name, "one in ten: odometry an hour ahead");
-  for (const FaultRun& run : few.results[3].runs) {
-    for (const FaultRun::Sample& sample : run.samples) {
-      EXPECT_TRUE(sample.time < few.results[3].begin || sample.error < study.lost_error);
-    }
+  for (const FaultRun::Sample& sample : few.results[3].run.samples) {
+    EXPECT_TRUE(sample.time < few.results[3].begin || sample.error < study.lost_error);
   }
   options.only = "no such thing";
-  EXPECT_THROW(run_fault_study("straight", straight_drive(), options, [](auto) {}), Error);
+  EXPECT_THROW(run_fault_study("straight", straight_drive(), options), Error);
   options.only.clear();
   options.share = 2.0;
-  EXPECT_THROW(run_fault_study("straight", straight_drive(), options, [](auto) {}), Error);
+  EXPECT_THROW(run_fault_study("straight", straight_drive(), options), Error);
 }
 
 }  // namespace

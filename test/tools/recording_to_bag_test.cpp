@@ -192,14 +192,5 @@ TEST(WriteRecording, TimesThatRosCannotHoldAreShiftedOrRefused) {
   EXPECT_EQ(directory.listing(), "zero.bag") << "nothing is left of a bag that failed";
 }
 
-TEST(WriteRecording, TheSameRecordingGivesTheSameBytes) {
-  const TemporaryDirectory directory;
-  write_recording(small_recording(), directory.file("a.bag"));
-  write_recording(small_recording(), directory.file("b.bag"));
-  const std::string bytes = read_file(directory.file("a.bag"));
-  EXPECT_GT(bytes.size(), 1000U);
-  EXPECT_TRUE(bytes == read_file(directory.file("b.bag")));
-}
-
 }  // namespace
 }  // namespace pf_resampling

@@ -83,37 +83,6 @@ struct Moments {
   double variance = 0.0;
 };
 
-// Interrupted anywhere else, each particle draws how it got from its last scan to where the map
-// was saved: errors are as large as uninterrupted, but not the same. Twelve seeds each; with 22
-// degrees of freedom a difference of 6.7 standard errors is one of 1e-6.
-TEST_F(RunBagFastSlam, ErrorsAfterGoingOnAreThoseOfUninterruptedRuns) {
-  const std::string before = directory_.file("before.bag");
-  const std::string after = directory_.file("after.bag");
-  cut(world_, before, 0.0, kBetweenScans);
-  cut(world_, after, kBetweenScans, kForever);
-  std::vector<double> map_errors[2], position_errors[2];
-  for (int i = 0; i < 12; ++i) {
-    const auto options = [&](int seed) { return " --no-clouds --seed " + std::to_string(seed); };
-    expect_success(world_ + " " + out_ + options(1 + i));
-    map_errors[0].push_back(map_rms(out_));
-    position_errors[0].push_back(pose_errors(out_, kBetweenScans).mean);
-    expect_success(before + " " + out_ + " --save-map " + map_ + options(101 + i));
-    expect_success(after + " " + out_ + " --load-map " + map_ + options(201 + i));
-    EXPECT_EQ(read_landmark_map(open_bag(out_), "/landmark_map")->size(), 30u);
-    map_errors[1].push_back(map_rms(out_));
-    position_errors[1].push_back(pose_errors(out_, kBetweenScans).mean);
-  }
-  for (const auto* errors : {&map_errors, &position_errors}) {
-    const Moments uninterrupted((*errors)[0]);
-    const Moments interrupted((*errors)[1]);
-    std::printf("uninterrupted %.3f m (sigma %.3f m), interrupted %.3f m (sigma %.3f m)\n",
-                uninterrupted.mean, std::sqrt(uninterrupted.variance), interrupted.mean,
-                std::sqrt(interrupted.variance));
-    EXPECT_LT(std::abs(interrupted.mean - uninterrupted.mean),
-              6.7 * std::sqrt((uninterrupted.variance + interrupted.variance) / 12.0));
-  }
-}
-
 TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
   expect_success(world_ + " " + out_ + " --no-clouds --save-map " + map_);
   // Another day: other noise, and the robot starts where it did the first time.

@@ -9,7 +9,6 @@
 #include <map>
 
 #include "test/beacon_mcl_drive.hpp"
-#include "test/places.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
@@ -227,49 +226,6 @@ TEST_F(RunBag, EachMistakeGetsOneLine) {
   EXPECT_EQ(run("beacon_mcl " + in_ + " " + out_ + " --sed 1").exit_code, 2);
 }
 
-// As when a computer gets its time from the network while a bag is recorded.
-TEST_F(RunBag, AClockThatIsSetFrom1970ToNowLosesNothing) {
-  const std::string path = directory_.file("clock.bag");
-  std::size_t odometry = 0;
-  std::size_t after = 0;
-  {
-    BagWriter bag(path);
-    for (BeaconMclMessage& message : BeaconMclDrive::messages(20.0)) {
-      const auto set = [&](auto copy) {
-        ros::Time& stamp = copy.header.stamp;
-        const bool is_set = stamp > BeaconMclDrive::at(10.0);
-        if (is_set) stamp += ros::Duration(1.7e9);
-        return std::pair(copy, is_set);
-      };
-      if (const auto* beacons = std::get_if<BeaconArray::ConstPtr>(&message)) {
-        bag.write_latched("/beacons", (*beacons)->header.stamp, **beacons);
-      } else if (const auto* odom = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
-        const auto [copy, is_set] = set(**odom);
-        bag.write("/odom", copy.header.stamp, copy);
-        ++odometry;
-        after += is_set ? 1U : 0U;
-      } else if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&message)) {
-        const auto [copy, is_set] = set(**range);
-        bag.write("/ranges", copy.header.stamp, copy);
-      }
-    }
-    bag.finish();
-  }
-  const std::string out = directory_.file("out.bag");
-  const ProgramResult result = run_program("run_bag beacon_mcl " + path + " " + out);
-  EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_EQ(counts_of(out)["/odom"], odometry);
-  std::size_t poses = 0;
-  std::size_t late = 0;
-  for_each_in_order(open_bag(out), out, {}, [&](const rosbag::MessageInstance& message) {
-    if (message.getTopic() != "/pose") return;
-    ++poses;
-    late += message.getTime() > ros::Time(1.7e9) ? 1U : 0U;
-  });
-  EXPECT_GT(poses, odometry / 2);
-  EXPECT_GE(late + 10, after) << "a few messages have to agree on the new time";
-}
-
 // A pipeline lets no exception out: that of a disk that is full is told of all the same.
 TEST_F(RunBag, ADiskThatGetsFullIsAnErrorAndLeavesNothing) {
   rlimit before{};
@@ -346,23 +302,6 @@ TEST_F(RunBag, RangesMayBeOfSensorMsgs) {
   EXPECT_EQ(counts_of(out_)["/pose"], poses);
   EXPECT_EQ(result.out.find("rejected"), std::string::npos) << result.out;
   EXPECT_EQ(counts_of(out_)["/sensor_ranges"], counts_of(in_)["/sensor_ranges"]);
-}
-
-TEST(RunBagOnPlaza2, IsReproducibleOnARecording) {
-  const std::string recording = std::string(kDatasetsFolder) + "/plaza2/Plaza2.mat";
-  if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is not there";
-  const TemporaryDirectory directory;
-  const std::string in = directory.file("plaza2.bag");
-  ASSERT_EQ(run_program("dataset_to_bag plaza " + recording + " " + in).exit_code, 0);
-  const std::string out = directory.file("out.bag");
-  const std::string command = "run_bag beacon_mcl " + in + " " + out + " --seed 1 --threads ";
-  std::string first;
-  for (const char* threads : {"1", "2", "1"}) {
-    const ProgramResult result = run_program(command + threads);
-    ASSERT_EQ(result.exit_code, 0) << result.error;
-    if (first.empty()) first = read_file(out);
-    EXPECT_TRUE(first == read_file(out)) << "with " << threads << " threads";
-  }
 }
 
 // ---- checkpoints --------------------------------------------------------------------------------

@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -458,42 +456,6 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
     };
     EXPECT_THROW(write_and_read(), Error) << i;
   }
-}
-
-// A disk that is full after 200 bytes: what was there stays, and nothing is left beside it.
-TEST_F(MapFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
-  write_map_file(path_, small_map());
-  const std::string before = content_of(path_);
-  SavedMap other = small_map();
-  other.frame = "other";
-  struct rlimit limit {};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
-  struct rlimit small = limit;
-  small.rlim_cur = 200;
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  std::string said;
-  try {
-    write_map_file(path_, other);
-  } catch (const Error& error) {
-    said = error.what();
-  }
-  setrlimit(RLIMIT_FSIZE, &limit);
-  std::signal(SIGXFSZ, handler);
-  EXPECT_NE(said.find("map file " + path_ + " cannot be written: "), std::string::npos) << said;
-  EXPECT_EQ(content_of(path_), before);
-  EXPECT_EQ(files(), 1);
-  EXPECT_THROW(write_map_file(folder_ + "/no/such/folder/a.map", other), Error);
-  EXPECT_THROW(write_map_file(folder_, other), Error);
-}
-
-TEST_F(MapFile, ALinkIsNotWrittenAndWhatItLeadsToStays) {
-  const std::string target = folder_ + "/target.map";
-  write(target, "old");
-  std::filesystem::create_symlink(target, path_);
-  EXPECT_THROW(write_map_file(path_, small_map()), Error);
-  EXPECT_TRUE(std::filesystem::is_symlink(path_));
-  EXPECT_EQ(content_of(target), "old");
 }
 
 }  // namespace
