@@ -31,7 +31,7 @@ inline std::vector<TruePose> truth_of(const Recording& recording) {
       continue;
     }
     truth.push_back({pose.time, pose.pose.x, pose.pose.y, std::nullopt});
-    if (recording.truth_has_heading) truth.back().heading = pose.pose.heading;
+    if (std::isfinite(pose.pose.heading)) truth.back().heading = pose.pose.heading;
   }
   return truth;
 }

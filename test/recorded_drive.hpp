@@ -36,11 +36,10 @@ inline Recording recorded_drive(const std::string& data_set, const std::string& 
   }
   for (const PointLandmark& mark :
        read_landmark_map(bag, "/ground_truth_landmarks").value_or(std::vector<PointLandmark>())) {
-    recording.landmarks.push_back({mark.id, mark.position.x(), mark.position.y(), {}});
+    recording.landmarks.push_back({mark.id, mark.position.x(), mark.position.y()});
   }
   for (const TruePose& truth : read_truth(bag, "/ground_truth")) {
-    recording.truth_has_heading = truth.heading.has_value();
-    recording.truth.push_back({truth.time, {truth.x, truth.y, truth.heading.value_or(0.0)}});
+    recording.truth.push_back({truth.time, {truth.x, truth.y, truth.heading.value_or(std::nan(""))}});
   }
   return recording;
 }

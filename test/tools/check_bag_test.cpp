@@ -37,7 +37,6 @@ Recording good_recording() {
     recording.odometry.push_back({time, {0.1 * i, 0.0, 0.0}});
     recording.truth.push_back({time, {0.1 * i, 0.0, 0.0}});
   }
-  recording.truth_has_heading = true;
   for (int i = 0; i < 30; ++i) {
     recording.ranges.push_back({10.05 + i / 3.0, 1 + i % 3, 2.0 + i, 0.0, "antenna"});
   }
@@ -56,7 +55,7 @@ Recording landmark_recording() {
     recording.landmark_observations.push_back({11.05 + i, 7, 2.0 + i, 0.5, 0.0, 0.0});
     recording.landmark_observations.push_back({11.05 + i, 8, 3.0, -0.25, 0.01, 0.0});
   }
-  recording.landmarks = {{7, 3.0, 4.0, {}}, {8, 5.0, 6.0, {}}};
+  recording.landmarks = {{7, 3.0, 4.0}, {8, 5.0, 6.0}};
   recording.frames = {{"sensor", 0.1, 0.0, 0.3, 0.5}};
   return recording;
 }

@@ -1,6 +1,5 @@
 #include "tools/worlds/recording_to_bag.hpp"
 
-#include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
@@ -15,9 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/error.hpp"
 #include "test/temporary_directory.hpp"
-#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -43,7 +40,6 @@ Recording small_recording() {
       {10.5, 1, 2.0, 0.1, 0.01, 0.02}, {10.5, -1, 3.0, -0.2}, {10.9, 2, 4.0, 0.3}};
   recording.landmarks = {{1, 6.0, 7.0}};
   recording.truth = {{10.0, {5.0, 6.0, kPi}}, {11.0, {4.0, 5.0, kPi}}};
-  recording.truth_has_heading = true;
   recording.frames = {{"antenna", 0.1, 0.2, 0.3, kPi / 2}};
   return recording;
 }
@@ -160,36 +156,6 @@ TEST(WriteRecording, MapsAndFramesAreThereBeforeAllElse) {
   }
   EXPECT_LT(last_static, first_other);
   EXPECT_EQ(first_other, ros::Time(10.0));
-}
-
-TEST(WriteRecording, TruthWithoutHeadingIsAPoint) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("a.bag");
-  Recording recording = small_recording();
-  recording.truth_has_heading = false;
-  write_recording(recording, path);
-  const rosbag::Bag bag = open_bag(path);
-  EXPECT_EQ(messages_of<geometry_msgs::PointStamped>(bag, "/ground_truth").size(), 2U);
-  EXPECT_EQ(messages_of<geometry_msgs::PoseStamped>(bag, "/ground_truth").size(), 0U);
-}
-
-TEST(WriteRecording, TimesThatRosCannotHoldAreShiftedOrRefused) {
-  const TemporaryDirectory directory;
-  Recording recording;
-  recording.odometry = {{0.0, {}}, {0.25, {}}};
-  write_recording(recording, directory.file("zero.bag"));
-  const rosbag::Bag bag = open_bag(directory.file("zero.bag"));
-  const auto odometry = messages_of<nav_msgs::Odometry>(bag, "/odom");
-  ASSERT_EQ(odometry.size(), 2U);
-  EXPECT_EQ(odometry[0].header.stamp, ros::Time(1.0));
-  EXPECT_EQ(odometry[1].header.stamp, ros::Time(1.25));
-
-  recording.odometry = {{1.6e12, {}}};  // milliseconds
-  EXPECT_THROW(write_recording(recording, directory.file("late.bag")), Error);
-  recording.odometry = {{std::nan(""), {}}};
-  EXPECT_THROW(write_recording(recording, directory.file("nan.bag")), Error);
-  EXPECT_THROW(write_recording(Recording{}, directory.file("empty.bag")), Error);
-  EXPECT_EQ(directory.listing(), "zero.bag") << "nothing is left of a bag that failed";
 }
 
 }  // namespace

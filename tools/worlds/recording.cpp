@@ -58,9 +58,7 @@ std::string report(const Recording& recording) {
     line("landmarks", std::to_string(recording.landmarks.size()));
   }
   line("ground truth",
-       describe(recording.truth) + (recording.truth.empty()       ? ""
-                                    : recording.truth_has_heading ? ", with heading"
-                                                                  : ", without heading"));
+       describe(recording.truth) + (recording.truth.empty() ? "" : ", with heading"));
   for (const std::string& note : recording.notes) text += "  note: " + note + "\n";
   return text;
 }

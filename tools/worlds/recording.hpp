@@ -46,13 +46,12 @@ struct Recording {
   };
   struct Landmark {
     std::int32_t id = 0;
-    double x = 0.0;                         ///< m, frame "map"
-    double y = 0.0;                         ///< m
-    std::array<double, 4> covariance = {};  ///< m^2, row-major, of x and y; zero: exact or unknown
+    double x = 0.0;  ///< m, frame "map"
+    double y = 0.0;  ///< m
   };
   struct Truth {
     double time = 0.0;
-    Pose2 pose;  ///< frame "map"; the heading counts if truth_has_heading
+    Pose2 pose;  ///< frame "map"
   };
   /// Where something sits on the robot: a frame below "base_link".
   struct Frame {
@@ -69,7 +68,6 @@ struct Recording {
   std::vector<LandmarkObservation> landmark_observations;
   std::vector<Landmark> landmarks;
   std::vector<Truth> truth;
-  bool truth_has_heading = false;
   std::vector<Frame> frames;
 
   /// What is worth knowing of it, a line each, for people.

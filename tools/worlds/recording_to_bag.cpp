@@ -1,6 +1,5 @@
 #include "tools/worlds/recording_to_bag.hpp"
 
-#include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
@@ -12,21 +11,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <iomanip>
 #include <iostream>
 #include <limits>
 #include <set>
-#include <sstream>
 
-#include "pf_resampling_core/error.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 
 namespace {
-
-constexpr double kLatestTime = std::numeric_limits<std::uint32_t>::max();
 
 // s, by which beacons and frames precede all else: readers of bags see equal times in any order,
 // and a range whose antenna is not yet known is lost.
@@ -66,23 +59,11 @@ double height_of_antenna(const Recording& recording) {
 class Writer {
  public:
   Writer(const Recording& recording, BagWriter* bag) : recording_(recording), bag_(bag) {
-    double earliest = std::numeric_limits<double>::infinity();
-    double latest = -earliest;
-    for_each_time([&](double time) {
-      if (!std::isfinite(time)) throw Error("recording with a time that is not finite");
-      earliest = std::min(earliest, time);
-      latest = std::max(latest, time);
-    });
-    const bool has_maps = !recording.beacons.empty() || !recording.landmarks.empty();
-    if (!std::isfinite(earliest) && !has_maps) throw Error("recording with nothing in it");
-    if (!std::isfinite(earliest)) earliest = latest = 1.0;
+    const double earliest =
+        std::min({time_of(recording.truth, 0), time_of(recording.odometry, 0),
+                  time_of(recording.ranges, 0), time_of(recording.landmark_observations, 0)});
+    // A stamp of zero means none.
     if (earliest < 10.0 * kHeadStart) shift_ = 1.0 - std::floor(earliest);
-    if (!(latest + shift_ < kLatestTime) || !(earliest + shift_ > 0.0)) {
-      std::ostringstream what;
-      what << std::setprecision(10) << "times from " << earliest << " to " << latest
-           << " are beyond what ROS can hold; times are in seconds";
-      throw Error(what.str());
-    }
     start_ = stamp_of(earliest - kHeadStart);
   }
 
@@ -117,13 +98,6 @@ class Writer {
   template <typename Stamped>
   static double time_of(const std::vector<Stamped>& list, std::size_t index) {
     return index < list.size() ? list[index].time : std::numeric_limits<double>::infinity();
-  }
-
-  void for_each_time(const std::function<void(double)>& visit) const {
-    for (const auto& item : recording_.odometry) visit(item.time);
-    for (const auto& item : recording_.ranges) visit(item.time);
-    for (const auto& item : recording_.landmark_observations) visit(item.time);
-    for (const auto& item : recording_.truth) visit(item.time);
   }
 
   ros::Time stamp_of(double time) const { return ros::Time(time + shift_); }
@@ -161,8 +135,6 @@ class Writer {
         message.id = landmark.id;
         message.position.x = landmark.x;
         message.position.y = landmark.y;
-        std::copy(landmark.covariance.begin(), landmark.covariance.end(),
-                  message.covariance.begin());
         map.landmarks.push_back(message);
       }
       bag_->write_latched("/ground_truth_landmarks", start_, map);
@@ -172,16 +144,9 @@ class Writer {
   void write_truth(std::size_t index) {
     const auto& truth = recording_.truth[index];
     const ros::Time stamp = stamp_of(truth.time);
-    if (recording_.truth_has_heading) {
-      auto pose = stamped<geometry_msgs::PoseStamped>(stamp, "map");
-      pose.pose = to_pose_message(truth.pose);
-      bag_->write("/ground_truth", stamp, pose);
-    } else {
-      auto point = stamped<geometry_msgs::PointStamped>(stamp, "map");
-      point.point.x = truth.pose.x;
-      point.point.y = truth.pose.y;
-      bag_->write("/ground_truth", stamp, point);
-    }
+    auto pose = stamped<geometry_msgs::PoseStamped>(stamp, "map");
+    pose.pose = to_pose_message(truth.pose);
+    bag_->write("/ground_truth", stamp, pose);
   }
 
   void write_odometry(std::size_t index) {

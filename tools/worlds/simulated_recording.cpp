@@ -44,7 +44,6 @@ void add_beacons(const World& world, const SimulatedDrive& drive, Recording* rec
 Recording simulated_recording(const World& world, std::uint64_t seed) {
   const SimulatedDrive drive = simulate(world, seed);
   Recording recording;
-  recording.truth_has_heading = true;
   // White for each control: the mean over a message's controls has the variance of one by their
   // number.
   const OdometryErrors& errors = world.odometry;
