@@ -39,7 +39,8 @@ inline Recording recorded_drive(const std::string& data_set, const std::string& 
     recording.landmarks.push_back({mark.id, mark.position.x(), mark.position.y()});
   }
   for (const TruePose& truth : read_truth(bag, "/ground_truth")) {
-    recording.truth.push_back({truth.time, {truth.x, truth.y, truth.heading.value_or(std::nan(""))}});
+    recording.truth.push_back(
+        {truth.time, {truth.x, truth.y, truth.heading.value_or(std::nan(""))}});
   }
   return recording;
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "pf_resampling_core/filters/fastslam/memory/reassociation.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 
@@ -13,7 +14,6 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kWindow = 25.0;          // s
-constexpr double kGapOfPassage = 10.0;    // s
 constexpr double kLongestPassage = 30.0;  // s
 // A prediction so many times less certain than the observations tells nothing.
 constexpr double kNoPrediction = 1e7;
@@ -204,8 +204,8 @@ std::vector<LeftOutSightings> completed_passages(const SegmentGraph& graph,
       const double now = times[static_cast<std::size_t>(sighting.pose)];
       Passage& passage = open[static_cast<std::size_t>(
           segment.landmarks[static_cast<std::size_t>(sighting.landmark)])];
-      if (now > passage.last + kGapOfPassage) {
-        end(&passage, passage.last + kGapOfPassage);
+      if (now > passage.last + kPassageGap) {
+        end(&passage, passage.last + kPassageGap);
       } else if (now > passage.begin + kLongestPassage) {
         end(&passage, passage.begin + kLongestPassage);
       }
@@ -214,7 +214,7 @@ std::vector<LeftOutSightings> completed_passages(const SegmentGraph& graph,
       passage.sightings.push_back({s, i});
     }
   }
-  for (Passage& passage : open) end(&passage, passage.last + kGapOfPassage);
+  for (Passage& passage : open) end(&passage, passage.last + kPassageGap);
   return passages;
 }
 
