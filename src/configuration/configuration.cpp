@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -10,7 +11,6 @@
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/yaml_section.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -280,6 +280,13 @@ void apply_values(const Configuration& configuration, const ParameterList& param
     }
   }
   set_parameters(parameters, values);
+}
+
+std::string one_line(std::string text) {
+  for (char& letter : text) {
+    if (std::iscntrl(static_cast<unsigned char>(letter)) != 0) letter = ' ';
+  }
+  return text;
 }
 
 Configuration parse_assignment(const std::string& text) {

@@ -45,6 +45,9 @@ Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters);
 /// value and range.
 void apply_values(const Configuration& configuration, const ParameterList& parameters);
 
+/// Without control characters: what yaml-cpp says of a file may have any.
+std::string one_line(std::string text);
+
 /// "group/name=value" -> a configuration with that value. Throws Error without '='.
 Configuration parse_assignment(const std::string& text);
 

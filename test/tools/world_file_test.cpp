@@ -127,7 +127,7 @@ TEST(ParseWorld, RefusesWhatItDoesNotUnderstandInOneLine) {
   expect_refused(kSmallWorld + "robot: {speed: .nan}\n", "robot/speed");
   expect_refused(kSmallWorld + "robot: 3\n", "robot has to be a map");
   expect_refused("waypoints: [[1, 2, 3]]\n", "waypoints has to be pairs");
-  expect_refused("waypoints: [[1, x]]\n", "waypoints has \"x\"");
+  expect_refused("waypoints: [[1, x]]\n", "waypoints is \"x\"");
   expect_refused("waypoints: 7\n", "waypoints has to be a list");
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1, x: 2}\n", "line 5: beacons/y is missing");
   expect_refused(kSmallWorld + "beacons:\n  - {id: 1.5, x: 2, y: 3}\n", "beacons/id is \"1.5\"");

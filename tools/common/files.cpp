@@ -34,13 +34,6 @@ void require_regular_file(const std::string& path, const std::string& what) {
   }
 }
 
-void require_directory(const std::string& path, const std::string& what) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such directory");
-  if (!std::filesystem::is_directory(path)) {
-    throw Error(path + ": is a file; give the directory with " + what);
-  }
-}
-
 void write_file(const std::string& path, const std::string& contents) {
   NewFile file(path, path + ":");
   file.write(contents);

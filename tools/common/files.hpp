@@ -13,10 +13,6 @@ std::string read_file(const std::string& path, std::size_t longest = std::size_t
 /// pipe has no end to begin at, and waits for a writer that may never come.
 void require_regular_file(const std::string& path, const std::string& what);
 
-/// Throws Error unless there is a directory of that name; one that names a file says `what` the
-/// directory has to hold.
-void require_directory(const std::string& path, const std::string& what);
-
 /// Writes `contents` as a NewFile, so that `path` is either the old file or the whole new one.
 /// Throws Error naming the file and the reason.
 void write_file(const std::string& path, const std::string& contents);

@@ -1,7 +1,12 @@
 #include "tools/worlds/world_file.hpp"
 
+#include <yaml-cpp/yaml.h>
+
+#include <map>
+#include <set>
+
 #include "pf_resampling_core/error.hpp"
-#include "src/configuration/yaml_section.hpp"
+#include "src/configuration/configuration.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
@@ -10,95 +15,162 @@
 namespace pf_resampling {
 namespace {
 
-void read_robot(YamlSection& robot, World* world) {
-  DriveOptions& drive = world->drive;
-  robot.read("speed", &drive.speed);
-  robot.read("speed_floor", &drive.speed_floor);
-  robot.read("yaw_rate_gain", &drive.yaw_rate_gain);
-  robot.read("yaw_rate_limit", &drive.yaw_rate_limit);
-  robot.read("reached_distance", &drive.reached_distance);
-  robot.read("control_period", &drive.control_period);
-  world->odometry.period = drive.control_period;
-  robot.read_section("motion_noise", [&](YamlSection& noise) {
-    noise.read("speed", &world->odometry.speed_sigma);
-    noise.read("lateral", &world->odometry.lateral_sigma);
-    noise.read("yaw_rate", &world->odometry.yaw_rate_sigma);
-  });
-  robot.read("observation_period", &world->landmark_sensor.period);
-  robot.read_section("sensor", [&](YamlSection& sensor) {
-    sensor.read("range_max", &world->landmark_sensor.range_max);
-    sensor.read("field_of_view", &world->landmark_sensor.field_of_view);
-    sensor.read("range_noise", &world->landmark_sensor.range_sigma);
-    sensor.read("bearing_noise", &world->landmark_sensor.bearing_sigma);
-  });
-}
+/// Reads a world from YAML; errors name source, line and the keys that lead to a value.
+class WorldReader {
+ public:
+  WorldReader(const std::string& source, World* world) : source_(source), world_(world) {}
 
-void read_odometry(YamlSection& odometry, OdometryErrors* errors) {
-  odometry.read("period", &errors->period);
-  odometry.read("distance_scale", &errors->distance_scale);
-  odometry.read("yaw_scale", &errors->yaw_scale);
-  odometry.read("yaw_rate_bias", &errors->yaw_rate_bias);
-  odometry.read("yaw_rate_bias_drift", &errors->yaw_rate_bias_drift);
-}
+  void read(const YAML::Node& file) {
+    const std::map<std::string, double*> numbers = numbers_of(world_);
+    each_key(file, "the file", "", [&](const std::string& key, const YAML::Node& value) {
+      if (key == "repeat") return read_as(value, key, "true or false", &world_->repeat);
+      if (key == "waypoints") return read_points(value, key, &world_->waypoints);
+      if (key == "landmarks") return read_points(value, key, &world_->landmarks);
+      if (key.rfind("closure_", 0) == 0) {
+        return read_as(value, key, "a whole number", &world_->closures[key.substr(8)]);
+      }
+      // What a study runs on the world is no part of it; beacons come when the antenna is known.
+      if (key != "filter" && key != "beacons") read_number(value, key, numbers);
+    });
+    if (file["area"]) require(file["area"], "area", {"x_min", "y_min", "x_max", "y_max"});
+    // A robot's odometry comes with its controls unless it is said.
+    if (file["robot"] && (!file["odometry"] || !file["odometry"]["period"])) {
+      world_->odometry.period = world_->drive.control_period;
+    }
+    if (file["beacons"]) {
+      for (const YAML::Node& beacon : list(file["beacons"], "beacons")) read_beacon(beacon);
+    }
+  }
 
-void read_ranges(YamlSection& ranges, RangeSensorOptions* options) {
-  ranges.read("rate", &options->rate);
-  ranges.read("range_max", &options->range_max);
-  ranges.read("outlier_share", &options->outlier_share);
-  ranges.read("outlier_max", &options->outlier_max);
-  ranges.read("reflected_share", &options->reflected_share);
-  ranges.read("reflected_excess_mean", &options->reflected_excess_mean);
-  ranges.read_section("antenna", [&](YamlSection& antenna) {
-    antenna.read("x", &options->antenna.x());
-    antenna.read("y", &options->antenna.y());
-    antenna.read("z", &options->antenna.z());
-  });
-}
+ private:
+  static std::map<std::string, double*> numbers_of(World* world) {
+    DriveOptions& drive = world->drive;
+    OdometryErrors& odometry = world->odometry;
+    SimulatedLandmarkSensor& sensor = world->landmark_sensor;
+    RangeSensorOptions& ranges = world->ranges;
+    return {{"area/x_min", &world->area.x_min},
+            {"area/y_min", &world->area.y_min},
+            {"area/x_max", &world->area.x_max},
+            {"area/y_max", &world->area.y_max},
+            {"start/x", &world->start.x},
+            {"start/y", &world->start.y},
+            {"start/heading", &world->start.heading},
+            {"duration", &world->duration},
+            {"robot/speed", &drive.speed},
+            {"robot/speed_floor", &drive.speed_floor},
+            {"robot/yaw_rate_gain", &drive.yaw_rate_gain},
+            {"robot/yaw_rate_limit", &drive.yaw_rate_limit},
+            {"robot/reached_distance", &drive.reached_distance},
+            {"robot/control_period", &drive.control_period},
+            {"robot/motion_noise/speed", &odometry.speed_sigma},
+            {"robot/motion_noise/lateral", &odometry.lateral_sigma},
+            {"robot/motion_noise/yaw_rate", &odometry.yaw_rate_sigma},
+            {"robot/observation_period", &sensor.period},
+            {"robot/sensor/range_max", &sensor.range_max},
+            {"robot/sensor/field_of_view", &sensor.field_of_view},
+            {"robot/sensor/range_noise", &sensor.range_sigma},
+            {"robot/sensor/bearing_noise", &sensor.bearing_sigma},
+            {"odometry/period", &odometry.period},
+            {"odometry/distance_scale", &odometry.distance_scale},
+            {"odometry/yaw_scale", &odometry.yaw_scale},
+            {"odometry/yaw_rate_bias", &odometry.yaw_rate_bias},
+            {"odometry/yaw_rate_bias_drift", &odometry.yaw_rate_bias_drift},
+            {"ranges/rate", &ranges.rate},
+            {"ranges/range_max", &ranges.range_max},
+            {"ranges/outlier_share", &ranges.outlier_share},
+            {"ranges/outlier_max", &ranges.outlier_max},
+            {"ranges/reflected_share", &ranges.reflected_share},
+            {"ranges/reflected_excess_mean", &ranges.reflected_excess_mean},
+            {"ranges/antenna/x", &ranges.antenna.x()},
+            {"ranges/antenna/y", &ranges.antenna.y()},
+            {"ranges/antenna/z", &ranges.antenna.z()}};
+  }
 
-SimulatedBeacon read_beacon(YamlSection& section, double default_z) {
-  SimulatedBeacon beacon;
-  for (const char* key : {"id", "x", "y"}) section.require(key);
-  beacon.beacon.position.z() = default_z;
-  section.read("id", &beacon.beacon.id);
-  section.read("x", &beacon.beacon.position.x());
-  section.read("y", &beacon.beacon.position.y());
-  section.read("z", &beacon.beacon.position.z());
-  section.read("scale", &beacon.errors.scale);
-  section.read("bias", &beacon.errors.bias);
-  section.read("sigma", &beacon.errors.sigma);
-  return beacon;
-}
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& problem) const {
+    throw Error(source_ + ", line " + std::to_string(node.Mark().line + 1) + ": " +
+                one_line(problem));
+  }
+  static std::string text(const YAML::Node& node) {
+    return node.IsScalar() ? node.Scalar() : std::string("a list or map");
+  }
 
-World read_world(YamlSection& file) {
-  World world;
-  file.read_section("area", [&](YamlSection& area) {
-    for (const char* key : {"x_min", "y_min", "x_max", "y_max"}) area.require(key);
-    area.read("x_min", &world.area.x_min);
-    area.read("y_min", &world.area.y_min);
-    area.read("x_max", &world.area.x_max);
-    area.read("y_max", &world.area.y_max);
-  });
-  file.read_section("start", [&](YamlSection& start) {
-    start.read("x", &world.start.x);
-    start.read("y", &world.start.y);
-    start.read("heading", &world.start.heading);
-  });
-  file.read("repeat", &world.repeat);
-  file.read("duration", &world.duration);
-  file.read_points("waypoints", &world.waypoints);
-  file.read_prefixed("closure_", &world.closures);
-  file.read_points("landmarks", &world.landmarks);
-  file.read_section("robot", [&](YamlSection& robot) { read_robot(robot, &world); });
-  file.read_section("odometry",
-                    [&](YamlSection& section) { read_odometry(section, &world.odometry); });
-  file.read_section("ranges", [&](YamlSection& section) { read_ranges(section, &world.ranges); });
-  file.read_sections("beacons", [&](YamlSection& beacon) {
-    world.beacons.push_back(read_beacon(beacon, world.ranges.antenna.z()));
-  });
-  file.ignore("filter");  // what a study runs on the world; no part of the world
-  file.finish();
-  return world;
-}
+  template <typename Take>
+  void each_key(const YAML::Node& map, const std::string& name, const std::string& path,
+                const Take& take) const {
+    if (!map.IsMap()) fail(map, name + " has to be a map of keys");
+    std::set<std::string> keys;
+    for (const auto& item : map) {
+      const std::string key = path + text(item.first);
+      if (!keys.insert(key).second) fail(item.first, key + " is there twice");
+      take(key, item.second);
+    }
+  }
+
+  // A number, or a map of them.
+  void read_number(const YAML::Node& node, const std::string& key,
+                   const std::map<std::string, double*>& numbers) const {
+    const auto number = numbers.find(key);
+    if (number != numbers.end()) return read_as(node, key, "a number", number->second);
+    const auto inside = numbers.lower_bound(key + "/");
+    if (inside == numbers.end() || inside->first.rfind(key + "/", 0) != 0) {
+      std::string known;
+      for (const auto& [name, value] : numbers) known += (known.empty() ? "" : ", ") + name;
+      fail(node, key + " is unknown; known: " + known);
+    }
+    each_key(node, key, key + "/", [&](const std::string& name, const YAML::Node& value) {
+      read_number(value, name, numbers);
+    });
+  }
+
+  template <typename Value>
+  void read_as(const YAML::Node& node, const std::string& key, const char* kind,
+               Value* value) const {
+    if (node.IsScalar() && YAML::convert<Value>::decode(node, *value)) return;
+    fail(node, key + " is \"" + text(node) + "\", needed: " + kind);
+  }
+
+  YAML::Node list(const YAML::Node& node, const std::string& key) const {
+    if (!node.IsSequence()) fail(node, key + " has to be a list");
+    return node;
+  }
+
+  void read_points(const YAML::Node& node, const std::string& key,
+                   std::vector<Eigen::Vector2d>* points) const {
+    for (const YAML::Node& item : list(node, key)) {
+      if (!item.IsSequence() || item.size() != 2) fail(item, key + " has to be pairs [x, y]");
+      Eigen::Vector2d point;
+      for (int i : {0, 1}) read_as(item[i], key, "a number", &point[i]);
+      if (!point.allFinite()) fail(item, key + " has a coordinate that is not finite");
+      points->push_back(point);
+    }
+  }
+
+  void require(const YAML::Node& map, const std::string& name,
+               const std::vector<const char*>& keys) const {
+    for (const char* key : keys) {
+      if (!map[key]) fail(map, name + "/" + key + " is missing");
+    }
+  }
+
+  void read_beacon(const YAML::Node& node) {
+    SimulatedBeacon beacon;
+    Eigen::Vector3d& position = beacon.beacon.position;
+    position.z() = world_->ranges.antenna.z();
+    const std::map<std::string, double*> numbers = {
+        {"beacons/x", &position.x()},          {"beacons/y", &position.y()},
+        {"beacons/z", &position.z()},          {"beacons/scale", &beacon.errors.scale},
+        {"beacons/bias", &beacon.errors.bias}, {"beacons/sigma", &beacon.errors.sigma}};
+    each_key(node, "beacons", "beacons/", [&](const std::string& key, const YAML::Node& value) {
+      if (key == "beacons/id") return read_as(value, key, "a whole number", &beacon.beacon.id);
+      read_number(value, key, numbers);
+    });
+    require(node, "beacons", {"id", "x", "y"});
+    world_->beacons.push_back(beacon);
+  }
+
+  const std::string& source_;
+  World* world_;
+};
 
 }  // namespace
 
@@ -109,8 +181,13 @@ std::vector<std::string> builtin_worlds() {
 }
 
 World parse_world(const std::string& text, const std::string& source) {
-  YamlSection file = YamlSection::of_text(text, source);
-  World world = read_world(file);
+  World world;
+  try {
+    WorldReader(source, &world).read(YAML::Load(text));
+  } catch (const YAML::Exception& error) {
+    throw Error(source + ", line " + std::to_string(error.mark.line + 1) +
+                ": not YAML: " + one_line(error.msg));
+  }
   try {
     check_world(world);
   } catch (const Error& error) {
