@@ -14,10 +14,9 @@ LogWeightsAfter log_weights_after_partial, log_weights_after_rank_based;
 
 namespace {
 
-template <void (*scheme)(const ScaledWeights&, double, int*)>
-void with_one_uniform(const ScaledWeights& weights, const ResamplingOptions&,
-                      const RandomStream& stream, ResamplingWorkspace*, int* counts) {
-  scheme(weights, stream.uniform(0), counts);
+void draw_systematic(const ScaledWeights& weights, const ResamplingOptions&,
+                     const RandomStream& stream, ResamplingWorkspace*, int* counts) {
+  systematic(weights, stream.uniform(0), counts);
 }
 
 struct SchemeRow {
@@ -30,21 +29,25 @@ struct SchemeRow {
 };
 
 // The one table of schemes. Their list, names, parameters, checks and tests all come from it.
+// Papers list the second and third of the systematic ones as schemes of their own (Kwak Table II,
+// after Bolić, Djurić and Hong 2003; Mahmoud section II.D). Read as they have to be, with floor
+// where Kwak prints a bracket and Mahmoud nothing, they take the same particles for the same
+// uniform.
 using Scheme = ResamplingScheme;
 constexpr SchemeRow kSchemes[] = {
     // clang-format off
-    //                                                                                                         keeps  may be log-weights
-    // value                           name                        draw                                        size   inside afterwards
-    {Scheme::multinomial,              "multinomial",              multinomial,                                false, true,  nullptr},
-    {Scheme::residual,                 "residual",                 residual,                                   false, true,  nullptr},
-    {Scheme::systematic,               "systematic",               with_one_uniform<systematic>,               false, true,  nullptr},
-    {Scheme::residual_systematic,      "residual_systematic",      with_one_uniform<residual_systematic>,      false, true,  nullptr},
-    {Scheme::residual_then_systematic, "residual_then_systematic", with_one_uniform<residual_then_systematic>, false, true,  nullptr},
-    {Scheme::stratified,               "stratified",               stratified,                                 false, true,  nullptr},
-    {Scheme::partial,                  "partial",                  partial,                                    true,  false, log_weights_after_partial},
-    {Scheme::rank_based,               "rank_based",               rank_based,                                 false, false, log_weights_after_rank_based},
-    {Scheme::ssp,                      "ssp",                      ssp,                                        false, true,  nullptr},
-    {Scheme::killing,                  "killing",                  killing,                                    true,  true,  nullptr},
+    //                                                                              keeps  may be log-weights
+    // value                           name                        draw             size   inside afterwards
+    {Scheme::multinomial,              "multinomial",              multinomial,     false, true,  nullptr},
+    {Scheme::residual,                 "residual",                 residual,        false, true,  nullptr},
+    {Scheme::systematic,               "systematic",               draw_systematic, false, true,  nullptr},
+    {Scheme::residual_systematic,      "residual_systematic",      draw_systematic, false, true,  nullptr},
+    {Scheme::residual_then_systematic, "residual_then_systematic", draw_systematic, false, true,  nullptr},
+    {Scheme::stratified,               "stratified",               stratified,      false, true,  nullptr},
+    {Scheme::partial,                  "partial",                  partial,         true,  false, log_weights_after_partial},
+    {Scheme::rank_based,               "rank_based",               rank_based,      false, false, log_weights_after_rank_based},
+    {Scheme::ssp,                      "ssp",                      ssp,             false, true,  nullptr},
+    {Scheme::killing,                  "killing",                  killing,         true,  true,  nullptr},
     // clang-format on
 };
 

@@ -86,28 +86,6 @@ BUGS = [
         SCHEMES,
     ),
     (
-        "a cast for the floor in Kwak's Table II",
-        "residual_systematic.cpp",
-        "counts[begin + i] = static_cast<int>(room >> bits);",
-        "counts[begin + i] = static_cast<int>(room >> bits);"
-        "if (counts[begin + i] == 0 && begin + i + 1 < weights.size) counts[begin + i] = 1;",
-        SCHEMES,
-    ),
-    (
-        "rounding for the missing floor in Mahmoud's section II.D",
-        "residual_then_systematic.cpp",
-        "const std::uint64_t whole = static_cast<std::uint64_t>(scaled[i]) >> bits;",
-        "const std::uint64_t whole = static_cast<std::uint64_t>(scaled[i] + one / 2) >> bits;",
-        SCHEMES,
-    ),
-    (
-        "left-overs doubled for added in Mahmoud's section II.D (r = r + r)",
-        "residual_then_systematic.cpp",
-        "counts[begin + i] = static_cast<int>(whole + (after - before));",
-        "counts[begin + i] = static_cast<int>(whole + whole + 0 * (after - before));",
-        SCHEMES,
-    ),
-    (
         "killed particles are replaced by the best one",
         "killing.cpp",
         "add_draws(weights, ~std::int64_t{0}, *work, counts);",

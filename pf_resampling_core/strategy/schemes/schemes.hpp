@@ -18,10 +18,8 @@ using LogWeightsAfter = void(const ScaledWeights& weights, ResamplingWorkspace* 
                              const int* ancestors, int size, double* log_weights);
 
 /// With one uniform in (0, 1), the offset of the thresholds in units of their distance: what the
-/// papers call U is uniform / M. These three give the same counts.
+/// papers call U is uniform / M.
 void systematic(const ScaledWeights& weights, double uniform, int* counts);
-void residual_systematic(const ScaledWeights& weights, double uniform, int* counts);
-void residual_then_systematic(const ScaledWeights& weights, double uniform, int* counts);
 
 /// For schemes that choose who takes part, or with which probability, and leave the draw to
 /// options.inner_scheme.

@@ -30,12 +30,11 @@ Resampler make_resampler(Scheme scheme) {
   return Resampler(options);
 }
 
-using OneUniform = void (*)(const ScaledWeights&, double, int*);
-
-Eigen::ArrayXi draw(OneUniform scheme, const Eigen::ArrayXd& weights, int size, double uniform) {
+Eigen::ArrayXi draw(const Eigen::ArrayXd& weights, int size, double uniform) {
   std::vector<double> rescaled;
   Eigen::ArrayXi counts(weights.size());
-  scheme(scale_weights(weights.data(), weights.size(), size, &rescaled), uniform, counts.data());
+  systematic(scale_weights(weights.data(), weights.size(), size, &rescaled), uniform,
+             counts.data());
   return counts;
 }
 
@@ -112,9 +111,7 @@ TEST(Systematic, GivesTheWorkedExampleOfK) {
   weights << 0.2, 0.29, 0.04, 0.13, 0.2, 0.14;
   Eigen::ArrayXi expected(6);
   expected << 1, 2, 0, 1, 1, 1;
-  for (const OneUniform scheme : {systematic, residual_systematic, residual_then_systematic}) {
-    EXPECT_TRUE((draw(scheme, weights, 6, 6 * 0.06) == expected).all());
-  }
+  EXPECT_TRUE((draw(weights, 6, 6 * 0.06) == expected).all());
 }
 
 // The uniform is the first of the stream.
@@ -128,51 +125,20 @@ TEST(Systematic, TakesItsOffsetFromTheStream) {
   }
 }
 
-// The three forms, and the three listings, for one uniform. That a threshold falls within the
-// rounding error of a running sum, where the listings may differ, has a probability below 1e-9 in
-// all the trials together.
-TEST(SystematicForms, AreAllTheSameAndWhatTheListingsSay) {
+// The three listings, for one uniform. That a threshold falls within the rounding error of a
+// running sum, where they may differ, has a probability below 1e-9 in all the trials together.
+TEST(Systematic, IsWhatAllThreeListingsSay) {
   for (std::uint32_t trial = 0; trial < 200000; ++trial) {
     const RandomStream stream = test_stream(trial);
     const int inputs = 1 + static_cast<int>(stream.uniform(1) * 12);
     const int size = 1 + static_cast<int>(stream.uniform(2) * 12);
     const Eigen::ArrayXd weights = random_weights(trial, inputs);
     const double uniform = stream.uniform(0);
-    const Eigen::ArrayXi counts = draw(systematic, weights, size, uniform);
-    ASSERT_TRUE((draw(residual_systematic, weights, size, uniform) == counts).all());
-    ASSERT_TRUE((draw(residual_then_systematic, weights, size, uniform) == counts).all());
+    const Eigen::ArrayXi counts = draw(weights, size, uniform);
     ASSERT_TRUE((systematic_listing(weights, size, uniform) == counts).all());
     ASSERT_TRUE((residual_systematic_listing(weights, size, uniform) == counts).all());
     ASSERT_TRUE((residual_then_systematic_listing(weights, size, uniform) == counts).all());
   }
-}
-
-TEST(SystematicForms, AreAllTheSameForManyParticlesAndAllWeights) {
-  for (const int inputs : {100, 1000, 100000, 1000000}) {
-    for (const Weights family : all_weights()) {
-      const Eigen::ArrayXd weights = make_weights(family, inputs);
-      for (const int size : {inputs, inputs / 3, 2 * inputs}) {
-        for (const double uniform : {0x1p-53, 0.25, 0.5, 0.7, 1.0 - 0x1p-53}) {
-          if (inputs > 1000 && (size != inputs || uniform == 0.25)) continue;
-          const Eigen::ArrayXi counts = draw(systematic, weights, size, uniform);
-          ASSERT_EQ(counts.sum(), size);
-          ASSERT_TRUE((draw(residual_systematic, weights, size, uniform) == counts).all());
-          ASSERT_TRUE((draw(residual_then_systematic, weights, size, uniform) == counts).all());
-        }
-      }
-    }
-  }
-}
-
-// A cast truncates towards zero where Kwak's bracket means floor, and then a particle without a
-// threshold in its part gets a copy. Here the second has none: 0.1 < dU.
-TEST(ResidualSystematic, RoundsDownBelowZero) {
-  Eigen::ArrayXd weights(3);
-  weights << 0.35, 0.1, 0.55;
-  const Eigen::ArrayXi counts = draw(residual_systematic, weights, 3, 0.5);
-  EXPECT_EQ(counts[0], 1);  // thresholds at 1/6, 1/2, 5/6
-  EXPECT_EQ(counts[1], 0);
-  EXPECT_EQ(counts[2], 2);
 }
 
 TEST(Stratified, IsTheListingOfMPutRight) {
@@ -201,9 +167,7 @@ TEST(Stratified, KeepsEqualWeights) {
 
 // counts in {floor(M w), ceil(M w)}
 class FloorOrCeil : public testing::TestWithParam<Scheme> {};
-INSTANTIATE_TEST_SUITE_P(All, FloorOrCeil,
-                         testing::Values(Scheme::systematic, Scheme::residual_systematic,
-                                         Scheme::residual_then_systematic, Scheme::ssp));
+INSTANTIATE_TEST_SUITE_P(All, FloorOrCeil, testing::Values(Scheme::systematic, Scheme::ssp));
 
 TEST_P(FloorOrCeil, Holds) {
   Resampler resampler = make_resampler(GetParam());
@@ -284,9 +248,7 @@ Eigen::ArrayXd expected_variances(Scheme scheme, const Eigen::ArrayXd& weights, 
 class Variance : public testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(All, Variance,
                          testing::Values(Scheme::multinomial, Scheme::residual, Scheme::systematic,
-                                         Scheme::residual_systematic,
-                                         Scheme::residual_then_systematic, Scheme::stratified,
-                                         Scheme::ssp));
+                                         Scheme::stratified, Scheme::ssp));
 
 // 30000 trials: the mean of (count - M w)^2 within six of its standard errors (a false alarm: 2e-9
 // each, 140 of them).
