@@ -105,6 +105,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
 
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
+  std::vector<std::string> remarks() const;
   std::string waits_for() const override;
   void add_health(HealthInputs* inputs) const override;
   void diagnose(diagnostic_msgs::DiagnosticStatus* /*status*/) override {}

@@ -65,6 +65,19 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
   }
   status->yaw_rate_bias = yaw_rate_bias_.mean;
   status->yaw_rate_bias_sigma = yaw_rate_bias_.sigma;
+  for (const std::string& remark : remarks()) status->health_text += " " + remark + ".";
+}
+
+// Of beacons that are not as listed, one sentence each.
+std::vector<std::string> BeaconMclPipeline::remarks() const {
+  std::vector<std::string> remarks;
+  const RangeMemory* memory = filter_ ? filter_->memory() : nullptr;
+  if (memory == nullptr) return remarks;
+  for (const RadioKnowledge& radio : memory->radios()) {
+    const std::string remark = remark_on(radio, filter_->beacons());
+    if (!remark.empty()) remarks.push_back(remark);
+  }
+  return remarks;
 }
 
 std::string BeaconMclPipeline::waits_for() const {
@@ -105,12 +118,7 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
               number_text(health.normalized_innovation), &status);
     add_value(beacon + ": last range [s ago]", number_text(silence), &status);
   }
-  if (const RangeMemory* memory = filter_ ? filter_->memory() : nullptr) {
-    for (const RadioKnowledge& radio : memory->radios()) {
-      const std::string remark = remark_on(radio, filter_->beacons());
-      if (!remark.empty()) worsen(DiagnosticStatus::WARN, remark, &status);
-    }
-  }
+  for (const std::string& remark : remarks()) worsen(DiagnosticStatus::WARN, remark, &status);
   if (status.message.empty()) status.message = "fine";
   array->status.push_back(status);
 }

@@ -76,6 +76,10 @@ constexpr double kLeastFault = 0.3;      // m
 // Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
 constexpr double kNamed = 0.95;         // probability
+// Along one line mirrored paths and places explain ranges as well as the true ones: no radio is
+// named.
+constexpr double kTurnedBeforeNaming = 1.0;  // rad, between headings of most ranges
+constexpr double kMostRanges = 0.9;
 // Wheels are 1 % off, as a rule, and what they are off by looks like a bias of the ranges.
 constexpr double kTightWheels = 0.45;
 constexpr double kLooseOdds = 0.4;  // of an error that may be there, before there are data
@@ -820,6 +824,7 @@ void RangeMemory::try_all_places_anew(const RangeEstimate& before, RangeMode* mo
 // ---- radios that are not as listed ------------------------------------------------------------
 
 void RangeMemory::judge_radios() {
+  has_turned_ = heading_spread(modes_.front()) > kTurnedBeforeNaming;
   for (int round = 0; round < kRounds; ++round) {
     const RangeMode mode = modes_.front();
     std::vector<int> listed, faults;
@@ -855,6 +860,20 @@ void RangeMemory::judge_radios() {
     weigh_modes();
     if (modes_.front().accounts == mode.accounts && modes_.front().loose == mode.loose) return;
   }
+}
+
+// rad, that the headings of most ranges are apart.
+double RangeMemory::heading_spread(const RangeMode& mode) const {
+  std::vector<double> headings;
+  double heading = 0.0;
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    heading += wrap_angle(mode.estimate.keyframes[k][2] - heading);
+    headings.insert(headings.end(), graph_.ranges[k].size(), heading);
+  }
+  std::sort(headings.begin(), headings.end());
+  const auto left_out =
+      static_cast<std::size_t>(0.5 * (1.0 - kMostRanges) * static_cast<double>(headings.size()));
+  return headings[headings.size() - 1 - left_out] - headings[left_out];
 }
 
 // Of each radio: whether its ranges fit badly, or pull at its place or bias.
@@ -962,7 +981,7 @@ std::vector<RadioKnowledge> RangeMemory::radios() const {
           radio.fault += other.probability;
         }
       }
-      if (radio.fault > kNamed) radio.account = mode.accounts[r];
+      if (radio.fault > kNamed && has_turned_) radio.account = mode.accounts[r];
       const Eigen::VectorXd& constants = mode.estimate.constants;
       const Eigen::MatrixXd& covariance = mode.belief.covariance;
       radio.calibration.scale = 1.0 + constants[Common::scale] + constants[at + RadioOf::scale];

@@ -172,6 +172,7 @@ class RangeMemory {
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(const RangeEstimate& before, RangeMode* mode);
   void judge_radios();
+  double heading_spread(const RangeMode& mode) const;
   std::vector<bool> suspicious(const RangeMode& mode) const;
   std::optional<RangeMode> with_other_error(const RangeMode& mode, LooseError::Index error) const;
   std::optional<RangeMode> with_fault(const RangeMode& mode, int radio, RadioAccount account,
@@ -198,6 +199,7 @@ class RangeMemory {
   std::optional<RangeEstimate> before_;  // of the last solution of all
   double next_solution_of_all_ = 0.0;    // s
   double doubt_ = 1.0;
+  bool has_turned_ = false;  // when radios were last judged
   int next_trial_ = 0;
   std::array<double, 4> trial_steps_ = {2.0, 2.0, 2.0, 1.5};  // of RangeNoise
 };

@@ -199,6 +199,7 @@ void describe(Archive& archive, RangeMemory& memory) {
   archive("before", memory.before_);
   archive("next_solution_of_all", memory.next_solution_of_all_);
   archive("doubt", memory.doubt_);
+  archive("has_turned", memory.has_turned_);
   archive("next_trial", memory.next_trial_);
   archive("trial_steps", memory.trial_steps_);
   if (!archive.is_reading()) return;

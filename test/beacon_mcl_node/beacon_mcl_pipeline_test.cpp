@@ -235,6 +235,30 @@ std::string said(const Outputs& out, const std::string& name) {
   return "there is no " + name;
 }
 
+TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsNamedInStatusAndDiagnostics) {
+  const int third = BeaconMclDrive::beacons()[2].id;
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  Rig run(options);
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
+    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
+    if (range != nullptr && (*range)->beacon == third) {
+      BeaconRange too_long = **range;
+      too_long.range += 3.0;
+      run.pipeline.handle(too_long);
+    } else {
+      handle(message, &run.pipeline);
+    }
+  }
+  const std::string name = "beacon " + std::to_string(third);
+  for (const std::string& text :
+       {run.out.statuses.back().health_text, said(run.out, "beacon_mcl: beacons")}) {
+    EXPECT_NE(text.find(name), std::string::npos) << text;
+    EXPECT_NE(text.find("ts ranges are left out"), std::string::npos) << text;
+  }
+  EXPECT_LT(run.error(), 0.5);
+}
+
 TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   const int third = BeaconMclDrive::beacons()[2].id;
   const std::string name = "beacon " + std::to_string(third);

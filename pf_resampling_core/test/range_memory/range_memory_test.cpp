@@ -157,6 +157,26 @@ TEST(RangeMemory, NamesTheRadioThatIsElsewhere) {
   }
 }
 
+// Before it, a mirrored path makes another radio as likely to be wrong.
+TEST(RangeMemory, NamesNoRadioBeforeTheFirstTurn) {
+  const auto named_after = [](double duration) {
+    DriveAmongRadios drive;
+    drive.straight = 20.0;
+    drive.truth = {-22.0, -2.0, 0.0};
+    std::vector<Beacon> listed = drive.beacons;
+    listed[2].position.x() += 3.0;
+    RangeMemory memory({}, listed);
+    drive.drive(duration, 4, &memory);
+    std::vector<int> named;
+    for (const RadioKnowledge& radio : memory.radios()) {
+      if (radio.account != RadioAccount::as_listed) named.push_back(radio.id);
+    }
+    return named;
+  };
+  EXPECT_EQ(named_after(60.0), std::vector<int>{});
+  EXPECT_EQ(named_after(120.0), std::vector<int>{3});
+}
+
 TEST(RangeMemory, NamesTheRadioThatIsBiased) {
   DriveAmongRadios drive;
   drive.biased = 1.0;
