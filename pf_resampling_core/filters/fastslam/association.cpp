@@ -216,8 +216,11 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
     if (association.started_row >= 0) seen.push_back(association.started_row);
   }
   for (const int row : seen) index_.place(row, representative(row, heaviest));
-  const bool keeps_all = association_ == DataAssociation::known || options.missed_log_odds == 0.0;
-  if (keeps_all) return;
+  if (options.missed_log_odds == 0.0) return;
+  // An id that was read twice is there, even if it is hidden most of the time.
+  const double most_missed = association_ == DataAssociation::known
+                                 ? options.seen_log_odds
+                                 : std::numeric_limits<double>::infinity();
 
   const double range =
       kSureShare *
@@ -255,14 +258,19 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
       const double distance = std::sqrt(dx * dx + dy * dy);
       const bool in_view =
           distance < range && dx * look_x[i] + dy * look_y[i] > least_cosine * distance;
-      if (in_view) landmark.log_odds[i] -= options.missed_log_odds;
+      const bool is_missed = in_view && landmark.log_odds[i] <= most_missed;
+      if (is_missed) landmark.log_odds[i] -= options.missed_log_odds;
       if (landmark.log_odds[i] < options.removal_log_odds) landmark.held[i] = 0;
       held += landmark.held[i] != 0 ? particles_.weight[i] : 0.0;
     }
     if (!(held > 0.0)) {
       index_.remove(row);
       row_of_id_.erase(store_.birth(row));
-      memory_.give_up_landmark(store_.birth(row));
+      if (association_ == DataAssociation::known) {
+        memory_.forget_landmark(store_.birth(row));
+      } else {
+        memory_.give_up_landmark(store_.birth(row));
+      }
       store_.remove(row);
       --status_.landmarks;
     }

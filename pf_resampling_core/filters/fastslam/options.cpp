@@ -92,7 +92,8 @@ ParameterList parameters_of(FastSlamOptions* options) {
   list.push_back(
       real_parameter("association/missed_log_odds", &association.missed_log_odds, 0.0, 100.0, "",
                      "Subtracted from the log-odds of a landmark that should have been seen but "
-                     "was not, or whose id is seen elsewhere. 0 keeps all landmarks."));
+                     "was not (with ids: and that was seen once), or whose id is seen elsewhere. 0 "
+                     "keeps all landmarks."));
   list.push_back(
       basic(boolean_parameter("map/frozen", &options->map.frozen,
                               "Localize only: landmarks are neither moved, added nor removed.")));

@@ -171,6 +171,26 @@ TEST(Redraw, WhatWasGivenUpDoesNotComeBack) {
   EXPECT_LT((landmark->mean - landmarks()[7]).norm(), 0.5);
 }
 
+// An id that was made up once is not where it should be ever after; one that was read twice may be
+// hidden.
+TEST(Redraw, AnIdThatWasSeenOnceAndThenNeverLeavesTheMap) {
+  for (const std::size_t times : {1u, 2u}) {
+    std::vector<Step> steps = drive(160, true, 5);
+    for (std::size_t t = 0; t < times; ++t) {
+      const Pose2 seen = relative(steps[t].truth, {2.0, 0.5, 0.0});
+      RangeBearingObservation invented;
+      invented.id = 99;
+      invented.range = std::hypot(seen.x, seen.y);
+      invented.bearing = std::atan2(seen.y, seen.x);
+      steps[t].observations.push_back(invented);
+    }
+    FastSlam filter(redraw_options(), 7);
+    run(&filter, steps, 0, steps.size());
+    EXPECT_EQ(filter.landmark(99).has_value(), times == 2);
+    EXPECT_EQ(filter.status().landmarks, static_cast<int>(landmarks().size() + times - 1));
+  }
+}
+
 // Whoever is carried while the map is being made is found where the whole drive fits best: a
 // quarter of a round further on, twice.
 TEST(Redraw, FindsARobotThatWasCarriedWhileItMaps) {
@@ -413,6 +433,7 @@ TEST(Redraw, APastDoesNotStartFromAMapThatIsTooLarge) {
     FastSlamOptions options = redraw_options();
     options.particles = 4;
     options.strategy.renewal = Renewal::resampling;
+    options.association.missed_log_odds = 0.0;
     FastSlam filter(options, 1);
     std::vector<RangeBearingObservation> scan;
     for (int id = 0; id < landmarks; ++id) {
