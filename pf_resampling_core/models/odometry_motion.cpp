@@ -5,6 +5,9 @@
 namespace pf_resampling {
 namespace {
 
+constexpr double kSlipPerTime = 1.0;      // m/sqrt(s)
+constexpr double kSlipTurnPerTime = 0.4;  // rad/sqrt(s)
+
 double variance(double deviation_per_root, double amount) {
   return deviation_per_root * deviation_per_root * amount;
 }
@@ -36,6 +39,12 @@ Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion,
 }
 
 }  // namespace
+
+Eigen::Matrix3d slip_covariance(double duration) {
+  return Eigen::Vector3d(variance(kSlipPerTime, duration), variance(kSlipPerTime, duration),
+                         variance(kSlipTurnPerTime, duration))
+      .asDiagonal();
+}
 
 void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
   ParameterList& list = *parameters;
@@ -79,6 +88,7 @@ void append(const OdometryNoise& noise, const Pose2& motion, double duration,
 
   increment->covariance = by_past * increment->covariance * by_past.transpose() +
                           by_step * step_covariance(noise, motion, duration) * by_step.transpose();
+  increment->slip_covariance = by_past * increment->slip_covariance * by_past.transpose();
   // A constant yaw-rate error turns the step, on average, by half of what it adds to the heading.
   const Eigen::Vector3d step_sensitivity(-0.5 * duration * motion.y, 0.5 * duration * motion.x,
                                          duration);

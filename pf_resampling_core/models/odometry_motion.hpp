@@ -32,6 +32,8 @@ struct OdometryIncrement {
   double duration = 0.0;  ///< s
   Pose2 mean;             ///< motion, in the frame of the robot at the start
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
+  /// What wheels that may have slipped add to it.
+  Eigen::Matrix3d slip_covariance = Eigen::Matrix3d::Zero();
   /// Derivative of (x, y, heading) by a constant error of the yaw rate, in s·m, s·m, s.
   Eigen::Vector3d yaw_rate_sensitivity = Eigen::Vector3d::Zero();
   /// Likewise by constant relative errors of distances and turns, and by a turn per distance (two
@@ -52,5 +54,9 @@ struct OdometryIncrement {
 /// `duration` seconds. First-order propagation of mean, covariance and sensitivity.
 void append(const OdometryNoise& noise, const Pose2& motion, double duration,
             OdometryIncrement* increment);
+
+/// What `duration` s of wheels that may slip add to the covariance of (x, y, heading): after three
+/// seconds 1.7 m and 0.7 rad.
+Eigen::Matrix3d slip_covariance(double duration);
 
 }  // namespace pf_resampling

@@ -9,6 +9,7 @@ namespace pf_resampling {
 void describe(Archive& archive, MotionFactor& motion) {
   archive("mean", motion.mean);
   archive("covariance", motion.covariance);
+  archive("slip_covariance", motion.slip_covariance);
   archive("sensitivity", motion.sensitivity);
 }
 

@@ -25,7 +25,8 @@ Eigen::Matrix2d rotation(double angle) {
 Eigen::Matrix3d motion_root(const MotionFactor& motion, double scale) {
   const Eigen::Matrix3d covariance =
       scale * scale *
-      (motion.covariance + kSmallestSigma * kSmallestSigma * Eigen::Matrix3d::Identity());
+          (motion.covariance + kSmallestSigma * kSmallestSigma * Eigen::Matrix3d::Identity()) +
+      motion.slip_covariance;
   const Eigen::LLT<Eigen::Matrix3d> root(covariance);
   return root.matrixL().solve(Eigen::Matrix3d::Identity());
 }

@@ -95,9 +95,10 @@ void check(const SmoothingGraph& graph) {
   }
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionFactor& motion = graph.motions[i];
-    const bool is_good = is_finite(motion.mean) && motion.covariance.allFinite() &&
-                         motion.covariance.diagonal().minCoeff() >= 0.0 &&
-                         motion.sensitivity.allFinite();
+    const bool is_good =
+        is_finite(motion.mean) && motion.covariance.allFinite() &&
+        motion.covariance.diagonal().minCoeff() >= 0.0 && motion.slip_covariance.allFinite() &&
+        motion.slip_covariance.diagonal().minCoeff() >= 0.0 && motion.sensitivity.allFinite();
     if (!is_good) {
       throw Error("smoothing: motion " + std::to_string(i) +
                   " has to be finite, with no negative variance");

@@ -35,6 +35,8 @@ using OdometryInformation = Eigen::Matrix<double, kOdometryConstants, kOdometryC
 struct MotionFactor {
   Pose2 mean;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
+  Eigen::Matrix3d slip_covariance =
+      Eigen::Matrix3d::Zero();  ///< that slips add, whatever the noise
   Eigen::Matrix<double, 3, kOdometryConstants> sensitivity =
       Eigen::Matrix<double, 3, kOdometryConstants>::Zero();
 

@@ -21,10 +21,15 @@ constexpr std::size_t kSteps = 200;
 constexpr std::size_t kExceptions = 4;
 // A robot is known when it has been seen moving for so long, in so many steps.
 constexpr double kLongEnough = 10.0;  // s
-constexpr std::size_t kEnoughMoves = 20;
+constexpr std::int64_t kEnoughMoves = 20;
 // By what factors it may surpass what was seen of it.
 constexpr double kMoreDeparture = 3.0;
 constexpr double kMoreSpeed = 1.25;
+// From what speed on wheels may be slipping, and for how long: after that the robot drives so.
+constexpr double kSlipSpeed = 1.1;    // of the highest so far, ...
+constexpr double kSlipSlack = 0.05;   // and so many m/s more, ...
+constexpr double kGradually = 0.5;    // unless that rises by so many m/s^2
+constexpr double kLongestSlip = 5.0;  // s
 // Longer than so many usual steps: messages were lost.
 constexpr double kLost = 1.5;
 
@@ -69,9 +74,14 @@ void LearntMotion::add_step(const Pose2& step, double duration, const Velocity& 
 void LearntMotion::add_velocity(const Velocity& velocity) {
   top_.forward = std::max(top_.forward, velocity.speed());
   top_.turn = std::max(top_.turn, std::abs(velocity.turn));
+  const double duration = steps_.empty() ? 0.0 : steps_.back().duration;
+  const bool surpasses = is_known() && velocity.speed() > kSlipSpeed * driven_ + kSlipSlack;
+  slipping_ = surpasses && slipping_ < kLongestSlip ? slipping_ + duration : 0.0;
+  const double most = is_known() ? driven_ + kGradually * duration : velocity.speed();
+  if (!may_slip()) driven_ = std::max(driven_, std::min(velocity.speed(), most));
   if (!velocity.is_moving()) return;
   ++moves_;
-  moving_ += steps_.empty() ? 0.0 : steps_.back().duration;
+  moving_ += duration;
 }
 
 bool LearntMotion::is_known() const {
@@ -121,6 +131,21 @@ bool LearntMotion::is_between(const Pose2& step, double duration, const Velocity
 bool LearntMotion::reaches(double distance, double duration) const {
   return !is_known() ||
          distance <= kMoreSpeed * top_.forward * duration + kSlack + usual_departure();
+}
+
+void LearntMotion::save(SavedProgress* progress) const {
+  progress->driven = driven_;
+  progress->slipping = slipping_;
+  progress->moving = moving_;
+  progress->moves = moves_;
+}
+
+void LearntMotion::resume(const SavedProgress& progress) {
+  driven_ = progress.driven;
+  slipping_ = progress.slipping;
+  moving_ = progress.moving;
+  moves_ = progress.moves;
+  top_.forward = std::max(top_.forward, driven_);
 }
 
 }  // namespace pf_resampling

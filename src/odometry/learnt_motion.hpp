@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "src/odometry/saved_progress.hpp"
 
 namespace pf_resampling {
 
@@ -43,6 +45,13 @@ class LearntMotion {
   /// Whether it can get so far, m, in so long, s, whatever it did before; true while little has
   /// been seen of it.
   bool reaches(double distance, double duration) const;
+  /// Whether the newest velocity is one that wheels show when they slip: well above whatever the
+  /// robot has driven at, from one moment to the next, and not for long.
+  bool may_slip() const { return slipping_ > 0.0; }
+
+  /// Saves what it takes to notice slips; goes on from there.
+  void save(SavedProgress* progress) const;
+  void resume(const SavedProgress& progress);
 
  private:
   struct Step {
@@ -55,8 +64,10 @@ class LearntMotion {
 
   std::deque<Step> steps_;  // the latest
   double moving_ = 0.0;     // s, of all in which it moved
-  std::size_t moves_ = 0;   // and their count
+  std::int64_t moves_ = 0;  // and their count
   Velocity top_;            // magnitudes
+  double driven_ = 0.0;     // m/s, the highest speed without slips
+  double slipping_ = 0.0;   // s, since it was surpassed
 };
 
 }  // namespace pf_resampling

@@ -185,7 +185,10 @@ void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<P
   }
   sample.pose = compose(offset_, odometry.pose);
   samples_.push_back(sample);
-  if (const std::optional<Velocity> reached = velocity()) learnt_.add_velocity(*reached);
+  if (const std::optional<Velocity> reached = velocity()) {
+    learnt_.add_velocity(*reached);
+    samples_.back().may_slip = learnt_.may_slip();
+  }
 }
 
 OdometryBuffer::Addition OdometryBuffer::add(const StampedOdometry& odometry, ros::Time used) {
@@ -280,11 +283,15 @@ void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
   progress->odometry_offset = offset_;
   progress->odometry.clear();
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (i + 1 < samples_.size() && samples_[i + 1].stamp <= from) continue;
+    if (i + 1 < samples_.size() && samples_[i + 1].stamp + ros::Duration(kVelocitySpan) <= from) {
+      continue;
+    }
     const Sample& sample = samples_[i];
     progress->odometry.push_back({static_cast<std::int64_t>(sample.stamp.toNSec()), sample.received,
-                                  sample.pose, sample.covariance, sample.step_covariance});
+                                  sample.pose, sample.covariance, sample.step_covariance,
+                                  sample.may_slip});
   }
+  learnt_.save(progress);
 }
 
 void OdometryBuffer::resume(const SavedProgress& progress) {
@@ -297,8 +304,10 @@ void OdometryBuffer::resume(const SavedProgress& progress) {
     sample.pose = saved.pose;
     sample.covariance = saved.covariance;
     sample.step_covariance = saved.step_covariance;
+    sample.may_slip = saved.may_slip;
     samples_.push_back(sample);
   }
+  learnt_.resume(progress);
 }
 
 void OdometryBuffer::forget_before(ros::Time stamp) {
@@ -352,6 +361,7 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
     } else {
       append(noise, motion, step * (end - begin), increment);
     }
+    if (b.may_slip) increment->slip_covariance += slip_covariance(step * (end - begin));
     if (b.stamp >= to) break;
   }
 }

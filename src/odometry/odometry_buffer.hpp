@@ -86,7 +86,7 @@ class OdometryBuffer {
 
   void clear();
 
-  /// Saves what is kept from the last pose that is not after `from` on; goes on from there.
+  /// Saves what is kept from `from` on, and what tells the velocity there; goes on from there.
   void save(ros::Time from, SavedProgress* progress) const;
   void resume(const SavedProgress& progress);
 
@@ -109,7 +109,8 @@ class OdometryBuffer {
 
   /// Motion from `from` to `to`, in the frame of the robot at `from`; poses between messages are
   /// interpolated at constant speed and turn rate. The noise of a step is the growth of the
-  /// messages' covariance where that grows, else `noise`. Throws Error when either stamp is not
+  /// messages' covariance where that grows, else `noise`; where the wheels may slip, see
+  /// LearntMotion, slip_covariance() comes on top. Throws Error when either stamp is not
   /// covered or from > to.
   OdometryIncrement integrate(ros::Time from, ros::Time to, const OdometryNoise& noise) const;
 
@@ -127,6 +128,7 @@ class OdometryBuffer {
     std::optional<Eigen::Matrix3d> step_covariance;
     std::optional<Eigen::Matrix3d> covariance;
     std::optional<double> heading;  ///< of an IMU
+    bool may_slip = false;          ///< the wheels, in this step
   };
 
   /// Whether `next` may come after a pose, as far as the limits of the options go.

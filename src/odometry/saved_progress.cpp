@@ -54,6 +54,7 @@ void describe(Archive& archive, SavedOdometry& odometry) {
   archive("pose", odometry.pose);
   archive("covariance", odometry.covariance);
   archive("step_covariance", odometry.step_covariance);
+  archive("may_slip", odometry.may_slip);
 }
 
 void describe(Archive& archive, SavedProgress& progress) {
@@ -63,6 +64,10 @@ void describe(Archive& archive, SavedProgress& progress) {
   archive("lost_probability", progress.lost_probability);
   archive("normalized_innovation", progress.normalized_innovation);
   archive("odometry_offset", progress.odometry_offset);
+  archive("driven", progress.driven);
+  archive("slipping", progress.slipping);
+  archive("moving", progress.moving);
+  archive("moves", progress.moves);
   archive("odometry", progress.odometry);
 }
 

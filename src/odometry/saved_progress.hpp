@@ -18,6 +18,7 @@ struct SavedOdometry {
   Pose2 pose;                                      ///< the same, but continuous over jumps
   std::optional<Eigen::Matrix3d> covariance;       ///< as received, of (x, y, heading)
   std::optional<Eigen::Matrix3d> step_covariance;  ///< of the step from the one before
+  bool may_slip = false;                           ///< the wheels, in that step
 };
 
 /// How far a filter has come with what it was given, beside its own state. Stamps are in
@@ -29,7 +30,11 @@ struct SavedProgress {
   double lost_probability = 0.0;        ///< see LostDetector
   double normalized_innovation = 1.0;   ///< likewise
   Pose2 odometry_offset;                ///< from poses as received to continuous ones
-  std::vector<SavedOdometry> odometry;  ///< from the last that is not after `used` on
+  double driven = 0.0;                  ///< m/s, the highest speed of the odometry without slips
+  double slipping = 0.0;                ///< s, since it was surpassed
+  double moving = 0.0;                  ///< s, of all steps in which it moved, ...
+  std::int64_t moves = 0;               ///< and their count
+  std::vector<SavedOdometry> odometry;  ///< what is needed from `used` on
 };
 
 /// What is wrong with it, in words; nothing if all is well.

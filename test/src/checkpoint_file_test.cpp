@@ -32,6 +32,10 @@ SavedProgress some_progress() {
   progress.first_odometry = 100000000001;
   progress.used = 112040000000;
   progress.last_observation = 112040000000;
+  progress.driven = 1.25;
+  progress.slipping = 0.5;
+  progress.moving = 31.5;
+  progress.moves = 630;
   progress.lost_probability = 1.0 / 3.0;
   progress.normalized_innovation = 1.1;
   progress.odometry_offset = {0.1, -0.2, 0.3};
@@ -45,6 +49,7 @@ SavedProgress some_progress() {
       Eigen::Matrix3d step;
       step << 0.2, 0.01, 0.02, 0.01, 0.3, 0.03, 0.02, 0.03, 0.4 / 3.0;
       odometry.step_covariance = step;
+      odometry.may_slip = true;
     }
     progress.odometry.push_back(odometry);
   }
@@ -55,6 +60,10 @@ void expect_same(const SavedProgress& a, const SavedProgress& b) {
   EXPECT_EQ(a.first_odometry, b.first_odometry);
   EXPECT_EQ(a.used, b.used);
   EXPECT_EQ(a.last_observation, b.last_observation);
+  EXPECT_EQ(a.driven, b.driven);
+  EXPECT_EQ(a.slipping, b.slipping);
+  EXPECT_EQ(a.moving, b.moving);
+  EXPECT_EQ(a.moves, b.moves);
   EXPECT_EQ(a.lost_probability, b.lost_probability);
   EXPECT_EQ(a.normalized_innovation, b.normalized_innovation);
   EXPECT_EQ(a.odometry_offset.heading, b.odometry_offset.heading);
@@ -66,6 +75,7 @@ void expect_same(const SavedProgress& a, const SavedProgress& b) {
     EXPECT_EQ(a.odometry[i].pose.y, b.odometry[i].pose.y);
     EXPECT_EQ(a.odometry[i].covariance, b.odometry[i].covariance);
     EXPECT_EQ(a.odometry[i].step_covariance, b.odometry[i].step_covariance);
+    EXPECT_EQ(a.odometry[i].may_slip, b.odometry[i].may_slip);
   }
 }
 

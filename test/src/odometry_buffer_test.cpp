@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
@@ -324,6 +325,29 @@ TEST(OdometryBuffer, ASilenceIsBridgedOnceConfirmed) {
   const OdometryIncrement increment =
       buffer.integrate(ros::Time(100.0), ros::Time(140.4), OdometryNoise{});
   EXPECT_NEAR(increment.mean.x, 8.4, 1e-9);
+}
+
+// Drives 20 s at 1 m/s, 3 s at `speed`, reached within `rise` s, and 10 s as before; where wheels
+// may slip, the variance of the heading grows: returns for how long.
+double seconds_of_slip(double speed, double rise) {
+  OdometryBuffer buffer;
+  double x = 0.0;
+  for (int i = 0; i <= 660; ++i) {
+    const double time = 0.05 * i;
+    const double share = std::clamp(std::min(time - 20.0, 23.0 - time) / rise, 0.0, 1.0);
+    x += 0.05 * (1.0 + share * (speed - 1.0));
+    EXPECT_EQ(buffer.add(at(100.0 + time, x)), Addition::added);
+  }
+  const OdometryIncrement all =
+      buffer.integrate(ros::Time(103.0), ros::Time(133.0), OdometryNoise{});
+  return all.slip_covariance(2, 2) / slip_covariance(1.0)(2, 2);
+}
+
+TEST(OdometryBuffer, WheelsThatAreSuddenlyFasterThanEverMaySlip) {
+  EXPECT_NEAR(seconds_of_slip(1.5, 0.05), 3.0, 0.4);
+  EXPECT_NEAR(seconds_of_slip(2.5, 0.05), 3.0, 0.4);
+  EXPECT_EQ(seconds_of_slip(1.1, 0.05), 0.0) << "hardly faster";
+  EXPECT_EQ(seconds_of_slip(1.6, 1.4), 0.0) << "accelerates as robots do";
 }
 
 TEST(CovarianceGrowth, RecoversTheNoiseOfAStep) {

@@ -58,6 +58,7 @@ void BeaconMcl::start_memory() {
 }
 
 OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) const {
+  odometry.covariance += odometry.slip_covariance;
   if (!known_) return odometry;
   const double stretch = 1.0 / (1.0 + known_->distance_scale);
   const Eigen::Vector3d error =

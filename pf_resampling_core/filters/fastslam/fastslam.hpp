@@ -115,9 +115,9 @@ class FastSlam {
   /// Weighted mean and covariance of the whole population.
   PoseEstimate estimate() const;
 
-  /// The belief about the pose among the landmarks of the map: estimate() with the covariance that
-  /// is left where each particle's map is laid on the mean map, however far the map as a whole may
-  /// be from where the robot started. estimate() where there are no two landmarks. O(M).
+  /// The belief about the pose in the map: estimate() with the covariance that is left where the
+  /// beginning of each particle's map is laid on that of the mean map, however uncertain it is
+  /// where the robot started. estimate() where there are no two landmarks. O(M).
   PoseEstimate place();
 
   /// By what factor noise may be larger than it was found to be; see noise_doubt() of
@@ -238,7 +238,6 @@ class FastSlam {
                       const Pose2& sensor);
   double log_density_of_new() const;
   void weigh_new_landmarks();
-  std::vector<int> nearest_rows(const Eigen::Vector2d& place, std::size_t most) const;
   void doubt(std::size_t observation, const RangeBearingObservation& seen, const Pose2& sensor);
   void note_outcomes(const std::vector<RangeBearingObservation>& observations);
   void update_existence(const std::vector<RangeBearingObservation>& observations,

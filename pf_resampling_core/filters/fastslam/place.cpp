@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
@@ -11,19 +10,19 @@
 namespace pf_resampling {
 namespace {
 
-// Of landmarks, the nearest: farther ones say little more.
-constexpr std::size_t kMostNearLandmarks = 20;
-constexpr std::size_t kFewestNearLandmarks = 2;
+// Landmarks that tell where the map is: those that it began with.
+constexpr std::size_t kMostFirstLandmarks = 20;
+constexpr std::size_t kFewestFirstLandmarks = 2;
 
-struct NearLandmark {
+struct HeldLandmark {
   LandmarkRow row;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();    // over the particles
   Eigen::Matrix2d within = Eigen::Matrix2d::Zero();  // mean of the particles' own covariances
 };
 
 // Nothing unless most of the weight holds it.
-std::optional<NearLandmark> near_landmark(const LandmarkRow& row, const Eigen::ArrayXd& weight) {
-  NearLandmark landmark;
+std::optional<HeldLandmark> held_landmark(const LandmarkRow& row, const Eigen::ArrayXd& weight) {
+  HeldLandmark landmark;
   landmark.row = row;
   double held = 0.0;
   for (Eigen::Index i = 0; i < weight.size(); ++i) {
@@ -47,38 +46,27 @@ Eigen::Vector2d across(const Eigen::Vector2d& v) {
 
 }  // namespace
 
-std::vector<int> FastSlam::nearest_rows(const Eigen::Vector2d& place, std::size_t most) const {
-  std::vector<std::pair<double, int>> found;
-  for (const int row : rows()) {
-    found.emplace_back((index_.position(row) - place).squaredNorm(), row);
-  }
-  std::sort(found.begin(), found.end());
-  if (found.size() > most) found.resize(most);
-  std::vector<int> nearest;
-  for (const auto& [distance, row] : found) nearest.push_back(row);
-  return nearest;
-}
-
-// A particle's map is laid on the mean map where it fits best, to first order: shifted by the mean
-// of its landmarks' deviations, and turned about their centre. Its pose goes with it; what remains
-// is what it does not know of its place. Besides, a particle's map is not exact: its landmarks'
-// own errors, which are independent given its path, shift and turn it in the same way.
+// The beginning of a particle's map is laid on that of the mean map, to first order: shifted by the
+// mean of its landmarks' deviations, and turned about their centre. Its pose goes with it; what
+// remains is what it does not know of its place. Besides, a particle's map is not exact: its
+// landmarks' own errors, which are independent given its path, shift and turn it in the same way.
 PoseEstimate FastSlam::place() {
   PoseEstimate belief = estimate();
   const Eigen::Vector2d robot(belief.mean.x, belief.mean.y);
   const Eigen::ArrayXd& weight = particles_.weight;
   const Eigen::Index count = particles_.size();
-  std::vector<NearLandmark> near;
-  for (const int row : nearest_rows(robot, kMostNearLandmarks)) {
-    if (const auto landmark = near_landmark(store_.row(row), weight)) near.push_back(*landmark);
+  std::vector<HeldLandmark> first;
+  for (const int row : rows()) {
+    if (first.size() == kMostFirstLandmarks) break;
+    if (const auto landmark = held_landmark(store_.row(row), weight)) first.push_back(*landmark);
   }
-  if (near.size() < kFewestNearLandmarks) return belief;
+  if (first.size() < kFewestFirstLandmarks) return belief;
 
-  const double share = 1.0 / static_cast<double>(near.size());
+  const double share = 1.0 / static_cast<double>(first.size());
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  for (const NearLandmark& landmark : near) centre += share * landmark.mean;
+  for (const HeldLandmark& landmark : first) centre += share * landmark.mean;
   double inertia = 0.0;
-  for (const NearLandmark& landmark : near) inertia += (landmark.mean - centre).squaredNorm();
+  for (const HeldLandmark& landmark : first) inertia += (landmark.mean - centre).squaredNorm();
   if (!(inertia > 0.0)) return belief;
 
   const Eigen::Vector2d lever = across(robot - centre);
@@ -88,7 +76,7 @@ PoseEstimate FastSlam::place() {
   left.col(2) = particles_.heading.unaryExpr(
       [&](double heading) { return wrap_angle(heading - belief.mean.heading); });
   Eigen::Matrix3d of_maps = Eigen::Matrix3d::Zero();
-  for (const NearLandmark& landmark : near) {
+  for (const HeldLandmark& landmark : first) {
     Eigen::Matrix<double, 3, 2> by_landmark;  // how the pose moves with the landmark
     by_landmark.row(2) = across(landmark.mean - centre).transpose() / inertia;
     by_landmark.topRows<2>() = share * Eigen::Matrix2d::Identity() + lever * by_landmark.row(2);
@@ -106,12 +94,6 @@ PoseEstimate FastSlam::place() {
   place.covariance =
       left.matrix().transpose() * weight.matrix().asDiagonal() * left.matrix() + of_maps;
   return place;
-}
-
-double FastSlam::noise_doubt() const {
-  if (!keeps_past() || !options_.strategy.redraw.learn_noise) return 1.0;
-  const MemoryState& memory = memory_.state();
-  return pf_resampling::noise_doubt(memory.passages.size() + memory.windows.size());
 }
 
 }  // namespace pf_resampling

@@ -41,12 +41,19 @@ SensorConstants FastSlam::prior_sigma() const {
   return sigma;
 }
 
+double FastSlam::noise_doubt() const {
+  if (!keeps_past() || !options_.strategy.redraw.learn_noise) return 1.0;
+  const MemoryState& memory = memory_.state();
+  return pf_resampling::noise_doubt(memory.passages.size() + memory.windows.size());
+}
+
 // What the particles are given: noise as large as it was found to be, and the errors of the sensor
 // taken out as far as they are known.
 OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
   double scale = memory_.is_empty() ? 1.0 : noise().motion;
   if (memory_.distrusts_odometry()) scale = kDistrust * std::max(1.0, scale);
   odometry.covariance *= scale * scale;
+  odometry.covariance += odometry.slip_covariance;
   return odometry;
 }
 
@@ -138,7 +145,8 @@ bool FastSlam::start_past() {
 void FastSlam::note_past(const OdometryIncrement& odometry,
                          const std::vector<RangeBearingObservation>& observations,
                          const Pose2& sensor) {
-  MotionFactor motion = {odometry.mean, odometry.covariance, odometry_errors_.sensitivity()};
+  MotionFactor motion = {odometry.mean, odometry.covariance, odometry.slip_covariance,
+                         odometry_errors_.sensitivity()};
   if (memory_.distrusts_odometry()) motion.covariance *= kDistrust * kDistrust;
   memory_.append(motion);
   for (std::size_t k = 0; k < observations.size(); ++k) {

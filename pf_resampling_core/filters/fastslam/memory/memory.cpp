@@ -93,6 +93,17 @@ SegmentGraph carried(const SegmentGraph& graph, std::size_t s, const Pose2& newe
   return moved;
 }
 
+// Of the motion in segment `s`, given all data.
+Eigen::Matrix3d motion_covariance(const SegmentGraph& graph, const SegmentEquations& equations,
+                                  std::size_t s) {
+  const Segment motion_alone;
+  Eigen::MatrixXd ends = Eigen::MatrixXd::Zero(motion_alone.size(), 3);
+  ends.topRows<3>().setIdentity();
+  Eigen::MatrixXd unknowns = Eigen::MatrixXd::Zero(equations.size(), 3);
+  equations.from_segment(graph, s, motion_alone, ends, unknowns);
+  return unknowns.transpose() * equations.solve(unknowns);
+}
+
 }  // namespace
 
 void Memory::forget_drive() {
@@ -496,8 +507,12 @@ std::vector<Pose2> Memory::path() const {
 
 std::vector<Slip> Memory::slips() const {
   std::vector<Slip> slips;
+  if (equations_ == nullptr) return slips;
   for (std::size_t s = 0; s < state_.graph.segments.size(); ++s) {
-    const double square = slip_square(state_.graph, s);
+    if (slip_square(state_.graph, s) < kSlip) continue;
+    // Where odometry is down-weighted, the solution itself may be loose.
+    const double square =
+        slip_square(state_.graph, s, motion_covariance(state_.graph, *equations_, s));
     if (square < kSlip) continue;
     const double begin = state_.begins[s];
     const double end = begin + state_.graph.segments[s]->duration();

@@ -72,7 +72,7 @@ Eigen::VectorXd difference(const SegmentGraph& graph, std::size_t s, const Segme
   return e;
 }
 
-double slip_square(const SegmentGraph& graph, std::size_t s) {
+double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix3d& uncertainty) {
   const Segment& segment = *graph.segments[s];
   if (!segment.has_data()) return 0.0;
   Pose2 end;
@@ -91,6 +91,7 @@ double slip_square(const SegmentGraph& graph, std::size_t s) {
     end = compose(end, step);
   }
   covariance *= graph.noise.motion * graph.noise.motion;
+  covariance += uncertainty;
   covariance.diagonal().array() += 1e-8;
   const Pose2 driven = relative(graph.bases[s], graph.bases[s + 1]);
   const Eigen::Vector3d error(driven.x - end.x, driven.y - end.y,

@@ -41,7 +41,9 @@ std::array<double, kDataKinds> weights_of(const SegmentGraph& graph, std::size_t
 SensorConstants constants_information(const SegmentGraph& graph);
 
 /// Squared error, in standard deviations, of the odometry of a segment as a whole: three degrees of
-/// freedom. Where wheels slipped it is large. 0 where the data are gone.
-double slip_square(const SegmentGraph& graph, std::size_t segment);
+/// freedom. Where wheels slipped it is large. 0 where the data are gone. `uncertainty`: covariance
+/// of the motion that the graph says was driven.
+double slip_square(const SegmentGraph& graph, std::size_t segment,
+                   const Eigen::Matrix3d& uncertainty = Eigen::Matrix3d::Zero());
 
 }  // namespace pf_resampling
