@@ -75,8 +75,12 @@ void LearntMotion::add_velocity(const Velocity& velocity) {
   top_.forward = std::max(top_.forward, velocity.speed());
   top_.turn = std::max(top_.turn, std::abs(velocity.turn));
   const double duration = steps_.empty() ? 0.0 : steps_.back().duration;
-  const bool surpasses = is_known() && velocity.speed() > kSlipSpeed * driven_ + kSlipSlack;
-  slipping_ = surpasses && slipping_ < kLongestSlip ? slipping_ + duration : 0.0;
+  bool surpasses = is_known() && velocity.speed() > kSlipSpeed * driven_ + kSlipSlack;
+  if (surpasses && slipping_ >= kLongestSlip) {
+    driven_ = velocity.speed();
+    surpasses = false;
+  }
+  slipping_ = surpasses ? slipping_ + duration : 0.0;
   const double most = is_known() ? driven_ + kGradually * duration : velocity.speed();
   if (!may_slip()) driven_ = std::max(driven_, std::min(velocity.speed(), most));
   if (!velocity.is_moving()) return;

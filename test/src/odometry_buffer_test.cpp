@@ -327,14 +327,15 @@ TEST(OdometryBuffer, ASilenceIsBridgedOnceConfirmed) {
   EXPECT_NEAR(increment.mean.x, 8.4, 1e-9);
 }
 
-// Drives 20 s at 1 m/s, 3 s at `speed`, reached within `rise` s, and 10 s as before; where wheels
-// may slip, the variance of the heading grows: returns for how long.
-double seconds_of_slip(double speed, double rise) {
+// Drives 20 s at 1 m/s, then for `duration` s at `speed`, reached within `rise` s, and on as
+// before, 33 s in all; where wheels may slip, the variance of the heading grows: returns for how
+// long.
+double seconds_of_slip(double speed, double rise, double duration = 3.0) {
   OdometryBuffer buffer;
   double x = 0.0;
   for (int i = 0; i <= 660; ++i) {
     const double time = 0.05 * i;
-    const double share = std::clamp(std::min(time - 20.0, 23.0 - time) / rise, 0.0, 1.0);
+    const double share = std::clamp(std::min(time - 20.0, 20.0 + duration - time) / rise, 0.0, 1.0);
     x += 0.05 * (1.0 + share * (speed - 1.0));
     EXPECT_EQ(buffer.add(at(100.0 + time, x)), Addition::added);
   }
@@ -348,6 +349,7 @@ TEST(OdometryBuffer, WheelsThatAreSuddenlyFasterThanEverMaySlip) {
   EXPECT_NEAR(seconds_of_slip(2.5, 0.05), 3.0, 0.4);
   EXPECT_EQ(seconds_of_slip(1.1, 0.05), 0.0) << "hardly faster";
   EXPECT_EQ(seconds_of_slip(1.6, 1.4), 0.0) << "accelerates as robots do";
+  EXPECT_NEAR(seconds_of_slip(1.5, 0.05, 11.0), 5.0, 0.4) << "drives so from now on";
 }
 
 TEST(CovarianceGrowth, RecoversTheNoiseOfAStep) {
