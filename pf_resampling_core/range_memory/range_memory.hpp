@@ -141,6 +141,14 @@ class RangeMemory {
   const std::vector<double>& keyframe_times() const { return times_; }
 
  private:
+  static constexpr int kKeyframe = KeyframeUnknown::count;
+  static constexpr int kRingPlaces = 32;
+  static constexpr double kSamePlace = 0.5;    // m, of two modes
+  static constexpr double kModeMargin = 10.0;  // of the logarithm of the evidence
+  static constexpr int kIterations = 8;
+  static constexpr int kManyIterations = 30;
+  static constexpr double kElsewhere = 3.0;  // m, standard deviation of a place that is wrong
+
   struct Radio {
     int id = 0;
     std::optional<Beacon> listed;

@@ -1,0 +1,171 @@
+// How RangeMemory tells which radios are not as listed.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "pf_resampling_core/range_memory/range_memory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using RadioOf = RadioUnknown;
+
+constexpr int kFewestRanges = 30;
+constexpr double kSuspiciousCost = 0.6;  // mean of a range; independent ones: 0.45
+constexpr double kPull = 3.0;            // gain of the cost if its place were free
+constexpr double kOwnBias = 2.0;         // standard deviations
+constexpr double kRigid = 60.0;          // s that odometry alone has the shape of the path
+constexpr int kRounds = 4;               // of faults and errors, one found in each
+constexpr double kLeastFault = 0.3;      // m
+// Along one line mirrored paths and places explain ranges as well as the true ones: no radio is
+// named.
+constexpr double kTurnedBeforeNaming = 1.0;  // rad, between headings of most ranges
+constexpr double kMostRanges = 0.9;
+
+}  // namespace
+
+void RangeMemory::judge_radios() {
+  has_turned_ = heading_spread(modes_.front()) > kTurnedBeforeNaming;
+  for (int round = 0; round < kRounds; ++round) {
+    const RangeMode mode = modes_.front();
+    std::vector<int> listed, faults;
+    for (std::size_t r = 0; r < radios_.size(); ++r) {
+      if (mode.accounts[r] == RadioAccount::as_listed && radios_[r].ranges >= kFewestRanges) {
+        listed.push_back(static_cast<int>(r));
+      } else if (mode.accounts[r] != RadioAccount::unlisted) {
+        faults.push_back(static_cast<int>(r));
+      }
+    }
+    std::vector<std::optional<RangeMode>> others;
+    for (const int fault : faults) {
+      if (mode.accounts[static_cast<std::size_t>(fault)] == RadioAccount::as_listed) continue;
+      others.push_back(with_fault(mode, fault, RadioAccount::as_listed, fault));
+      for (const int radio : listed) {
+        others.push_back(with_fault(mode, radio, RadioAccount::elsewhere, fault));
+      }
+    }
+    if (listed.size() >= 3) {
+      const std::vector<bool> is_suspicious = suspicious(mode);
+      for (const int radio : listed) {
+        if (!is_suspicious[static_cast<std::size_t>(radio)]) continue;
+        others.push_back(with_fault(mode, radio, RadioAccount::elsewhere, -1));
+        others.push_back(with_fault(mode, radio, RadioAccount::biased, -1));
+      }
+    }
+    for (std::size_t error = 0; error < LooseError::count; ++error) {
+      others.push_back(with_other_error(mode, static_cast<LooseError::Index>(error)));
+    }
+    for (std::optional<RangeMode>& other : others) {
+      if (other) modes_.push_back(std::move(*other));
+    }
+    weigh_modes();
+    if (modes_.front().accounts == mode.accounts && modes_.front().loose == mode.loose) return;
+  }
+}
+
+// rad, that the headings of most ranges are apart.
+double RangeMemory::heading_spread(const RangeMode& mode) const {
+  std::vector<double> headings;
+  double heading = 0.0;
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    heading += wrap_angle(mode.estimate.keyframes[k][2] - heading);
+    headings.insert(headings.end(), graph_.ranges[k].size(), heading);
+  }
+  std::sort(headings.begin(), headings.end());
+  const auto left_out =
+      static_cast<std::size_t>(0.5 * (1.0 - kMostRanges) * static_cast<double>(headings.size()));
+  return headings[headings.size() - 1 - left_out] - headings[left_out];
+}
+
+// Of each radio: whether its ranges fit badly, or pull at its place or bias.
+std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
+  std::vector<double> costs(radios_.size(), 0.0), counts(radios_.size(), 0.0);
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    for (const HeldRange& range : graph_.ranges[k]) {
+      const auto radio = static_cast<std::size_t>(range.radio);
+      const double value =
+          residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
+      const double width = noise_.robust_width;
+      costs[radio] += 0.5 * width * width * std::log1p(value * value / (width * width));
+      counts[radio] += 1.0;
+    }
+  }
+  std::vector<bool> is_suspicious(radios_.size(), false);
+  for (std::size_t r = 0; r < radios_.size(); ++r) {
+    if (mode.accounts[r] != RadioAccount::as_listed || counts[r] < 1.0) continue;
+    const int at = radio_at(static_cast<int>(r));
+    const double information = 1.0 / (options_.surveyed * options_.surveyed);
+    const Eigen::Vector2d pull =
+        information * (mode.estimate.constants - mode.prior.constants).segment<2>(at);
+    const Eigen::Matrix2d place =
+        mode.belief.covariance.block<2, 2>(kKeyframe + at, kKeyframe + at);
+    const Eigen::Matrix2d data = place.inverse() - information * Eigen::Matrix2d::Identity() +
+                                 1.0 / (kElsewhere * kElsewhere) * Eigen::Matrix2d::Identity();
+    const double own = (mode.estimate.constants - mode.prior.constants)[at + RadioOf::bias];
+    is_suspicious[r] = costs[r] / counts[r] > kSuspiciousCost ||
+                       0.5 * pull.dot(data.inverse() * pull) > kPull ||
+                       std::abs(own) > kOwnBias * options_.own_bias;
+  }
+  return is_suspicious;
+}
+
+// The mode with an error that may be there, or is not there any more; nothing if it cannot be.
+std::optional<RangeMode> RangeMemory::with_other_error(const RangeMode& mode,
+                                                       LooseError::Index error) const {
+  if (!may_be_loose(error)) return std::nullopt;
+  RangeMode other = mode;
+  other.past.reset();
+  other.loose[error] = !other.loose[error];
+  other.prior.constants_sigma = sigmas(other.accounts, other.loose);
+  if (!solved(kIterations, &other).is_usable) return std::nullopt;
+  return other;
+}
+
+// The mode with one radio as `account` says, and another one (`cleared`; -1: none) as listed again;
+// nothing if that is no other mode. Looked for from the path without the ranges of both and, while
+// odometry alone has its shape, from a start without them.
+std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radio,
+                                                 RadioAccount account, int cleared) const {
+  const auto r = static_cast<std::size_t>(radio);
+  const int at = radio_at(radio);
+  RangeMode without = mode;
+  without.past.reset();
+  without.estimate.takes_part[r] = false;
+  if (cleared >= 0) {
+    set_account(cleared, RadioAccount::as_listed, &without);
+    const int place = radio_at(cleared);
+    without.estimate.takes_part[static_cast<std::size_t>(cleared)] = cleared != radio;
+    without.estimate.constants.segment<RadioOf::count>(place) =
+        without.prior.constants.segment<RadioOf::count>(place);
+  }
+  std::vector<RangeMode> paths;
+  if (solved(kIterations, &without).is_usable) paths.push_back(without);
+  if (time_ < kRigid && account == RadioAccount::elsewhere) {
+    RangeNoise noise = noise_;
+    std::vector<RangeMode> anew = starts(radio, &noise);
+    // Only that radio is not as listed in these.
+    if (!anew.empty()) paths.push_back(std::move(anew.front()));
+  }
+  std::optional<RangeMode> best;
+  for (RangeMode& path : paths) {
+    set_account(radio, account, &path);
+    path.estimate.takes_part[r] = true;
+    if (account == RadioAccount::elsewhere) {
+      const std::vector<Fix> found = fixes(radio, path);
+      if (found.empty()) continue;
+      path.estimate.constants.segment<2>(at) = found[0].position;
+    }
+    if (!solved(kManyIterations, &path).is_usable) continue;
+    const Eigen::VectorXd off = path.estimate.constants - path.prior.constants;
+    const double size = account == RadioAccount::elsewhere ? off.segment<2>(at).norm()
+                                                           : std::abs(off[at + RadioOf::bias]);
+    if (account != RadioAccount::as_listed && size < kLeastFault) continue;
+    if (!best || log_probability(path) > log_probability(*best)) best = std::move(path);
+  }
+  return best;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,404 @@
+// The places that fit what RangeMemory holds, and how it solves for all; the noise of the data.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "pf_resampling_core/range_memory/range_memory.hpp"
+
+namespace pf_resampling {
+namespace {
+
+using RadioOf = RadioUnknown;
+
+// Of the start among listed radios.
+constexpr int kStartRadios = 3;
+constexpr double kPatience = 10.0;  // s with fewer radios
+constexpr int kStartRanges = 12;
+constexpr int kHeadings = 24;
+constexpr std::size_t kRefined = 16;
+constexpr std::size_t kRefinedOfMany = 5;
+constexpr double kSameHeading = 0.3;       // rad
+constexpr double kAnywhere = 0.5;          // rad
+constexpr double kTolerance = 0.02;        // of the cost
+constexpr double kSolvedAllEvery = 3.0;    // s
+constexpr double kSolvedAllGrowth = 0.25;  // of the drive so far
+constexpr std::size_t kMostModes = 6;
+constexpr int kNoiseTrials = 4;
+constexpr int kNewest = 60;  // keyframes that move in between
+constexpr double kFinishingStep = 1.5;
+constexpr int kMostNoiseTrials = 40;
+
+// Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
+constexpr double kAnotherFault = 1e-5;  // odds, before there are data
+constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
+
+constexpr double kBlock = 10.0;        // s, of means of residuals
+constexpr double kExplained = 3.0;     // standard deviations
+constexpr double kWild = 13.8;         // of the square of such a mean
+constexpr double kPriorBlocks = 10.0;  // with a square of 1
+constexpr double kLeastFactor = 0.01;
+// Of the loss: narrower, it would take the differences of radios for wild ranges.
+constexpr double kNarrowest = 3.0;
+constexpr double kWidest = 8.0;
+constexpr double kSmallestStep = 1.15;
+constexpr double kMedianOfNormal = 0.6745;
+
+}  // namespace
+
+// ---- modes ------------------------------------------------------------------------------------
+
+RangeBelief RangeMemory::solved(int iterations, RangeMode* mode) const {
+  mode->belief =
+      pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance, &mode->estimate);
+  return mode->belief;
+}
+
+void RangeMemory::start() {
+  int listed = 0;
+  for (const Radio& radio : radios_) listed += radio.listed ? 1 : 0;
+  if (listed >= 2) {
+    modes_ = starts(-1, &noise_);
+    return weigh_modes();
+  }
+  RangeMode mode;
+  mode.prior = prior();
+  mode.accounts.assign(radios_.size(), RadioAccount::unlisted);
+  mode.estimate.constants = mode.prior.constants;
+  mode.estimate.takes_part.assign(radios_.size(), false);
+  mode.estimate.keyframes = {mode.prior.first};
+  for (const OdometryIncrement& motion : graph_.motions) {
+    const KeyframeState& last = mode.estimate.keyframes.back();
+    const Pose2 pose =
+        compose(pose_of(last), corrected_motion(motion, last, mode.estimate.constants));
+    mode.estimate.keyframes.emplace_back(pose.x, pose.y, pose.heading, last[3]);
+  }
+  modes_ = {mode};
+}
+
+// On the ring of the first range to a listed radio, all headings; the best of them refined by least
+// squares. `noise`: the factor of the ranges' is found, unless a radio is excluded.
+std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) const {
+  std::set<int> heard;
+  std::vector<const HeldRange*> ranges;
+  std::vector<std::size_t> keyframes;
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    for (const HeldRange& range : graph_.ranges[k]) {
+      if (!radios_[static_cast<std::size_t>(range.radio)].listed || range.radio == excluded) {
+        continue;
+      }
+      heard.insert(range.radio);
+      ranges.push_back(&range);
+      keyframes.push_back(k);
+    }
+  }
+  const bool is_enough = static_cast<int>(ranges.size()) >= kStartRanges && heard.size() >= 2 &&
+                         (static_cast<int>(heard.size()) >= kStartRadios || time_ > kPatience);
+  if (!is_enough) return {};
+
+  RangeMode mode;
+  mode.prior = prior();
+  mode.estimate.constants = mode.prior.constants;
+  for (std::size_t r = 0; r < radios_.size(); ++r) {
+    const bool is_listed = radios_[r].listed.has_value();
+    mode.accounts.push_back(is_listed ? RadioAccount::as_listed : RadioAccount::unlisted);
+    mode.estimate.takes_part.push_back(is_listed && static_cast<int>(r) != excluded);
+  }
+  // Keyframes as odometry has them, in the frame of the first.
+  std::vector<Pose2> driven = {Pose2{}};
+  for (const OdometryIncrement& motion : graph_.motions) {
+    driven.push_back(compose(driven.back(), motion.mean));
+  }
+  const auto placed_at = [&](const Pose2& first) {
+    std::vector<KeyframeState> states;
+    for (const Pose2& pose : driven) {
+      const Pose2 there = compose(first, pose);
+      states.emplace_back(there.x, there.y, there.heading, 0.0);
+    }
+    return states;
+  };
+  const HeldRange& first = *ranges.front();
+  const Pose2 first_heard = driven[keyframes.front()];
+  const std::size_t stride = std::max<std::size_t>(1, ranges.size() / 60);
+  std::vector<std::pair<double, Pose2>> candidates;
+  const int coarseness = excluded >= 0 ? 2 : 1;  // among many that are tried
+  for (int i = 0; i < kRingPlaces; i += coarseness) {
+    for (int h = 0; h < kHeadings; h += coarseness) {
+      const double angle = 2.0 * kPi * i / kRingPlaces;
+      const double heading = 2.0 * kPi * h / kHeadings;
+      const Eigen::Vector2d radio =
+          mode.prior.constants.segment<2>(radio_at(first.radio) + RadioOf::x);
+      const double height = first.height;
+      const double distance =
+          std::sqrt(std::max(0.01, first.range * first.range - height * height));
+      const Pose2 there = {radio.x() + distance * std::cos(angle),
+                           radio.y() + distance * std::sin(angle), heading};
+      const Pose2 origin = compose(there, relative(first_heard, Pose2{}));
+      double cost = 0.0;
+      for (std::size_t r = 0; r < ranges.size(); r += stride) {
+        const Pose2 pose = compose(origin, driven[keyframes[r]]);
+        const KeyframeState state(pose.x, pose.y, pose.heading, 0.0);
+        // A coarse raster: a metre is nothing.
+        const HeldRangeResidual residual =
+            residual_of(*ranges[r], *noise, state, mode.estimate.constants);
+        const double off = residual.value * noise->range * std::sqrt(ranges[r]->variance);
+        cost += std::log1p(off * off);
+      }
+      candidates.emplace_back(cost, origin);
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  // The noise is not known yet: found from the first solution that is good.
+  std::vector<RangeMode> found;
+  for (int round = 0; round < 2; ++round) {
+    found.clear();
+    for (std::size_t c = 0;
+         c < std::min(excluded >= 0 ? kRefinedOfMany : kRefined, candidates.size()); ++c) {
+      RangeMode candidate = mode;
+      const Pose2& origin = candidates[c].second;
+      candidate.prior.first << origin.x, origin.y, origin.heading, 0.0;
+      candidate.estimate.keyframes = placed_at(origin);
+      candidate.belief = pf_resampling::solve(graph_, candidate.prior, *noise, kManyIterations,
+                                              kTolerance, &candidate.estimate);
+      if (candidate.belief.is_usable) found.push_back(candidate);
+    }
+    if (found.empty()) return {};
+    std::sort(found.begin(), found.end(), [](const RangeMode& a, const RangeMode& b) {
+      return a.belief.log_evidence > b.belief.log_evidence;
+    });
+    if (round > 0 || excluded >= 0) break;
+    std::vector<double> residuals;
+    for (std::size_t r = 0; r < ranges.size(); ++r) {
+      residuals.push_back(
+          std::abs(residual_of(*ranges[r], noise_, found[0].estimate.keyframes[keyframes[r]],
+                               found[0].estimate.constants)
+                       .value));
+    }
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    const double median = *middle / kMedianOfNormal;
+    // Few ranges fit better than they are.
+    noise->range = std::max(kLeastFactor, noise->range * std::max(1.5 * median, 0.03));
+  }
+  std::vector<RangeMode> modes;
+  for (const RangeMode& candidate : found) {
+    if (found[0].belief.log_evidence - candidate.belief.log_evidence > kModeMargin) break;
+    const KeyframeState& last = candidate.estimate.keyframes.back();
+    const bool is_known = std::any_of(modes.begin(), modes.end(), [&](const RangeMode& before) {
+      const KeyframeState& other = before.estimate.keyframes.back();
+      return (last - other).head<2>().norm() < kSamePlace &&
+             std::abs(wrap_angle(last[2] - other[2])) < kSameHeading;
+    });
+    if (!is_known) modes.push_back(candidate);
+  }
+  return modes;
+}
+
+// Of the data, with what is believed of faults before.
+double RangeMemory::log_probability(const RangeMode& mode) const {
+  double log_prior = 0.0;
+  for (const RadioAccount account : mode.accounts) {
+    const bool is_fault = account == RadioAccount::elsewhere || account == RadioAccount::biased;
+    if (is_fault) log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
+  }
+  const auto loose = std::count(mode.loose.begin(), mode.loose.end(), true);
+  log_prior += static_cast<double>(loose) * std::log(kLooseOdds);
+  return mode.belief.log_evidence / (doubt_ * doubt_) + log_prior;
+}
+
+void RangeMemory::weigh_modes() {
+  modes_.erase(std::remove_if(modes_.begin(), modes_.end(),
+                              [](const RangeMode& mode) { return !mode.belief.is_usable; }),
+               modes_.end());
+  if (modes_.empty()) return;
+  std::stable_sort(modes_.begin(), modes_.end(), [&](const RangeMode& a, const RangeMode& b) {
+    return log_probability(a) > log_probability(b);
+  });
+  const double best = log_probability(modes_.front());
+  std::vector<RangeMode> kept;
+  double sum = 0.0;
+  for (RangeMode& mode : modes_) {
+    const double log_odds = log_probability(mode) - best;
+    if (log_odds < -kModeMargin || kept.size() == kMostModes) break;
+    const KeyframeState& last = mode.estimate.keyframes.back();
+    const bool is_known = std::any_of(kept.begin(), kept.end(), [&](const RangeMode& other) {
+      return other.accounts == mode.accounts &&
+             (other.estimate.keyframes.back() - last).head<2>().norm() < kSamePlace &&
+             std::abs(wrap_angle(other.estimate.keyframes.back()[2] - last[2])) < kSameHeading &&
+             (other.estimate.constants - mode.estimate.constants).norm() < kSamePlace;
+    });
+    if (is_known) continue;
+    mode.probability = std::exp(log_odds);
+    sum += mode.probability;
+    kept.push_back(std::move(mode));
+  }
+  for (RangeMode& mode : kept) mode.probability /= sum;
+  modes_ = std::move(kept);
+}
+
+void RangeMemory::solve() {
+  // A robot that stood has any heading: least squares from one of them would end anywhere.
+  const bool may_head_anywhere = !modes_.empty() && modes_.front().belief.is_usable &&
+                                 modes_.front().belief.covariance(2, 2) > kAnywhere * kAnywhere;
+  if (may_head_anywhere) modes_.clear();
+  if (modes_.empty()) start();
+  if (modes_.empty()) return;
+  if (time_ < next_solution_of_all_ && follow()) return;
+  solve_all();
+  for (RangeMode& mode : modes_) keep_past(&mode);
+  next_solution_of_all_ = time_ + std::max(kSolvedAllEvery, kSolvedAllGrowth * time_);
+}
+
+// The newest keyframes, with what is before them as a quadratic.
+bool RangeMemory::follow() {
+  if (modes_.size() > 1 || !modes_.front().past) {
+    // All data tell modes apart.
+    for (RangeMode& mode : modes_) solved(kIterations, &mode);
+    weigh_modes();
+    return !modes_.empty();
+  }
+  for (RangeMode& mode : modes_) {
+    const double log_evidence = mode.belief.log_evidence;
+    mode.belief =
+        solve_rest(graph_, mode.prior, noise_, kIterations, kTolerance, *mode.past, &mode.estimate);
+    if (!mode.belief.is_usable) return false;
+    mode.belief.log_evidence = log_evidence;
+  }
+  return true;
+}
+
+void RangeMemory::solve_all() {
+  for (RangeMode& mode : modes_) solved(kIterations, &mode);
+  weigh_modes();
+  if (modes_.empty()) return;
+  RangeMode& best = modes_.front();
+  let_radios_enter(&best);
+  if (before_) try_all_places_anew(*before_, &best);
+  try_other_places(&best);
+  find_doubt();
+  judge_radios();
+  for (int i = 0; i < kNoiseTrials; ++i) try_noise();
+  weigh_modes();
+  if (!modes_.empty()) before_ = modes_.front().estimate;
+}
+
+void RangeMemory::keep_past(RangeMode* mode) const {
+  mode->past.reset();
+  const int keyframe = graph_.keyframes() - kNewest;
+  if (keyframe <= 0) return;
+  RangePast past;
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, 1, kTolerance, keyframe,
+                                      &mode->estimate, &past);
+  if (mode->belief.is_usable) mode->past = std::move(past);
+}
+
+void RangeMemory::finish() {
+  if (modes_.empty()) start();
+  if (modes_.empty()) return;
+  solve_all();
+  if (modes_.empty()) return;
+  for (double& step : trial_steps_) step = std::min(step, kFinishingStep);
+  for (int i = 0; i<kMostNoiseTrials&& * std::max_element(trial_steps_.begin(), trial_steps_.end())>
+           kSmallestStep;
+       ++i) {
+    try_noise();
+  }
+  solved(kManyIterations, &modes_.front());
+  find_doubt();
+  judge_radios();
+}
+
+bool RangeMemory::explains_newest() const {
+  const RangeMode& mode = modes_.front();
+  int heard = 0, explained = 0;
+  for (int k = graph_.keyframes() - 1; k >= 0; --k) {
+    const auto at = static_cast<std::size_t>(k);
+    if (times_[at] < time_ - kBlock) break;
+    for (const HeldRange& range : graph_.ranges[at]) {
+      if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+      ++heard;
+      const double value =
+          residual_of(range, noise_, mode.estimate.keyframes[at], mode.estimate.constants).value;
+      if (std::abs(value) < kExplained) ++explained;
+    }
+  }
+  return 2 * explained >= heard;
+}
+
+// ---- noise ------------------------------------------------------------------------------------
+
+double RangeMemory::log_prior_of_noise(const RangeNoise& noise) const {
+  const double translation = std::log(noise.translation) / options_.noise_spread;
+  const double heading = std::log(noise.heading) / options_.noise_spread;
+  return -0.5 * (translation * translation + heading * heading);
+}
+
+// One of the noise's numbers, up and down: that under which the data are most probable. Steps
+// become smaller where neither is better.
+bool RangeMemory::try_noise() {
+  RangeMode& mode = modes_.front();
+  const std::array numbers = {&RangeNoise::range, &RangeNoise::translation, &RangeNoise::heading,
+                              &RangeNoise::robust_width};
+  const std::size_t trial = static_cast<std::size_t>(next_trial_++) % numbers.size();
+  double& step = trial_steps_[trial];
+  const RangeNoise before = noise_;
+  const double best = mode.belief.log_evidence + log_prior_of_noise(noise_);
+  for (const double factor : {step, 1.0 / step}) {
+    noise_ = before;
+    double& number = noise_.*numbers[trial];
+    number = std::max(kLeastFactor, number * factor);
+    noise_.robust_width = std::min(kWidest, std::max(kNarrowest, noise_.robust_width));
+    RangeMode other = mode;
+    if (solved(kIterations, &other).is_usable &&
+        other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
+      mode = std::move(other);
+      for (std::size_t m = 1; m < modes_.size(); ++m) solved(kIterations, &modes_[m]);
+      return true;
+    }
+  }
+  noise_ = before;
+  step = std::max(kSmallestStep, std::sqrt(step));
+  return false;
+}
+
+// Errors that last show in means of residuals over a while, not in single ones.
+void RangeMemory::find_doubt() {
+  const RangeMode& mode = modes_.front();
+  const std::size_t count = radios_.size();
+  std::vector<double> sums(count, 0.0), weights(count, 0.0);
+  double squares = kPriorBlocks;
+  double blocks = kPriorBlocks;
+  double begin = 0.0;
+  const auto end_block = [&] {
+    for (std::size_t r = 0; r < count; ++r) {
+      if (weights[r] > 1.0) {
+        squares += std::min(kWild, sums[r] * sums[r] / weights[r]);
+        blocks += 1.0;
+      }
+      sums[r] = weights[r] = 0.0;
+    }
+  };
+  const double width = noise_.robust_width;
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    if (times_[k] - begin > kBlock) {
+      end_block();
+      begin = times_[k];
+    }
+    for (const HeldRange& range : graph_.ranges[k]) {
+      const auto radio = static_cast<std::size_t>(range.radio);
+      if (!mode.estimate.takes_part[radio]) continue;
+      const double value =
+          residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
+      const double weight = 1.0 / (1.0 + value * value / (width * width));
+      sums[radio] += weight * value;
+      weights[radio] += weight * weight;
+    }
+  }
+  end_block();
+  doubt_ = std::sqrt(std::max(1.0, squares / blocks));
+}
+
+}  // namespace pf_resampling
