@@ -5,7 +5,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kSlipPerTime = 1.0;      // m/sqrt(s)
+constexpr double kSlipShare = 0.5;        // of the speed, m/s, in m/sqrt(s)
 constexpr double kSlipTurnPerTime = 0.4;  // rad/sqrt(s)
 
 double variance(double deviation_per_root, double amount) {
@@ -40,10 +40,9 @@ Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion,
 
 }  // namespace
 
-Eigen::Matrix3d slip_covariance(double duration) {
-  return Eigen::Vector3d(variance(kSlipPerTime, duration), variance(kSlipPerTime, duration),
-                         variance(kSlipTurnPerTime, duration))
-      .asDiagonal();
+Eigen::Matrix3d slip_covariance(double distance, double duration) {
+  const double position = variance(kSlipShare * distance / duration, duration);
+  return Eigen::Vector3d(position, position, variance(kSlipTurnPerTime, duration)).asDiagonal();
 }
 
 void add_parameters(OdometryNoise* noise, ParameterList* parameters) {

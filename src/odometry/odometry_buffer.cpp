@@ -361,7 +361,10 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
     } else {
       append(noise, motion, step * (end - begin), increment);
     }
-    if (b.may_slip) increment->slip_covariance += slip_covariance(step * (end - begin));
+    if (b.may_slip) {
+      increment->slip_covariance +=
+          slip_covariance(std::hypot(motion.x, motion.y), step * (end - begin));
+    }
     if (b.stamp >= to) break;
   }
 }

@@ -341,7 +341,7 @@ double seconds_of_slip(double speed, double rise, double duration = 3.0) {
   }
   const OdometryIncrement all =
       buffer.integrate(ros::Time(103.0), ros::Time(133.0), OdometryNoise{});
-  return all.slip_covariance(2, 2) / slip_covariance(1.0)(2, 2);
+  return all.slip_covariance(2, 2) / slip_covariance(0.0, 1.0)(2, 2);
 }
 
 TEST(OdometryBuffer, WheelsThatAreSuddenlyFasterThanEverMaySlip) {

@@ -56,7 +56,7 @@ void check_odometry(const OdometryIncrement& odometry) {
       odometry.duration >= 0.0 && is_within(odometry.duration, 1e9) &&
       is_within(odometry.mean.x, kFarthest) && is_within(odometry.mean.y, kFarthest) &&
       is_within(odometry.mean.heading, kLargestTurn) && is_covariance(odometry.covariance) &&
-      odometry.yaw_rate_sensitivity.allFinite();
+      is_covariance(odometry.slip_covariance) && odometry.yaw_rate_sensitivity.allFinite();
   if (is_usable) return;
   throw Error("odometry (" + text(odometry.mean.x) + " m, " + text(odometry.mean.y) + " m, " +
               text(odometry.mean.heading) + " rad) over " + text(odometry.duration) +

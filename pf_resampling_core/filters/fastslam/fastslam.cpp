@@ -41,7 +41,8 @@ bool is_finite(const Pose2& pose) {
 
 // One NaN would spread to all particles and never leave them.
 void check(const OdometryIncrement& odometry, const Pose2& sensor) {
-  if (!is_finite(odometry.mean) || !odometry.covariance.allFinite()) {
+  if (!is_finite(odometry.mean) || !odometry.covariance.allFinite() ||
+      !odometry.slip_covariance.allFinite()) {
     throw Error("odometry (" + std::to_string(odometry.mean.x) + " m, " +
                 std::to_string(odometry.mean.y) + " m, " + std::to_string(odometry.mean.heading) +
                 " rad) cannot be used: it and its covariance have to be finite");

@@ -511,9 +511,10 @@ TEST(FastSlam, RefusesOdometryThatIsNotFiniteAndChangesNothing) {
   filter.update({}, {good});
   const FastSlamParticles before = filter.particles();
   for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
-    std::vector<OdometryIncrement> motions(4, some_motion());
+    std::vector<OdometryIncrement> motions(5, some_motion());
     motions[0].mean.x = motions[1].mean.y = motions[2].mean.heading = bad;
     motions[3].covariance(2, 1) = bad;
+    motions[4].slip_covariance(2, 1) = bad;
     for (const OdometryIncrement& motion : motions) {
       EXPECT_THROW(filter.update(motion, {good}), Error);
       EXPECT_THROW(filter.update(motion, {}), Error);

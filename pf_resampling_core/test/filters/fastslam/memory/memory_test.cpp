@@ -283,7 +283,7 @@ TEST(Memory, NamesNoSlipWhereTheSolutionIsLoose) {
     for (std::size_t i = 0; i < data.motions.size(); ++i) {
       const double time = kPeriod * static_cast<double>(i + 1);
       if (time < 40.0 || time > 46.0) continue;
-      data.motions[i].slip_covariance = slip_covariance(kPeriod);
+      data.motions[i].slip_covariance = slip_covariance(2.0 * kPeriod, kPeriod);
       if (data.sightings[i].size() > 1) data.sightings[i].resize(1);
     }
     EXPECT_TRUE(remember(data).slips().empty()) << seed;
