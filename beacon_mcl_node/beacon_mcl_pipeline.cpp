@@ -53,8 +53,10 @@ std::unique_ptr<BeaconMcl> BeaconMclPipeline::make_filter(
     const std::vector<Beacon>& beacons) const {
   const std::vector<std::pair<int, RangeCalibration>> calibration(options_.calibration.begin(),
                                                                   options_.calibration.end());
-  return std::make_unique<BeaconMcl>(options_.filter, beacons,
-                                     static_cast<std::uint64_t>(options_.seed), calibration);
+  auto filter = std::make_unique<BeaconMcl>(options_.filter, beacons,
+                                            static_cast<std::uint64_t>(options_.seed), calibration);
+  filter->set_deferred_solutions(options_.deferred);
+  return filter;
 }
 
 // ---- messages in ------------------------------------------------------------------------------

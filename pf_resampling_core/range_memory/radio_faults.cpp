@@ -117,7 +117,7 @@ std::optional<RangeMode> RangeMemory::with_other_error(const RangeMode& mode,
                                                        LooseError::Index error) const {
   if (!may_be_loose(error)) return std::nullopt;
   RangeMode other = mode;
-  other.past.reset();
+  other.settled.reset();
   other.loose[error] = !other.loose[error];
   other.prior.constants_sigma = sigmas(other.accounts, other.loose);
   if (!solved(kIterations, &other).is_usable) return std::nullopt;
@@ -132,9 +132,14 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
   const auto r = static_cast<std::size_t>(radio);
   const int at = radio_at(radio);
   RangeMode without = mode;
-  without.past.reset();
+  without.settled.reset();
   without.estimate.takes_part[r] = false;
+  const auto let_go = [&](int other) {
+    if (without.past) without.past = without_radio(other, mode.prior, std::move(*without.past));
+  };
+  let_go(radio);
   if (cleared >= 0) {
+    if (cleared != radio) let_go(cleared);
     set_account(cleared, RadioAccount::as_listed, &without);
     const int place = radio_at(cleared);
     without.estimate.takes_part[static_cast<std::size_t>(cleared)] = cleared != radio;
@@ -143,7 +148,7 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
   }
   std::vector<RangeMode> paths;
   if (solved(kIterations, &without).is_usable) paths.push_back(without);
-  if (time_ < kRigid && account == RadioAccount::elsewhere) {
+  if (time_ < kRigid && !mode.past && account == RadioAccount::elsewhere) {
     RangeNoise noise = noise_;
     std::vector<RangeMode> anew = starts(radio, &noise);
     // Only that radio is not as listed in these.

@@ -70,6 +70,7 @@ class Elimination {
         kept->constants = estimate.constants;
         kept->information = info_;
         kept->gradient = gradient_;
+        kept->log_evidence = -0.5 * log_determinant_;
       }
       add_ranges(k, estimate);
       if (k < last && !eliminate(k, estimate, damping)) return false;
@@ -222,18 +223,24 @@ class Elimination {
   double log_determinant_ = 0.0;
 };
 
-// Of the distributions of data (ranges: Student's; motions: normal) and prior. How long a motion
-// was is taken as scale-free before it was measured: were it uniform in metres, each motion would
-// be a reason to believe in longer ones, and thousands of them would outweigh what the ranges say.
-double log_normalizers(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                       const RangeEstimate& estimate) {
-  double sum = -prior.constants_sigma.array().log().sum();
+/// Keyframes from `first` on, before `end`, and the motions from them on.
+struct Stretch {
+  std::size_t first;
+  std::size_t end;
+};
+
+// Of the distributions of ranges (Student's) and motions (normal). How long a motion was is taken
+// as scale-free before it was measured: were it uniform in metres, each motion would be a reason to
+// believe in longer ones, and thousands of them would outweigh what the ranges say.
+double log_normalizers(const RangeGraph& graph, const RangeNoise& noise,
+                       const RangeEstimate& estimate, const Stretch& stretch) {
   const double width_squared = noise.robust_width * noise.robust_width;
   const double log_range = std::log(noise.range) + std::log(noise.robust_width) +
                            std::lgamma(0.5 * (width_squared - 1.0)) -
                            std::lgamma(0.5 * width_squared);
-  for (const auto& ranges : graph.ranges) {
-    for (const HeldRange& range : ranges) {
+  double sum = 0.0;
+  for (std::size_t k = stretch.first; k < stretch.end; ++k) {
+    for (const HeldRange& range : graph.ranges[k]) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       sum -= log_range + 0.5 * std::log(range.variance);
     }
@@ -242,37 +249,37 @@ double log_normalizers(const RangeGraph& graph, const RangePrior& prior, const R
       std::log(noise.translation) - std::log1p(estimate.constants[Common::distance_scale]);
   const double log_heading =
       std::log(noise.heading) - std::log1p(estimate.constants[Common::turn_scale]);
-  const double motions = static_cast<double>(graph.motions.size());
+  const double motions =
+      static_cast<double>(std::min(stretch.end, graph.motions.size()) - stretch.first);
   return sum - motions * (2.0 * log_translation + log_heading);
 }
 
-double cost_from(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                 const RangeEstimate& estimate, const RangePast* past) {
-  double cost =
-      0.5 *
-      (estimate.constants - prior.constants).cwiseQuotient(prior.constants_sigma).squaredNorm();
-  std::size_t first = 0;
+double cost_of_start(const RangePrior& prior, const RangeEstimate& estimate,
+                     const RangePast* past) {
   if (past == nullptr) {
     KeyframeState off = estimate.keyframes.front() - prior.first;
     off[2] = wrap_angle(off[2]);
-    cost += 0.5 * off.cwiseQuotient(prior.first_sigma).squaredNorm();
-  } else {
-    first = static_cast<std::size_t>(past->keyframe);
-    Eigen::VectorXd off(kState + estimate.constants.size());
-    off << estimate.keyframes[first] - past->state, estimate.constants - past->constants;
-    off[2] = wrap_angle(off[2]);
-    cost += off.dot(past->gradient) +
-            0.5 * off.dot(past->information.selfadjointView<Eigen::Lower>() * off);
+    return 0.5 * off.cwiseQuotient(prior.first_sigma).squaredNorm();
   }
-  for (std::size_t k = first; k < graph.ranges.size(); ++k) {
+  Eigen::VectorXd off(kState + estimate.constants.size());
+  off << estimate.keyframes[static_cast<std::size_t>(past->keyframe)] - past->state,
+      estimate.constants - past->constants;
+  off[2] = wrap_angle(off[2]);
+  return off.dot(past->gradient) +
+         0.5 * off.dot(past->information.selfadjointView<Eigen::Lower>() * off);
+}
+
+double cost_of_data(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                    const RangeEstimate& estimate, const Stretch& stretch) {
+  double cost = 0.0;
+  for (std::size_t k = stretch.first; k < stretch.end; ++k) {
     for (const HeldRange& range : graph.ranges[k]) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       const double value =
           residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
       cost += robust_cost(value * value, noise.robust_width);
     }
-  }
-  for (std::size_t k = first; k < graph.motions.size(); ++k) {
+    if (k >= graph.motions.size()) continue;
     cost += 0.5 * residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
                               estimate.keyframes[k + 1], estimate.constants)
                       .value.squaredNorm();
@@ -280,19 +287,56 @@ double cost_from(const RangeGraph& graph, const RangePrior& prior, const RangeNo
   return cost;
 }
 
-RangeBelief solve_from(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                       int iterations, double tolerance, const RangePast* past,
-                       RangeEstimate* estimate, RangePast* kept) {
+double cost_of_constants(const RangePrior& prior, const RangeEstimate& estimate) {
+  return 0.5 *
+         (estimate.constants - prior.constants).cwiseQuotient(prior.constants_sigma).squaredNorm();
+}
+
+}  // namespace
+
+RangePast without_radio(int radio, const RangePrior& prior, RangePast past) {
+  const Eigen::Index at = kState + radio_at(radio);
+  using Own = Eigen::Matrix<double, Radio::count, 1>;
+  const Own precision =
+      prior.constants_sigma.segment<Radio::count>(radio_at(radio)).cwiseAbs2().cwiseInverse();
+  const Own off = (past.constants - prior.constants).segment<Radio::count>(radio_at(radio));
+  Eigen::MatrixXd information = past.information.selfadjointView<Eigen::Lower>();
+  const Eigen::MatrixXd coupling = information.middleCols<Radio::count>(at);
+  Eigen::Matrix<double, Radio::count, Radio::count> own = coupling.middleRows<Radio::count>(at);
+  own += precision.asDiagonal();
+  const Own gradient = past.gradient.segment<Radio::count>(at) + precision.cwiseProduct(off);
+  const Eigen::LDLT<Eigen::Matrix<double, Radio::count, Radio::count>> root(own);
+  information -= coupling * root.solve(coupling.transpose());
+  past.gradient -= coupling * root.solve(gradient);
+  past.log_evidence +=
+      0.5 * (precision.array().log().sum() - root.vectorD().array().log().sum() +
+             gradient.dot(root.solve(gradient)) - off.dot(precision.cwiseProduct(off)));
+  information.middleCols<Radio::count>(at).setZero();
+  information.middleRows<Radio::count>(at).setZero();
+  past.gradient.segment<Radio::count>(at).setZero();
+  past.information = information;
+  return past;
+}
+
+RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
+                  int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
+                  RangePast* kept) {
+  const Stretch stretch = {past == nullptr ? 0 : static_cast<std::size_t>(past->keyframe),
+                           graph.ranges.size()};
+  const auto cost_at = [&](const RangeEstimate& there) {
+    return cost_of_start(prior, there, past) + cost_of_data(graph, prior, noise, there, stretch) +
+           cost_of_constants(prior, there);
+  };
   Elimination elimination(graph, prior, noise, past);
   RangeBelief belief;
-  belief.cost = cost_from(graph, prior, noise, *estimate, past);
+  belief.cost = cost_at(*estimate);
   double damping = 0.0;
   for (int i = 0; i < iterations; ++i) {
     RangeEstimate moved = *estimate;
     double cost = std::numeric_limits<double>::infinity();
     if (elimination.run(*estimate, damping)) {
       elimination.move(&moved);
-      cost = cost_from(graph, prior, noise, moved, past);
+      cost = cost_at(moved);
     }
     if (!(cost < belief.cost)) {
       if (cost < belief.cost + tolerance) break;
@@ -309,13 +353,18 @@ RangeBelief solve_from(const RangeGraph& graph, const RangePrior& prior, const R
   if (!std::isfinite(belief.cost) || !elimination.run(*estimate, 0.0, kept)) return belief;
   belief.covariance = elimination.covariance();
   belief.is_usable = belief.covariance.allFinite();
-  belief.log_evidence = log_normalizers(graph, prior, noise, *estimate) - belief.cost -
+  const double before = past == nullptr ? 0.0 : past->log_evidence;
+  belief.log_evidence = before + log_normalizers(graph, noise, *estimate, stretch) -
+                        prior.constants_sigma.array().log().sum() - belief.cost -
                         0.5 * elimination.log_determinant();
+  if (kept != nullptr) {
+    const Stretch early = {stretch.first, static_cast<std::size_t>(kept->keyframe)};
+    kept->log_evidence += before + log_normalizers(graph, noise, *estimate, early) -
+                          cost_of_start(prior, *estimate, past) -
+                          cost_of_data(graph, prior, noise, *estimate, early);
+  }
   return belief;
 }
-
-}  // namespace
-
 Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
                        const Eigen::VectorXd& constants) {
   const double bias = from[KeyframeUnknown::yaw_rate_bias];
@@ -399,8 +448,9 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
   const Eigen::Vector3d factors(noise.translation, noise.translation, noise.heading);
   const Eigen::Matrix3d covariance =
       factors.asDiagonal() *
-      (motion.covariance + kLeastSigma * kLeastSigma * Eigen::Matrix3d::Identity()) *
-      factors.asDiagonal();
+          (motion.covariance + kLeastSigma * kLeastSigma * Eigen::Matrix3d::Identity()) *
+          factors.asDiagonal() +
+      motion.slip_covariance;
   const Eigen::LLT<Eigen::Matrix3d> root(covariance);
   const auto whitened = [&](auto matrix) {
     root.matrixL().solveInPlace(matrix);
@@ -423,29 +473,6 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
   residual.by_from(3, 3) = -walk;
   residual.by_to(3, 3) = walk;
   return residual;
-}
-
-double cost_of(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-               const RangeEstimate& estimate) {
-  return cost_from(graph, prior, noise, estimate, nullptr);
-}
-
-RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, RangeEstimate* estimate) {
-  return solve_from(graph, prior, noise, iterations, tolerance, nullptr, estimate, nullptr);
-}
-
-RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, int keyframe, RangeEstimate* estimate,
-                  RangePast* past) {
-  past->keyframe = keyframe;
-  return solve_from(graph, prior, noise, iterations, tolerance, nullptr, estimate, past);
-}
-
-RangeBelief solve_rest(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                       int iterations, double tolerance, const RangePast& past,
-                       RangeEstimate* estimate) {
-  return solve_from(graph, prior, noise, iterations, tolerance, &past, estimate, nullptr);
 }
 
 }  // namespace pf_resampling

@@ -122,14 +122,10 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
                                double yaw_rate_walk, const KeyframeState& from,
                                const KeyframeState& to, const Eigen::VectorXd& constants);
 
-/// Half the sum of squares, robust, of all data and the prior.
-double cost_of(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-               const RangeEstimate& estimate);
-
 /// What least squares says at its solution.
 struct RangeBelief {
   bool is_usable = false;  ///< finite, positive definite
-  double cost = 0.0;
+  double cost = 0.0;       ///< half the sum of squares, robust, of data, past and prior
   /// Logarithm of the probability of the data (Laplace's approximation), but for a constant of the
   /// data alone.
   double log_evidence = 0.0;
@@ -145,22 +141,19 @@ struct RangePast {
   Eigen::VectorXd constants;
   Eigen::MatrixXd information;  ///< of keyframe and constants; lower triangle
   Eigen::VectorXd gradient;
+  double log_evidence = 0.0;  ///< of those data, at that estimate
 };
+
+/// What a past says where a radio is another one from then on: all that it was is integrated over,
+/// with its prior of then.
+RangePast without_radio(int radio, const RangePrior& prior, RangePast past);
 
 /// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
 /// the newest (block tridiagonal with a border of the constants), O(keyframes · constants²). Ends
-/// when the cost falls by less than `tolerance`.
+/// when the cost falls by less than `tolerance`. `past`, if any: in place of the data before its
+/// keyframe, which do not move. `kept`, if any: gets what the data before its keyframe say.
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, RangeEstimate* estimate);
-
-/// Likewise, and what it says of the past before a keyframe.
-RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, int keyframe, RangeEstimate* estimate,
-                  RangePast* past);
-
-/// Only the keyframes from the past's on move; cost and evidence are those of the rest.
-RangeBelief solve_rest(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                       int iterations, double tolerance, const RangePast& past,
-                       RangeEstimate* estimate);
+                  int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
+                  RangePast* kept = nullptr);
 
 }  // namespace pf_resampling

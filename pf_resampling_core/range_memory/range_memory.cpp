@@ -48,57 +48,131 @@ void join(const OdometryIncrement& next, OdometryIncrement* increment) {
   const auto propagate = [&](const Eigen::Vector3d& of_next, Eigen::Vector3d* sensitivity) {
     *sensitivity = (by_past * *sensitivity + by_next * of_next).eval();
   };
-  increment->covariance = (by_past * increment->covariance * by_past.transpose() +
-                           by_next * next.covariance * by_next.transpose())
-                              .eval();
+  const auto add = [&](const Eigen::Matrix3d& of_next, Eigen::Matrix3d* covariance) {
+    *covariance =
+        (by_past * *covariance * by_past.transpose() + by_next * of_next * by_next.transpose())
+            .eval();
+  };
+  add(next.covariance, &increment->covariance);
+  add(next.slip_covariance, &increment->slip_covariance);
   propagate(next.yaw_rate_sensitivity, &increment->yaw_rate_sensitivity);
   propagate(next.turn_scale_sensitivity, &increment->turn_scale_sensitivity);
   increment->mean = compose(increment->mean, next.mean);
   increment->duration += next.duration;
 }
 
+// Of a vector or the rows of a matrix: those of one radio are gone.
+Eigen::MatrixXd without_rows(const Eigen::MatrixXd& all, Eigen::Index at) {
+  Eigen::MatrixXd rest(all.rows() - RadioOf::count, all.cols());
+  rest << all.topRows(at), all.bottomRows(all.rows() - at - RadioOf::count);
+  return rest;
+}
+
 }  // namespace
 
 RangeMemory::RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
                          const std::vector<std::pair<int, RangeCalibration>>& calibration)
-    : options_(options), calibration_(calibration) {
+    : options_(options), beacons_(beacons), calibration_(calibration) {
   graph_.ranges.emplace_back();
   times_.push_back(0.0);
-  for (const Beacon& beacon : beacons) {
-    const int before = static_cast<int>(radios_.size());
-    const int radio = radio_of(beacon.id);
-    if (radio != before) {
-      throw Error("beacon " + std::to_string(beacon.id) +
-                  " appears twice; give every beacon an id of its own");
-    }
-    radios_.back().listed = beacon;
+  for (const Beacon& beacon : beacons_) {
+    if (listed(beacon.id) == &beacon) continue;
+    throw Error("beacon " + std::to_string(beacon.id) +
+                " appears twice; give every beacon an id of its own");
   }
 }
 
-int RangeMemory::radio_of(int id) {
+const Beacon* RangeMemory::listed(int id) const {
+  const auto found = std::find_if(beacons_.begin(), beacons_.end(),
+                                  [&](const Beacon& beacon) { return beacon.id == id; });
+  return found == beacons_.end() ? nullptr : &*found;
+}
+
+std::optional<int> RangeMemory::number_of(int id) const {
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     if (radios_[i].id == id) return static_cast<int>(i);
   }
+  return std::nullopt;
+}
+
+// Nothing if there are too many to be solved for.
+std::optional<int> RangeMemory::radio_of(int id) {
+  if (const auto known = number_of(id)) return known;
+  if (radios_.size() >= kMostRadios) return std::nullopt;
   Radio radio;
   radio.id = id;
+  if (const Beacon* beacon = listed(id)) radio.listed = *beacon;
   radio.calibration = calibration_of(id);
   radios_.push_back(radio);
+  // Nothing is known of it but what is believed before.
   const RangePrior anew = prior();
+  const Eigen::Index is = anew.constants.size();
+  const auto append_to = [&](Eigen::VectorXd* constants) {
+    constants->conservativeResize(is);
+    constants->tail<RadioOf::count>() = anew.constants.tail<RadioOf::count>();
+  };
+  const auto append_to_estimate = [&](RangeEstimate* estimate) {
+    append_to(&estimate->constants);
+    estimate->takes_part.push_back(radio.listed.has_value());
+  };
+  const auto resize = [&](Eigen::MatrixXd* matrix) {
+    matrix->conservativeResize(kKeyframe + is, kKeyframe + is);
+    matrix->rightCols<RadioOf::count>().setZero();
+    matrix->bottomRows<RadioOf::count>().setZero();
+  };
   for (RangeMode& mode : modes_) {
-    const Eigen::Index was = mode.prior.constants.size();
-    const Eigen::Index is = anew.constants.size();
-    for (Eigen::VectorXd* to : {&mode.prior.constants, &mode.estimate.constants}) {
-      to->conservativeResize(is);
-      to->tail(is - was) = anew.constants.tail(is - was);
-    }
-    mode.accounts.push_back(RadioAccount::unlisted);
+    mode.accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
+    mode.prior.constants = anew.constants;
     mode.prior.constants_sigma = sigmas(mode.accounts, mode.loose);
-    mode.estimate.takes_part.push_back(false);
-    mode.belief = RangeBelief{};
-    mode.past.reset();
+    append_to_estimate(&mode.estimate);
+    for (std::optional<RangePast>* past : {&mode.past, &mode.settled}) {
+      if (!*past) continue;
+      append_to(&(*past)->constants);
+      resize(&(*past)->information);
+      (*past)->gradient.conservativeResize(kKeyframe + is);
+      (*past)->gradient.tail<RadioOf::count>().setZero();
+    }
+    if (!mode.belief.is_usable) continue;
+    resize(&mode.belief.covariance);
+    mode.belief.covariance.diagonal().tail<RadioOf::count>() =
+        mode.prior.constants_sigma.tail<RadioOf::count>().cwiseAbs2();
   }
-  before_.reset();
+  if (before_) append_to_estimate(&*before_);
   return static_cast<int>(radios_.size()) - 1;
+}
+
+// A listed radio that is not among the data any more.
+void RangeMemory::forget(int radio) {
+  const int at = radio_at(radio);
+  const auto leave_estimate = [&](RangeEstimate* estimate) {
+    estimate->constants = without_rows(estimate->constants, at);
+    estimate->takes_part.erase(estimate->takes_part.begin() + radio);
+  };
+  const auto leave_matrix = [&](Eigen::MatrixXd* matrix) {
+    *matrix = without_rows(without_rows(*matrix, kKeyframe + at).transpose(), kKeyframe + at);
+  };
+  for (RangeMode& mode : modes_) {
+    if (mode.past) {
+      RangePast& past = *mode.past;
+      past = without_radio(radio, mode.prior, std::move(past));
+      past.constants = without_rows(past.constants, at);
+      past.gradient = without_rows(past.gradient, kKeyframe + at);
+      leave_matrix(&past.information);
+    }
+    mode.settled.reset();
+    mode.accounts.erase(mode.accounts.begin() + radio);
+    mode.prior.constants = without_rows(mode.prior.constants, at);
+    mode.prior.constants_sigma = without_rows(mode.prior.constants_sigma, at);
+    leave_estimate(&mode.estimate);
+    leave_matrix(&mode.belief.covariance);
+  }
+  if (before_) leave_estimate(&*before_);
+  radios_.erase(radios_.begin() + radio);
+  for (auto& ranges : graph_.ranges) {
+    for (HeldRange& range : ranges) {
+      if (range.radio > radio) --range.radio;
+    }
+  }
 }
 
 RangeCalibration RangeMemory::calibration_of(int id) const {
@@ -118,7 +192,6 @@ RangePrior RangeMemory::prior() const {
   const RangeCalibration all = calibration_of(kAllRadios);
   prior.constants[Common::scale] = all.scale - 1.0;
   prior.constants[Common::bias] = all.bias;
-  int listed = 0;
   std::vector<RadioAccount> accounts;
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const Radio& radio = radios_[i];
@@ -127,12 +200,11 @@ RangePrior RangeMemory::prior() const {
     prior.constants[at + RadioOf::bias] = radio.calibration.bias - all.bias;
     accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
     if (!radio.listed) continue;
-    ++listed;
     prior.constants.segment<2>(at + RadioOf::x) = radio.listed->position.head<2>();
   }
   prior.constants_sigma = sigmas(accounts, {});
   prior.first_sigma << kFarAway, kFarAway, kAnyHeading, options_.yaw_rate;
-  if (listed < 2) prior.first_sigma.head<3>().setConstant(kFixed);
+  if (beacons_.size() < 2) prior.first_sigma.head<3>().setConstant(kFixed);
   return prior;
 }
 
@@ -146,14 +218,9 @@ bool RangeMemory::may_be_loose(LooseError::Index error) const {
 Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
                                     const LooseErrors& loose) const {
   const auto share = [&](LooseError::Index error) { return loose[error] ? 1.0 : options_.tight; };
-  int listed = 0;
   Eigen::AlignedBox2d area;
-  for (const Radio& radio : radios_) {
-    if (!radio.listed) continue;
-    ++listed;
-    area.extend(Eigen::Vector2d(radio.listed->position.head<2>()));
-  }
-  const double height = listed >= 2
+  for (const Beacon& beacon : beacons_) area.extend(Eigen::Vector2d(beacon.position.head<2>()));
+  const double height = beacons_.size() >= 2
                             ? std::min(options_.height, kHeightOfArea * area.diagonal().norm())
                             : options_.height;
   const double lever =
@@ -161,8 +228,8 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
   const double wheels = loose[LooseError::wheels] ? 1.0 : kTightWheels;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,
-      listed >= 2 ? wheels * options_.distance_scale : kFixedScale, wheels * options_.turn_scale,
-      lever, lever;
+      beacons_.size() >= 2 ? wheels * options_.distance_scale : kFixedScale,
+      wheels * options_.turn_scale, lever, lever;
   const double own = share(LooseError::radios);
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const bool is_planar = !radios_[i].listed || radios_[i].listed->is_planar;
@@ -198,8 +265,10 @@ void RangeMemory::add(const OdometryIncrement& odometry,
                      std::abs(pending_.mean.heading) > kTurn || pending_.duration > kDuration;
   if (moved) add_keyframe();
   for (const RangeObservation& observation : ranges) {
+    const std::optional<int> number = radio_of(observation.beacon);
+    if (!number) continue;
     HeldRange range;
-    range.radio = radio_of(observation.beacon);
+    range.radio = *number;
     Radio& radio = radios_[static_cast<std::size_t>(range.radio)];
     ++radio.ranges;
     const double given = radio.calibration.sigma;
@@ -234,60 +303,69 @@ void RangeMemory::add_keyframe() {
 
 std::vector<RadioKnowledge> RangeMemory::radios() const {
   std::vector<RadioKnowledge> all;
-  for (std::size_t r = 0; r < radios_.size(); ++r) {
-    RadioKnowledge radio;
-    radio.id = radios_[r].id;
-    radio.account = radios_[r].listed ? RadioAccount::as_listed : RadioAccount::unlisted;
-    radio.ranges = radios_[r].ranges;
-    if (!modes_.empty() && modes_.front().belief.is_usable) {
-      const RangeMode& mode = modes_.front();
-      const int at = radio_at(static_cast<int>(r));
-      for (const RangeMode& other : modes_) {
-        if (radios_[r].listed && other.accounts[r] != RadioAccount::as_listed) {
-          radio.fault += other.probability;
-        }
-      }
-      if (radio.fault > kNamed && has_turned_) radio.account = mode.accounts[r];
-      const Eigen::VectorXd& constants = mode.estimate.constants;
-      const Eigen::MatrixXd& covariance = mode.belief.covariance;
-      radio.calibration.scale = 1.0 + constants[Common::scale] + constants[at + RadioOf::scale];
-      radio.calibration.bias = constants[Common::bias] + constants[at + RadioOf::bias];
-      radio.calibration.sigma =
-          noise_.range *
-          (radios_[r].calibration.sigma > 0.0 ? radios_[r].calibration.sigma : options_.sigma);
-      const auto sigma_of_sum = [&](int first, int second) {
-        const int a = kKeyframe + first;
-        const int b = kKeyframe + second;
-        return doubt_ * std::sqrt(std::max(
-                            0.0, covariance(a, a) + covariance(b, b) + 2.0 * covariance(a, b)));
-      };
-      radio.scale_sigma = sigma_of_sum(Common::scale, at + RadioOf::scale);
-      radio.bias_sigma = sigma_of_sum(Common::bias, at + RadioOf::bias);
-      if (mode.estimate.takes_part[r]) {
-        double others = 0.0;
-        for (const RadioPlace& place : radios_[r].other_places) others += place.probability;
-        radio.places.push_back(
-            {constants.segment<2>(at),
-             doubt_ * doubt_ * covariance.block<2, 2>(kKeyframe + at, kKeyframe + at),
-             1.0 / (1.0 + others)});
-        for (const RadioPlace& place : radios_[r].other_places) {
-          radio.places.push_back({place.position, place.covariance, place.probability});
-        }
-      } else {
-        radio.places = radios_[r].other_places;
-      }
-    }
-    if (radio.account == RadioAccount::elsewhere && !radio.places.empty()) {
-      for (const Radio& other : radios_) {
-        if (other.id == radio.id || !other.listed) continue;
-        const Eigen::Vector2d off =
-            other.listed->position.head<2>() - radio.places.front().position;
-        if (off.norm() < kSamePlace) radio.in_place_of = other.id;
-      }
-    }
-    all.push_back(radio);
+  for (const Beacon& beacon : beacons_) all.push_back(knowledge_of(beacon.id));
+  for (const Radio& radio : radios_) {
+    if (!radio.listed) all.push_back(knowledge_of(radio.id));
   }
   return all;
+}
+
+RadioKnowledge RangeMemory::knowledge_of(int id) const {
+  RadioKnowledge radio;
+  radio.id = id;
+  radio.account = listed(id) != nullptr ? RadioAccount::as_listed : RadioAccount::unlisted;
+  const std::optional<int> number = number_of(id);
+  if (number) radio.ranges = radios_[static_cast<std::size_t>(*number)].ranges;
+  if (modes_.empty() || !modes_.front().belief.is_usable) return radio;
+  const RangeMode& mode = modes_.front();
+  const Eigen::VectorXd& constants = mode.estimate.constants;
+  const Eigen::MatrixXd& covariance = mode.belief.covariance;
+  const RangeCalibration given = calibration_of(id);
+  const RangeCalibration all = calibration_of(kAllRadios);
+  // Without ranges, it differs from the others as is said.
+  const auto own = [&](RadioOf::Index of, double otherwise) {
+    return number ? constants[radio_at(*number) + of] : otherwise;
+  };
+  radio.calibration.scale =
+      1.0 + constants[Common::scale] + own(RadioOf::scale, given.scale - all.scale);
+  radio.calibration.bias = constants[Common::bias] + own(RadioOf::bias, given.bias - all.bias);
+  radio.calibration.sigma = noise_.range * (given.sigma > 0.0 ? given.sigma : options_.sigma);
+  const auto sigma_of_sum = [&](Common::Index common, RadioOf::Index of) {
+    const int a = kKeyframe + common;
+    double variance = covariance(a, a);
+    if (number) {
+      const int b = kKeyframe + radio_at(*number) + of;
+      variance += covariance(b, b) + 2.0 * covariance(a, b);
+    }
+    return doubt_ * std::sqrt(std::max(0.0, variance));
+  };
+  radio.scale_sigma = sigma_of_sum(Common::scale, RadioOf::scale);
+  radio.bias_sigma = sigma_of_sum(Common::bias, RadioOf::bias);
+  if (!number) return radio;
+
+  const auto r = static_cast<std::size_t>(*number);
+  for (const RangeMode& other : modes_) {
+    if (radios_[r].listed && other.accounts[r] != RadioAccount::as_listed) {
+      radio.fault += other.probability;
+    }
+  }
+  if (radio.fault > kNamed && has_turned_) radio.account = mode.accounts[r];
+  if (mode.estimate.takes_part[r]) {
+    const int at = radio_at(*number);
+    double others = 0.0;
+    for (const RadioPlace& place : radios_[r].other_places) others += place.probability;
+    radio.places.push_back(
+        {constants.segment<2>(at),
+         doubt_ * doubt_ * covariance.block<2, 2>(kKeyframe + at, kKeyframe + at),
+         1.0 / (1.0 + others)});
+  }
+  for (const RadioPlace& place : radios_[r].other_places) radio.places.push_back(place);
+  if (radio.account != RadioAccount::elsewhere || radio.places.empty()) return radio;
+  for (const Beacon& other : beacons_) {
+    const Eigen::Vector2d off = other.position.head<2>() - radio.places.front().position;
+    if (other.id != id && off.norm() < kSamePlace) radio.in_place_of = other.id;
+  }
+  return radio;
 }
 
 RangeMemory::Newest RangeMemory::newest(const RangeMode& mode) const {
@@ -311,8 +389,9 @@ RangeMemory::Newest RangeMemory::newest(const RangeMode& mode) const {
       -turn * Eigen::Vector3d(moved.x, moved.y, 0.0);
   newest.covariance = doubt_ * doubt_ * by * mode.belief.covariance * by.transpose();
   const Eigen::Vector3d factors(noise_.translation, noise_.translation, noise_.heading);
+  const Eigen::Matrix3d since = factors.asDiagonal() * pending_.covariance * factors.asDiagonal();
   newest.covariance.topLeftCorner<3, 3>() +=
-      turn * factors.asDiagonal() * pending_.covariance * factors.asDiagonal() * turn.transpose();
+      turn * (since + pending_.slip_covariance) * turn.transpose();
   return newest;
 }
 

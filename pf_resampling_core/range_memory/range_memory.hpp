@@ -33,6 +33,9 @@ struct RangeMemoryOptions {
   double stated_lever = 0.01;     ///< m, where it is said to be elsewhere
   double noise_spread = 0.7;      ///< of the logarithm of the odometry's factors of noise
   double fault_odds = 1e-2;       ///< that a first radio is wrong, before there are data
+  /// Keyframes that are solved for, fewer among many radios; what older ones say stays as a
+  /// Gaussian.
+  int most_keyframes = 1000;
 };
 
 /// What is said of a radio.
@@ -70,8 +73,9 @@ struct RangeMode {
   RangePrior prior;
   RangeEstimate estimate;
   RangeBelief belief;
-  std::optional<RangePast> past;  ///< from which on keyframes move between solutions of all
-  double probability = 1.0;       ///< among the modes
+  std::optional<RangePast> past;     ///< what left the graph
+  std::optional<RangePast> settled;  ///< from which on keyframes move between solutions of all
+  double probability = 1.0;          ///< among the modes
 };
 
 /// What is known of a radio.
@@ -93,7 +97,8 @@ struct RadioKnowledge {
 /// All ranges and odometry of a drive, and what least squares says of them: path, scale and bias of
 /// the radios, places of those that are not listed, errors of the odometry and of the antenna's
 /// place, and which radio is not as listed. One graph for listed and other radios: a place is an
-/// unknown with a prior.
+/// unknown with a prior. Of a long drive the oldest keyframes leave the graph; what they say of all
+/// else stays, but of listed radios that are not heard any more.
 class RangeMemory {
  public:
   /// `beacons`: those whose place is known. `calibration`: by id, -1 for all others; as the filter
@@ -114,12 +119,15 @@ class RangeMemory {
   /// carried off.
   bool explains_newest() const;
 
-  /// Solves with all data so far: starts where the ranges allow it, follows the modes, and from
-  /// time to time, ever more rarely as the drive grows, tries other places, accounts and noise. In
-  /// between only the newest keyframes move.
+  /// solve_all() if it is due, else follow().
   void solve();
-  /// Likewise until nothing changes any more, when all data are there.
-  void finish();
+  /// Whether solve_all() is due: at first, and ever more rarely as the drive grows.
+  bool is_due() const;
+  /// Solves with all data so far: starts where the ranges allow it, and tries other places,
+  /// accounts and noise.
+  void solve_all();
+  /// The modes with the newest data: only the newest keyframes move. False if there are none.
+  bool follow();
 
   /// The most probable first; none before the ranges allow a start.
   const std::vector<RangeMode>& modes() const { return modes_; }
@@ -127,7 +135,10 @@ class RangeMemory {
   const RangeNoise& noise() const { return noise_; }
   /// By which factor deviations of means over ten seconds exceed what independent errors make.
   double doubt() const { return doubt_; }
+  /// The listed ones, then others as they were heard.
   std::vector<RadioKnowledge> radios() const;
+  /// Place among the constants of a radio that was heard: see radio_at().
+  std::optional<int> number_of(int id) const;
 
   /// A mode at the newest time.
   struct Newest {
@@ -137,11 +148,12 @@ class RangeMemory {
   Newest newest(const RangeMode& mode) const;
   /// s, from the first odometry to the newest
   double time() const { return time_; }
-  /// s, of each keyframe
+  /// s, of each keyframe of the graph
   const std::vector<double>& keyframe_times() const { return times_; }
 
  private:
   static constexpr int kKeyframe = KeyframeUnknown::count;
+  static constexpr std::size_t kMostRadios = 40;  // that are heard at a time
   static constexpr int kRingPlaces = 32;
   static constexpr double kSamePlace = 0.5;    // m, of two modes
   static constexpr double kModeMargin = 10.0;  // of the logarithm of the evidence
@@ -164,7 +176,9 @@ class RangeMemory {
     double distance;  ///< m, typical
   };
 
-  int radio_of(int id);
+  std::optional<int> radio_of(int id);
+  const Beacon* listed(int id) const;
+  RadioKnowledge knowledge_of(int id) const;
   RangeCalibration calibration_of(int id) const;
   void add_keyframe();
   double spacing() const;
@@ -188,15 +202,18 @@ class RangeMemory {
   double log_probability(const RangeMode& mode) const;
   bool try_noise();
   void find_doubt();
-  bool follow();
-  void solve_all();
-  void keep_past(RangeMode* mode) const;
+  bool may_head_anywhere() const;
+  bool is_too_large() const;
+  void let_oldest_leave();
+  void forget(int radio);
+  void settle(RangeMode* mode) const;
   RangeBelief solved(int iterations, RangeMode* mode) const;
   double log_prior_of_noise(const RangeNoise& noise) const;
 
   RangeMemoryOptions options_;
+  std::vector<Beacon> beacons_;
   std::vector<std::pair<int, RangeCalibration>> calibration_;
-  std::vector<Radio> radios_;
+  std::vector<Radio> radios_;  // that were heard
   RangeGraph graph_;
   std::vector<double> times_;
   OdometryIncrement pending_;  // since the newest keyframe

@@ -20,16 +20,18 @@ constexpr int kStartRanges = 12;
 constexpr int kHeadings = 24;
 constexpr std::size_t kRefined = 16;
 constexpr std::size_t kRefinedOfMany = 5;
-constexpr double kSameHeading = 0.3;       // rad
-constexpr double kAnywhere = 0.5;          // rad
-constexpr double kTolerance = 0.02;        // of the cost
-constexpr double kSolvedAllEvery = 3.0;    // s
-constexpr double kSolvedAllGrowth = 0.25;  // of the drive so far
+constexpr double kSameHeading = 0.3;             // rad
+constexpr double kAnywhere = 0.5;                // rad
+constexpr double kTolerance = 0.02;              // of the cost
+constexpr double kSolvedAllEvery = 3.0;          // s
+constexpr double kSolvedAllGrowth = 0.25;        // of the drive so far
+constexpr double kSolvedAllAtLeastEvery = 60.0;  // s
 constexpr std::size_t kMostModes = 6;
 constexpr int kNoiseTrials = 4;
-constexpr int kNewest = 60;  // keyframes that move in between
-constexpr double kFinishingStep = 1.5;
-constexpr int kMostNoiseTrials = 40;
+constexpr int kNewest = 60;          // keyframes that move in between
+constexpr int kShareThatLeaves = 4;  // of the keyframes, when there are too many
+constexpr int kFewestKeyframes = 100;
+constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes · constants²
 
 // Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
@@ -51,21 +53,21 @@ constexpr double kMedianOfNormal = 0.6745;
 // ---- modes ------------------------------------------------------------------------------------
 
 RangeBelief RangeMemory::solved(int iterations, RangeMode* mode) const {
-  mode->belief =
-      pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance, &mode->estimate);
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
+                                      mode->past ? &*mode->past : nullptr, &mode->estimate);
   return mode->belief;
 }
 
 void RangeMemory::start() {
-  int listed = 0;
-  for (const Radio& radio : radios_) listed += radio.listed ? 1 : 0;
-  if (listed >= 2) {
+  if (beacons_.size() >= 2) {
     modes_ = starts(-1, &noise_);
     return weigh_modes();
   }
   RangeMode mode;
   mode.prior = prior();
-  mode.accounts.assign(radios_.size(), RadioAccount::unlisted);
+  for (const Radio& radio : radios_) {
+    mode.accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
+  }
   mode.estimate.constants = mode.prior.constants;
   mode.estimate.takes_part.assign(radios_.size(), false);
   mode.estimate.keyframes = {mode.prior.first};
@@ -162,7 +164,7 @@ std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) cons
       candidate.prior.first << origin.x, origin.y, origin.heading, 0.0;
       candidate.estimate.keyframes = placed_at(origin);
       candidate.belief = pf_resampling::solve(graph_, candidate.prior, *noise, kManyIterations,
-                                              kTolerance, &candidate.estimate);
+                                              kTolerance, nullptr, &candidate.estimate);
       if (candidate.belief.is_usable) found.push_back(candidate);
     }
     if (found.empty()) return {};
@@ -240,37 +242,32 @@ void RangeMemory::weigh_modes() {
 }
 
 void RangeMemory::solve() {
-  // A robot that stood has any heading: least squares from one of them would end anywhere.
-  const bool may_head_anywhere = !modes_.empty() && modes_.front().belief.is_usable &&
-                                 modes_.front().belief.covariance(2, 2) > kAnywhere * kAnywhere;
-  if (may_head_anywhere) modes_.clear();
-  if (modes_.empty()) start();
-  if (modes_.empty()) return;
-  if (time_ < next_solution_of_all_ && follow()) return;
-  solve_all();
-  for (RangeMode& mode : modes_) keep_past(&mode);
-  next_solution_of_all_ = time_ + std::max(kSolvedAllEvery, kSolvedAllGrowth * time_);
+  if (is_due() || !follow()) solve_all();
 }
 
-// The newest keyframes, with what is before them as a quadratic.
+bool RangeMemory::is_due() const {
+  return modes_.empty() || may_head_anywhere() || is_too_large() || time_ >= next_solution_of_all_;
+}
+
+// A robot that stood has any heading: least squares from one of them would end anywhere.
+bool RangeMemory::may_head_anywhere() const {
+  return modes_.front().belief.is_usable &&
+         modes_.front().belief.covariance(2, 2) > kAnywhere * kAnywhere;
+}
+
 bool RangeMemory::follow() {
-  if (modes_.size() > 1 || !modes_.front().past) {
-    // All data tell modes apart.
-    for (RangeMode& mode : modes_) solved(kIterations, &mode);
-    weigh_modes();
-    return !modes_.empty();
-  }
   for (RangeMode& mode : modes_) {
-    const double log_evidence = mode.belief.log_evidence;
-    mode.belief =
-        solve_rest(graph_, mode.prior, noise_, kIterations, kTolerance, *mode.past, &mode.estimate);
-    if (!mode.belief.is_usable) return false;
-    mode.belief.log_evidence = log_evidence;
+    const std::optional<RangePast>& past = mode.settled ? mode.settled : mode.past;
+    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kTolerance,
+                                       past ? &*past : nullptr, &mode.estimate);
   }
-  return true;
+  weigh_modes();
+  return !modes_.empty();
 }
 
 void RangeMemory::solve_all() {
+  if (!modes_.empty() && may_head_anywhere()) modes_.clear();
+  if (modes_.empty()) start();
   for (RangeMode& mode : modes_) solved(kIterations, &mode);
   weigh_modes();
   if (modes_.empty()) return;
@@ -282,33 +279,69 @@ void RangeMemory::solve_all() {
   judge_radios();
   for (int i = 0; i < kNoiseTrials; ++i) try_noise();
   weigh_modes();
-  if (!modes_.empty()) before_ = modes_.front().estimate;
+  if (modes_.empty()) return;
+  while (is_too_large()) let_oldest_leave();
+  for (RangeMode& mode : modes_) settle(&mode);
+  before_ = modes_.front().estimate;
+  next_solution_of_all_ =
+      time_ + std::min(kSolvedAllAtLeastEvery, std::max(kSolvedAllEvery, kSolvedAllGrowth * time_));
 }
 
-void RangeMemory::keep_past(RangeMode* mode) const {
-  mode->past.reset();
+// A solution takes keyframes · constants².
+bool RangeMemory::is_too_large() const {
+  const int keyframes = graph_.keyframes();
+  const auto constants = static_cast<double>(radio_at(static_cast<int>(radios_.size())));
+  return keyframes > options_.most_keyframes ||
+         (keyframes > kFewestKeyframes &&
+          (keyframes * constants * constants > kMostWork || radios_.size() >= kMostRadios));
+}
+
+// Each mode keeps what they say, but for what would hold a radio back that may be elsewhere, or was
+// moved.
+void RangeMemory::let_oldest_leave() {
+  const int leaving = graph_.keyframes() / kShareThatLeaves;
+  for (RangeMode& mode : modes_) {
+    RangePast past;
+    past.keyframe = leaving;
+    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, 1, kTolerance,
+                                       mode.past ? &*mode.past : nullptr, &mode.estimate, &past);
+    for (std::size_t r = 0; r < radios_.size(); ++r) {
+      const bool is_wrong = radios_[r].listed && mode.accounts[r] != RadioAccount::as_listed;
+      if (!is_wrong && radios_[r].other_places.empty()) continue;
+      past = without_radio(static_cast<int>(r), mode.prior, std::move(past));
+    }
+    past.keyframe = 0;
+    mode.past = std::move(past);
+    auto& keyframes = mode.estimate.keyframes;
+    keyframes.erase(keyframes.begin(), keyframes.begin() + leaving);
+  }
+  graph_.motions.erase(graph_.motions.begin(), graph_.motions.begin() + leaving);
+  graph_.ranges.erase(graph_.ranges.begin(), graph_.ranges.begin() + leaving);
+  times_.erase(times_.begin(), times_.begin() + leaving);
+  weigh_modes();
+  std::vector<bool> is_needed(radios_.size(), false);
+  for (const auto& ranges : graph_.ranges) {
+    for (const HeldRange& range : ranges) is_needed[static_cast<std::size_t>(range.radio)] = true;
+  }
+  for (int r = static_cast<int>(radios_.size()) - 1; r >= 0; --r) {
+    const auto radio = static_cast<std::size_t>(r);
+    const bool is_as_listed = std::all_of(modes_.begin(), modes_.end(), [&](const RangeMode& mode) {
+      return mode.accounts[radio] == RadioAccount::as_listed;
+    });
+    if (is_as_listed && !is_needed[radio]) forget(r);
+  }
+}
+
+void RangeMemory::settle(RangeMode* mode) const {
+  mode->settled.reset();
   const int keyframe = graph_.keyframes() - kNewest;
   if (keyframe <= 0) return;
-  RangePast past;
-  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, 1, kTolerance, keyframe,
-                                      &mode->estimate, &past);
-  if (mode->belief.is_usable) mode->past = std::move(past);
-}
-
-void RangeMemory::finish() {
-  if (modes_.empty()) start();
-  if (modes_.empty()) return;
-  solve_all();
-  if (modes_.empty()) return;
-  for (double& step : trial_steps_) step = std::min(step, kFinishingStep);
-  for (int i = 0; i<kMostNoiseTrials&& * std::max_element(trial_steps_.begin(), trial_steps_.end())>
-           kSmallestStep;
-       ++i) {
-    try_noise();
-  }
-  solved(kManyIterations, &modes_.front());
-  find_doubt();
-  judge_radios();
+  RangePast settled;
+  settled.keyframe = keyframe;
+  mode->belief =
+      pf_resampling::solve(graph_, mode->prior, noise_, 1, kTolerance,
+                           mode->past ? &*mode->past : nullptr, &mode->estimate, &settled);
+  if (mode->belief.is_usable) mode->settled = std::move(settled);
 }
 
 bool RangeMemory::explains_newest() const {
@@ -371,7 +404,7 @@ void RangeMemory::find_doubt() {
   std::vector<double> sums(count, 0.0), weights(count, 0.0);
   double squares = kPriorBlocks;
   double blocks = kPriorBlocks;
-  double begin = 0.0;
+  double begin = times_.front();
   const auto end_block = [&] {
     for (std::size_t r = 0; r < count; ++r) {
       if (weights[r] > 1.0) {

@@ -15,6 +15,7 @@ void append_numbers(OdometryIncrement* motion, Row* row) {
   row->insert(row->end(),
               {&motion->duration, &motion->mean.x, &motion->mean.y, &motion->mean.heading});
   for (int i = 0; i < 9; ++i) row->push_back(motion->covariance.data() + i);
+  for (int i = 0; i < 9; ++i) row->push_back(motion->slip_covariance.data() + i);
   for (int i = 0; i < 3; ++i) row->push_back(motion->yaw_rate_sensitivity.data() + i);
   for (int i = 0; i < 3; ++i) row->push_back(motion->turn_scale_sensitivity.data() + i);
 }
@@ -111,7 +112,8 @@ bool is_mode(const RangeMode& mode, std::size_t radios, std::size_t keyframes) {
          mode.estimate.keyframes.size() == keyframes && prior.constants.size() == constants &&
          prior.constants_sigma.size() == constants && (prior.constants_sigma.array() > 0.0).all() &&
          (prior.first_sigma.array() > 0.0).all() && has_belief &&
-         (!mode.past || is_past(*mode.past));
+         (!mode.past || (is_past(*mode.past) && mode.past->keyframe == 0)) &&
+         (!mode.settled || is_past(*mode.settled));
 }
 
 }  // namespace
@@ -153,6 +155,7 @@ void describe(Archive& archive, RangePast& past) {
   archive("constants", past.constants);
   archive("information", past.information);
   archive("gradient", past.gradient);
+  archive("log_evidence", past.log_evidence);
 }
 
 void describe(Archive& archive, RangeMode& mode) {
@@ -164,6 +167,7 @@ void describe(Archive& archive, RangeMode& mode) {
   archive("estimate", mode.estimate);
   archive("belief", mode.belief);
   archive("past", mode.past);
+  archive("settled", mode.settled);
   archive("probability", mode.probability);
   if (!archive.is_reading()) return;
   mode.accounts.clear();
@@ -242,17 +246,20 @@ std::string fault_of(const RangeMemory& memory) {
 }
 
 bool RangeMemory::resume(const RangeMemory& saved) {
-  const bool fits = saved.radios_.size() >= radios_.size() &&
-                    std::equal(radios_.begin(), radios_.end(), saved.radios_.begin(),
-                               [](const Radio& a, const Radio& b) { return a.id == b.id; });
-  if (!fits) return false;
+  for (const RangeMode& mode : saved.modes_) {
+    for (std::size_t r = 0; r < saved.radios_.size(); ++r) {
+      const bool was_listed = mode.accounts[r] != RadioAccount::unlisted;
+      if (was_listed != (listed(saved.radios_[r].id) != nullptr)) return false;
+    }
+  }
   RangeMemory anew = saved;
   anew.options_ = options_;
+  anew.beacons_ = beacons_;
   anew.calibration_ = calibration_;
-  for (std::size_t r = 0; r < anew.radios_.size(); ++r) {
-    anew.radios_[r].listed.reset();
-    if (r < radios_.size()) anew.radios_[r].listed = radios_[r].listed;
-    anew.radios_[r].calibration = calibration_of(anew.radios_[r].id);
+  for (Radio& radio : anew.radios_) {
+    radio.listed.reset();
+    if (const Beacon* beacon = listed(radio.id)) radio.listed = *beacon;
+    radio.calibration = calibration_of(radio.id);
   }
   *this = std::move(anew);
   return true;

@@ -33,7 +33,7 @@
 namespace pf_resampling {
 
 /// A filter from messages to messages: no node handle, no clock, and no thread unless it is
-/// deferred (FastSLAM's redraws). Without one, what it gives out depends on the messages, the
+/// deferred (redraws). Without one, what it gives out depends on the messages, the
 /// options and the seed alone.
 ///
 /// Observations wait until odometry covers their stamps and are then used in order of time; the

@@ -150,7 +150,7 @@ TEST_F(CheckpointFile, BeaconMclGoesOnToTheBit) {
       }
       EXPECT_GT(second.status().injected, 0);
       expect_same(first.particles(), second.particles());
-      EXPECT_EQ(first.noise_factors().range, second.noise_factors().range);
+      EXPECT_EQ(first.saved().range_squares, second.saved().range_squares);
       EXPECT_EQ(first.estimate().mean.x, second.estimate().mean.x);
       // Whole again, it writes the same file.
       const std::string written = content_of(path_);

@@ -114,6 +114,7 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
   for (const RangeObservation& range : ranges) remember(range);
   if (memory_) memory_->add(odometry, ranges);
+  if (solution_) solution_->since.emplace_back(odometry, ranges);
   if (!is_initialized()) {
     initialize_when_possible();
     return;
@@ -127,7 +128,7 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   }
   ++status_.updates;
   renew();
-  if (memory_ && time_ >= next_solution_) solve_memory();
+  if (memory_ && (solution_ || time_ >= next_solution_)) solve_memory();
   status_.particles = static_cast<int>(particles_.size());
 }
 
@@ -346,16 +347,6 @@ ScalarEstimate BeaconMcl::yaw_rate_bias() const {
   const double prior = options_.yaw_rate_bias.estimate ? options_.yaw_rate_bias.sigma : 0.0;
   if (!is_initialized()) return {0.0, prior};
   return pooled(particles_.weight, particles_.yaw_rate_bias, particles_.yaw_rate_bias_variance);
-}
-
-NoiseFactors BeaconMcl::noise_factors() const {
-  NoiseFactors factors;
-  factors.range = std::sqrt(range_variance_factor());
-  if (is_initialized()) {
-    factors.translation = std::exp((particles_.weight * particles_.translation_factor.log()).sum());
-    factors.heading = std::exp((particles_.weight * particles_.heading_factor.log()).sum());
-  }
-  return factors;
 }
 
 double BeaconMcl::corrected_range(int beacon, double range) const {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -62,13 +63,6 @@ struct CalibrationEstimate {
   double scale_sigma = 0.0;
   double bias = 0.0;  ///< m
   double bias_sigma = 0.0;
-};
-
-/// Standard deviations found on line, as multiples of the nominal ones.
-struct NoiseFactors {
-  double range = 1.0;
-  double translation = 1.0;
-  double heading = 1.0;
 };
 
 struct ScalarEstimate {
@@ -138,9 +132,6 @@ class BeaconMcl {
   const BeaconMclOptions& options() const { return options_; }
   const std::vector<Beacon>& beacons() const { return beacons_; }
   const BeaconMclParticles& particles() const { return particles_; }
-  /// Learnt factor of the ranges' standard deviation, and weighted geometric means of the
-  /// particles' factors of the dead reckoning's.
-  NoiseFactors noise_factors() const;
   const BeaconMclStatus& status() const { return status_; }
   /// One for all (beacon -1) where it is estimated so and no differences are known, else one per
   /// beacon.
@@ -149,6 +140,9 @@ class BeaconMcl {
   /// All that was measured and what least squares says of it, under Renewal::redraw; nothing
   /// otherwise.
   const RangeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
+  /// Solutions of all of it are made in a thread beside the filter, and taken over once they are
+  /// there: no update waits, but what comes then depends on time. At first they are not.
+  void set_deferred_solutions(bool deferred) { solutions_are_deferred_ = deferred; }
   /// Whether this beacon's ranges are not used, as the memory says that it is not as listed.
   bool leaves_out(int beacon) const;
   /// Errors of distances and turns of the odometry as the memory knows them: the motion without
@@ -172,8 +166,18 @@ class BeaconMcl {
     double offset = 0.0;  // m
   };
 
+  // A memory that is solved for in a thread of its own.
+  struct Solution {
+    std::future<RangeMemory> memory;
+    /// What came since it began.
+    std::vector<std::pair<OdometryIncrement, std::vector<RangeObservation>>> since;
+    bool is_of_use = true;  // of the filter's present memory
+  };
+
   void start_memory();
   void solve_memory();
+  void begin_solution();
+  bool take_solution();
   void redraw(const std::vector<double>& shares, const std::vector<RangeMemory::Newest>& modes);
   void take_calibration(const RangeMemory::Newest& newest);
   void move(const OdometryIncrement& odometry);
@@ -216,6 +220,8 @@ class BeaconMcl {
   std::optional<RangeMemory> memory_;
   std::optional<KnownRangeErrors> known_;
   double next_solution_ = 0.0;  // s
+  bool solutions_are_deferred_ = false;
+  std::optional<Solution> solution_;  // under way
 
   BeaconMclParticles particles_;
   Ancestry ancestry_;

@@ -128,14 +128,6 @@ void check_estimates(CalibrationEstimation estimation, std::size_t beacons,
 }
 
 void check_estimates(const BeaconMclOptions& options, std::size_t beacons) {
-  // A solution takes time in proportion to the square of what is unknown of the radios.
-  constexpr std::size_t kMostSolved = 30;
-  if (options.strategy.renewal == Renewal::redraw && beacons > kMostSolved) {
-    throw Error(
-        "population/renewal is redraw, which solves for all beacons at once, and there are " +
-        std::to_string(beacons) + ", more than " + std::to_string(kMostSolved) +
-        ": set it to resampling");
-  }
   const AdaptiveCountOptions& adaptive = options.adaptive_count;
   check_estimates(
       options.calibration.estimation, beacons,

@@ -2,7 +2,10 @@
 // radio is wrong, and a population that is drawn anew.
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <chrono>
 #include <cmath>
+#include <future>
+#include <optional>
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
@@ -22,12 +25,13 @@ constexpr double kFixed = 1e-4;
 constexpr double kLossShare = 2.5;
 
 // What the particles carry of a radio: rows scale and bias, of the newest state.
-Eigen::MatrixXd radio_rows(int beacon, Eigen::Index size) {
+Eigen::MatrixXd radio_rows(std::optional<int> radio, Eigen::Index size) {
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, size);
-  const int at = KeyframeUnknown::count + radio_at(beacon);
   rows(0, KeyframeUnknown::count + Common::scale) = 1.0;
-  rows(0, at + RadioUnknown::scale) = 1.0;
   rows(1, KeyframeUnknown::count + Common::bias) = 1.0;
+  if (!radio) return rows;
+  const int at = KeyframeUnknown::count + radio_at(*radio);
+  rows(0, at + RadioUnknown::scale) = 1.0;
   rows(1, at + RadioUnknown::bias) = 1.0;
   return rows;
 }
@@ -36,6 +40,7 @@ Eigen::MatrixXd radio_rows(int beacon, Eigen::Index size) {
 
 void BeaconMcl::start_memory() {
   memory_.reset();
+  if (solution_) solution_->is_of_use = false;
   next_solution_ = time_;
   if (options_.strategy.renewal != Renewal::redraw) {
     known_.reset();
@@ -73,8 +78,15 @@ bool BeaconMcl::leaves_out(int beacon) const {
 }
 
 void BeaconMcl::solve_memory() {
+  const bool is_taken = take_solution();
+  if (!is_taken && time_ < next_solution_) return;
   next_solution_ = time_ + kSolutionPeriod;
-  memory_->solve();
+  if (!solutions_are_deferred_) {
+    memory_->solve();
+  } else {
+    if (!is_taken && !solution_ && memory_->is_due()) begin_solution();
+    memory_->follow();
+  }
   if (memory_->modes().empty()) return;
   if (!memory_->explains_newest()) return start_memory();
   std::vector<double> shares;
@@ -91,6 +103,29 @@ void BeaconMcl::solve_memory() {
   }
   take_calibration(modes.front());
   redraw(shares, modes);
+}
+
+// Where no thread can be had it is made when it is asked for.
+void BeaconMcl::begin_solution() {
+  solution_.emplace();
+  solution_->memory = std::async([memory = *memory_]() mutable {
+    memory.solve_all();
+    return std::move(memory);
+  });
+}
+
+// With all that has come since; false if there is none yet.
+bool BeaconMcl::take_solution() {
+  using std::chrono::seconds;
+  if (!solution_ || solution_->memory.wait_for(seconds(0)) == std::future_status::timeout) {
+    return false;
+  }
+  Solution solution = std::move(*solution_);
+  solution_.reset();
+  if (!solution.is_of_use) return false;
+  memory_ = solution.memory.get();
+  for (const auto& [odometry, ranges] : solution.since) memory_->add(odometry, ranges);
+  return true;
 }
 
 void BeaconMcl::take_calibration(const RangeMemory::Newest& newest) {
@@ -132,13 +167,22 @@ void BeaconMcl::redraw(const std::vector<double>& shares,
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(1 + 2 * radios, size);
     rows(0, KeyframeUnknown::yaw_rate_bias) = 1.0;
     for (Eigen::Index radio = 0; radio < radios; ++radio) {
-      rows.middleRows<2>(1 + 2 * radio) = radio_rows(static_cast<int>(radio), size);
+      const std::optional<int> number =
+          memory_->number_of(beacons_[static_cast<std::size_t>(radio)].id);
+      rows.middleRows<2>(1 + 2 * radio) = radio_rows(number, size);
     }
     const Eigen::MatrixXd with_pose = rows * covariance.leftCols<3>();
     const Eigen::MatrixXd gain = of_pose.ldlt().solve(with_pose.transpose()).transpose();
     const Eigen::MatrixXd rest =
         rows * covariance * rows.transpose() - gain * with_pose.transpose();
-    const Eigen::VectorXd known = rows * mean;
+    Eigen::VectorXd known = rows * mean;
+    for (Eigen::Index radio = 0; radio < radios; ++radio) {
+      // One that was not heard differs from the others as is said.
+      const auto beacon = static_cast<std::size_t>(radio);
+      if (memory_->number_of(beacons_[beacon].id)) continue;
+      known[1 + 2 * radio] += nominal_[beacon].scale - nominal_.front().scale;
+      known[2 + 2 * radio] += nominal_[beacon].bias - nominal_.front().bias;
+    }
     const auto end = m + 1 == modes.size()
                          ? count
                          : static_cast<Eigen::Index>(std::lround(sum * static_cast<double>(count)));

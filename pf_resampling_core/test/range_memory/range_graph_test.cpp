@@ -135,7 +135,7 @@ TEST(Solve, ScalesOfTheOdometryHaveNoEvidenceOfTheirOwn) {
     problem.prior.constants.segment<2>(CommonUnknown::distance_scale).setConstant(scale);
     problem.prior.constants_sigma.setConstant(1e-6);
     problem.estimate.constants = problem.prior.constants;
-    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &problem.estimate)
+    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate)
         .log_evidence;
   };
   EXPECT_NEAR(log_evidence_of(-0.05), log_evidence_of(0.05), 0.1);
@@ -145,7 +145,7 @@ TEST(Solve, ScalesOfTheOdometryHaveNoEvidenceOfTheirOwn) {
 TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
   SmallProblem problem = small_problem();
   const RangeBelief belief =
-      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &problem.estimate);
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate);
   ASSERT_TRUE(belief.is_usable);
   const int poses = kState * problem.graph.keyframes();
   const int size = poses + radio_at(2);
@@ -155,7 +155,7 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
       moved.keyframes[static_cast<std::size_t>(k)] += step.segment<kState>(kState * k);
     }
     moved.constants += step.tail(radio_at(2));
-    return cost_of(problem.graph, problem.prior, problem.noise, moved);
+    return solve(problem.graph, problem.prior, problem.noise, 0, 0.0, nullptr, &moved).cost;
   };
   // Steps of about a hundredth of what the unknowns may be off by.
   Eigen::VectorXd steps = Eigen::VectorXd::Constant(size, 1e-3);
@@ -177,20 +177,59 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
   }
 }
 
-TEST(SolveRest, SaysWhatTheWholeSays) {
+TEST(Solve, APastSaysWhatItsDataSaid) {
   SmallProblem problem = small_problem();
   RangePast past;
-  const RangeBelief whole =
-      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, 3, &problem.estimate, &past);
+  past.keyframe = 3;
+  const RangeBelief whole = solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr,
+                                  &problem.estimate, &past);
   RangeEstimate estimate = problem.estimate;
   estimate.keyframes.back()[0] += 0.05;
   estimate.constants[CommonUnknown::bias] += 0.02;
   const RangeBelief rest =
-      solve_rest(problem.graph, problem.prior, problem.noise, 50, 1e-12, past, &estimate);
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &past, &estimate);
   ASSERT_TRUE(rest.is_usable);
   EXPECT_LT((estimate.keyframes.back() - problem.estimate.keyframes.back()).norm(), 1e-5);
   EXPECT_LT((estimate.constants - problem.estimate.constants).norm(), 1e-5);
   EXPECT_LT((rest.covariance - whole.covariance).norm(), 1e-4 * whole.covariance.norm());
+  EXPECT_NEAR(rest.log_evidence, whole.log_evidence, 1e-3);
+}
+
+// A radio that is integrated over is as if it had been another one before: its prior is taken
+// twice, once for each.
+TEST(Solve, ARadioThatIsAnotherOneFromNowOnKeepsNothing) {
+  SmallProblem problem = small_problem();
+  RangePast past;
+  past.keyframe = 3;
+  solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate, &past);
+  const RangePast without = without_radio(1, problem.prior, past);
+  RangeEstimate estimate = problem.estimate;
+  const RangeBelief belief =
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &without, &estimate);
+  // The same drive among three radios, of which the second is not heard any more after the past.
+  SmallProblem other = small_problem();
+  other.prior.constants.conservativeResize(radio_at(3));
+  other.prior.constants.tail<RadioUnknown::count>() =
+      other.prior.constants.segment<RadioUnknown::count>(radio_at(1));
+  other.prior.constants_sigma = Eigen::VectorXd::Constant(radio_at(3), 0.05);
+  other.estimate.constants = other.prior.constants;
+  other.estimate.takes_part = {true, true, true};
+  for (std::size_t k = 3; k < other.graph.ranges.size(); ++k) other.graph.ranges[k][1].radio = 2;
+  const RangeBelief expected =
+      solve(other.graph, other.prior, other.noise, 50, 1e-12, nullptr, &other.estimate);
+  const auto rows = kState + radio_at(1);
+  EXPECT_LT(
+      (estimate.constants.head(radio_at(1)) - other.estimate.constants.head(radio_at(1))).norm(),
+      1e-3);
+  EXPECT_LT((estimate.constants.tail<RadioUnknown::count>() -
+             other.estimate.constants.tail<RadioUnknown::count>())
+                .norm(),
+            1e-3);
+  EXPECT_LT(
+      (belief.covariance.topLeftCorner(rows, rows) - expected.covariance.topLeftCorner(rows, rows))
+          .norm(),
+      1e-2 * expected.covariance.topLeftCorner(rows, rows).norm());
+  EXPECT_NEAR(belief.log_evidence, expected.log_evidence, 0.05);
 }
 
 }  // namespace

@@ -248,6 +248,95 @@ TEST(RangeMemory, WithTwoRadiosTheRobotMayBeOnEitherSideUntilItTurns) {
   EXPECT_LT(drive.error(memory), 0.4);
 }
 
+RangeMemoryOptions with_most(int keyframes) {
+  RangeMemoryOptions options;
+  options.most_keyframes = keyframes;
+  return options;
+}
+
+// What old keyframes say of constants and pose stays when they leave.
+TEST(RangeMemory, OfALongDriveTheOldestLeave) {
+  DriveAmongRadios drive;
+  drive.distance_scale = 1.03;
+  drive.antenna = {0.4, -0.1};
+  RangeMemory whole({}, drive.beacons);
+  RangeMemory some(with_most(120), drive.beacons);
+  int steps = 0;
+  drive.drive(900.0, 3, [&](const auto& increment, const auto& range) {
+    for (RangeMemory* memory : {&whole, &some}) memory->add(increment, {range});
+    if (++steps % 50 != 0) return;
+    for (RangeMemory* memory : {&whole, &some}) memory->solve();
+  });
+  EXPECT_GT(whole.graph().keyframes(), 500);
+  // A minute's more, as solutions of all are rare by now.
+  EXPECT_LT(some.graph().keyframes(), 200);
+  EXPECT_LT(drive.error(some), 0.2);
+  const RangeMemory::Newest of_whole = whole.newest(whole.modes().front());
+  const RangeMemory::Newest of_some = some.newest(some.modes().front());
+  for (const int constant : {Common::distance_scale, Common::lever_x, Common::bias}) {
+    const int at = KeyframeUnknown::count + constant;
+    const double sigma = std::sqrt(of_whole.covariance(at, at));
+    EXPECT_NEAR(of_some.mean[at], of_whole.mean[at], 3.0 * sigma) << constant;
+    EXPECT_LT(std::sqrt(of_some.covariance(at, at)), 1.5 * sigma) << constant;
+  }
+}
+
+TEST(RangeMemory, NamesTheRadioThatWasMovedLong) {
+  DriveAmongRadios drive;
+  const std::vector<Beacon> listed = drive.beacons;
+  RangeMemory memory(with_most(120), listed);
+  drive.drive(400.0, 4, &memory);
+  for (const RadioKnowledge& radio : memory.radios()) {
+    EXPECT_EQ(radio.account, RadioAccount::as_listed) << "radio " << radio.id;
+  }
+  drive.beacons[2].position += Eigen::Vector3d(-3.0, 1.0, 0.0);
+  drive.drive(300.0, 5, &memory);
+  const std::vector<RadioKnowledge> radios = memory.radios();
+  EXPECT_EQ(radio_of(radios, 3).account, RadioAccount::elsewhere);
+  EXPECT_LT((radio_of(radios, 3).places[0].position - drive.beacons[2].position.head<2>()).norm(),
+            0.25);
+  EXPECT_LT(drive.error(memory), 0.2);
+}
+
+TEST(RangeMemory, WheelsThatMayHaveSlippedAreNotBelieved) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, drive.beacons);
+  drive.drive(60.0, 4, &memory);
+  OdometryIncrement slip;
+  append(OdometryNoise{}, {6.0, 0.0, 0.0}, 3.0, &slip);
+  slip.slip_covariance = slip_covariance(6.0, 3.0);
+  memory.add(slip, {});
+  drive.drive(10.0, 5, &memory);
+  EXPECT_LT(drive.error(memory), 0.3);
+}
+
+// Along a hall, of which few are heard at a time.
+TEST(RangeMemory, MoreRadiosThanCanBeSolvedForAtOnce) {
+  DriveAmongRadios drive;
+  drive.straight = 300.0;
+  drive.truth = {-5.0, 0.0, 0.0};
+  std::vector<Beacon> hall;
+  for (int i = 0; i < 60; ++i) {
+    Beacon beacon;
+    beacon.id = i;
+    beacon.position = {4.0 * i, i % 2 == 0 ? 6.0 : -7.0, 0.0};
+    beacon.is_planar = true;
+    hall.push_back(beacon);
+  }
+  RangeMemory memory({}, hall);
+  for (int i = 0; i < 54; ++i) {
+    drive.beacons = {hall.begin() + i, hall.begin() + i + 6};
+    drive.drive(8.0, 100U + static_cast<unsigned>(i), &memory);
+    if (i > 3) {
+      ASSERT_LT(drive.error(memory), 0.5) << "at " << drive.truth.x;
+    }
+  }
+  EXPECT_GT(drive.truth.x, 200.0);
+  EXPECT_FALSE(memory.number_of(0).has_value());
+  EXPECT_TRUE(memory.number_of(58).has_value());
+  EXPECT_EQ(memory.radios().size(), 60U);
+}
+
 TEST(RangeMemory, BeaconsWithOneIdAreToldOf) {
   DriveAmongRadios drive;
   drive.beacons[1].id = 1;

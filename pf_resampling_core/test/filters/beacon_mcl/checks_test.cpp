@@ -109,7 +109,6 @@ TEST(BeaconMclChecks, BeforeTheFirstRangesThereIsNoEstimate) {
   EXPECT_THROW(filter.estimate(), Error);
   EXPECT_NO_THROW(filter.calibration());
   EXPECT_NO_THROW(filter.yaw_rate_bias());
-  EXPECT_NO_THROW(filter.noise_factors());
 }
 
 TEST(BeaconMclChecks, EstimatesHaveToFitIntoMemory) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
+#include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
 
 namespace pf_resampling {
@@ -87,6 +88,12 @@ inline BeaconMclOptions default_options_with(int particles) {
 }
 
 /// Every number of the population and of the filter's belief, for comparing bit by bit.
+/// Learnt, of the ranges' standard deviation.
+inline double range_noise_factor(const BeaconMcl& filter) {
+  const SavedBeaconMcl saved = filter.saved();
+  return std::sqrt(saved.range_squares / saved.range_count);
+}
+
 inline std::vector<double> all_numbers(const BeaconMcl& filter) {
   const BeaconMclParticles& p = filter.particles();
   std::vector<double> numbers;
@@ -106,7 +113,7 @@ inline std::vector<double> all_numbers(const BeaconMcl& filter) {
         static_cast<double>(s.distinct_ancestors_of_renewal), static_cast<double>(s.updates),
         static_cast<double>(s.renewals), static_cast<double>(s.weight_resets),
         static_cast<double>(s.injected), s.log_likelihood, s.innovation, s.innovation_sigma,
-        filter.noise_factors().range}) {
+        filter.is_initialized() ? range_noise_factor(filter) : 1.0}) {
     numbers.push_back(value);
   }
   return numbers;

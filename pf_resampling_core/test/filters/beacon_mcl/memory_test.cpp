@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <thread>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
@@ -133,16 +135,41 @@ TEST(BeaconMclMemory, BeginsAndEndsWhileTheFilterRuns) {
   EXPECT_LT(error_after(10.0, &drive, &filter), 1.0);
 }
 
-TEST(BeaconMclMemory, IsRefusedForMoreBeaconsThanCanBeSolvedForInTime) {
-  std::vector<Beacon> many(31);
-  for (std::size_t i = 0; i < many.size(); ++i) {
-    many[i].id = static_cast<int>(i);
-    many[i].position.x() = static_cast<double>(i);
+// In a thread beside it: the updates go on, and what they bring is not lost.
+TEST(BeaconMclMemory, ASolutionThatIsDeferredKeepsWhatComesMeanwhile) {
+  DriveAmongRadios drive;
+  drive.antenna = {0.5, 0.0};
+  BeaconMcl filter(with_redraw(), drive.beacons, 1);
+  filter.set_deferred_solutions(true);
+  int ranges = 0;
+  drive.drive(180.0, 21, [&](const OdometryIncrement& increment, const RangeObservation& range) {
+    filter.update(increment, {range});
+    ++ranges;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  int held = 0;
+  for (const auto& of_keyframe : filter.memory()->graph().ranges) {
+    held += static_cast<int>(of_keyframe.size());
   }
-  EXPECT_THROW(BeaconMcl(with_redraw(), many, 1), Error);
-  BeaconMcl filter({}, many, 1);
-  EXPECT_THROW(filter.set_options(with_redraw()), Error);
-  EXPECT_EQ(filter.memory(), nullptr);
+  EXPECT_EQ(held, ranges);
+  EXPECT_NEAR(filter.memory()->time(), 180.0, 1e-6);
+  EXPECT_GT(filter.status().redraws, 10);
+  const PoseEstimate estimate = filter.estimate();
+  EXPECT_LT(std::hypot(estimate.mean.x - drive.truth.x, estimate.mean.y - drive.truth.y), 0.25);
+}
+
+// It is of a robot that was elsewhere.
+TEST(BeaconMclMemory, ADeferredSolutionOfAFilterThatWasPutElsewhereIsOfNoUse) {
+  DriveAmongRadios drive;
+  BeaconMcl filter(with_redraw(), drive.beacons, 1);
+  error_after(60.0, &drive, &filter);
+  filter.set_deferred_solutions(true);
+  error_after(30.0, &drive, &filter);
+  filter.initialize_gaussian(drive.truth, 0.01 * Eigen::Matrix3d::Identity());
+  error_after(0.2, &drive, &filter);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  error_after(4.0, &drive, &filter);
+  EXPECT_LT(filter.memory()->time(), 5.0);
 }
 
 TEST(BeaconMclMemory, IsThereForRedrawAlone) {
