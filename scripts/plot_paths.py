@@ -37,19 +37,24 @@ def window(values, margin=0.06):
 
 
 def loop_closures(estimate):
-    """Where the position suddenly got much more certain: [(index in the estimate, time)]."""
-    time, sigma = np.array(estimate["time"]), np.array(estimate["sigma"])
-    if len(time) < 2 or not np.max(sigma) > 0.0:
+    """Where the robot comes back to where it was, after a way over new ground of half the extent or more: [(index in the
+    estimate, time)]. How sure the filter is tells it less well: with few particles that goes up and down all the time."""
+    x, y, time = (np.array(estimate[name]) for name in ("x", "y", "time"))
+    if len(x) < 2:
         return []
-    before = np.searchsorted(time, time - 2.0)  # two seconds earlier
-    drop = np.array([np.max(sigma[first:i + 1]) for i, first in enumerate(before)]) - sigma
-    is_closure = (drop > 0.67 * sigma) & (drop > 0.15 * np.max(sigma))
-    closures = []
-    for i in np.flatnonzero(is_closure):
-        if closures and time[i] - time[closures[-1]] < 5.0:
+    extent = np.hypot(np.ptp(x), np.ptp(y))
+    near, far = 0.05 * extent, 0.5 * extent
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    keys = np.unique(np.searchsorted(way, np.arange(0.0, way[-1], 0.5 * max(near, 1e-3))))
+    closures, known_until = [], 0.0
+    for key in keys:
+        earlier = keys[way[keys] < way[key] - far]
+        if not np.any(np.hypot(x[earlier] - x[key], y[earlier] - y[key]) < near):
             continue
-        closures.append(i)
-    return [(i, time[i]) for i in closures]
+        if way[key] - known_until > far:
+            closures.append((key, time[key]))
+        known_until = way[key]
+    return closures
 
 
 def draw_landmarks(axes, data):

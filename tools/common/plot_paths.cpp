@@ -79,17 +79,16 @@ json path_json(const std::vector<TruePose>& path) {
   return {{"x", x}, {"y", y}};
 }
 
-/// With times from `start`, and how uncertain the position is (standard deviations, m).
+/// With times from `start`.
 json path_json(const std::vector<EstimatedPose>& path, double start) {
-  json x = json::array(), y = json::array(), time = json::array(), sigma = json::array();
+  json x = json::array(), y = json::array(), time = json::array();
   for (std::size_t i = 0; i < path.size(); i += stride_of(path)) {
     const EstimatedPose& pose = path[i];
     x.push_back(pose.pose.x);
     y.push_back(pose.pose.y);
     time.push_back(pose.time - start);
-    sigma.push_back(std::sqrt(std::max(0.0, pose.covariance(0, 0) + pose.covariance(1, 1))));
   }
-  return {{"x", x}, {"y", y}, {"time", time}, {"sigma", sigma}};
+  return {{"x", x}, {"y", y}, {"time", time}};
 }
 
 json number_or_null(const std::optional<double>& value) {
