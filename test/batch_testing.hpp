@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "pf_resampling_core/test/says.hpp"
 #include "tools/worlds/recording.hpp"
 
 namespace pf_resampling {
@@ -50,17 +50,6 @@ void set_clock(double time, double forward, std::vector<Entry>* entries) {
   for (Entry& entry : *entries) {
     if (entry.time > time) entry.time += forward;
   }
-}
-
-/// What the work says against its input; nothing if it takes it.
-template <typename Work>
-std::string refusal(const Work& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 /// m.

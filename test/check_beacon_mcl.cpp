@@ -11,11 +11,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "src/messages/rejects.hpp"
 #include "test/filter_listener.hpp"
 #include "test/places.hpp"
 #include "test/strategy_switcher.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

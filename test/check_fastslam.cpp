@@ -14,11 +14,11 @@
 #include <optional>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/filter_listener.hpp"
 #include "test/node_process.hpp"
 #include "test/places.hpp"
 #include "test/strategy_switcher.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

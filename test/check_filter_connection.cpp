@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
+#include "pf_resampling_core/test/says.hpp"
 #include "rviz_panel/controls.hpp"
 #include "rviz_panel/filter_connection.hpp"
 #include "src/node/reconfigure_server.hpp"
@@ -112,7 +113,7 @@ TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
   connection.load_map("nothing.map", true);
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);
-  EXPECT_NE(news.results[0].text.find("nothing.map"), std::string::npos) << news.results[0].text;
+  EXPECT_TRUE(says(news.results[0].text, "nothing.map"));
   connection.save_map("/not/in/the/folder/of/the/node/saved.map");
   news = wait_for(&connection, [](const auto& all) { return !all.results.empty(); });
   EXPECT_FALSE(news.results[0].success);

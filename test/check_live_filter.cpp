@@ -21,11 +21,11 @@
 #include <thread>
 #include <utility>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/beacon_mcl_drive.hpp"
 #include "test/fastslam_drive.hpp"
 #include "test/node_process.hpp"
 #include "test/places.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/run_program.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/worlds/recording.hpp"

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/places.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {

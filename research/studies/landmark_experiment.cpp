@@ -101,11 +101,7 @@ Drive make_drive(const World& world, const OdometryNoise& noise, std::uint64_t s
     for (const SimulatedLandmarkObservation& seen : scan.observations) {
       // Noise leaves nothing of the range to a landmark under the robot's feet: not to be used.
       if (seen.range <= 0.0) continue;
-      RangeBearingObservation observation;
-      observation.id = seen.id;
-      observation.range = seen.range;
-      observation.bearing = seen.bearing;
-      step.observations.push_back(observation);
+      step.observations.push_back({seen.id, seen.range, seen.bearing});
     }
     drive.steps.push_back(step);
   }

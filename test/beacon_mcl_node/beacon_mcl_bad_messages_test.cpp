@@ -36,38 +36,37 @@ BadMessage bad_beacons(const std::string& name, RejectReason reason, Change chan
 std::vector<BadMessage> bad_messages() {
   using R = RejectReason;
   std::vector<BadMessage> bad;
-  bad.push_back(bad_range("NaN", R::not_finite, [](auto* m) { m->range = kNan; }));
-  bad.push_back(bad_range("infinite", R::not_finite, [](auto* m) { m->range = kInfinity; }));
-  bad.push_back(bad_range("zero", R::not_positive, [](auto* m) { m->range = 0.0; }));
-  bad.push_back(bad_range("negative", R::not_positive, [](auto* m) { m->range = -3.0; }));
-  bad.push_back(bad_range("NaN variance", R::not_finite, [](auto* m) { m->variance = kNan; }));
-  bad.push_back(
-      bad_range("infinite variance", R::not_finite, [](auto* m) { m->variance = kInfinity; }));
-  bad.push_back(
-      bad_range("negative variance", R::impossible_variance, [](auto* m) { m->variance = -0.01; }));
-  bad.push_back(bad_range("unknown id", R::unknown_beacon, [](auto* m) { m->beacon = 99; }));
-  bad.push_back(bad_range("unknown frame", R::unknown_frame,
-                          [](auto* m) { m->header.frame_id = "somewhere"; }));
-  bad.push_back(bad_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); }));
-  bad.push_back(bad_range("after 2038", R::impossible_stamp,
-                          [](auto* m) { m->header.stamp = ros::TIME_MAX; }));
-  bad.push_back(bad_range("seconds of nanoseconds", R::impossible_stamp,
-                          [](auto* m) { m->header.stamp.nsec = 3000000000U; }));
-  bad.push_back(bad_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); }));
-  bad.push_back(bad_range("far ahead", R::ahead_of_odometry,
-                          [](auto* m) { m->header.stamp += ros::Duration(1e6); }));
-  bad.push_back(bad_range("before the start", R::before_odometry,
-                          [](auto* m) { m->header.stamp -= ros::Duration(50.0); }));
+  const auto add_range = [&](const char* name, R reason, auto change) {
+    bad.push_back(bad_range(name, reason, change));
+  };
+  const auto add_beacons = [&](const char* name, R reason, auto change) {
+    bad.push_back(bad_beacons(name, reason, change));
+  };
+  add_range("NaN", R::not_finite, [](auto* m) { m->range = kNan; });
+  add_range("infinite", R::not_finite, [](auto* m) { m->range = kInfinity; });
+  add_range("zero", R::not_positive, [](auto* m) { m->range = 0.0; });
+  add_range("negative", R::not_positive, [](auto* m) { m->range = -3.0; });
+  add_range("NaN variance", R::not_finite, [](auto* m) { m->variance = kNan; });
+  add_range("infinite variance", R::not_finite, [](auto* m) { m->variance = kInfinity; });
+  add_range("negative variance", R::impossible_variance, [](auto* m) { m->variance = -0.01; });
+  add_range("unknown id", R::unknown_beacon, [](auto* m) { m->beacon = 99; });
+  add_range("unknown frame", R::unknown_frame, [](auto* m) { m->header.frame_id = "somewhere"; });
+  add_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
+  add_range("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
+  add_range("seconds of nanoseconds", R::impossible_stamp,
+            [](auto* m) { m->header.stamp.nsec = 3000000000U; });
+  add_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
+  add_range("far ahead", R::ahead_of_odometry,
+            [](auto* m) { m->header.stamp += ros::Duration(1e6); });
+  add_range("before the start", R::before_odometry,
+            [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
 
-  bad.push_back(bad_beacons("none", R::empty, [](auto* m) { m->beacons.clear(); }));
-  bad.push_back(
-      bad_beacons("NaN", R::not_finite, [](auto* m) { m->beacons[1].position.x = kNan; }));
-  bad.push_back(bad_beacons("infinite height", R::not_finite,
-                            [](auto* m) { m->beacons[1].position.z = kInfinity; }));
-  bad.push_back(bad_beacons("twice", R::duplicate_beacon,
-                            [](auto* m) { m->beacons[1].id = m->beacons[0].id; }));
-  bad.push_back(
-      bad_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; }));
+  add_beacons("none", R::empty, [](auto* m) { m->beacons.clear(); });
+  add_beacons("NaN", R::not_finite, [](auto* m) { m->beacons[1].position.x = kNan; });
+  add_beacons("infinite height", R::not_finite,
+              [](auto* m) { m->beacons[1].position.z = kInfinity; });
+  add_beacons("twice", R::duplicate_beacon, [](auto* m) { m->beacons[1].id = m->beacons[0].id; });
+  add_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; });
 
   bad_inputs::add_all(now(), BeaconMclDrive::odometry(now() + ros::Duration(0.05)), &bad);
   return bad;

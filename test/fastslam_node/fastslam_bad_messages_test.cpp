@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/bad_inputs.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

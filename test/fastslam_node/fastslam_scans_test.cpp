@@ -8,8 +8,9 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -227,7 +228,7 @@ TEST(FastSlamScans, MisreadIdsAreNotBelievedAndCountedButNotRejected) {
   EXPECT_LT(run.map_error(), kLost);
   // Resampling has left one history of the map's past by now; nothing else is wrong.
   EXPECT_EQ(status.health, "depleted");
-  EXPECT_EQ(run.out.diagnostics.back().status[0].message.find("lost"), std::string::npos);
+  EXPECT_FALSE(says(run.out.diagnostics.back().status[0].message, "lost"));
 }
 
 TEST(FastSlamScans, AnEmptyMapReplacesNoFile) {
@@ -237,7 +238,7 @@ TEST(FastSlamScans, AnEmptyMapReplacesNoFile) {
   EXPECT_THROW(run.pipeline.save_map(path), Error);
   EXPECT_FALSE(std::ifstream(path).good());
   run.feed(Drive::messages(60.0));
-  EXPECT_NE(run.pipeline.save_map(path).find("12 landmarks"), std::string::npos);
+  EXPECT_TRUE(says(run.pipeline.save_map(path), "12 landmarks"));
   EXPECT_EQ(run.pipeline.landmarks(), 12u);
   run.pipeline.reset();
   EXPECT_THROW(run.pipeline.save_map(path), Error);
@@ -274,7 +275,7 @@ TEST(FastSlamScans, WhenNothingFitsTheMapDiagnosticsAskWhetherItIsLost) {
     // No turn or shift of the map makes these ids right.
     for (auto& seen : scan->observations) seen.id = (seen.id * 5) % 12;
   }));
-  EXPECT_NE(run.out.diagnostics.back().status[0].message.find("lost?"), std::string::npos);
+  EXPECT_TRUE(says(run.out.diagnostics.back().status[0].message, "lost?"));
   EXPECT_EQ(run.out.diagnostics.back().status[0].level, diagnostic_msgs::DiagnosticStatus::WARN);
 }
 
@@ -415,8 +416,7 @@ TEST(FastSlamScans, StatusAndDiagnosticsSayHowTheFilterIs) {
   EXPECT_EQ(value_of(diagnostics, "updates"), "100");
   EXPECT_EQ(value_of(diagnostics, "messages not published"), "0");
   run.pipeline.report_silence(Drive::at(40.0));
-  EXPECT_NE(run.out.diagnostics.back().status[1].message.find("no odometry for 20.000 s"),
-            std::string::npos);
+  EXPECT_TRUE(says(run.out.diagnostics.back().status[1].message, "no odometry for 20.000 s"));
 }
 
 }  // namespace

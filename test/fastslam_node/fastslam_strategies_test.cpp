@@ -5,8 +5,9 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -159,7 +160,7 @@ TEST(FastSlamPipeline, IdsAreNotTakenForAMapThatWasMadeWithoutThem) {
   const auto rest = Drive::messages(10.1, 20.0);
   run.feed(rest);
   good.feed(rest);
-  EXPECT_NE(run.out.statuses.back().refused.find("association/method"), std::string::npos);
+  EXPECT_TRUE(says(run.out.statuses.back().refused, "association/method"));
   EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
   EXPECT_EQ(run.out.statuses.back().strategy, good.out.statuses.back().strategy);
 }
@@ -190,10 +191,8 @@ TEST(FastSlamPipeline, PresetsSwitchWhileItRuns) {
   EXPECT_EQ(value("population/resampling/scheme"), "residual_systematic");
   EXPECT_EQ(value("sensor/range_sigma"), "0.125");
   const std::string& note = run.out.log[run.out.log.size() - 2];
-  EXPECT_NE(note.find("population/renewal is compensation (resampling in kwak2008)"),
-            std::string::npos)
-      << note;
-  EXPECT_NE(note.find("sensor/range_sigma is 0.125 (0.1 in kwak2008)"), std::string::npos) << note;
+  EXPECT_TRUE(says(note, "population/renewal is compensation (resampling in kwak2008)"));
+  EXPECT_TRUE(says(note, "sensor/range_sigma is 0.125 (0.1 in kwak2008)"));
 
   // A client that sends everything, of which the preset alone is new.
   Values all;
@@ -218,7 +217,7 @@ TEST(FastSlamPipeline, PresetsSwitchWhileItRuns) {
   EXPECT_EQ(value("preset"), "fast");
   EXPECT_EQ(value("particles"), "1000");
   run.feed(Drive::messages(10.1, 12.0));
-  EXPECT_NE(run.out.statuses.back().refused.find("fast, balanced, kwak2008"), std::string::npos);
+  EXPECT_TRUE(says(run.out.statuses.back().refused, "fast, balanced, kwak2008"));
 }
 
 // Resampling leaves few histories of the start, and the map's past hangs on these. Redraws bring
@@ -231,11 +230,10 @@ TEST(FastSlamPipeline, SaysThatTheMapsPastIsDepleted) {
   const FilterStatus& depleted = run.out.statuses.back();
   EXPECT_LT(depleted.distinct_ancestors_since_start, 0.1 * depleted.particles);
   EXPECT_EQ(depleted.health, "depleted");
-  EXPECT_NE(depleted.health_text.find("redraw"), std::string::npos) << depleted.health_text;
+  EXPECT_TRUE(says(depleted.health_text, "redraw"));
   const auto& entry = run.out.diagnostics.back().status[0];
   EXPECT_EQ(entry.level, diagnostic_msgs::DiagnosticStatus::WARN);
-  EXPECT_NE(entry.message.find("particle diversity is nearly gone"), std::string::npos)
-      << entry.message;
+  EXPECT_TRUE(says(entry.message, "particle diversity is nearly gone"));
 
   run.pipeline.set_parameters({{"map/frozen", "true"}});
   run.feed(Drive::messages(60.1, 62.0));

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "test/temporary_directory.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling::fuzz {
 namespace {

@@ -20,11 +20,7 @@ LandmarkSensorOptions sensor_of(double range_sigma, double bearing_sigma) {
 }
 
 RangeBearingObservation observation_of(int id, double range, double bearing) {
-  RangeBearingObservation observation;
-  observation.id = id;
-  observation.range = range;
-  observation.bearing = bearing;
-  return observation;
+  return {id, range, bearing};
 }
 
 /// Pose (x, y, heading) and one landmark behind it.

@@ -7,6 +7,7 @@
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
 #include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
@@ -24,7 +25,7 @@ void expect_a_control_for_each_basic_parameter() {
     });
     ASSERT_EQ(control != controls.end(), parameter.is_basic) << parameter.name;
     if (!parameter.is_basic) continue;
-    EXPECT_NE(control->help.find(parameter.help), std::string::npos) << parameter.name;
+    EXPECT_TRUE(says(control->help, parameter.help));
     if (parameter.type != Parameter::Type::boolean) {
       EXPECT_EQ(control->choices, parameter.choices) << parameter.name;
     }

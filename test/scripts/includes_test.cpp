@@ -6,8 +6,9 @@
 #include <filesystem>
 #include <string>
 
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/places.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
@@ -73,11 +74,10 @@ TEST(Includes, FaultsAreFound) {
     const Findings found = check_planted(plant.source, plant.included);
     EXPECT_EQ(found.exit_code, 1) << plant.source << " includes " << plant.included;
     EXPECT_EQ(found.text.rfind(plant.source + ":", 0), 0U) << found.text;
-    EXPECT_NE(found.text.find(plant.fault), std::string::npos) << found.text;
+    EXPECT_TRUE(says(found.text, plant.fault));
   }
-  EXPECT_NE(check_planted("tools/run_bag.cpp", "common/table.hpp", false)
-                .text.find("run_bag.cpp:2: \"common/table.hpp\" is not a path from the top"),
-            std::string::npos);
+  EXPECT_TRUE(says(check_planted("tools/run_bag.cpp", "common/table.hpp", false).text,
+                   "run_bag.cpp:2: \"common/table.hpp\" is not a path from the top"));
 }
 
 TEST(Includes, DownwardsIsNoFault) {

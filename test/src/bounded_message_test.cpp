@@ -1,4 +1,5 @@
 #include "src/messages/bounded_message.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
@@ -13,8 +14,8 @@
 #include <cstring>
 #include <vector>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "src/node/any_message.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
 
 namespace pf_resampling {
@@ -158,8 +159,7 @@ TEST(BoundedMessage, IsWhatToolsRead) {
       message_in<BeaconArray>(record);
       FAIL() << "it was taken";
     } catch (const rosbag::BagFormatException& error) {
-      EXPECT_NE(std::string(error.what()).find("/beacons is damaged"), std::string::npos)
-          << error.what();
+      EXPECT_TRUE(says(error.what(), "/beacons is damaged"));
     }
   }
 }

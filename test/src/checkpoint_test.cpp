@@ -6,10 +6,11 @@
 #include <new>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -323,16 +324,12 @@ void expect_kept() {
   AnyRig run;
   const std::string asked = directory.file("asked.checkpoint");
   kept.keeper.write_when_due(&run.pipeline);
-  try {
-    kept.keeper.save(asked, &run.pipeline);
-    ADD_FAILURE() << "nothing was saved";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "checkpoint: there is nothing to save yet; wait for the first pose");
-  }
+  EXPECT_EQ(refusal([&] { kept.keeper.save(asked, &run.pipeline); }),
+            "checkpoint: there is nothing to save yet; wait for the first pose");
   EXPECT_EQ(directory.listing(), "");
 
   run.feed(AnyRig::Drive::messages(10.0));
-  EXPECT_NE(kept.keeper.save(asked, &run.pipeline).find(asked), std::string::npos);
+  EXPECT_TRUE(says(kept.keeper.save(asked, &run.pipeline), asked));
   kept.keeper.write_when_due(&run.pipeline);
   kept.wait();
   EXPECT_EQ(directory.listing(), "asked.checkpoint robot.checkpoint");

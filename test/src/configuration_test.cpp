@@ -12,28 +12,26 @@
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "src/configuration/parameter_table.hpp"
 #include "test/places.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {
 
 std::string error_of(const std::string& yaml) {
-  try {
+  return refusal([&] {
     BeaconMclPipelineOptions options;
     apply(parse_configuration(yaml, "file.yaml"), &options);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  });
 }
 
 void expect_words(const std::string& text, const std::vector<std::string>& words) {
-  EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+  EXPECT_FALSE(says(text, "\n"));
   for (const std::string& word : words) {
-    EXPECT_NE(text.find(word), std::string::npos) << "'" << word << "' in '" << text << "'";
+    EXPECT_TRUE(says(text, word));
   }
 }
 
@@ -48,12 +46,7 @@ TEST(Configuration, AKeyThatIsThereTwiceIsRefused) {
 }
 
 std::string error_of_file(const std::string& path) {
-  try {
-    read_configuration(path);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return refusal([&] { read_configuration(path); });
 }
 
 TEST(Configuration, APipeOrADeviceIsRefused) {
@@ -134,12 +127,7 @@ TEST(Configuration, WhatTheParameterServerGivesInVainIsNamed) {
   const auto error_of_server = [](const std::function<void(XmlRpc::XmlRpcValue*)>& set) {
     XmlRpc::XmlRpcValue parameters;
     set(&parameters);
-    try {
-      configuration_of(parameters);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return refusal([&] { configuration_of(parameters); });
   };
   using Value = XmlRpc::XmlRpcValue;
   expect_words(error_of_server([](Value* value) { (*value)["particles"][0] = 3; }),
@@ -258,7 +246,7 @@ TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
   const std::string document = read_file(std::string(kSourceFolder) + "/doc/parameters.md");
   for (const std::string& expected :
        {table_of<BeaconMclPipeline>(), table_of<FastSlamPipeline>()}) {
-    EXPECT_NE(document.find(expected), std::string::npos)
+    EXPECT_TRUE(says(document, expected))
         << "the parameters changed: scripts/write_config writes the table anew";
   }
 }
@@ -266,10 +254,10 @@ TEST(Configuration, TheDocumentedTablesAreWhatTheParametersSay) {
 TEST(Configuration, TheDocumentedPresetsAreThoseThereAre) {
   const std::string document = read_file(std::string(kSourceFolder) + "/doc/strategies.md");
   for (const Preset& preset : fastslam_presets()) {
-    EXPECT_NE(document.find("| `fastslam` | `" + preset.name + "` |"), std::string::npos);
+    EXPECT_TRUE(says(document, "| `fastslam` | `" + preset.name + "` |"));
   }
   for (const Preset& preset : beacon_mcl_presets()) {
-    EXPECT_NE(document.find("| `beacon_mcl` | `" + preset.name + "` |"), std::string::npos);
+    EXPECT_TRUE(says(document, "| `beacon_mcl` | `" + preset.name + "` |"));
   }
 }
 
@@ -309,13 +297,8 @@ TEST(Configuration, APresetIsBehindWhatIsSetBesideIt) {
 
 TEST(Configuration, AnUnknownPresetIsRefusedWithTheChoices) {
   FastSlamPipelineOptions options;
-  try {
-    apply(parse_assignment("preset=best"), &options);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(),
-                 "parameter preset is 'best', has to be one of fast, balanced, kwak2008");
-  }
+  EXPECT_EQ(refusal([&] { apply(parse_assignment("preset=best"), &options); }),
+            "parameter preset is 'best', has to be one of fast, balanced, kwak2008");
   BeaconMclPipelineOptions beacons;
   EXPECT_THROW(apply(parse_assignment("preset=kwak2008"), &beacons), Error);
 }

@@ -12,9 +12,9 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

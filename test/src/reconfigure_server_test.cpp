@@ -6,6 +6,7 @@
 
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "fastslam_node/pipeline_options.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -30,10 +31,10 @@ void expect_complete() {
   EXPECT_EQ(described.size(), parameters.size());
   for (const Parameter& parameter : parameters) {
     const auto& text = described[parameter.name].description;
-    EXPECT_NE(text.find(parameter.help), std::string::npos);
-    EXPECT_NE(text.find(parameter.unit), std::string::npos);
+    EXPECT_TRUE(says(text, parameter.help));
+    EXPECT_TRUE(says(text, parameter.unit));
     for (const std::string& choice : parameter.choices) {
-      EXPECT_NE(described[parameter.name].edit_method.find("'" + choice + "'"), std::string::npos);
+      EXPECT_TRUE(says(described[parameter.name].edit_method, "'" + choice + "'"));
     }
   }
 }

@@ -4,10 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "src/checkpoint/pose_keeper.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
-#include "test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -114,9 +115,9 @@ TEST(SavedPose, IsRefusedWithTheReason) {
   EXPECT_EQ(reason(saved, now), "it is in the frame \"map\", and frames/map is hall");
   now = start_of(saved, 1.0, saved.odometry);
   now.map = "the map /b";
-  EXPECT_NE(reason(saved, now).find(", and this is \"the map /b\""), std::string::npos);
+  EXPECT_TRUE(says(reason(saved, now), ", and this is \"the map /b\""));
   now.map.clear();
-  EXPECT_NE(reason(saved, now).find("no map is loaded now"), std::string::npos);
+  EXPECT_TRUE(says(reason(saved, now), "no map is loaded now"));
   saved.lost = 0.6;
   EXPECT_EQ(reason(saved, start_of(saved, 1.0, saved.odometry)),
             "the filter did not know where it was when it was saved (lost: 0.600)");

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
-#include "test/temporary_directory.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -8,7 +8,7 @@
 #include <std_msgs/String.h>
 
 #include "pf_resampling_core/error.hpp"
-#include "test/temporary_directory.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
 
 namespace pf_resampling {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
@@ -152,7 +153,7 @@ TEST_F(CalibrateRanges, LeavesOutliersOut) {
   const std::string bag = bag_with(options);
   expect_calibrations(calibrate(bag), 1e-5);
   // 80 of 400 of each beacon.
-  EXPECT_NE(run_program("calibrate_ranges " + bag).out.find("80"), std::string::npos);
+  EXPECT_TRUE(says(run_program("calibrate_ranges " + bag).out, "80"));
 }
 
 TEST_F(CalibrateRanges, TakesTheDirectionOfTravelWithoutHeading) {
@@ -161,8 +162,7 @@ TEST_F(CalibrateRanges, TakesTheDirectionOfTravelWithoutHeading) {
   const std::string bag = bag_with(options);
   // Direction to 0.02 rad inside, 0.1 rad at the ends: millimetres of 0.5 m.
   expect_calibrations(calibrate(bag), 1e-3);
-  EXPECT_NE(run_program("calibrate_ranges " + bag).out.find("direction of travel"),
-            std::string::npos);
+  EXPECT_TRUE(says(run_program("calibrate_ranges " + bag).out, "direction of travel"));
 }
 
 TEST_F(CalibrateRanges, ThePlaceOfTheAntennaCanBeGiven) {
@@ -173,14 +173,14 @@ TEST_F(CalibrateRanges, ThePlaceOfTheAntennaCanBeGiven) {
   const ProgramResult result = run_program("calibrate_ranges " + bag);
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("calibrate_ranges")) << result.error;
-  EXPECT_NE(result.error.find("'antenna'"), std::string::npos) << result.error;
+  EXPECT_TRUE(says(result.error, "'antenna'"));
 }
 
 TEST_F(CalibrateRanges, PrintsATableAndWhatItLeftOut) {
   const std::string out = run_program("calibrate_ranges " + bag_with({})).out;
-  EXPECT_NE(out.find("1.0500 ± 0.0000"), std::string::npos) << out;
-  EXPECT_NE(out.find("3 ranges not used: of beacons without a position"), std::string::npos) << out;
-  EXPECT_NE(out.find("calibration:\n  - {beacon: -1, "), std::string::npos) << out;
+  EXPECT_TRUE(says(out, "1.0500 ± 0.0000"));
+  EXPECT_TRUE(says(out, "3 ranges not used: of beacons without a position"));
+  EXPECT_TRUE(says(out, "calibration:\n  - {beacon: -1, "));
 }
 
 TEST_F(CalibrateRanges, CanWriteOneForAll) {
@@ -196,9 +196,8 @@ TEST_F(CalibrateRanges, RefusesBadInputInOneLine) {
   ProgramResult result = run_program("calibrate_ranges " + bag);
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("calibrate_ranges")) << result.error;
-  EXPECT_NE(result.error.find("no /beacons"), std::string::npos) << result.error;
-  EXPECT_NE(result.error.find("/ranges (pf_resampling/BeaconRange)"), std::string::npos)
-      << result.error;
+  EXPECT_TRUE(says(result.error, "no /beacons"));
+  EXPECT_TRUE(says(result.error, "/ranges (pf_resampling/BeaconRange)"));
   const std::string text = directory_.write("text.bag", "not a bag\n");
   for (const std::string& arguments :
        {directory_.file("missing.bag"), text, bag_with({}) + " --outliers 0",

@@ -9,6 +9,7 @@
 #include <sensor_msgs/Range.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -17,8 +18,9 @@
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/run_program.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/checks/bag_findings.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
@@ -76,10 +78,8 @@ BagFindings check_of_written(const std::function<void(BagWriter*)>& write) {
 }
 
 bool has(const std::vector<std::string>& lines, const std::string& words) {
-  for (const std::string& line : lines) {
-    if (line.find(words) != std::string::npos) return true;
-  }
-  return false;
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return says(line, words); });
 }
 
 TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
@@ -87,13 +87,9 @@ TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
   EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
   // Of beacon 1: ranges 2, 5, ..., 29.
-  EXPECT_NE(found.text.find("  1       0.000  5.000  0.500      10   2.00     17.00  29.00\n"),
-            std::string::npos)
-      << found.text;
-  EXPECT_NE(found.text.find("/ranges: antenna on base_link  0.250  0.000  0.500      0.0\n"),
-            std::string::npos)
-      << found.text;
-  EXPECT_NE(found.text.find("  ground truth: geometry_msgs/PoseStamped\n"), std::string::npos);
+  EXPECT_TRUE(says(found.text, "  1       0.000  5.000  0.500      10   2.00     17.00  29.00\n"));
+  EXPECT_TRUE(says(found.text, "/ranges: antenna on base_link  0.250  0.000  0.500      0.0\n"));
+  EXPECT_TRUE(says(found.text, "  ground truth: geometry_msgs/PoseStamped\n"));
 }
 
 TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
@@ -102,17 +98,12 @@ TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
   EXPECT_FALSE(found.beacon_mcl.is_ready());
   EXPECT_TRUE(found.is_ready_for_any());
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
-  EXPECT_NE(found.text.find("/landmarks: sensor on base_link  0.100  0.000  0.300     28.6\n"),
-            std::string::npos)
-      << found.text;
+  EXPECT_TRUE(says(found.text, "/landmarks: sensor on base_link  0.100  0.000  0.300     28.6\n"));
   // 18 observations in 9 scans, all with one of 2 ids; ranges 2, 3 (10 times), 4, ..., 10 m.
-  EXPECT_NE(found.text.find("  9       18    2          0   2.00      3.00  10.00"
-                            "     -14.3    28.6\n"),
-            std::string::npos)
-      << found.text;
-  EXPECT_NE(found.text.find("ground truth: geometry_msgs/PoseStamped, and of the landmarks\n"),
-            std::string::npos)
-      << found.text;
+  EXPECT_TRUE(says(found.text,
+                   "  9       18    2          0   2.00      3.00  10.00"
+                   "     -14.3    28.6\n"));
+  EXPECT_TRUE(says(found.text, "ground truth: geometry_msgs/PoseStamped, and of the landmarks\n"));
 }
 
 TEST(CheckBag, ABagCanBeReadyForBoth) {
@@ -162,19 +153,36 @@ TEST(CheckBag, FindsWhatHindersFastSlam) {
   EXPECT_TRUE(has(check_of(recording).remarks, "the id 7 appears twice in a scan"));
 }
 
-/// A camera 0.3 m above the frame that it sits on, whose z axis points ahead (an optical frame).
-tf2_msgs::TFMessage camera_on(const std::string& parent) {
+/// A robot that stands at the origin.
+nav_msgs::Odometry standing(const ros::Time& stamp) {
+  nav_msgs::Odometry odometry;
+  odometry.header.stamp = stamp;
+  odometry.header.frame_id = "odom";
+  odometry.child_frame_id = "base_link";
+  odometry.pose.pose.orientation.w = 1.0;
+  return odometry;
+}
+
+/// A frame `above` (m) another one.
+tf2_msgs::TFMessage placed(const ros::Time& stamp, const std::string& parent,
+                           const std::string& child, double above = 0.0) {
   tf2_msgs::TFMessage message;
   message.transforms.resize(1);
   geometry_msgs::TransformStamped& placed = message.transforms[0];
-  placed.header.stamp = ros::Time(10.0);
+  placed.header.stamp = stamp;
   placed.header.frame_id = parent;
-  placed.child_frame_id = "camera";
-  placed.transform.translation.z = 0.3;
-  placed.transform.rotation.w = 0.5;
-  placed.transform.rotation.x = -0.5;
-  placed.transform.rotation.y = 0.5;
-  placed.transform.rotation.z = -0.5;
+  placed.child_frame_id = child;
+  placed.transform.translation.z = above;
+  placed.transform.rotation.w = 1.0;
+  return message;
+}
+
+/// A camera 0.3 m above the frame that it sits on, whose z axis points ahead (an optical frame).
+tf2_msgs::TFMessage camera_on(const std::string& parent) {
+  tf2_msgs::TFMessage message = placed(ros::Time(10.0), parent, "camera", 0.3);
+  geometry_msgs::Quaternion& rotation = message.transforms[0].transform.rotation;
+  rotation.w = rotation.y = 0.5;
+  rotation.x = rotation.z = -0.5;
   return message;
 }
 
@@ -182,22 +190,17 @@ tf2_msgs::TFMessage camera_on(const std::string& parent) {
 /// points ahead if `is_optical`.
 BagFindings check_of_camera(bool is_optical, const std::string& parent = "base_link") {
   return check_of_written([&](BagWriter* bag) {
-    nav_msgs::Odometry odometry;
-    odometry.header.stamp = ros::Time(10.0);
-    odometry.header.frame_id = "odom";
-    odometry.child_frame_id = "base_link";
-    odometry.pose.pose.orientation.w = 1.0;
-    bag->write("/odom", ros::Time(10.0), odometry);
+    const ros::Time stamp(10.0);
+    bag->write("/odom", stamp, standing(stamp));
     LandmarkObservationArray scan;
-    scan.header.stamp = ros::Time(10.0);
+    scan.header.stamp = stamp;
     scan.header.frame_id = "camera";
     scan.observations.resize(1);
     scan.observations[0].range = 3.0;
-    bag->write("/landmarks", ros::Time(10.0), scan);
-    tf2_msgs::TFMessage transforms = camera_on(parent);
-    if (!is_optical) transforms.transforms[0].transform.rotation = odometry.pose.pose.orientation;
+    bag->write("/landmarks", stamp, scan);
     // Not latched: a driver that repeats where its camera is.
-    bag->write(is_optical ? "/tf_static" : "/tf", ros::Time(10.0), transforms);
+    bag->write(is_optical ? "/tf_static" : "/tf", stamp,
+               is_optical ? camera_on(parent) : placed(stamp, parent, "camera", 0.3));
   });
 }
 
@@ -212,29 +215,22 @@ TEST(CheckBag, SensorsLieFlatAndMayBePlacedByTf) {
 
 TEST(CheckBag, GivesTheCommandWithTheOptionsThatTheBagNeeds) {
   const BagFindings found = check_of_written([](BagWriter* bag) {
-    nav_msgs::Odometry odometry;
-    odometry.header.stamp = ros::Time(10.0);
+    nav_msgs::Odometry odometry = standing(ros::Time(10.0));
     odometry.header.frame_id = "wheels";
     odometry.child_frame_id = "the robot";
-    odometry.pose.pose.orientation.w = 1.0;
     bag->write("/odom", ros::Time(10.0), odometry);
   });
-  EXPECT_NE(found.fastslam.command.find("rosrun pf_resampling run_bag fastslam /"),
-            std::string::npos);
-  EXPECT_NE(found.fastslam.command.find(
-                "/a.bag out.bag --set frames/odom=wheels --set 'frames/base=the robot'"),
-            std::string::npos)
-      << found.fastslam.command;
+  EXPECT_TRUE(says(found.fastslam.command, "rosrun pf_resampling run_bag fastslam /"));
+  EXPECT_TRUE(says(found.fastslam.command,
+                   "/a.bag out.bag --set frames/odom=wheels --set 'frames/base=the robot'"));
   CheckedTopics topics;
   topics.odom = "/robot/odom";
   topics.ranges = "/uwb";
   topics.landmarks = "/camera/landmarks";
   const BagFindings renamed = check_of(good_recording(), topics);
-  EXPECT_NE(renamed.beacon_mcl.command.find("out.bag --odom /robot/odom --ranges /uwb"),
-            std::string::npos);
-  EXPECT_NE(
-      renamed.fastslam.command.find("out.bag --odom /robot/odom --landmarks /camera/landmarks"),
-      std::string::npos);
+  EXPECT_TRUE(says(renamed.beacon_mcl.command, "out.bag --odom /robot/odom --ranges /uwb"));
+  EXPECT_TRUE(
+      says(renamed.fastslam.command, "out.bag --odom /robot/odom --landmarks /camera/landmarks"));
 }
 
 TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
@@ -251,8 +247,7 @@ TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
             "pf_resampling/LandmarkObservationArray)");
   EXPECT_FALSE(found.is_ready_for_any());
   // What is there instead is in the table of topics.
-  EXPECT_NE(found.text.find("  /ground_truth  geometry_msgs/PoseStamped"), std::string::npos)
-      << found.text;
+  EXPECT_TRUE(says(found.text, "  /ground_truth  geometry_msgs/PoseStamped"));
 }
 
 TEST(CheckBag, HintsAtTopicsOfTheRightType) {
@@ -272,7 +267,7 @@ TEST(CheckBag, FindsGapsAndCoverage) {
   recording.odometry.erase(recording.odometry.begin() + 41, recording.odometry.begin() + 56);
   const BagFindings gap = check_of(recording);
   // 1.6 s from 14 s on: one gap.
-  EXPECT_NE(gap.text.find("1.600  14.000     1"), std::string::npos) << gap.text;
+  EXPECT_TRUE(says(gap.text, "1.600  14.000     1"));
 
   recording = good_recording();
   for (auto& range : recording.ranges) range.time += 100.0;
@@ -363,14 +358,10 @@ TEST(CheckBag, FindsAHeadingInDegrees) {
 
 /// One odometry message and one range; both to be spoilt.
 struct TwoMessages {
-  nav_msgs::Odometry odometry;
+  nav_msgs::Odometry odometry = standing(ros::Time(10.0));
   BeaconRange range;
 
   TwoMessages() {
-    odometry.header.stamp = ros::Time(10.0);
-    odometry.header.frame_id = "odom";
-    odometry.child_frame_id = "base_link";
-    odometry.pose.pose.orientation.w = 1.0;
     range.header.stamp = ros::Time(10.0);
     range.header.frame_id = "antenna";
     range.beacon = 1;
@@ -422,12 +413,9 @@ TEST(CheckBag, FindsFramesThatNothingPlaces) {
 
 TEST(CheckBag, FindsAnotherLocalization) {
   const BagFindings found = check_of_written([](BagWriter* bag) {
-    bag->write("/odom", ros::Time(10.0), TwoMessages().odometry);
-    tf2_msgs::TFMessage transforms;
-    transforms.transforms.resize(1);
-    transforms.transforms[0].header.frame_id = "map";
-    transforms.transforms[0].child_frame_id = "odom";
-    bag->write("/tf", ros::Time(10.0), transforms);
+    const ros::Time stamp(10.0);
+    bag->write("/odom", stamp, standing(stamp));
+    bag->write("/tf", stamp, placed(stamp, "map", "odom"));
   });
   EXPECT_TRUE(has(found.remarks, "/tf places 'odom' in 'map': that is from another localization"));
 }
@@ -438,22 +426,20 @@ TEST(CheckBagProgram, ExitsWithZeroOnAGoodBagAndOneOnABadOne) {
   const ProgramResult good = run_program("check_bag " + directory.file("good.bag"));
   EXPECT_EQ(good.exit_code, 0);
   EXPECT_EQ(good.error, "") << "no progress bar in a log";
-  EXPECT_NE(
-      good.out.find("\nready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
-                    directory.file("good.bag") + " out.bag\n"),
-      std::string::npos)
-      << good.out;
-  EXPECT_NE(good.out.find("\nready for fastslam: no: no /landmarks"), std::string::npos);
+  EXPECT_TRUE(
+      says(good.out, "\nready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
+                         directory.file("good.bag") + " out.bag\n"));
+  EXPECT_TRUE(says(good.out, "\nready for fastslam: no: no /landmarks"));
   write_recording(landmark_recording(), directory.file("landmarks.bag"));
   const ProgramResult slam = run_program("check_bag " + directory.file("landmarks.bag"));
   EXPECT_EQ(slam.exit_code, 0);
-  EXPECT_NE(slam.out.find("\nready for fastslam: yes\n"), std::string::npos) << slam.out;
+  EXPECT_TRUE(says(slam.out, "\nready for fastslam: yes\n"));
 
   const ProgramResult renamed =
       run_program("check_bag " + directory.file("good.bag") + " --odom wheels");
   EXPECT_EQ(renamed.exit_code, 1);
-  EXPECT_NE(renamed.out.find("\nready for beacon_mcl: no: no /wheels (needed: nav_msgs/Odometry)"),
-            std::string::npos);
+  EXPECT_TRUE(
+      says(renamed.out, "\nready for beacon_mcl: no: no /wheels (needed: nav_msgs/Odometry)"));
 }
 
 TEST(CheckBagProgram, BadFilesAndMisuseAreOneLine) {
@@ -467,7 +453,7 @@ TEST(CheckBagProgram, BadFilesAndMisuseAreOneLine) {
     const ProgramResult result = run_program("check_bag " + directory.file(name));
     EXPECT_EQ(result.exit_code, 1) << name;
     EXPECT_TRUE(result.is_one_line_error("check_bag")) << result.error << result.out;
-    EXPECT_NE(result.error.find(directory.file(name)), std::string::npos) << result.error;
+    EXPECT_TRUE(says(result.error, directory.file(name)));
   }
   for (const char* arguments : {"", "a.bag b.bag", "a.bag --odm /odom"}) {
     const ProgramResult result = run_program(std::string("check_bag ") + arguments);
@@ -476,7 +462,7 @@ TEST(CheckBagProgram, BadFilesAndMisuseAreOneLine) {
   }
   const ProgramResult help = run_program("check_bag --help");
   EXPECT_EQ(help.exit_code, 0);
-  EXPECT_NE(help.out.find("Usage: rosrun pf_resampling check_bag in.bag"), std::string::npos);
+  EXPECT_TRUE(says(help.out, "Usage: rosrun pf_resampling check_bag in.bag"));
 }
 
 /// A bag whose ranges are sensor_msgs/Range on `topic`, of the beacons 1 to 3 and of a sonar.
@@ -492,18 +478,14 @@ void write_sensor_ranges(const std::string& topic, BagWriter* bag) {
   }
   bag->write_latched("/beacons", beacons.header.stamp, beacons);
   for (int i = 0; i <= 100; ++i) {
-    nav_msgs::Odometry odometry;
-    odometry.header.stamp = ros::Time(10.0 + 0.1 * i);
-    odometry.header.frame_id = "odom";
-    odometry.child_frame_id = "base_link";
-    odometry.pose.pose.orientation.w = 1.0;
-    bag->write("/odom", odometry.header.stamp, odometry);
+    const ros::Time stamp(10.0 + 0.1 * i);
+    bag->write("/odom", stamp, standing(stamp));
     sensor_msgs::Range range;
-    range.header.stamp = odometry.header.stamp;
+    range.header.stamp = stamp;
     range.header.frame_id = i % 4 == 3 ? "sonar" : "beacon_" + std::to_string(1 + i % 4);
     range.range = 4.0F;
     range.max_range = 10.0F;
-    bag->write(topic, range.header.stamp, range);
+    bag->write(topic, stamp, range);
   }
 }
 
@@ -520,13 +502,7 @@ TEST(CheckBag, RangesMayBeOfSensorMsgs) {
 
 TEST(CheckBag, TagsOnTfAreSuggestedAsLandmarks) {
   const auto write = [](const std::string& parent, BagWriter* bag) {
-    tf2_msgs::TFMessage tf;
-    tf.transforms.resize(1);
-    tf.transforms[0].header.stamp = ros::Time(10.0);
-    tf.transforms[0].header.frame_id = parent;
-    tf.transforms[0].child_frame_id = "ar_marker_12";
-    tf.transforms[0].transform.rotation.w = 1.0;
-    bag->write("/tf", ros::Time(10.0), tf);
+    bag->write("/tf", ros::Time(10.0), placed(ros::Time(10.0), parent, "ar_marker_12"));
   };
   const BagFindings seen = check_of_written([&](BagWriter* bag) { write("camera", bag); });
   EXPECT_TRUE(has(seen.fastslam.problems, "--set 'landmark_input/tag_pattern=ar_marker_(\\d+)'"));
@@ -540,21 +516,9 @@ void write_tags(BagWriter* bag) {
   bag->write("/tf_static", ros::Time(10.0), camera_on("base_link"));
   for (int i = 0; i <= 10; ++i) {
     const ros::Time time(10.0 + 0.1 * i);
-    nav_msgs::Odometry odometry;
-    odometry.header.stamp = time;
-    odometry.header.frame_id = "odom";
-    odometry.child_frame_id = "base_link";
-    odometry.pose.pose.orientation.w = 1.0;
-    bag->write("/odom", time, odometry);
+    bag->write("/odom", time, standing(time));
     if (i == 10) continue;  // an image is complete when odometry has gone on
-    tf2_msgs::TFMessage seen;
-    seen.transforms.resize(1);
-    seen.transforms[0].header.stamp = time;
-    seen.transforms[0].header.frame_id = "camera";
-    seen.transforms[0].child_frame_id = "tag_7";
-    seen.transforms[0].transform.translation.z = 3.0;
-    seen.transforms[0].transform.rotation.w = 1.0;
-    bag->write("/tf", time + ros::Duration(0.01), seen);
+    bag->write("/tf", time + ros::Duration(0.01), placed(time, "camera", "tag_7", 3.0));
   }
 }
 
@@ -570,25 +534,18 @@ TEST(CheckBagProgram, ConfirmsItsOwnAdvice) {
   const ProgramResult first = run_program("check_bag " + path);
   EXPECT_EQ(first.exit_code, 1);
   const std::string advice = " --set 'landmark_input/tag_pattern=tag_(\\d+)'";
-  EXPECT_NE(first.out.find("\n  try: rosrun pf_resampling check_bag " + path + advice + "\n"),
-            std::string::npos)
-      << first.out;
+  EXPECT_TRUE(says(first.out, "\n  try: rosrun pf_resampling check_bag " + path + advice + "\n"));
   const ProgramResult second = run_program("check_bag " + path + advice);
   EXPECT_EQ(second.exit_code, 0) << second.out << second.error;
-  EXPECT_NE(second.out.find("ready for fastslam: yes\n  rosrun pf_resampling run_bag fastslam " +
-                            path + " out.bag" + advice + "\n"),
-            std::string::npos)
-      << second.out;
+  EXPECT_TRUE(says(second.out, "ready for fastslam: yes\n  rosrun pf_resampling run_bag fastslam " +
+                                   path + " out.bag" + advice + "\n"));
   // What the tags say: ten sightings of one, 3 m ahead.
-  EXPECT_NE(second.out.find("10       10    1          0   3.00      3.00   3.00"),
-            std::string::npos)
-      << second.out;
-  EXPECT_NE(second.out.find("is unknown"), std::string::npos) << second.out;  // to beacon_mcl
+  EXPECT_TRUE(says(second.out, "10       10    1          0   3.00      3.00   3.00"));
+  EXPECT_TRUE(says(second.out, "is unknown"));  // to beacon_mcl
   EXPECT_EQ(run_program("check_bag " + path + " --set no_such=1").exit_code, 1);
-  EXPECT_NE(
-      run_program("check_bag " + path + " --set landmark_input/tag_pattern='mark_(.)'")
-          .out.find("no frame in /tf has a name that fits landmark_input/tag_pattern mark_(.)"),
-      std::string::npos);
+  EXPECT_TRUE(
+      says(run_program("check_bag " + path + " --set landmark_input/tag_pattern='mark_(.)'").out,
+           "no frame in /tf has a name that fits landmark_input/tag_pattern mark_(.)"));
 }
 
 TEST(CheckBagProgram, TakesBeaconsFromAConfiguration) {
@@ -604,23 +561,16 @@ TEST(CheckBagProgram, TakesBeaconsFromAConfiguration) {
       "beacons:\n  - {id: 1, x: 0, y: 5}\n  - {id: 2, x: 5, y: 5}\n  - {id: 3, x: 5, y: 0}\n");
   const ProgramResult found = run_program("check_bag " + path + " --config " + yaml);
   EXPECT_EQ(found.exit_code, 0) << found.out << found.error;
-  EXPECT_NE(found.out.find("ready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
-                           path + " out.bag --config " + yaml + "\n"),
-            std::string::npos)
-      << found.out;
+  EXPECT_TRUE(
+      says(found.out, "ready for beacon_mcl: yes\n  rosrun pf_resampling run_bag beacon_mcl " +
+                          path + " out.bag --config " + yaml + "\n"));
 }
 
 TEST(CheckBag, SeesOdometryOnTfAsAPoseAndTheImu) {
   const auto write = [](bool with_tf, bool with_pose, BagWriter* bag) {
     for (int i = 0; i < 10; ++i) {
       const ros::Time time(10.0 + 0.1 * i);
-      tf2_msgs::TFMessage tf;
-      tf.transforms.resize(1);
-      tf.transforms[0].header.stamp = time;
-      tf.transforms[0].header.frame_id = "odom";
-      tf.transforms[0].child_frame_id = "base_footprint";
-      tf.transforms[0].transform.rotation.w = 1.0;
-      if (with_tf) bag->write("/tf", time, tf);
+      if (with_tf) bag->write("/tf", time, placed(time, "odom", "base_footprint"));
       geometry_msgs::PoseWithCovarianceStamped pose;
       pose.header.stamp = time;
       pose.header.frame_id = "odom_combined";
@@ -650,18 +600,16 @@ TEST(CheckBag, SeesOdometryOnTfAsAPoseAndTheImu) {
                                         " --set odometry_input/source=tf"
                                         " --set frames/base=base_footprint")
                                 .out;
-  EXPECT_NE(by_tf.find("/tf (odometry): base_footprint in odom"), std::string::npos) << by_tf;
-  EXPECT_EQ(by_tf.find("no /odom"), std::string::npos) << by_tf;
+  EXPECT_TRUE(says(by_tf, "/tf (odometry): base_footprint in odom"));
+  EXPECT_FALSE(says(by_tf, "no /odom"));
   const std::string by_pose = run_program("check_bag " + path + " --odom /odom_combined").out;
-  EXPECT_NE(by_pose.find("frame 'odom_combined' instead of 'odom'"), std::string::npos) << by_pose;
-  EXPECT_EQ(by_pose.find("needed: nav_msgs"), std::string::npos) << by_pose;
+  EXPECT_TRUE(says(by_pose, "frame 'odom_combined' instead of 'odom'"));
+  EXPECT_FALSE(says(by_pose, "needed: nav_msgs"));
   // What is asked for has to be there.
   const std::string no_imu =
       run_program("check_bag " + path + " --set odometry_input/imu_heading=yaw_rate").out;
-  EXPECT_NE(
-      no_imu.find("no /imu (needed: sensor_msgs/Imu), /imu/data could be it (--imu /imu/data"),
-      std::string::npos)
-      << no_imu;
+  EXPECT_TRUE(
+      says(no_imu, "no /imu (needed: sensor_msgs/Imu), /imu/data could be it (--imu /imu/data"));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "tools/common/command_line.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 #include <gtest/gtest.h>
 
@@ -70,18 +71,17 @@ TEST(CommandLine, MisuseIsOneLineWithTheUsage) {
   };
   for (const auto& arguments : misuses) {
     const std::string message = misuse_of(arguments);
-    EXPECT_NE(message.find("usage: tool in.bag [out.bag] [options]"), std::string::npos) << message;
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_TRUE(says(message, "usage: tool in.bag [out.bag] [options]"));
+    EXPECT_FALSE(says(message, "\n"));
   }
   EXPECT_EQ(misuse_of({}).find("missing in.bag"), 0U);
 }
 
 TEST(CommandLine, HelpShowsUsageOptionsAndExamples) {
   const std::string help = example_line().help();
-  EXPECT_NE(help.find("Usage: rosrun pf_resampling tool in.bag [out.bag] [options]"),
-            std::string::npos);
-  EXPECT_NE(help.find("--antenna x,y,z"), std::string::npos);
-  EXPECT_NE(help.find("rosrun pf_resampling tool in.bag --seed 3"), std::string::npos);
+  EXPECT_TRUE(says(help, "Usage: rosrun pf_resampling tool in.bag [out.bag] [options]"));
+  EXPECT_TRUE(says(help, "--antenna x,y,z"));
+  EXPECT_TRUE(says(help, "rosrun pf_resampling tool in.bag --seed 3"));
 }
 
 TEST(CommandLine, NumbersMustBeFiniteAndAsManyAsAskedFor) {
@@ -105,8 +105,7 @@ TEST(RunTool, AnErrorIsOneWholeLineWhateverIsInIt) {
   run_tool("tool", 1, argv,
            [](const auto&) -> int { throw Error("a\nb\rc\td\x1b[2J\x7f\x01 \xc3\xa9"); });
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "tool: a b c d?[2J?? \xc3\xa9\n");
-  EXPECT_EQ(misuse_of({"a.bag", "--s\x1b" + std::string(1, '\0') + "d", "3"}).find('\x1b'),
-            std::string::npos);
+  EXPECT_FALSE(says(misuse_of({"a.bag", "--s\x1b" + std::string(1, '\0') + "d", "3"}), "\x1b"));
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/places.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/files.hpp"
 
 namespace pf_resampling {

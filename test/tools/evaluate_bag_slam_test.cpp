@@ -11,8 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/evaluated_bag.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/evaluation_report.hpp"
 
@@ -183,8 +184,8 @@ TEST_F(EvaluateSlamBag, CallsNoRobotLostThatHasAFrameOfItsOwn) {
   const auto text_of = [&](const std::string& options) {
     return run_program("evaluate_bag " + bag + options).out;
   };
-  EXPECT_EQ(text_of("").find("lost:"), std::string::npos);
-  EXPECT_NE(text_of(" --frame given").find("lost:"), std::string::npos);
+  EXPECT_FALSE(says(text_of(""), "lost:"));
+  EXPECT_TRUE(says(text_of(" --frame given"), "lost:"));
 }
 
 TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
@@ -209,7 +210,7 @@ TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
   for (const char* text :
        {"landmarks (Kwak eq. 5), RMS:    mean 0.275 m, max 0.500 m, last 0.500 m",
         "positions (Kwak eq. 6), RMS:    mean 0.260 m, max 0.900 m, last 0.100 m"}) {
-    EXPECT_NE(printed.out.find(text), std::string::npos) << text << "\n" << printed.out;
+    EXPECT_TRUE(says(printed.out, text));
   }
 }
 
@@ -237,7 +238,7 @@ TEST_F(EvaluateSlamBag, LeavesTheFrameOfALoadedMapWhereItIs) {
   EXPECT_EQ(result["frame"], "given");
   EXPECT_GT(result["map"]["rms"], 3.0);
   const ProgramResult said = run_program("evaluate_bag " + bag);
-  EXPECT_NE(said.out.find("loaded map, site.csv"), std::string::npos) << said.out;
+  EXPECT_TRUE(says(said.out, "loaded map, site.csv"));
 }
 
 TEST_F(EvaluateSlamBag, PrintsAndDrawsTheMap) {
@@ -246,7 +247,7 @@ TEST_F(EvaluateSlamBag, PrintsAndDrawsTheMap) {
   EXPECT_EQ(result.exit_code, 0) << result.error;
   for (const char* text : {"Cartesian, aligned (m)", "5 landmarks, 4 of 4 true ones", "1 false",
                            "0.400 m, aligned 0.283 m", "first true pose", "401 / 200"}) {
-    EXPECT_NE(result.out.find(text), std::string::npos) << text << "\n" << result.out;
+    EXPECT_TRUE(says(result.out, text));
   }
   if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0) {
     GTEST_SKIP() << "matplotlib is not installed";
@@ -286,7 +287,7 @@ TEST_F(EvaluateSlamBag, ComparesWithTheBatchSolution) {
   const ProgramResult unknown = run_program("evaluate_bag " + hidden + " --pose /odom --batch");
   EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_TRUE(unknown.is_one_line_error("evaluate_bag")) << unknown.error;
-  EXPECT_NE(unknown.error.find("no filter's path and map"), std::string::npos) << unknown.error;
+  EXPECT_TRUE(says(unknown.error, "no filter's path and map"));
 }
 
 // The drive of the reference world without ids, which the filter finds: with these the solution is

@@ -11,6 +11,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "test/evaluated_bag.hpp"
 #include "tools/common/bag.hpp"
 
@@ -180,7 +181,7 @@ TEST_F(EvaluateBag, PrintsATableAndCanBeQuiet) {
   for (const char* text :
        {"cross-track (m)", "along-track (m)", "Cartesian (m)", "heading (rad)", "dead reckoning",
         "1.000", "3.000", "95 %", "converge", "5.0 s", "lost"}) {
-    EXPECT_NE(loud.out.find(text), std::string::npos) << text << "\n" << loud.out;
+    EXPECT_TRUE(says(loud.out, text));
   }
   const ProgramResult quiet = run_program("evaluate_bag " + bag + " --quiet");
   EXPECT_EQ(quiet.exit_code, 0);
@@ -224,7 +225,7 @@ TEST_F(EvaluateBag, DrawsThePathsAloneWithoutTruth) {
   const ProgramResult result =
       run_program("evaluate_bag " + bag_with(options) + " --plot " + picture);
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_NE(result.out.find("no /ground_truth"), std::string::npos) << result.out;
+  EXPECT_TRUE(says(result.out, "no /ground_truth"));
   EXPECT_EQ(read_file(picture).substr(1, 3), "PNG");
 }
 
@@ -235,14 +236,14 @@ TEST_F(EvaluateBag, NamesWhatIsMissing) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
   for (const char* topic : {"/pose", "/odom", "/ground_truth", "/beacons"}) {
-    EXPECT_NE(result.error.find(topic), std::string::npos) << result.error;
+    EXPECT_TRUE(says(result.error, topic));
   }
   options = {};
   options.with_truth = false;
   result = run_program("evaluate_bag " + bag_with(options));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
-  EXPECT_NE(result.error.find("no /ground_truth"), std::string::npos) << result.error;
+  EXPECT_TRUE(says(result.error, "no /ground_truth"));
 }
 
 TEST_F(EvaluateBag, RefusesBadInputInOneLine) {
@@ -288,14 +289,14 @@ TEST_F(EvaluateBag, ComparesWithTheBatchSolutionOfRanges) {
   const ProgramResult text = run_program("evaluate_bag " + arguments);
   for (const char* said :
        {"batch solution of the same data", "it found: ranges to", "on-line bound"}) {
-    EXPECT_NE(text.out.find(said), std::string::npos) << said << "\n" << text.out;
+    EXPECT_TRUE(says(text.out, said));
   }
 
   // Neither landmarks nor ranges.
   const ProgramResult nothing = run_program("evaluate_bag " + bag_with({}) + " --batch");
   EXPECT_EQ(nothing.exit_code, 1);
   EXPECT_TRUE(nothing.is_one_line_error("evaluate_bag")) << nothing.error;
-  EXPECT_NE(nothing.error.find("/landmarks"), std::string::npos) << nothing.error;
+  EXPECT_TRUE(says(nothing.error, "/landmarks"));
 }
 
 // The filter rejected that message and went on.
@@ -304,9 +305,8 @@ TEST_F(EvaluateBag, OdometryThatIsNotFiniteIsLeftOutAndSaid) {
   options.x_of_middle_odometry = std::numeric_limits<double>::quiet_NaN();
   const ProgramResult result = run_program("evaluate_bag " + bag_with(options));
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_NE(result.out.find("1 of 501 messages of /odom left out"), std::string::npos)
-      << result.out;
-  EXPECT_NE(result.out.find("dead reckoning"), std::string::npos) << result.out;
+  EXPECT_TRUE(says(result.out, "1 of 501 messages of /odom left out"));
+  EXPECT_TRUE(says(result.out, "dead reckoning"));
 }
 
 TEST_F(EvaluateBag, SaysThatTheEstimateIsNotFinite) {
@@ -315,8 +315,7 @@ TEST_F(EvaluateBag, SaysThatTheEstimateIsNotFinite) {
   const ProgramResult result = run_program("evaluate_bag " + bag_with(options));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.is_one_line_error("evaluate_bag")) << result.error;
-  EXPECT_NE(result.error.find("/pose: pose 501 of 501 is not finite"), std::string::npos)
-      << result.error;
+  EXPECT_TRUE(says(result.error, "/pose: pose 501 of 501 is not finite"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <map>
 #include <vector>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "test/places.hpp"
 #include "test/run_program.hpp"
 
@@ -77,7 +78,7 @@ class FilesOfRuns : public testing::Test {
                 result.error.rfind("dataset_to_bag", 0) == 0)
         << command << ": " << result.out << result.error;
     for (const std::string& word : words) {
-      EXPECT_NE(result.error.find(word), std::string::npos) << command << ": " << result.error;
+      EXPECT_TRUE(says(result.error, word));
     }
     EXPECT_TRUE(all_in(folder_->path()) == before) << command << " changed something";
   }
@@ -174,8 +175,7 @@ TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
     for (const char* out : {" > /dev/full", " >&-"}) {
       const ProgramResult result = program(command + std::string(out));
       EXPECT_EQ(result.exit_code, 1) << command << out;
-      EXPECT_NE(result.error.find(tool + ": standard output cannot be written"), std::string::npos)
-          << command << out << ": " << result.error;
+      EXPECT_TRUE(says(result.error, tool + ": standard output cannot be written"));
     }
   }
 }
@@ -217,7 +217,7 @@ TEST_F(FilesOfRuns, NothingIsLeftWhenTheyAreStopped) {
     EXPECT_TRUE(all_in(folder_->path()) == before) << signal;
   }
   unsetenv("TMPDIR");
-  EXPECT_EQ(temporary.listing().find("pf_resampling_"), std::string::npos) << temporary.listing();
+  EXPECT_FALSE(says(temporary.listing(), "pf_resampling_"));
 }
 
 }  // namespace

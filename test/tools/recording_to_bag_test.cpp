@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "test/temporary_directory.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/test/says.hpp"
 #include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {
@@ -152,8 +153,7 @@ TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
             read_poses(open_bag(out_), "/pose").back().pose.x);
   // The bag says whose frame the poses are in.
   const ProgramResult judged = run_program("evaluate_bag " + out_);
-  EXPECT_NE(judged.out.find("the frame is that of the loaded map, " + list), std::string::npos)
-      << judged.out << judged.error;
+  EXPECT_TRUE(says(judged.out, "the frame is that of the loaded map, " + list));
 }
 
 // A robot that wakes up somewhere in a surveyed map: found within seconds, with ids and without.

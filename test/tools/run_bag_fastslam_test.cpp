@@ -4,6 +4,7 @@
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "test/places.hpp"
 #include "test/run_bag_fastslam.hpp"
 
@@ -42,7 +43,7 @@ TEST_F(RunBagFastSlam, ParticleErrorsAreThoseOfTheParticlesThatArePublished) {
       run(world_ + " " + out_ + " --set particles=50 --set output/cloud_period=0" +
           " --set odometry_errors/estimate=false");
   ASSERT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_NE(result.out.find("errors of the particles"), std::string::npos) << result.out;
+  EXPECT_TRUE(says(result.out, "errors of the particles"));
   const rosbag::Bag bag = open_bag(out_);
   std::map<double, TruePose> truths;
   for (const TruePose& truth : read_truth(bag, "/ground_truth")) truths[truth.time] = truth;
@@ -94,7 +95,7 @@ TEST_F(RunBagFastSlam, WithoutTheTruthThereAreNoParticleErrors) {
   cut(world_, in, 0.0, kForever, {"/ground_truth", "/ground_truth_landmarks"});
   const ProgramResult result = run(in + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_EQ(result.out.find("errors of the particles"), std::string::npos) << result.out;
+  EXPECT_FALSE(says(result.out, "errors of the particles"));
   EXPECT_EQ(counts_of(out_).count("/particle_errors"), 0u);
 }
 
@@ -120,8 +121,8 @@ TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsNothingElse) {
   }
   const ProgramResult result = run(broken + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_NE(result.out.find("not_finite"), std::string::npos) << result.out;
-  EXPECT_EQ(result.out.find("no errors of the particles"), std::string::npos) << result.out;
+  EXPECT_TRUE(says(result.out, "not_finite"));
+  EXPECT_FALSE(says(result.out, "no errors of the particles"));
   const auto counts = counts_of(out_);
   EXPECT_GT(counts.at("/particle_errors"), 0u);
   EXPECT_GT(counts.at("/pose"), 80u);
@@ -213,7 +214,7 @@ TEST_F(RunBagFastSlam, TakesOdometryFromTf) {
   EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);
   const ProgramResult judged = run_program("evaluate_bag " + out_);
   EXPECT_EQ(judged.exit_code, 0) << judged.error;
-  EXPECT_EQ(judged.out.find("dead reckoning"), std::string::npos) << judged.out;
+  EXPECT_FALSE(says(judged.out, "dead reckoning"));
 }
 
 }  // namespace

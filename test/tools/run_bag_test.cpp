@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "test/beacon_mcl_drive.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
@@ -74,7 +75,7 @@ class RunBag : public testing::Test {
     EXPECT_EQ(result.exit_code, 1) << arguments;
     EXPECT_TRUE(result.is_one_line_error("run_bag")) << result.out << result.error;
     for (const std::string& word : words) {
-      EXPECT_NE(result.error.find(word), std::string::npos) << word << " in " << result.error;
+      EXPECT_TRUE(says(result.error, word));
     }
   }
 
@@ -102,7 +103,7 @@ TEST_F(RunBag, TheOutputHoldsInputsAndOutputsInOrderOfTime) {
   ASSERT_EQ(result.exit_code, 0) << result.error;
   EXPECT_EQ(result.error, "");
   for (const char* word : {"wall time", "CPU time", "peak memory", "x real time"}) {
-    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+    EXPECT_TRUE(says(result.out, word));
   }
   auto counts = counts_of(out_);
   for (const auto& [topic, count] : counts_of(in_)) {
@@ -176,7 +177,7 @@ TEST_F(RunBag, TakesParametersFromFilesAndTheCommandLine) {
           " --set population/resampling/scheme=stratified --seed 5");
   ASSERT_EQ(result.exit_code, 0) << result.error;
   for (const char* word : {"\nparticles: 500\n", "method: none", "scheme: stratified", "seed: 5"}) {
-    EXPECT_NE(result.out.find(word), std::string::npos) << word;
+    EXPECT_TRUE(says(result.out, word));
   }
   // What it prints is a configuration that it takes.
   const std::string all = directory_.write("all.yaml", result.out);
@@ -289,7 +290,7 @@ TEST_F(RunBag, SaysWhyNothingWasUsed) {
   write_file(yaml, "beacons:\n  - {id: 77, x: 0, y: 0}\n");
   const ProgramResult result = run("beacon_mcl " + poor + " " + out_ + " --config " + yaml);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_NE(result.error.find("unknown; known are 77"), std::string::npos) << result.error;
+  EXPECT_TRUE(says(result.error, "unknown; known are 77"));
   EXPECT_FALSE(std::filesystem::exists(out_));
 }
 
@@ -300,7 +301,7 @@ TEST_F(RunBag, RangesMayBeOfSensorMsgs) {
   const ProgramResult result = run("beacon_mcl " + in_ + " " + out_);
   ASSERT_EQ(result.exit_code, 0) << result.error;
   EXPECT_EQ(counts_of(out_)["/pose"], poses);
-  EXPECT_EQ(result.out.find("rejected"), std::string::npos) << result.out;
+  EXPECT_FALSE(says(result.out, "rejected"));
   EXPECT_EQ(counts_of(out_)["/sensor_ranges"], counts_of(in_)["/sensor_ranges"]);
 }
 
@@ -340,7 +341,7 @@ TEST_F(RunBag, GoesOnFromACheckpointToTheSameBytes) {
     const auto run_one = [&](const std::string& in, const std::string& more) {
       const ProgramResult result = run(filter + " " + in + " " + out_ + options + more);
       EXPECT_EQ(result.exit_code, 0) << result.error;
-      EXPECT_NE(result.out.find("checkpoint written to "), std::string::npos) << result.out;
+      EXPECT_TRUE(says(result.out, "checkpoint written to "));
     };
     run_one(bag, "--save-checkpoint " + file("whole"));
     run_one(file("first.bag"), "--save-checkpoint " + file("half"));

@@ -12,9 +12,9 @@
 #include <filesystem>
 #include <map>
 
+#include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/places.hpp"
 #include "test/run_program.hpp"
-#include "test/temporary_directory.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/files.hpp"

@@ -7,7 +7,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
-#include "test/temporary_directory.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {

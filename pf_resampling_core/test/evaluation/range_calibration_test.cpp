@@ -12,6 +12,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -125,12 +126,8 @@ TEST(FitRanges, RefusesWhatItCannotFit) {
   EXPECT_THROW(fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options), Error);
   options = {};
   options.scale_tolerance = 0.0;
-  try {
-    fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options);
-    ADD_FAILURE() << "no tolerance was taken";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "scale_tolerance is 0.000000: it has to be > 0");
-  }
+  EXPECT_EQ(refusal([&] { fit_ranges(synthetic(20, 1.0, 10.0, kSigma), options); }),
+            "scale_tolerance is 0.000000: it has to be > 0");
 }
 
 TEST(FitRangesPerBeacon, SeparatesBeaconsAndLendsTheSharedFitToRareOnes) {

@@ -10,6 +10,8 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -98,36 +100,18 @@ constexpr FileKind kText = {"a file", "thing",        "pf_resampling thing 7",
 constexpr FileKind kBinary = {"a file", "thing",        "pf_resampling thing 7",
                               false,    "give another", "mend it"};
 
-std::string content_of(const std::string& path) {
-  std::ostringstream content;
-  content << std::ifstream(path, std::ios::binary).rdbuf();
-  return content.str();
-}
-
 class ArchiveOf : public testing::TestWithParam<FileKind> {
  protected:
-  ArchiveOf() {
-    std::string folder = testing::TempDir() + "archive_XXXXXX";
-    folder_ = mkdtemp(folder.data());
-    path_ = folder_ + "/file";
-  }
-  ~ArchiveOf() override { std::filesystem::remove_all(folder_); }
-
   void put(const std::string& content) const {
     std::filesystem::remove(path_);
     std::ofstream(path_, std::ios::binary) << content;
   }
   std::string refusal() const {
-    try {
-      read_saved<Whole>(GetParam(), path_);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return pf_resampling::refusal([&] { read_saved<Whole>(GetParam(), path_); });
   }
 
-  std::string folder_;
-  std::string path_;
+  TemporaryDirectory directory_;
+  std::string path_ = directory_.file("file");
 };
 
 void expect_same(const Part& a, const Part& b) {
@@ -164,16 +148,16 @@ TEST_P(ArchiveOf, EverythingComesBackToTheBit) {
   expect_same(*read.some, *whole.some);
   EXPECT_FALSE(read.none);
   expect_same(*read.shared, *whole.shared);
-  const std::string written = content_of(path_);
+  const std::string written = directory_.content("file");
   EXPECT_TRUE(GetParam().may_begin_with(written));
   write_saved(GetParam(), path_, read);
-  EXPECT_EQ(content_of(path_), written);
+  EXPECT_EQ(directory_.content("file"), written);
 }
 
 TEST_P(ArchiveOf, WhatHasAFaultOrIsNotFiniteIsNotWritten) {
   Whole whole = example();
   write_saved(GetParam(), path_, whole);
-  const std::string before = content_of(path_);
+  const std::string before = directory_.content("file");
   const auto said = [&](const std::function<void(Whole*)>& change) {
     Whole bad = example();
     change(&bad);
@@ -190,21 +174,21 @@ TEST_P(ArchiveOf, WhatHasAFaultOrIsNotFiniteIsNotWritten) {
             "thing to write: parts[0][1].matrix[1][0]: it is not finite; reset the filter");
   EXPECT_EQ(said([](Whole* bad) { bad->vector[1] = HUGE_VAL; }),
             "thing to write: vector[1]: it is not finite; reset the filter");
-  EXPECT_EQ(content_of(path_), before);
-  EXPECT_THROW(write_saved(GetParam(), folder_ + "/none/file", whole), Error);
+  EXPECT_EQ(directory_.content("file"), before);
+  EXPECT_THROW(write_saved(GetParam(), directory_.file("none/file"), whole), Error);
 }
 
 // Cut off anywhere, it is refused in one line that names the file; a binary one however a bit is
 // turned over.
 TEST_P(ArchiveOf, DamageIsRefused) {
   write_saved(GetParam(), path_, example());
-  const std::string whole = content_of(path_);
+  const std::string whole = directory_.content("file");
   const auto expect_refused = [&](const std::string& content, std::size_t place) {
     put(content);
     const std::string said = refusal();
     ASSERT_EQ(said.rfind("a file " + path_, 0), 0u) << said << " at byte " << place;
     ASSERT_EQ(said.find_first_of("\n\r"), std::string::npos) << said;
-    ASSERT_NE(said.find("; "), std::string::npos) << said;
+    ASSERT_TRUE(says(said, "; "));
   };
   const std::size_t last = GetParam().is_text ? whole.size() - 2 : whole.size() - 1;
   for (std::size_t place = 0; place <= last; ++place) {
@@ -229,9 +213,9 @@ TEST_P(ArchiveOf, WhatIsNoSuchFileIsRefusedAndNotTold) {
                            " is of the format \"pf_resampling thing 6\"; this program reads "
                            "\"pf_resampling thing 7\": give another");
   std::filesystem::remove(path_);
-  EXPECT_NE(refusal().find("cannot be read"), std::string::npos);
+  EXPECT_TRUE(says(refusal(), "cannot be read"));
   std::filesystem::create_directory(path_);
-  EXPECT_NE(refusal().find("is not a file"), std::string::npos);
+  EXPECT_TRUE(says(refusal(), "is not a file"));
 }
 
 std::string name_of(const testing::TestParamInfo<FileKind>& kind) {
@@ -244,7 +228,7 @@ struct ArchiveOfText : ArchiveOf {};
 // A person may have edited it.
 TEST_P(ArchiveOfText, SaysWhichValueDoesNotFit) {
   write_saved(GetParam(), path_, example());
-  const std::string whole = content_of(path_);
+  const std::string whole = directory_.content("file");
   const struct {
     const char *from, *to, *said;
   } cases[] = {

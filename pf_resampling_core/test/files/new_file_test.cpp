@@ -17,6 +17,8 @@
 #include <sstream>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -25,53 +27,24 @@ namespace fs = std::filesystem;
 
 class NewFiles : public testing::Test {
  protected:
-  NewFiles() {
-    std::string folder = testing::TempDir() + "new_file_XXXXXX";
-    folder_ = mkdtemp(folder.data());
-  }
-  ~NewFiles() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return directory_.file(name); }
   std::string with(const std::string& name, const std::string& content) const {
-    std::ofstream(path(name), std::ios::binary) << content;
-    return path(name);
+    return directory_.write(name, content);
   }
-  std::string content(const std::string& name) const {
-    std::ifstream stream(path(name), std::ios::binary);
-    std::ostringstream content;
-    content << stream.rdbuf();
-    return content.str();
-  }
+  std::string content(const std::string& name) const { return directory_.content(name); }
   mode_t mode(const std::string& name) const {
     struct stat there {};
     lstat(path(name).c_str(), &there);
     return there.st_mode;
   }
-  std::set<std::string> listing() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      names.insert(entry.path().filename().string());
-    }
-    return names;
-  }
-  using Names = std::set<std::string>;
 
-  fs::path folder_;
+  TemporaryDirectory directory_;
 };
 
 void write_whole(const std::string& path) {
   NewFile file(path, "the file");
   file.write("new");
   file.finish();
-}
-
-std::string refusal(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST_F(NewFiles, AreThereWholeOrNotAtAll) {
@@ -82,12 +55,12 @@ TEST_F(NewFiles, AreThereWholeOrNotAtAll) {
     EXPECT_EQ(content("a"), "old");
   }
   EXPECT_EQ(content("a"), "old");
-  EXPECT_EQ(listing(), Names{"a"});
+  EXPECT_EQ(directory_.listing(), "a");
   write_whole(path("a"));
   write_whole(path("b"));
   EXPECT_EQ(content("a"), "new");
   EXPECT_EQ(content("b"), "new");
-  EXPECT_EQ(listing(), (Names{"a", "b"}));
+  EXPECT_EQ(directory_.listing(), "a b");
 }
 
 TEST_F(NewFiles, HaveTheModeOfTheOldOne) {
@@ -121,7 +94,7 @@ TEST_F(NewFiles, ReplaceRegularFilesOnly) {
   // A device like /dev/null; only root can make one.
   const bool has_device = mknod(path("device").c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0;
 
-  const Names before = listing();
+  const std::string before = directory_.listing();
   const struct {
     const char* name;
     const char* said;
@@ -139,7 +112,7 @@ TEST_F(NewFiles, ReplaceRegularFilesOnly) {
         << test.name << ": " << said;
     EXPECT_EQ(mode(test.name), mode_before) << test.name;
   }
-  EXPECT_EQ(listing(), before);
+  EXPECT_EQ(directory_.listing(), before);
   EXPECT_EQ(content("target"), "old");
   EXPECT_EQ(content("read_only"), "old");
   EXPECT_NE(refusal([] { write_whole(""); }), "");
@@ -162,14 +135,14 @@ TEST_F(NewFiles, ReplaceNamesThatAreTaken) {
   EXPECT_EQ(content("a"), "new");
   EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(path("a"))));
   EXPECT_EQ(content("victim"), "old");
-  EXPECT_EQ(listing().size(), 2u);
+  EXPECT_EQ(directory_.listing(), "a victim");
 }
 
 TEST_F(NewFiles, AreNeitherReadNorWrittenTwice) {
   const FileOfRun in{with("in", "x"), "in.bag"};
   fs::create_hard_link(in.path, path("other_name"));
   fs::create_symlink(in.path, path("link"));
-  fs::create_directory_symlink(folder_, path("way"));
+  fs::create_directory_symlink(directory_.path(), path("way"));
   for (const char* name : {"in", "./in", "other_name", "way/in"}) {
     EXPECT_EQ(refusal([&] {
                 require_separate({{path(name), "--out"}}, {in});
@@ -209,7 +182,7 @@ TEST_F(NewFiles, LeaveNothingBehindWhenAProcessIsKilled) {
     int status = 0;
     waitpid(child, &status, 0);
     ASSERT_TRUE(WIFSIGNALED(status)) << strsignal(signal);
-    EXPECT_EQ(listing(), Names{"a"}) << strsignal(signal);
+    EXPECT_EQ(directory_.listing(), "a") << strsignal(signal);
     EXPECT_EQ(content("a"), "old");
   }
 }

@@ -8,6 +8,7 @@
 
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/health/unknown_place.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -117,7 +118,7 @@ TEST(Health, AMapsPastThatIsOneHistoryIsDepletedUnlessItComesBack) {
   EXPECT_EQ(health_of(inputs), Health::healthy);
   inputs.needs_past = true;
   EXPECT_EQ(health_of(inputs), Health::depleted);
-  EXPECT_NE(judge_health(inputs).remedy.find("redraw"), std::string::npos);
+  EXPECT_TRUE(says(judge_health(inputs).remedy, "redraw"));
   inputs.renews_past = true;
   EXPECT_EQ(health_of(inputs), Health::healthy);
   inputs.renews_past = false;

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -86,15 +87,9 @@ TEST(WorkerPool, StopsWithoutEverHavingWorked) {
 
 TEST(WorkerPool, RefusesAnImpossibleNumberOfThreads) {
   for (const int threads : {0, -1, 1025}) {
-    try {
-      WorkerPool pool(threads);
-      ADD_FAILURE() << threads << " threads were taken";
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find("threads is " + std::to_string(threads)),
-                std::string::npos)
-          << error.what();
-      EXPECT_NE(std::string(error.what()).find("[1, 1024]"), std::string::npos) << error.what();
-    }
+    const std::string said = refusal([&] { WorkerPool pool(threads); });
+    EXPECT_TRUE(says(said, "threads is " + std::to_string(threads)));
+    EXPECT_TRUE(says(said, "[1, 1024]"));
   }
 }
 

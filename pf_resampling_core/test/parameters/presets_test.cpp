@@ -7,6 +7,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/presets.hpp"
 #include "pf_resampling_core/filters/fastslam/presets.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -61,25 +62,17 @@ TEST(Presets, LeaveWhatTheUserGave) {
 }
 
 TEST(Presets, AnUnknownNameIsRefusedWithTheChoices) {
-  try {
-    preset_named(kPresets, "best");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "unknown preset 'best'; known are plain, many, paper");
-  }
+  EXPECT_EQ(refusal([&] { preset_named(kPresets, "best"); }),
+            "unknown preset 'best'; known are plain, many, paper");
   std::string name = "plain";
   const ParameterList parameters = {preset_parameter(kPresets, &name)};
-  try {
-    set_parameter(parameters, "preset", "best");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "parameter preset is 'best', has to be one of plain, many, paper");
-  }
+  EXPECT_EQ(refusal([&] { set_parameter(parameters, "preset", "best"); }),
+            "parameter preset is 'best', has to be one of plain, many, paper");
   EXPECT_EQ(name, "plain");
   set_parameter(parameters, "preset", "many");
   EXPECT_EQ(name, "many");
   for (const Preset& preset : kPresets) {
-    EXPECT_NE(parameters[0].help.find(preset.name + ": " + preset.meaning), std::string::npos);
+    EXPECT_TRUE(says(parameters[0].help, preset.name + ": " + preset.meaning));
   }
 }
 

@@ -233,38 +233,6 @@ TEST_P(AMillionParticles, AreTakenAsTheirWeightsSay) {
   expect_patterns({GetParam(), Weights::random, 1000000, 1000000}, 40, 3);
 }
 
-// Kwak eq. 3: E[counts_k] = M p_k, whatever the weights, with p written down from the ranks by
-// hand.
-TEST(RankBased, TakesParticlesAsOftenAsTheirRankSays) {
-  // Ranks: 2nd; 1st; 5th; two share 3rd and 4th; the last two share 6th and 7th... of 7.
-  Eigen::ArrayXd weights(7);
-  weights << 0.2, 0.5, 0.05, 0.1, 0.1, 0.025, 0.025;
-  const double ranks[] = {2.0, 1.0, 5.0, 3.5, 3.5, 6.5, 6.5};
-  for (const double rank_max : {1.0, 1.5, 2.0}) {
-    ResamplingOptions options;
-    options.scheme = ResamplingScheme::rank_based;
-    options.rank_max = rank_max;
-    for (const int size : {7, 3, 12}) {
-      Resampler resampler(options);
-      Statistics statistics(7);
-      for (std::uint32_t trial = 0; trial < 20000; ++trial) {
-        const ResamplingResult result =
-            resampler.resample(weights, size, RandomStream(4, RandomPurpose::test, trial));
-        for (int k = 0; k < 7; ++k) {
-          statistics.add(static_cast<std::size_t>(k), result.counts[k] / static_cast<double>(size));
-        }
-        statistics.end_trial();
-      }
-      for (std::size_t k = 0; k < 7; ++k) {
-        const double rank_min = 2.0 - rank_max;
-        const double expected = (rank_max - (rank_max - rank_min) * (ranks[k] - 1.0) / 6.0) / 7.0;
-        EXPECT_NEAR(statistics.mean(k), expected, statistics.bound(k, 1.0 / size) + 1e-13)
-            << "particle " << k << " rank_max " << rank_max << " size " << size;
-      }
-    }
-  }
-}
-
 // The inner scheme draws for rank_based and partial: with each of them the means stay.
 class InnerScheme : public testing::TestWithParam<ResamplingScheme> {};
 

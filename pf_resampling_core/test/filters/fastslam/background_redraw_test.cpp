@@ -13,6 +13,7 @@
 
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "pf_resampling_core/test/filters/fastslam/circle_drive.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -59,17 +59,13 @@ inline std::vector<Step> drive(int steps, bool with_ids, std::uint64_t seed) {
       const Eigen::Vector2d offset = places[k] - Eigen::Vector2d(step.truth.x, step.truth.y);
       const double bearing = wrap_angle(std::atan2(offset.y(), offset.x()) - step.truth.heading);
       if (offset.norm() > kReach || std::abs(bearing) > 2.0) continue;
-      RangeBearingObservation z;
-      z.id = with_ids ? static_cast<int>(k) : -1;
-      z.range = offset.norm() + kRangeSigma * noise.normal(10 + 2 * k);
-      z.bearing = wrap_angle(bearing + kBearingSigma * noise.normal(11 + 2 * k));
-      step.observations.push_back(z);
+      step.observations.push_back({with_ids ? static_cast<int>(k) : -1,
+                                   offset.norm() + kRangeSigma * noise.normal(10 + 2 * k),
+                                   wrap_angle(bearing + kBearingSigma * noise.normal(11 + 2 * k))});
     }
     if (!with_ids && t % 5 == 2) {
-      RangeBearingObservation clutter;
-      clutter.range = 1.0 + 4.0 * noise.uniform(100);
-      clutter.bearing = 2.0 * noise.uniform(101) - 1.0;
-      step.observations.push_back(clutter);
+      step.observations.push_back(
+          {-1, 1.0 + 4.0 * noise.uniform(100), 2.0 * noise.uniform(101) - 1.0});
     }
     all.push_back(step);
   }

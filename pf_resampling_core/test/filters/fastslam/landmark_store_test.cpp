@@ -248,80 +248,6 @@ class LandmarkStoreTest : public testing::Test {
   using Values = std::vector<double>;
 };
 
-TEST_F(LandmarkStoreTest, ANewRowIsZeroAndHeldByNone) {
-  LandmarkStore store(3);
-  const int number = store.add(17);
-  EXPECT_EQ(store.birth(number), 17);
-  const LandmarkRow row = store.row(number);
-  for (int i = 0; i < 3; ++i) {
-    for (const double* field : fields_of(row)) EXPECT_EQ(field[i], 0.0);
-    EXPECT_EQ(row.held[i], 0);
-  }
-}
-
-TEST_F(LandmarkStoreTest, AStepIsTakenOnce) {
-  LandmarkStore store(3);
-  const int row = add_numbered(&store);
-  store.select(indices({1, 2, 0}));
-  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 0}));
-  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 0}));
-  store.blend({{2, 1, 0.25}}, CovarianceTreatment::keep);
-  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 1.5}));
-  EXPECT_EQ(x_of(&store, row), (Values{1, 2, 1.5}));
-}
-
-TEST_F(LandmarkStoreTest, NoStepIsSkipped) {
-  LandmarkStore store(3);
-  const int row = add_numbered(&store);
-  // A rotation, an identity that needs no entry, a blend, a rotation back, and so on.
-  store.select(indices({1, 2, 0}));
-  store.select(indices({0, 1, 2}));
-  EXPECT_EQ(store.log_length(), 1);
-  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);  // 1.5 2 0
-  store.blend({}, CovarianceTreatment::keep);
-  EXPECT_EQ(store.log_length(), 2);
-  store.blend({{2, 0, 0.5}}, CovarianceTreatment::keep);  // 1.5 2 0.75
-  store.select(indices({2, 0, 1}));
-  store.select(indices({2, 0, 1}));  // twice: 2 0.75 1.5
-  EXPECT_EQ(x_of(&store, row), (Values{2, 0.75, 1.5}));
-}
-
-TEST_F(LandmarkStoreTest, ARowTakesNoStepFromBeforeItsTime) {
-  LandmarkStore store(2);
-  const int first = add_numbered(&store);
-  store.select(indices({1, 0}));
-  const int second = add_numbered(&store);
-  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);
-  const int third = add_numbered(&store);
-  EXPECT_EQ(x_of(&store, first), (Values{0.5, 0}));
-  EXPECT_EQ(x_of(&store, second), (Values{0.5, 1}));
-  EXPECT_EQ(x_of(&store, third), (Values{0, 1}));
-}
-
-TEST_F(LandmarkStoreTest, AReusedNumberInheritsNothing) {
-  LandmarkStore store(2);
-  const int first = add_numbered(&store, 5);
-  const int witness = add_numbered(&store, 6);
-  store.select(indices({1, 1}));
-  store.remove(first);
-  EXPECT_FALSE(store.is_used(first));
-  store.blend({{0, 1, 0.5}}, CovarianceTreatment::keep);
-  const int again = store.add(7);
-  EXPECT_EQ(again, first);
-  EXPECT_EQ(store.rows(), 2);
-  EXPECT_EQ(store.birth(again), 7);
-  const LandmarkRow row = store.row(again);
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(row.x[i], 0.0);
-    EXPECT_EQ(row.held[i], 0);
-    row.x[i] = 10.0 * i;
-    row.held[i] = 1;
-  }
-  store.select(indices({1, 0}));
-  EXPECT_EQ(x_of(&store, again), (Values{10, 0}));
-  EXPECT_EQ(x_of(&store, witness), (Values{1, 1}));
-}
-
 TEST_F(LandmarkStoreTest, BlendsOnlyWhatBothHold) {
   for (const CovarianceTreatment treatment : all_values<CovarianceTreatment>()) {
     LandmarkStore store(4);
@@ -351,18 +277,6 @@ TEST_F(LandmarkStoreTest, BlendsOnlyWhatBothHold) {
     EXPECT_EQ(now.held[0] + now.held[3], 0);
     EXPECT_EQ(now.x[2], 2.0);
   }
-}
-
-TEST_F(LandmarkStoreTest, TheNumberOfParticlesChanges) {
-  LandmarkStore store(3);
-  const int row = add_numbered(&store);
-  store.select(indices({2, 2, 0, 1, 1}));
-  EXPECT_EQ(store.particles(), 5);
-  const int later = add_numbered(&store);
-  store.select(indices({4, 0}));
-  EXPECT_EQ(store.particles(), 2);
-  EXPECT_EQ(x_of(&store, row), (Values{1, 2}));
-  EXPECT_EQ(x_of(&store, later), (Values{4, 0}));
 }
 
 TEST_F(LandmarkStoreTest, TheLogIsForgottenWhenAllHavePassed) {
@@ -434,15 +348,6 @@ TEST_F(LandmarkStoreTest, RowsDoNotMoveUntilThePopulationChanges) {
   EXPECT_EQ(store.row(first).x, row.x);
   EXPECT_EQ(store.row(first).held, row.held);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(row.y) % 64, 0u);
-}
-
-TEST_F(LandmarkStoreTest, CanBeMoved) {
-  LandmarkStore store(2);
-  const int row = add_numbered(&store);
-  store.select(indices({1, 0}));
-  LandmarkStore other(7);
-  other = std::move(store);
-  EXPECT_EQ(x_of(&other, row), (Values{1, 0}));
 }
 
 TEST_F(LandmarkStoreTest, ErrorsChangeNothing) {

@@ -11,26 +11,26 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
 
 class MapFile : public testing::Test {
  protected:
-  MapFile() {
-    std::string folder = testing::TempDir() + "map_file_XXXXXX";
-    folder_ = mkdtemp(folder.data());
-    path_ = folder_ + "/a.map";
-  }
-  ~MapFile() override { std::filesystem::remove_all(folder_); }
+  std::string content() const { return directory_.content("a.map"); }
 
-  std::ptrdiff_t files() const {
-    return std::distance(std::filesystem::directory_iterator(folder_),
-                         std::filesystem::directory_iterator());
+  // That a map is read as it was written: what is read is written as the same.
+  void expect_comes_back(const SavedMap& map) const {
+    write_map_file(path_, map);
+    const std::string written = content();
+    write_map_file(path_, read_map_file(path_));
+    EXPECT_EQ(content(), written);
   }
 
-  std::string folder_;
-  std::string path_;
+  TemporaryDirectory directory_;
+  std::string path_ = directory_.file("a.map");
 };
 
 // Values whose decimals do not end, the smallest and the largest, and minus zero.
@@ -73,68 +73,6 @@ SavedMap small_map() {
   return map;
 }
 
-// One map, written out as a list of numbers to compare to the bit.
-std::vector<double> numbers_of(const SavedMap& map) {
-  std::vector<double> all = {map.pose.mean.x,
-                             map.pose.mean.y,
-                             map.pose.mean.heading,
-                             map.view_range,
-                             map.view_bearing,
-                             static_cast<double>(map.step),
-                             static_cast<double>(map.next_id),
-                             static_cast<double>(map.observations_since_renewal)};
-  const auto add = [&all](const auto& matrix) {
-    for (Eigen::Index i = 0; i < matrix.size(); ++i) all.push_back(matrix.data()[i]);
-  };
-  add(map.pose.covariance);
-  add(map.odometry_errors.velocity);
-  add(map.odometry_errors.covariance);
-  add(map.odometry_errors.means);
-  for (const SavedLandmark& landmark : map.landmarks) {
-    all.push_back(static_cast<double>(landmark.estimate.id));
-    add(landmark.estimate.mean);
-    add(landmark.estimate.covariance);
-    all.insert(all.end(), {landmark.estimate.held, landmark.estimate.log_odds});
-    add(landmark.last_seen);
-  }
-  const FastSlamParticles& particles = map.particles;
-  for (const Eigen::ArrayXd* column :
-       {&particles.x, &particles.y, &particles.heading, &particles.log_weight, &particles.weight}) {
-    add(*column);
-  }
-  for (const std::vector<ParticleLandmark>& landmarks : map.particle_maps) {
-    all.push_back(static_cast<double>(landmarks.size()));
-    for (const ParticleLandmark& landmark : landmarks) {
-      all.push_back(static_cast<double>(landmark.id));
-      add(landmark.mean);
-      add(landmark.covariance);
-      all.push_back(landmark.log_odds);
-    }
-  }
-  return all;
-}
-
-void expect_same(const SavedMap& a, const SavedMap& b) {
-  EXPECT_EQ(a.frame, b.frame);
-  EXPECT_EQ(a.association, b.association);
-  ASSERT_EQ(a.landmarks.size(), b.landmarks.size());
-  ASSERT_EQ(a.particles.size(), b.particles.size());
-  const std::vector<double> of_a = numbers_of(a);
-  const std::vector<double> of_b = numbers_of(b);
-  ASSERT_EQ(of_a.size(), of_b.size());
-  for (std::size_t i = 0; i < of_a.size(); ++i) {
-    EXPECT_EQ(of_a[i], of_b[i]) << "number " << i;
-    EXPECT_EQ(std::signbit(of_a[i]), std::signbit(of_b[i])) << "number " << i;
-  }
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
-
 void write(const std::string& path, const std::string& content) {
   // A file that is cut to nothing and written again some file systems bring to the disk each time.
   std::filesystem::remove(path);
@@ -143,12 +81,7 @@ void write(const std::string& path, const std::string& content) {
 
 // What is said of a file; empty if it is read.
 std::string refusal(const std::string& path) {
-  try {
-    read_map_file(path);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return pf_resampling::refusal([&] { read_map_file(path); });
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -159,9 +92,14 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST_F(MapFile, ComesBackToTheBit) {
   const SavedMap map = small_map();
-  write_map_file(path_, map);
-  expect_same(map, read_map_file(path_));
-  EXPECT_EQ(files(), 1);
+  expect_comes_back(map);
+  const SavedMap read = read_map_file(path_);
+  EXPECT_EQ(read.pose.mean.x, map.pose.mean.x);
+  EXPECT_EQ(read.particles.y[1], map.particles.y[1]);
+  EXPECT_EQ(read.particle_maps[1][1].log_odds, 1.0 / 9.0);
+  EXPECT_EQ(read.landmarks[1].last_seen, map.landmarks[1].last_seen);
+  EXPECT_TRUE(std::signbit(read.landmarks[0].estimate.mean.y()));
+  EXPECT_EQ(directory_.listing(), "a.map");
 }
 
 // The format itself, as doc/saved_files.md has it. Another one needs another number in the first
@@ -240,7 +178,7 @@ TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   EXPECT_EQ(map.odometry_errors.means(1, 2), 1.0);
   EXPECT_EQ(map.observations_since_redraw, 5);
   write_map_file(path_, map);
-  EXPECT_EQ(content_of(path_), documented);
+  EXPECT_EQ(content(), documented);
 }
 
 TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
@@ -248,11 +186,9 @@ TEST_F(MapFile, ComesBackWithoutParticlesAndWithoutLandmarks) {
   map.particles = {};
   map.particle_maps.clear();
   map.odometry_errors.means.resize(0, OdometryErrorEstimator::kCount);
-  write_map_file(path_, map);
-  expect_same(map, read_map_file(path_));
+  expect_comes_back(map);
   map.landmarks.clear();
-  write_map_file(path_, map);
-  expect_same(map, read_map_file(path_));
+  expect_comes_back(map);
 }
 
 TEST_F(MapFile, AWeightOfZeroComesBack) {
@@ -261,14 +197,13 @@ TEST_F(MapFile, AWeightOfZeroComesBack) {
   map.particles.log_weight[0] = -std::numeric_limits<double>::infinity();
   map.particles.weight[1] = 1.0;
   map.particles.log_weight[1] = 0.0;
-  write_map_file(path_, map);
-  expect_same(map, read_map_file(path_));
+  expect_comes_back(map);
 }
 
 // Files of the right form, of which the content makes no sense.
 TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
   write_map_file(path_, small_map());
-  const std::string whole = content_of(path_);
+  const std::string whole = content();
   const struct {
     const char* from;
     const char* to;
@@ -306,47 +241,21 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     write(path_, replaced(whole, test.from, test.to));
     const std::string said = refusal(path_);
     EXPECT_EQ(said.rfind("map file " + path_, 0), 0u) << said;
-    EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    EXPECT_TRUE(says(said, test.said));
+    EXPECT_FALSE(says(said, "\n"));
   }
 }
 
 TEST_F(MapFile, RefusesWhatIsNoFile) {
-  EXPECT_NE(refusal(folder_ + "/none.map").find("cannot be read"), std::string::npos);
-  EXPECT_NE(refusal(folder_).find("is not a file"), std::string::npos);
+  EXPECT_TRUE(says(refusal(directory_.file("none.map")), "cannot be read"));
+  EXPECT_TRUE(says(refusal(directory_.path()), "is not a file"));
   write(path_, "");
-  EXPECT_NE(refusal(path_).find("is not how a map begins"), std::string::npos);
+  EXPECT_TRUE(says(refusal(path_), "is not how a map begins"));
 }
 
 TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
-  const SavedMap good = small_map();
-  write_map_file(path_, good);
-  const std::string before = content_of(path_);
-  const std::vector<std::function<void(SavedMap*)>> faults = {
-      [](SavedMap* map) { map->frame = "two words"; },
-      [](SavedMap* map) { map->pose.mean.x = std::nan(""); },
-      [](SavedMap* map) { map->pose.covariance(0, 1) = 1.0; },
-      [](SavedMap* map) { map->landmarks[0].estimate.mean.x() = HUGE_VAL; },
-      [](SavedMap* map) { map->landmarks[0].estimate.covariance(0, 1) = 1.0; },
-      [](SavedMap* map) { std::swap(map->landmarks[0], map->landmarks[1]); },
-      [](SavedMap* map) { map->particles.weight[0] = 0.5; },
-      [](SavedMap* map) { resize_columns(1, &map->particles); },
-      [](SavedMap* map) { map->particles.heading.conservativeResize(1); },
-      [](SavedMap* map) { map->particle_maps.pop_back(); },
-      [](SavedMap* map) { map->particle_maps[1][0].log_odds = std::nan(""); },
-      [](SavedMap* map) { map->landmarks.pop_back(); },
-  };
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    SavedMap bad = good;
-    faults[i](&bad);
-    EXPECT_THROW(write_map_file(path_, bad), Error) << "fault " << i;
-    EXPECT_EQ(content_of(path_), before);
-    EXPECT_EQ(files(), 1);
-  }
-}
-
-// Of what no file can hold: the words that name it, and the remedy.
-TEST_F(MapFile, SaysWhatIsWrongWithAMapInMemory) {
+  write_map_file(path_, small_map());
+  const std::string before = content();
   const struct {
     std::function<void(SavedMap*)> damage;
     std::string said;
@@ -378,18 +287,27 @@ TEST_F(MapFile, SaysWhatIsWrongWithAMapInMemory) {
       {[](SavedMap* map) { map->odometry_errors.covariance(4, 4) = 1e236; }, "is beyond 1e18"},
       {[](SavedMap* map) { map->odometry_errors.covariance(0, 1) += 1e-3; },
        "is not positive semidefinite"},
+      {[](SavedMap* map) { map->frame = "two words"; }, "name of the frame"},
+      {[](SavedMap* map) { map->pose.mean.x = std::nan(""); }, "pose"},
+      {[](SavedMap* map) { map->landmarks[0].estimate.mean.x() = HUGE_VAL; }, "position of"},
+      {[](SavedMap* map) { map->landmarks[0].estimate.covariance(0, 1) = 1.0; }, "landmark 3"},
+      {[](SavedMap* map) { std::swap(map->landmarks[0], map->landmarks[1]); }, "comes after"},
+      {[](SavedMap* map) { map->particles.weight[0] = 0.5; }, "particle 0: the weight"},
+      {[](SavedMap* map) { resize_columns(1, &map->particles); }, "maps of particles"},
+      {[](SavedMap* map) { map->particles.heading.conservativeResize(1); }, "heading"},
+      {[](SavedMap* map) { map->particle_maps.pop_back(); }, "maps of particles"},
+      {[](SavedMap* map) { map->particle_maps[1][0].log_odds = std::nan(""); }, "particle 1"},
+      {[](SavedMap* map) { map->landmarks.pop_back(); }, "is not in the list"},
   };
   for (const auto& test : cases) {
     SavedMap bad = small_map();
     test.damage(&bad);
-    try {
-      check_saved_map(bad);
-      ADD_FAILURE() << "taken: " << test.said;
-    } catch (const Error& error) {
-      const std::string said = error.what();
-      EXPECT_NE(said.find(test.said), std::string::npos) << said << " instead of " << test.said;
-      EXPECT_NE(said.find("save the map again or repair it"), std::string::npos) << said;
-    }
+    const std::string said = pf_resampling::refusal([&] { check_saved_map(bad); });
+    EXPECT_TRUE(says(said, test.said));
+    EXPECT_TRUE(says(said, "save the map again or repair it"));
+    EXPECT_THROW(write_map_file(path_, bad), Error) << test.said;
+    EXPECT_EQ(content(), before);
+    EXPECT_EQ(directory_.listing(), "a.map");
   }
 }
 

@@ -13,11 +13,7 @@ namespace pf_resampling {
 namespace {
 
 RangeBearingObservation seen(double x, double y, int id) {
-  RangeBearingObservation z;
-  z.id = id;
-  z.range = std::hypot(x, y);
-  z.bearing = std::atan2(y, x);
-  return z;
+  return {id, std::hypot(x, y), std::atan2(y, x)};
 }
 
 FastSlamOptions some_options(int particles) {
@@ -84,9 +80,7 @@ TEST(OddObservations, ANewLandmarkHasTheDensityOfNewOnes) {
   FastSlamOptions options = some_options(10);
   options.association.new_landmark_share = 0.1;
   FastSlam filter(options, 1);
-  RangeBearingObservation z;
-  z.range = 4.0;
-  z.bearing = -0.5;
+  RangeBearingObservation z = {-1, 4.0, -0.5};
   filter.update({}, {z});
   EXPECT_NEAR(filter.status().log_likelihood, std::log(0.1 / (4.0 * 2.0 * 0.5)), 1e-9);
 }

@@ -36,10 +36,7 @@ TEST(SavedMap, ALoadedFilterGoesOnToTheBit) {
   for (const DataAssociation method : all_data_associations()) {
     std::vector<Step> steps = drive(60, method == DataAssociation::known, 5);
     // Seen only once, and farther than all else: how far landmarks are missed depends on it.
-    RangeBearingObservation far;
-    far.id = method == DataAssociation::known ? 99 : -1;
-    far.range = 9.0;
-    steps[0].observations.push_back(far);
+    steps[0].observations.push_back({method == DataAssociation::known ? 99 : -1, 9.0});
     for (const Renewal renewal : all_values<Renewal>()) {
       for (const Schedule schedule : {Schedule::effective_sample_size, Schedule::every_n}) {
         FastSlamOptions options = some_options(method);
