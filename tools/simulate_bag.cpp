@@ -35,10 +35,8 @@ CommandLine command_line() {
       "Simulates a drive and writes the bag that the robot would have recorded, with the\nground "
       "truth. The same world, seed and options give the same bytes.\nWorlds: " +
           joined(builtin_worlds(), ", ") +
-          ", or the path of\na YAML file like those in config/worlds, or of a map of the public "
-          "FastSLAM simulator\n(.mat, as text, with landmarks lm and waypoints wp), driven by the "
-          "robot of indoor_two_loops\nwith a sensor range of 30 m.");
-  line.positional("WORLD", "name of a world, or path of a world's YAML file or of a map");
+          ", or the path of\na YAML file like those in config/worlds.");
+  line.positional("WORLD", "name of a world, or path of a world's YAML file");
   line.positional("out.bag", "the bag to write");
   line.reads("WORLD");
   line.writes("out.bag");
@@ -64,7 +62,6 @@ CommandLine command_line() {
   line.example("simulate_bag indoor_two_loops loops.bag --unknown-ids");
   line.example("simulate_bag indoor_two_loops hour.bag --repeat --duration 3600");
   line.example("simulate_bag my_world.yaml my_world.bag");
-  line.example("simulate_bag example_webmap.mat webmap.bag --speed 2");
   return line;
 }
 

@@ -9,11 +9,10 @@
 #include <rosbag/view.h>
 
 #include <cmath>
-#include <filesystem>
 #include <map>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
-#include "test/places.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
@@ -193,91 +192,28 @@ TEST_F(SimulateBag, OdometryStatesItsNoise) {
   EXPECT_EQ(noise->across, 0.0);
 }
 
-TEST_F(SimulateBag, TakesMapsOfThePublicSimulator) {
-  // Straight along x, then a landmark at either end.
-  const std::string text = directory_.write(
-      "text.mat", "#type columns rows\nlm 2 2\n5.0 1.0\n 30 -1\n\nwp 2 2\n 0 0\n 20 0\n");
-  const std::string path = simulate(text, "text.bag");
-  const auto map = messages<LandmarkMap>(path, "/ground_truth_landmarks");
-  ASSERT_EQ(map.size(), 1u);
-  ASSERT_EQ(map[0].landmarks.size(), 2u);
-  EXPECT_EQ(map[0].landmarks[1].position.x, 30.0);
-  EXPECT_EQ(map[0].landmarks[1].position.y, -1.0);
-  const auto truth = messages<geometry_msgs::PoseStamped>(path, "/ground_truth");
-  EXPECT_NEAR(truth.back().pose.position.x, 18.4, 0.1);  // 1.6 m before the last way-point
-
-  const std::string maps = std::string(kDatasetsFolder) + "/simulation_maps";
-  if (!std::filesystem::exists(maps)) GTEST_SKIP() << "the data set is not there: " << maps;
-  const std::vector<std::pair<std::string, std::size_t>> sizes = {
-      {"webmap", 35}, {"loop1", 22}, {"loop902", 117}};  // the lines "lm 2 N" of the files
-  for (const auto& [name, landmarks] : sizes) {
-    std::string map_file = maps;
-    map_file.append("/example_").append(name).append(".mat");
-    const auto found =
-        messages<LandmarkMap>(simulate(map_file, name + ".bag"), "/ground_truth_landmarks");
-    ASSERT_EQ(found.size(), 1u);
-    EXPECT_EQ(found[0].landmarks.size(), landmarks) << name;
-  }
-}
-
-TEST_F(SimulateBag, NamesTheLineOfABadMap) {
-  const std::vector<std::pair<std::string, std::string>> bad = {
-      {"MATLAB 5.0 MAT-file", ": is a MATLAB file; write it as text: lm 2 N"},
-      {"points 2 1\n", ":1: 'points' where lm or wp"},
-      {"lm 3 1\n1 2 3\n", ":1: lm has to be followed by 2"},
-      {"lm 2 2\n1 2\n1 x\n", ":3: not a point"},
-      {"lm 2 5\n1 2\n", "ends 4 points early"},
-      {"lm 2 1\n1 2\nwp 2 1\n0 0\n", "fewer than two waypoints"}};
-  for (const auto& [text, words] : bad) {
-    const std::string map = directory_.write("map.mat", text);
-    const ProgramResult result =
-        run_program("simulate_bag " + map + " " + directory_.file("o.bag"));
-    EXPECT_EQ(result.exit_code, 1);
-    EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
-    EXPECT_NE(result.error.find(words), std::string::npos) << result.error;
-  }
-  const ProgramResult result =
-      run_program("simulate_bag indoor_two_loops " + directory_.file("o.bag") + " --speed -1");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_NE(result.error.find("robot/speed"), std::string::npos) << result.error;
-}
-
 TEST_F(SimulateBag, SaysInOneLineWhatIsWrong) {
   const std::string out = directory_.file("out.bag");
-  ProgramResult result = run_program("simulate_bag beacons_square " + out);
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
-  EXPECT_NE(result.error.find("beacons_circle, beacons_figure8"), std::string::npos);
-
-  result = run_program("simulate_bag " + directory_.file("missing.yaml") + " " + out);
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
-
-  const std::string world = directory_.file("bad.yaml");
-  write_file(world, "waypoints: [[0, 0]]\nrobot:\n  speed: quick\n");
-  result = run_program("simulate_bag " + world + " " + out);
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
-  EXPECT_NE(result.error.find("bad.yaml, line 3: robot/speed"), std::string::npos) << result.error;
-
-  for (const std::string& arguments :
-       {std::string("beacons_circle"), "beacons_circle " + out + " --seed x",
-        "beacons_circle " + out + " --seed -1", "beacons_circle " + out + " --duration 0",
-        "beacons_circle " + out + " --duration nan", "beacons_circle " + out + " --beacons-z 1,2",
-        "beacons_circle " + out + " --beacon 1"}) {
-    result = run_program("simulate_bag " + arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments << ": " << result.error;
+  const auto expect_refused = [](const std::string& arguments, int exit_code,
+                                 const std::string& words) {
+    const ProgramResult result = run_program("simulate_bag " + arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << arguments << ": " << result.error;
     EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << arguments << ": " << result.error;
+    EXPECT_TRUE(says(result.error, words));
+  };
+  const std::string bad =
+      directory_.write("bad.yaml", "waypoints: [[0, 0]]\nrobot:\n  speed: quick\n");
+  expect_refused("beacons_square " + out, 1, "beacons_circle, beacons_figure8");
+  expect_refused(directory_.file("missing.yaml") + " " + out, 1, "missing.yaml");
+  expect_refused(bad + " " + out, 1, "bad.yaml, line 3: robot/speed");
+  expect_refused("indoor_two_loops " + out + " --speed -1", 1, "robot/speed");
+  expect_refused("beacons_circle " + out + " --duration 1e300", 1, "duration");
+  expect_refused("beacons_circle /nowhere/out.bag --duration 1", 1, "/nowhere/out.bag");
+  for (const char* options : {"--seed x", "--seed -1", "--duration 0", "--duration nan",
+                              "--beacons-z 1,2", "--beacon 1"}) {
+    expect_refused("beacons_circle " + out + " " + options, 2, "");
   }
-
-  result = run_program("simulate_bag beacons_circle " + out + " --duration 1e300");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
-  EXPECT_NE(result.error.find("duration"), std::string::npos) << result.error;
-
-  result = run_program("simulate_bag beacons_circle /nowhere/out.bag --duration 1");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << result.error;
+  expect_refused("beacons_circle", 2, "out.bag");
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "tools/common/files.hpp"
 #include "tools/common/table.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
-#include "tools/worlds/map_file.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -204,13 +203,8 @@ World load_world(const std::string& name_or_path) {
     return world;
   }
   if (name_or_path.find('/') == std::string::npos && name_or_path.find('.') == std::string::npos) {
-    throw Error("world \"" + name_or_path +
-                "\" is unknown; known: " + joined(builtin_worlds(), ", ") +
-                ", or the path of a world's YAML file or of a map lm, wp (.mat)");
-  }
-  const std::size_t ending = name_or_path.rfind(".mat");
-  if (ending != std::string::npos && ending + 4 == name_or_path.size()) {
-    return load_map(name_or_path);
+    throw Error("world \"" + name_or_path + "\" is unknown; known: " +
+                joined(builtin_worlds(), ", ") + ", or the path of a world's YAML file");
   }
   World world = parse_world(read_file(name_or_path), name_or_path);
   world.name = name_or_path;

@@ -15,9 +15,8 @@ std::vector<std::string> builtin_worlds();
 /// or makes no sense.
 World parse_world(const std::string& text, const std::string& source);
 
-/// A world that comes with the package, by name, or from a YAML file, or, where the path ends in
-/// .mat, from a map (load_map), by path. Throws Error; for an unknown name the line lists those
-/// known.
+/// A world that comes with the package, by name, or from a YAML file, by path. Throws Error; for an
+/// unknown name the line lists those known.
 World load_world(const std::string& name_or_path);
 
 }  // namespace pf_resampling
