@@ -39,7 +39,7 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
                                      const BeaconMclSinks& sinks)
     : FilterPipeline(options, sinks), names_(names_of(options)) {
   for (const auto& [frame, place] : options_.antennas) {
-    take_mounting("antennas", frame, place);
+    frames_.add(options_.frames.base, frame, place);
   }
   if (options_.beacons.size() > static_cast<std::size_t>(options_.max_beacons)) {
     throw Error("there are " + std::to_string(options_.beacons.size()) +
@@ -128,7 +128,7 @@ std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRa
   const auto antenna = frames_.origin(options_.frames.base, without_slash(range.header.frame_id));
   if (!antenna) {
     reject({RejectReason::unknown_frame,
-            "where '" + shown_name(range.header.frame_id) + "' is on '" + options_.frames.base +
+            "where '" + range.header.frame_id + "' is on '" + options_.frames.base +
                 "' is not known: give it on /tf_static, or in the list `antennas` of the "
                 "configuration"});
     return std::nullopt;

@@ -30,7 +30,7 @@ RangeReading read_range(const sensor_msgs::Range& message, const BeaconNames& na
   const std::string& frame = message.header.frame_id;
   const std::optional<int> beacon = names.id_of(frame);
   if (!beacon) {
-    return rejected(rejection(RejectReason::unknown_beacon, "frame '", shown_name(frame),
+    return rejected(rejection(RejectReason::unknown_beacon, "frame '", frame,
                               "' does not name a beacon: change range_input/frame_pattern to match "
                               "it, or name it as `frame` in the list `beacons`"));
   }

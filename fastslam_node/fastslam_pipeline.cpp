@@ -43,7 +43,7 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
       starts_frozen_(options.filter.map.frozen),
       tags_(FramePattern(options.tag_pattern), options.frames) {
   for (const auto& [frame, place] : options_.sensors) {
-    take_mounting("sensors", frame, {place.x, place.y, 0.0}, place.heading);
+    frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
   }
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
   filter_->set_deferred_redraws(options_.deferred);
@@ -120,16 +120,14 @@ std::optional<Pose2> FastSlamPipeline::sensor_of(const std::string& frame) {
   const std::string name = without_slash(frame);
   const auto pose = frames_.pose(options_.frames.base, name);
   if (!pose) {
-    reject({RejectReason::unknown_frame, "where '" + shown_name(frame) + "' is on '" +
-                                             options_.frames.base +
+    reject({RejectReason::unknown_frame, "where '" + frame + "' is on '" + options_.frames.base +
                                              "' is not known: give it on /tf_static, or in the "
                                              "list `sensors` of the configuration"});
     return std::nullopt;
   }
   const Eigen::Matrix3d turn = pose->linear();
   if (turn(2, 2) < kUpright) {
-    reject(
-        {RejectReason::wrong_frame, "the z axis of '" + shown_name(frame) + "' does not point up"});
+    reject({RejectReason::wrong_frame, "the z axis of '" + frame + "' does not point up"});
     return std::nullopt;
   }
   return Pose2{pose->translation().x(), pose->translation().y(),

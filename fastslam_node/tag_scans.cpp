@@ -14,11 +14,6 @@ namespace {
 constexpr double kPatience = 0.03;  // s
 // Of an axis' height above the plane: half as steep as can be.
 constexpr double kSteep = 0.7;
-// Tags in an image, tags that are remembered, and images that wait for odometry: more than there
-// are of any, and little memory.
-constexpr std::size_t kMostTags = 10000;
-constexpr std::size_t kMostImages = 1000;
-
 /// Where a sensor looks: along x if its z axis points up, else along z, as the optical frames of
 /// cameras (REP 103) do; straight down, to where the image's upper edge is.
 double heading_of(const Eigen::Matrix3d& turn) {
@@ -53,34 +48,28 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   if (auto wrong = check(stamp)) return wrong;
   const std::optional<int> id = id_of(tag);
   if (!id) {
-    return rejection(RejectReason::unknown_id, "'", shown_name(tag),
+    return rejection(RejectReason::unknown_id, "'", tag,
                      "' is no landmark: let the detector report each tag of the bundle by itself "
                      "(apriltag_ros: standalone_tags)");
   }
   if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) {
-    return rejection(RejectReason::not_finite, "the position of tag '", shown_name(tag),
+    return rejection(RejectReason::not_finite, "the position of tag '", tag,
                      "' has a NaN or infinity");
   }
   const auto camera_pose = on_robot->pose(frames_.base, camera);
   if (!camera_pose) {
-    return rejection(RejectReason::unknown_frame, "where '", shown_name(camera), "', which sees '",
-                     shown_name(tag), "', is on '", frames_.base,
+    return rejection(RejectReason::unknown_frame, "where '", camera, "', which sees '", tag,
+                     "', is on '", frames_.base,
                      "' is not known: give it on /tf_static, or in the list `sensors` of the "
                      "configuration");
   }
-  // Without what it remembers, a detection that a relay repeats counts twice, once.
-  if (latest_.size() >= kMostTags) latest_.clear();
   ros::Time& latest = latest_[tag + " " + camera];
   if (std::exchange(latest, stamp) == stamp) return std::nullopt;
 
   const Pose2 sensor = {camera_pose->translation().x(), camera_pose->translation().y(),
                         heading_of(camera_pose->linear())};
   const std::string frame = camera + " from above";
-  if (!on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading)) {
-    return rejection(RejectReason::unknown_frame, "where '", shown_name(frame),
-                     "' cannot be stored: its name is longer than ", kLongestFrameName,
-                     " characters");
-  }
+  on_robot->add(frames_.base, frame, {sensor.x, sensor.y, 0.0}, sensor.heading);
   const Eigen::Vector3d place = *camera_pose * Eigen::Vector3d(t.x, t.y, t.z);
   LandmarkObservation seen;
   seen.id = *id;
@@ -88,15 +77,9 @@ std::optional<Rejection> TagScans::take(const geometry_msgs::TransformStamped& t
   seen.bearing =
       wrap_angle(std::atan2(place.y() - sensor.y, place.x() - sensor.x) - sensor.heading);
 
-  if (open_.size() >= StaticFrames::kMost && open_.count(camera) == 0) open_.clear();
   OpenScan& open = open_[camera];
   if (!open.scan.observations.empty() && open.scan.header.stamp != stamp) {
-    if (complete_.size() >= kMostImages) complete_.erase(complete_.begin());
     complete_.push_back(std::exchange(open.scan, {}));
-  }
-  if (open.scan.observations.size() >= kMostTags) {
-    return rejection(RejectReason::queue_full, "'", shown_name(camera), "' sees more than ",
-                     kMostTags, " tags at once");
   }
   open.scan.header.stamp = stamp;
   open.scan.header.frame_id = frame;

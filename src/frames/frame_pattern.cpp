@@ -1,7 +1,6 @@
 #include "src/frames/frame_pattern.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -22,8 +21,7 @@ FramePattern::FramePattern(const std::string& pattern) {
 }
 
 std::optional<int> FramePattern::id_of(const std::string& frame) const {
-  // The time that matching takes grows with the name.
-  if (!expression_ || frame.size() > kLongestFrameName) return std::nullopt;
+  if (!expression_) return std::nullopt;
   const std::string name = without_slash(frame);
   std::smatch match;
   if (!std::regex_match(name, match, *expression_)) return std::nullopt;

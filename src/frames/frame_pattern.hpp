@@ -20,8 +20,7 @@ class FramePattern {
   explicit FramePattern(const std::string& pattern);
 
   /// The id in the name of a frame, with or without a slash in front; nothing if the name does not
-  /// match or is longer than kLongestFrameName, or what the group caught is no integer of 0 to
-  /// 2147483647.
+  /// match, or what the group caught is no integer of 0 to 2147483647.
   std::optional<int> id_of(const std::string& frame) const;
 
   bool is_empty() const { return !expression_; }

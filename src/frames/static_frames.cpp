@@ -1,11 +1,7 @@
 #include "src/frames/static_frames.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <vector>
 
-#include "src/frames/frame_names.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -23,36 +19,18 @@ bool StaticFrames::add(const geometry_msgs::TransformStamped& transform) {
   const auto& t = transform.transform.translation;
   const auto& q = transform.transform.rotation;
   if (parent == child || parent.empty() || child.empty()) return false;
-  if (std::max(parent.size(), child.size()) > kLongestFrameName) return false;
   const double distance = std::hypot(t.x, t.y, t.z);
   if (!(distance <= kFarthest) || !is_unit(q)) return false;
-  put(child, parent,
-      Eigen::Translation3d(t.x, t.y, t.z) * Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized());
+  parents_[child] = {parent, Eigen::Translation3d(t.x, t.y, t.z) *
+                                 Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized()};
   return true;
 }
 
-bool StaticFrames::add(const std::string& parent, const std::string& frame,
+void StaticFrames::add(const std::string& parent, const std::string& frame,
                        const Eigen::Vector3d& place, double yaw) {
-  const std::string child = without_slash(frame);
-  if (std::max(parent.size(), child.size()) > kLongestFrameName) return false;
-  put(child, without_slash(parent),
-      Eigen::Translation3d(place) * Eigen::AngleAxisd(yaw, Eigen::Vector3d(0.0, 0.0, 1.0)));
-  return true;
-}
-
-void StaticFrames::put(const std::string& child, const std::string& parent,
-                       const Eigen::Isometry3d& pose) {
-  if (parents_.size() >= kMost && parents_.count(child) == 0) {
-    std::vector<std::uint64_t> uses;
-    for (const auto& [frame, entry] : parents_) uses.push_back(entry.used);
-    const auto middle = uses.begin() + static_cast<std::ptrdiff_t>(uses.size() / 2);
-    std::nth_element(uses.begin(), middle, uses.end());
-    for (auto entry = parents_.begin(); entry != parents_.end();) {
-      entry = entry->second.used < *middle ? parents_.erase(entry) : std::next(entry);
-    }
-    forgotten_ += kMost - parents_.size();
-  }
-  parents_[child] = {parent, pose, ++now_};
+  parents_[without_slash(frame)] = {
+      without_slash(parent),
+      Eigen::Translation3d(place) * Eigen::AngleAxisd(yaw, Eigen::Vector3d(0.0, 0.0, 1.0))};
 }
 
 std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
@@ -63,7 +41,6 @@ std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
     if (current == base) return pose;
     const auto parent = parents_.find(current);
     if (parent == parents_.end()) return std::nullopt;
-    parent->second.used = ++now_;
     pose = parent->second.pose * pose;
     current = parent->second.frame;
   }

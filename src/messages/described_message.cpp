@@ -10,13 +10,7 @@
 namespace pf_resampling {
 namespace {
 
-// Types in types, and values and arrays in a message: more than there are of any (a thousand tags
-// have 60,000), and 20 MB of memory.
-constexpr int kDeepestMessage = 20;
-constexpr std::size_t kMostParts = 100000;
-// Those that take no bytes, such as values of types without fields, could be any number.
-constexpr std::size_t kMostWithoutBytes = 1000;
-const char* const kTooMany = "the message has too many parts";
+constexpr int kDeepestMessage = 20;  // types in types
 
 struct Field {
   std::string type;  // without brackets
@@ -84,7 +78,7 @@ Definitions definitions_in(const std::string& type, const std::string& text) {
 class DescribedMessageReader {
  public:
   DescribedMessageReader(const Definitions& definitions, const std::uint8_t* data, std::size_t size)
-      : definitions_(definitions), data_(data), size_(size), left_(size) {}
+      : definitions_(definitions), data_(data), left_(size) {}
 
   DescribedMessage read_all(const std::string& type) {
     DescribedMessage message = read(type, 0);
@@ -125,8 +119,7 @@ class DescribedMessageReader {
   }
 
   DescribedMessage read(const std::string& type, int depth) {
-    count_part();
-    if (depth > kDeepestMessage) throw Error(kTooMany);
+    if (depth > kDeepestMessage) throw Error("the message has types in types without end");
     DescribedMessage message;
     if (type == "bool" || type == "uint8" || type == "char") {
       take_into<std::uint8_t>(&message);
@@ -162,12 +155,6 @@ class DescribedMessageReader {
     return message;
   }
 
-  void count_part() {
-    // Each byte may be at the end of as many types in types as there may be.
-    const std::size_t most = kMostWithoutBytes + kDeepestMessage * (size_ - left_);
-    if (++parts_ > std::min(most, kMostParts)) throw Error(kTooMany);
-  }
-
   void read_fields(const std::string& type, int depth, DescribedMessage* message) {
     const auto definition = definitions_.find(type);
     if (definition == definitions_.end()) {
@@ -179,7 +166,6 @@ class DescribedMessageReader {
         value = read(field.type, depth + 1);
         continue;
       }
-      count_part();  // it may be empty
       const std::uint64_t length = field.length >= 0 ? static_cast<std::uint64_t>(field.length)
                                                      : take_number<std::uint32_t>();
       for (std::uint64_t i = 0; i < length; ++i) {
@@ -190,9 +176,7 @@ class DescribedMessageReader {
 
   const Definitions& definitions_;
   const std::uint8_t* data_;
-  std::size_t size_;
   std::size_t left_;
-  std::size_t parts_ = 0;
 };
 
 DescribedMessage DescribedMessage::read(const std::string& type, const std::string& definition,

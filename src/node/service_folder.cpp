@@ -28,62 +28,32 @@ std::string without_tilde(const std::string& folder) {
   return has_tilde ? home() + folder.substr(1) : folder;
 }
 
-bool is_below(const fs::path& path, const fs::path& folder) {
-  const auto [in_folder, in_path] =
-      std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return in_folder == folder.end() && in_path != path.end();
-}
-
 }  // namespace
 
 ServiceFolder::ServiceFolder(const std::string& folder)
-    : folder_(fs::absolute(without_tilde(folder)).string()) {}
+    : folder_(fs::absolute(without_tilde(folder)).lexically_normal().string()) {}
 
 std::string ServiceFolder::path_of(const std::string& name) const {
   if (name.empty()) throw Error("no file is given; give a name in " + folder_);
   std::error_code failure;
   fs::create_directories(folder_, failure);
-  const fs::path folder = fs::canonical(folder_, failure);
   if (failure) {
     throw Error("the folder " + folder_ + " cannot be made: " + failure.message() +
                 "; set map_file/directory to one that can");
   }
-  const fs::path named = name;
-  const bool is_plain =
-      std::none_of(name.begin(), name.end(),
-                   [](char letter) {
-                     return static_cast<unsigned char>(letter) < ' ' || letter == '\x7f';
-                   }) &&
-      std::find(named.begin(), named.end(), "..") == named.end();
-  // With every link followed. What cannot be told counts as outside.
-  const fs::path path = fs::weakly_canonical(folder / named, failure);
-  if (!is_plain || failure || !is_below(path, folder)) {
-    throw Error("file " + text_file::printable(name) + " is not in " + folder.string() +
+  const fs::path path = (fs::path(folder_) / name).lexically_normal();
+  const fs::path inside = path.lexically_relative(folder_);
+  if (inside.empty() || inside == "." || *inside.begin() == "..") {
+    throw Error("file " + text_file::printable(name) + " is not in " + folder_ +
                 ", where services write and read; give a name in that folder, or set "
                 "map_file/directory to another");
   }
-  // Not what a link stands for: links are not written.
-  return (fs::weakly_canonical((folder / named).parent_path(), failure) / named.filename())
-      .string();
+  return path.string();
 }
 
 std::string ServiceFolder::path_to_write(const std::string& name, const FileKind& kind) const {
   std::string path = path_of(name);
   std::error_code unknown;
-  if (!fs::exists(path, unknown)) {
-    const fs::path folder = fs::path(path).parent_path();
-    std::ptrdiff_t files = 0;
-    for (fs::directory_iterator file(folder, unknown); file != fs::directory_iterator();
-         file.increment(unknown)) {
-      ++files;
-    }
-    if (files >= kMostFiles) {
-      throw Error("there are " + std::to_string(files) + " files in " + folder.string() +
-                  ", and services write no more than " + std::to_string(kMostFiles) +
-                  "; remove some, or name one that is there");
-    }
-    return path;
-  }
   // What is no regular file is for those who write to say.
   if (fs::is_regular_file(path, unknown) && fs::file_size(path, unknown) > 0) {
     std::string begins(100, '\0');

@@ -44,7 +44,7 @@ std::optional<Rejection> ImuHeading::take(const sensor_msgs::Imu& imu, const std
   if (frame != without_slash(base)) {
     const auto pose = on_robot.pose(base, frame);
     if (!pose) {
-      return rejection(RejectReason::unknown_frame, "where '", shown_name(frame), "' is on '", base,
+      return rejection(RejectReason::unknown_frame, "where '", frame, "' is on '", base,
                        "' is not known: give it on /tf_static, or in the list `sensors` of the "
                        "configuration");
     }

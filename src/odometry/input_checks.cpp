@@ -50,8 +50,8 @@ std::optional<Rejection> check_covariance(const boost::array<double, 36>& covari
 std::optional<Rejection> check_frame(const std::string& what, const std::string& given,
                                      const std::string& expected, const std::string& parameter) {
   if (without_slash(given) == without_slash(expected)) return std::nullopt;
-  return rejection(RejectReason::wrong_frame, what, " is '", shown_name(given), "', expected '",
-                   expected, "' (parameter ", parameter, ")");
+  return rejection(RejectReason::wrong_frame, what, " is '", given, "', expected '", expected,
+                   "' (parameter ", parameter, ")");
 }
 
 std::optional<Rejection> check(const ros::Time& stamp) {

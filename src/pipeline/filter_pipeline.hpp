@@ -226,9 +226,6 @@ class FilterPipeline {
   /// The filter knows better.
   void take_belief();
   void process_ready();
-  /// Where a sensor is on the robot, as `parameter` says; throws Error if that cannot be kept.
-  void take_mounting(const char* parameter, const std::string& frame, const Eigen::Vector3d& place,
-                     double heading = 0.0);
   void reject(const std::string& input, const Rejection& rejection);
   void reject(const Rejection& rejection) { reject(Types::kNames.topic, rejection); }
   void log(LogLevel level, const std::string& text) const;

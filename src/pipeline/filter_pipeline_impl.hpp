@@ -25,9 +25,6 @@ inline constexpr int kMostPlaces = 10;
 inline constexpr double kPlacesPeriod = 0.5;  // s
 inline constexpr Eigen::Index kManyParticles = 10000;
 
-// Transforms in a message: more than any robot has joints, and milliseconds of work.
-inline constexpr std::size_t kMostTransforms = 1000;
-
 template <typename Types>
 FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
     : options_(options),
@@ -38,13 +35,6 @@ FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSink
       strategy_(strategy_of(options.filter.strategy)) {
   validate(options_.filter);
   note_preset();
-}
-
-// The name in a transform that is too long to be one; null if both are names.
-inline const std::string* name_without_end(const geometry_msgs::TransformStamped& transform) {
-  if (transform.child_frame_id.size() > kLongestFrameName) return &transform.child_frame_id;
-  if (transform.header.frame_id.size() > kLongestFrameName) return &transform.header.frame_id;
-  return nullptr;
 }
 
 // ---- the way in --------------------------------------------------------------------------------
@@ -214,22 +204,7 @@ void FilterPipeline<Types>::handle(const geometry_msgs::PoseWithCovarianceStampe
 
 template <typename Types>
 void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
-  const std::size_t forgotten = frames_.forgotten();
-  std::size_t taken = 0;
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
-    if (++taken > kMostTransforms) {
-      reject("tf",
-             {RejectReason::too_many, "a message has " + std::to_string(message.transforms.size()) +
-                                          " transforms: those behind the first " +
-                                          std::to_string(kMostTransforms) + " are passed over"});
-      break;
-    }
-    const std::string* const too_long = name_without_end(transform);
-    if (too_long != nullptr) {
-      reject("tf", {RejectReason::unknown_frame,
-                    "the name of frame '" + shown_name(*too_long) + "' is too long"});
-      continue;
-    }
     if (take_transform(transform)) continue;
     // Where the robot is comes from odometry and from this filter, not from tf.
     const std::string child = without_slash(transform.child_frame_id);
@@ -242,15 +217,10 @@ void FilterPipeline<Types>::handle(const tf2_msgs::TFMessage& message) {
     }
     if (child == options_.frames.base || child == options_.frames.odom) continue;
     if (!frames_.add(transform)) {
-      reject("tf", {RejectReason::not_finite, "the transform of frame '" + shown_name(child) +
+      reject("tf", {RejectReason::not_finite, "the transform of frame '" + child +
                                                   "' is not a rigid motion relative to another "
                                                   "frame"});
     }
-  }
-  if (frames_.forgotten() > forgotten) {
-    reject("tf",
-           {RejectReason::too_many, "there are more than " + std::to_string(StaticFrames::kMost) +
-                                        " frames: the least recently used ones are forgotten"});
   }
   hand_over_observations();
 }
@@ -320,15 +290,6 @@ void FilterPipeline<Types>::take_new_belief() {
 template <typename Types>
 void FilterPipeline<Types>::take_belief() {
   belief_ = filter_ ? belief_of_filter() : std::nullopt;
-}
-
-template <typename Types>
-void FilterPipeline<Types>::take_mounting(const char* parameter, const std::string& frame,
-                                          const Eigen::Vector3d& place, double heading) {
-  if (frames_.add(options_.frames.base, frame, place, heading)) return;
-  throw Error(std::string(parameter) + ": '" + shown_name(frame) +
-              "' cannot be taken: names have at most " + std::to_string(kLongestFrameName) +
-              " characters");
 }
 
 template <typename Types>

