@@ -116,7 +116,7 @@ TEST(DescribedMessage, RefusesWhatTheDefinitionDoesNotDescribe) {
   };
   EXPECT_THROW(read_as("Unknown x\n"), Error);
   EXPECT_THROW(read_as("string x\n"), Error);  // 4 GB of letters
-  EXPECT_THROW(read_as("B x\n"), Error);  // in itself, without end
+  EXPECT_THROW(read_as("B x\n"), Error);       // in itself, without end
   EXPECT_THROW(read_as("int32[-1] x\n"), Error);
   EXPECT_EQ(read_as("int32 kConstant=5\n# a comment\nint32 x # another\n")["x"].number(), -1.0);
 }
