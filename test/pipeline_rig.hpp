@@ -15,6 +15,17 @@ inline double distance(const Pose2& a, const Pose2& b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
+/// As one gives it by hand, as sure in x, y and heading (m^2, rad^2).
+inline geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, const Pose2& pose,
+                                                             double variance = 0.01) {
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.frame_id = "map";
+  start.header.stamp = stamp;
+  start.pose.pose = to_pose_message(pose);
+  start.pose.covariance = to_covariance_message(variance * Eigen::Matrix3d::Identity());
+  return start;
+}
+
 /// A pipeline of either filter on a drive, with all that it gives out. What `sinks_into(&out)`
 /// makes connects them.
 template <typename PipelineType, typename DriveType, typename OutputsType, typename MessageType>

@@ -97,12 +97,7 @@ TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
     }
     EXPECT_TRUE(all_finite(run.out));
 
-    geometry_msgs::PoseWithCovarianceStamped start;
-    start.header.frame_id = "map";
-    start.pose.pose.position.x = absurd;
-    start.pose.pose.orientation.w = 1.0;
-    for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = absurd;
-    run.pipeline.handle(start);
+    run.pipeline.handle(initial_pose({}, {absurd, 0.0, 0.0}, absurd));
     for (int i = 1; i < 40; ++i) {
       const ros::Time stamp(kStart + 6.0 + 0.1 * i);
       run.pipeline.handle(BeaconMclDrive::odometry(stamp));
@@ -121,11 +116,7 @@ TEST(BeaconMclPipeline, WhatTheFilterRefusesIsRejectedAndTheOldBeaconsStay) {
   absurd.beacons.front().position.x = 1e200;
   run.pipeline.handle(absurd);
   EXPECT_EQ(run.pipeline.filter()->beacons().front().position, beacons.front().position);
-  geometry_msgs::PoseWithCovarianceStamped start;
-  start.header.frame_id = "map";
-  start.pose.pose.position.x = 1e200;
-  start.pose.pose.orientation.w = 1.0;
-  run.pipeline.handle(start);
+  run.pipeline.handle(initial_pose({}, {1e200, 0.0, 0.0}));
   EXPECT_TRUE((run.pipeline.filter()->particles().x == particles.x).all());
   EXPECT_EQ(run.pipeline.rejects().count("beacons", RejectReason::filter_error), 1u);
   EXPECT_EQ(run.pipeline.rejects().count("initialpose", RejectReason::impossible_position), 1u);

@@ -149,12 +149,7 @@ TEST(FastSlamPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
       EXPECT_EQ(value_of(run.out.diagnostics.back(), "messages not published"), "0");
       EXPECT_NO_THROW(run.pipeline.save_map(directory.file("map")));
 
-      geometry_msgs::PoseWithCovarianceStamped start;
-      start.header.frame_id = "map";
-      start.pose.pose.position.x = absurd;
-      start.pose.pose.orientation.w = 1.0;
-      for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = absurd;
-      run.pipeline.handle(start);
+      run.pipeline.handle(initial_pose({}, {absurd, 0.0, 0.0}, absurd));
       nav_msgs::Odometry odometry = Drive::odometry(Drive::at(6.0));
       for (int i = 1; i < 40; ++i) {
         odometry = Drive::odometry(Drive::at(6.0 + 0.1 * i));

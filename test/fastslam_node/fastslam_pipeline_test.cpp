@@ -13,16 +13,6 @@ using Drive = FastSlamDrive;
 // draws from it; after 20 m it is seldom off by 0.1 m. Five times that is lost.
 constexpr double kLost = 0.5;  // m
 
-geometry_msgs::PoseWithCovarianceStamped initial_pose(double seconds, const Pose2& pose,
-                                                      double sigma) {
-  geometry_msgs::PoseWithCovarianceStamped start;
-  start.header.frame_id = "map";
-  start.header.stamp = Drive::at(seconds);
-  start.pose.pose = to_pose_message(pose);
-  for (const std::size_t i : {0u, 7u, 35u}) start.pose.covariance[i] = sigma * sigma;
-  return start;
-}
-
 // ---- time -------------------------------------------------------------------------------------
 
 // A clock that is set while the robot drives: no reason to forget the map.
@@ -153,7 +143,7 @@ TEST(FastSlamPipeline, ResultsThatCannotBeGivenOutLeaveTheFilterAsItIs) {
 TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {
   FastSlamRig run;
   run.feed(Drive::messages(40.0));
-  run.pipeline.handle(initial_pose(40.0, {1.0, 2.0, 0.5}, 0.1));
+  run.pipeline.handle(initial_pose(Drive::at(40.0), {1.0, 2.0, 0.5}, 0.01));
   ASSERT_TRUE(run.pipeline.estimate().has_value());
   // The mean of 60 particles of sigma 0.1 is off by 0.013; six times that.
   EXPECT_NEAR(run.pipeline.estimate()->mean.x, 1.0, 0.08);
@@ -164,7 +154,7 @@ TEST(FastSlamPipeline, AnInitialPosePutsTheRobotThereAndKeepsTheMap) {
   EXPECT_LT(run.map_error(), kLost);
 
   // Put back where it is, it goes on in its map.
-  run.pipeline.handle(initial_pose(40.0, Drive::truth(Drive::at(40.0)), 0.05));
+  run.pipeline.handle(initial_pose(Drive::at(40.0), Drive::truth(Drive::at(40.0)), 0.0025));
   run.feed(Drive::messages(40.1, 60.0));
   EXPECT_LT(run.error(), kLost);
   EXPECT_LT(run.map_error(), kLost);
@@ -256,7 +246,7 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
   run.feed(Drive::messages(40.0));
   run.pipeline.handle(Drive::odometry(Drive::at(40.1)));  // the last scan is used
   EXPECT_LT(run.pipeline.lost_probability(), 0.01);
-  run.pipeline.handle(initial_pose(40.1, Drive::truth(Drive::at(40.1)), 5.0));
+  run.pipeline.handle(initial_pose(Drive::at(40.1), Drive::truth(Drive::at(40.1)), 25.0));
   EXPECT_GT(run.pipeline.lost_probability(), 0.9);
   for (int i = 402; i <= 420; ++i) run.pipeline.handle(Drive::odometry(Drive::at(0.1 * i)));
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
@@ -268,7 +258,7 @@ TEST(FastSlamPipeline, ABeliefAsWideAsTheMapIsNone) {
 TEST(FastSlamPipeline, ARobotThatKnowsItsPlaceInItsMapIsNotLost) {
   FastSlamRig run;
   run.pipeline.handle(Drive::odometry(Drive::at(0.0)));
-  geometry_msgs::PoseWithCovarianceStamped start = initial_pose(0.0, {}, 3.0);
+  geometry_msgs::PoseWithCovarianceStamped start = initial_pose(Drive::at(0.0), {}, 9.0);
   start.pose.covariance[35] = 1e-6;
   run.pipeline.handle(start);
   EXPECT_GT(run.pipeline.lost_probability(), 0.5);
@@ -290,7 +280,7 @@ TEST(FastSlamPipeline, ARobotThatHasJustBegunIsNotLost) {
 TEST(FastSlamPipeline, AnInitialPoseCanComeBeforeAllOdometry) {
   const Pose2 start{4.0, -3.0, 1.0};
   FastSlamRig run;
-  run.pipeline.handle(initial_pose(0.0, start, 0.0));
+  run.pipeline.handle(initial_pose(Drive::at(0.0), start, 0.0));
   run.feed(Drive::messages(10.0));
   const Pose2 truth = compose(start, Drive::truth(Drive::at(10.0)));
   EXPECT_LT(distance(run.pose(), truth), kLost);

@@ -314,7 +314,7 @@ class Attack {
         return dispatch(
             {worse(bytes_, Drive::observation_at(now + ros::Duration(0.03), bytes_->below(4)))});
       case 4: {
-        return dispatch({worse(bytes_, where_it_is(now))});
+        return dispatch({worse(bytes_, initial_pose(now, Drive::truth(now)))});
       }
       case 5:
         return dispatch({transforms(bytes_, now)});
@@ -494,7 +494,7 @@ class Attack {
       dispatch({Message(boost::make_shared<BeaconArray>(beacons))});
       if (is_told_) {
         dispatch({Message(boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(
-            where_it_is(Drive::at(begin + 0.6))))});
+            initial_pose(Drive::at(begin + 0.6), Drive::truth(Drive::at(begin + 0.6)))))});
       }
     }
     // The map of a FastSLAM begins where the robot is now.
@@ -521,15 +521,6 @@ class Attack {
     values["particles"] = is_sought ? "300" : std::to_string(kMostParticles);
     set_parameters({{"preset", values.at("preset")}});
     set_parameters(values);
-  }
-
-  static geometry_msgs::PoseWithCovarianceStamped where_it_is(ros::Time stamp) {
-    geometry_msgs::PoseWithCovarianceStamped pose;
-    pose.header.stamp = stamp;
-    pose.header.frame_id = "map";
-    pose.pose.pose = to_pose_message(Drive::truth(stamp));
-    pose.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
-    return pose;
   }
 
   void check_last(double end, const Pose2& origin) {

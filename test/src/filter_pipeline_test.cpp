@@ -34,15 +34,6 @@ std::string said(const Outputs& out, const std::string& end) {
   return "there is no " + end;
 }
 
-geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, const Pose2& pose) {
-  geometry_msgs::PoseWithCovarianceStamped start;
-  start.header.frame_id = "map";
-  start.header.stamp = stamp;
-  start.pose.pose = to_pose_message(pose);
-  start.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
-  return start;
-}
-
 // ---- what comes out ---------------------------------------------------------------------------
 
 // A robot drives on in the time between the two: the arrow of the pose would trail its particles.

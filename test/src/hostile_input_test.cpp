@@ -136,16 +136,6 @@ TYPED_TEST(HostileInput, ARequestIsAnsweredWithAnErrorWhateverIsThrown) {
 
 // ---- stamps at the edge of the odometry that is kept -------------------------------------------
 
-template <typename AnyRig>
-geometry_msgs::PoseWithCovarianceStamped truth_at(ros::Time stamp) {
-  geometry_msgs::PoseWithCovarianceStamped start;
-  start.header.frame_id = "map";
-  start.header.stamp = stamp;
-  start.pose.pose = to_pose_message(AnyRig::Drive::truth(stamp));
-  start.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
-  return start;
-}
-
 // Stamped as the oldest odometry that is kept (30 s), which the next message makes forgotten. The
 // motion since is not lost.
 TYPED_TEST(HostileInput, APoseOfTheOldestOdometryIsBroughtForward) {
@@ -160,7 +150,7 @@ TYPED_TEST(HostileInput, APoseOfTheOldestOdometryIsBroughtForward) {
     if (as_particles) {
       run.pipeline.set_particles(particles, {});
     } else {
-      run.pipeline.handle(truth_at<TypeParam>(Drive::at(29.9)));
+      run.pipeline.handle(initial_pose(Drive::at(29.9), Drive::truth(Drive::at(29.9))));
     }
     run.feed(Drive::messages(60.1, 60.1));
     EXPECT_LT(run.error(), 3.0 * kLost);  // 30 s of dead reckoning

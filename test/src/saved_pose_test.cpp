@@ -174,14 +174,6 @@ class SavedPoseOf : public testing::Test {
     odometry.header.stamp = Drive::at(time);
     return odometry;
   }
-  static geometry_msgs::PoseWithCovarianceStamped initial_pose(const Pose2& pose) {
-    geometry_msgs::PoseWithCovarianceStamped start;
-    start.header.frame_id = "map";
-    start.header.stamp = Drive::at(50.0);
-    start.pose.pose = to_pose_message(pose);
-    start.pose.covariance = to_covariance_message(0.01 * Eigen::Matrix3d::Identity());
-    return start;
-  }
   Restart restart;
   // Of the mean of 60 particles or more of a filter that knows where it is.
   static constexpr double kNear = 0.2;  // m
@@ -233,7 +225,7 @@ TYPED_TEST(SavedPoseOf, IsRefusedWhenOldOrTheOdometerHasGoneOn) {
 TYPED_TEST(SavedPoseOf, AnInitialPoseAndACheckpointAreStronger) {
   typename TestFixture::AnyRig told(this->restart.options);
   told.pipeline.offer_pose(*this->restart.saved, "a.pose");
-  told.pipeline.handle(this->initial_pose({3.0, 1.0, 0.5}));
+  told.pipeline.handle(initial_pose(TestFixture::Drive::at(50.0), {3.0, 1.0, 0.5}));
   told.pipeline.handle(this->reading(40.0, 50.0));
   EXPECT_LT(distance(told.pose(), {3.0, 1.0, 0.5}), this->kNear);
   EXPECT_FALSE(told.has_said("pose of a.pose taken"));
@@ -241,7 +233,7 @@ TYPED_TEST(SavedPoseOf, AnInitialPoseAndACheckpointAreStronger) {
   typename TestFixture::AnyRig later(this->restart.options);
   later.pipeline.offer_pose(*this->restart.saved, "a.pose");
   later.pipeline.handle(this->reading(40.0, 50.0));
-  later.pipeline.handle(this->initial_pose({3.0, 1.0, 0.5}));
+  later.pipeline.handle(initial_pose(TestFixture::Drive::at(50.0), {3.0, 1.0, 0.5}));
   later.pipeline.handle(this->reading(40.0, 50.1));
   EXPECT_LT(distance(later.pose(), {3.0, 1.0, 0.5}), this->kNear);
 
