@@ -15,13 +15,14 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <queue>
+#include <set>
 #include <variant>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
 #include "fastslam_node/tag_scans.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "src/frames/static_frames.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/odometry/input_checks.hpp"
 #include "tools/common/bag.hpp"
@@ -29,8 +30,6 @@
 
 namespace pf_resampling {
 namespace {
-
-constexpr std::size_t kMostFrames = 10000;  // in /tf_static
 
 template <typename Message>
 double stamp_of(const rosbag::MessageInstance& instance, const Message& message) {
@@ -111,39 +110,17 @@ std::string place_of(const rosbag::Bag& bag, const std::string& topic) {
   return bag.getFileName() + ": " + topic;
 }
 
-Eigen::Isometry3d isometry_of(const geometry_msgs::Transform& transform) {
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  result.translation() << transform.translation.x, transform.translation.y, transform.translation.z;
-  result.linear() = Eigen::Quaterniond(transform.rotation.w, transform.rotation.x,
-                                       transform.rotation.y, transform.rotation.z)
-                        .normalized()
-                        .toRotationMatrix();
-  return result;
-}
-
-// Where a frame is.
-struct Placed {
-  std::string parent;
-  Eigen::Isometry3d transform;
-};
-
-/// By the frame that is placed.
-std::map<std::string, Placed> newest_static_transforms(const rosbag::Bag& bag) {
-  std::map<std::string, Placed> parents;
+/// The frames of /tf_static, and the names of those that are placed.
+StaticFrames static_frames(const rosbag::Bag& bag, std::set<std::string>* names) {
+  StaticFrames frames;
   for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
     const auto message = message_in<tf2_msgs::TFMessage>(instance);
     if (!message) return;
     for (const auto& transform : message->transforms) {
-      const std::string parent = without_slash(transform.header.frame_id);
-      const std::string child = without_slash(transform.child_frame_id);
-      if (parent == child) continue;
-      parents[child] = {parent, isometry_of(transform.transform)};
-      if (parents.size() <= kMostFrames) continue;
-      throw Error(place_of(bag, "/tf_static") + " has more than " + std::to_string(kMostFrames) +
-                  " frames, more than any robot has");
+      if (frames.add(transform)) names->insert(without_slash(transform.child_frame_id));
     }
   });
-  return parents;
+  return frames;
 }
 
 StampedScan stamped_scan(double time, const LandmarkObservationArray& message) {
@@ -159,11 +136,8 @@ StampedScan stamped_scan(double time, const LandmarkObservationArray& message) {
 class TagReader {
  public:
   explicit TagReader(const rosbag::Bag& bag) {
-    for_each_message(bag, "/tf_static", [&](const rosbag::MessageInstance& instance) {
-      const auto message = message_in<tf2_msgs::TFMessage>(instance);
-      if (!message) return;
-      for (const auto& transform : message->transforms) on_robot_.add(transform);
-    });
+    std::set<std::string> names;
+    on_robot_ = static_frames(bag, &names);
   }
 
   void take(const tf2_msgs::TFMessage& message, std::vector<StampedScan>* scans) {
@@ -456,30 +430,11 @@ std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,
                                                               const std::string& base) {
-  const std::map<std::string, Placed> parents = newest_static_transforms(bag);
-  std::map<std::string, std::vector<std::string>> children;
-  for (const auto& [child, placed] : parents) children[placed.parent].push_back(child);
+  std::set<std::string> names = {base};
+  const StaticFrames on_robot = static_frames(bag, &names);
   std::map<std::string, Eigen::Isometry3d> frames;
-  frames[base] = Eigen::Isometry3d::Identity();
-  // From the base on, downwards and upwards; each frame once.
-  std::queue<std::string> next;
-  next.push(base);
-  const auto settle = [&](const std::string& frame, const Eigen::Isometry3d& pose) {
-    if (frames.emplace(frame, pose).second) next.push(frame);
-  };
-  for (; !next.empty(); next.pop()) {
-    const std::string frame = next.front();
-    const Eigen::Isometry3d pose = frames[frame];
-    const auto below = children.find(frame);
-    if (below != children.end()) {
-      for (const std::string& child : below->second) {
-        settle(child, pose * parents.at(child).transform);
-      }
-    }
-    const auto above = parents.find(frame);
-    if (above != parents.end()) {
-      settle(above->second.parent, pose * above->second.transform.inverse());
-    }
+  for (const std::string& name : names) {
+    if (const auto pose = on_robot.pose(base, name)) frames[name] = *pose;
   }
   return frames;
 }

@@ -129,8 +129,8 @@ struct StampedParticleErrors {
 std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
                                                         const std::string& topic);
 
-/// Where the frames of /tf_static sit on the robot: transforms from `base`, chained, by frame. The
-/// newest transform of a frame counts. Throws Error if there are more than 10,000 frames.
+/// Where the frames of /tf_static sit on the robot, in the frame `base`, as the nodes find them:
+/// going up from a frame to `base`. The newest transform of a frame counts.
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,
                                                               const std::string& base);
 
