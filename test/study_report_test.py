@@ -10,7 +10,6 @@ import pathlib
 import re
 import resource
 import shutil
-import signal
 import stat
 import subprocess
 import sys
@@ -556,20 +555,22 @@ class StudyReport(unittest.TestCase):
         text = self.check_page(study_report.report_of(self.folder))
         self.assert_has('Table 2: the figure of eight is not in this study.', text)
         self.assert_has('Not in this study: <code>RSR gaussian</code>', text)
-
-    def test_page_of_mahmoud_shows_a_recording_without_the_papers_numbers(self):
+        # A recording has no numbers in the paper.
         write_mahmoud(self.folder, problems=('circle', 'figure8', 'plaza2'))
-        text = self.check_page(study_report.report_of(self.folder))
-        self.assert_has('plaza2, without excitation', text)
+        self.assert_has('plaza2, without excitation', self.check_page(study_report.report_of(self.folder)))
 
-    def test_page_of_any_other_study(self):
+    def write_mine(self, names):
+        """A study of no paper, that has the curves of these filters: a picture, or none without filters."""
         trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3], 'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
         write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, ['feature_error', 'mine'], trials, curves=['feature_error'])
-        write_rows(self.folder / 'curves.csv', ['problem', 'filter', 'time', 'feature_error_count', 'feature_error_mean', 'feature_error_sd'],
-                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in ('RSR', 'A') for time in range(5)])
+        write_rows(self.folder / 'curves.csv',
+                   ['problem', 'filter', 'time', *(f'feature_error_{part}' for part in ('count', 'mean', 'sd'))],
+                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in names for time in range(5)])
+
+    def test_page_of_any_other_study(self):
+        self.write_mine(('RSR', 'A'))
         document = study_report.report_of(self.folder)
-        text = self.check_page(document)
-        self.assert_has('>2.333 ± 0.882</td>', text)
+        self.assert_has('>2.333 ± 0.882</td>', self.check_page(document))
         self.assertEqual(len(document.pictures()), 1)
 
     def test_page_is_the_same_bytes_twice(self):
@@ -600,13 +601,8 @@ class StudyReport(unittest.TestCase):
     # ---- the files
 
     def report(self, names=('RSR',), before=None):
-        """The ended program, on a study that has the curves of these filters: a picture, or none without filters."""
-        trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3]} for name in ('RSR', 'A')}
-        figure = 'feature_error'
-        write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, [figure], trials, curves=[figure])
-        write_rows(self.folder / 'curves.csv',
-                   ['problem', 'filter', 'time', *(f'{figure}_{part}' for part in ('count', 'mean', 'sd'))],
-                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in names for time in range(5)])
+        """The ended program, on a study of these curves."""
+        self.write_mine(names)
         return subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=120,
                               preexec_fn=before)
@@ -648,18 +644,6 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(self.report().returncode, 0)
         self.assertIn('File too large', self.assert_refuses(
             before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))))
-
-    def test_ended_by_a_signal_it_leaves_no_trace(self):
-        program = ('import os, signal, sys; sys.path.insert(0, sys.argv[1]); import new_file\n'
-                   'new_file.end_well_on_signals()\n'
-                   'rename = os.replace\n'
-                   'os.replace = lambda *names: os.kill(os.getpid(), signal.SIGTERM) or rename(*names)\n'
-                   'new_file.write_files({sys.argv[2]: b"new"})\n')
-        path = self.folder / 'file'
-        path.write_text('old')
-        done = subprocess.run([sys.executable, '-B', '-c', program, str(ROOT / 'tools'), str(path)], timeout=60)
-        self.assertEqual(done.returncode, 128 + signal.SIGTERM)
-        self.assertEqual([(each.name, each.read_text()) for each in self.folder.iterdir()], [('file', 'old')])
 
     def test_text_is_escaped(self):
         table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
