@@ -141,15 +141,15 @@ class TagReader {
   }
 
   void take(const tf2_msgs::TFMessage& message, std::vector<StampedScan>* scans) {
-    for (const auto& tag : message.transforms) tags_.take(tag, kNow, &on_robot_);
-    take_complete(kNow, scans);
+    for (const auto& tag : message.transforms) tags_.take(tag, now_, &on_robot_);
+    take_complete(now_, scans);
   }
 
   void finish(std::vector<StampedScan>* scans) { take_complete(ros::Time(2.0), scans); }
 
  private:
   // As if odometry stood still until the end: an image is complete when the next comes.
-  const ros::Time kNow{1.0};
+  const ros::Time now_{1.0};
 
   void take_complete(ros::Time now, std::vector<StampedScan>* scans) {
     for (const LandmarkObservationArray& seen : tags_.take_complete(now)) {
