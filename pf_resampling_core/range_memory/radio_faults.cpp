@@ -25,6 +25,25 @@ constexpr double kLeastFault = 0.3;      // m
 constexpr double kTurnedBeforeNaming = 1.0;  // rad, between headings of most ranges
 constexpr double kMostRanges = 0.9;
 
+// m, by which the ranges of a radio are too long, as a rule: a wild range has no slope, so a bias
+// of many standard deviations is not found from 0.
+double excess_of(int radio, const RangeGraph& graph, const RangeNoise& noise,
+                 const RangeEstimate& estimate) {
+  std::vector<double> excesses;
+  for (std::size_t k = 0; k < graph.ranges.size(); ++k) {
+    for (const HeldRange& range : graph.ranges[k]) {
+      if (range.radio != radio) continue;
+      const double value =
+          residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
+      excesses.push_back(-value * noise.range * std::sqrt(range.variance));
+    }
+  }
+  if (excesses.empty()) return 0.0;
+  const auto middle = excesses.begin() + static_cast<std::ptrdiff_t>(excesses.size() / 2);
+  std::nth_element(excesses.begin(), middle, excesses.end());
+  return *middle;
+}
+
 }  // namespace
 
 void RangeMemory::judge_radios() {
@@ -82,14 +101,14 @@ double RangeMemory::heading_spread(const RangeMode& mode) const {
 
 // Of each radio: whether its ranges fit badly, or pull at its place or bias.
 std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
+  const RangeLoss loss(noise_);
   std::vector<double> costs(radios_.size(), 0.0), counts(radios_.size(), 0.0);
   for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
     for (const HeldRange& range : graph_.ranges[k]) {
       const auto radio = static_cast<std::size_t>(range.radio);
       const double value =
           residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
-      const double width = noise_.robust_width;
-      costs[radio] += 0.5 * width * width * std::log1p(value * value / (width * width));
+      costs[radio] += loss.at(value, range.variance).cost;
       counts[radio] += 1.0;
     }
   }
@@ -162,6 +181,9 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
       const std::vector<Fix> found = fixes(radio, path);
       if (found.empty()) continue;
       path.estimate.constants.segment<2>(at) = found[0].position;
+    } else if (account == RadioAccount::biased) {
+      path.estimate.constants[at + RadioOf::bias] +=
+          excess_of(radio, graph_, noise_, path.estimate);
     }
     if (!solved(kManyIterations, &path).is_usable) continue;
     const Eigen::VectorXd off = path.estimate.constants - path.prior.constants;

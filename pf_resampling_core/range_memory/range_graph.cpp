@@ -18,6 +18,7 @@ constexpr double kLeastYawRateSigma = 1e-7;  // rad/s
 constexpr double kLeastDistance = 1e-3;      // m
 constexpr double kFirstDamping = 1e-6;
 constexpr double kLargestDamping = 1e6;
+constexpr double kFloor = 0.05 / 200.0;  // 1/m: one range in twenty is anywhere within 200 m
 
 // In heading and place, of a motion that was measured by the true one, of each error's unit.
 struct MotionPrediction {
@@ -40,17 +41,13 @@ MotionPrediction predict(const OdometryIncrement& motion, const Pose2& moved, do
   return prediction;
 }
 
-double robust_cost(double squared, double width) {
-  return 0.5 * width * width * std::log1p(squared / (width * width));
-}
-
 /// Keyframes eliminated one after the other, to be gone back through; from those of a past on, if
 /// there is one.
 class Elimination {
  public:
   Elimination(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
               const RangePast* past)
-      : graph_(graph), prior_(prior), noise_(noise), past_(past) {
+      : graph_(graph), prior_(prior), noise_(noise), loss_(noise), past_(past) {
     size_ = kState + static_cast<int>(prior.constants.size());
     first_ = past == nullptr ? 0 : past->keyframe;
     info_.resize(size_, size_);
@@ -141,12 +138,11 @@ class Elimination {
   void add_ranges(int k, const RangeEstimate& estimate) {
     const auto at = static_cast<std::size_t>(k);
     constexpr int kWidth = kState + Common::count;
-    const double width = noise_.robust_width;
     for (const HeldRange& range : graph_.ranges[at]) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       const HeldRangeResidual residual =
           residual_of(range, noise_, estimate.keyframes[at], estimate.constants);
-      const double weight = 1.0 / (1.0 + residual.value * residual.value / (width * width));
+      const double weight = loss_.at(residual.value, range.variance).weight;
       Eigen::Matrix<double, kWidth, 1> front;
       front << residual.by_keyframe.transpose(), residual.by_common.transpose();
       const Eigen::Matrix<double, Radio::count, 1> own = residual.by_radio.transpose();
@@ -213,6 +209,7 @@ class Elimination {
   const RangeGraph& graph_;
   const RangePrior& prior_;
   const RangeNoise& noise_;
+  const RangeLoss loss_;
   const RangePast* past_;
   int size_ = 0;
   int first_ = 0;         // keyframe
@@ -234,15 +231,12 @@ struct Stretch {
 // believe in longer ones, and thousands of them would outweigh what the ranges say.
 double log_normalizers(const RangeGraph& graph, const RangeNoise& noise,
                        const RangeEstimate& estimate, const Stretch& stretch) {
-  const double width_squared = noise.robust_width * noise.robust_width;
-  const double log_range = std::log(noise.range) + std::log(noise.robust_width) +
-                           std::lgamma(0.5 * (width_squared - 1.0)) -
-                           std::lgamma(0.5 * width_squared);
+  const double log_peak = RangeLoss(noise).log_peak();
   double sum = 0.0;
   for (std::size_t k = stretch.first; k < stretch.end; ++k) {
     for (const HeldRange& range : graph.ranges[k]) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
-      sum -= log_range + 0.5 * std::log(range.variance);
+      sum += log_peak - 0.5 * std::log(range.variance);
     }
   }
   const double log_translation =
@@ -271,13 +265,14 @@ double cost_of_start(const RangePrior& prior, const RangeEstimate& estimate,
 
 double cost_of_data(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                     const RangeEstimate& estimate, const Stretch& stretch) {
+  const RangeLoss loss(noise);
   double cost = 0.0;
   for (std::size_t k = stretch.first; k < stretch.end; ++k) {
     for (const HeldRange& range : graph.ranges[k]) {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       const double value =
           residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
-      cost += robust_cost(value * value, noise.robust_width);
+      cost += loss.at(value, range.variance).cost;
     }
     if (k >= graph.motions.size()) continue;
     cost += 0.5 * residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
@@ -293,6 +288,20 @@ double cost_of_constants(const RangePrior& prior, const RangeEstimate& estimate)
 }
 
 }  // namespace
+
+RangeLoss::RangeLoss(const RangeNoise& noise)
+    : width_squared_(noise.robust_width * noise.robust_width),
+      log_peak_(std::lgamma(0.5 * width_squared_) - std::lgamma(0.5 * (width_squared_ - 1.0)) -
+                std::log(noise.range * noise.robust_width)),
+      floor_(kFloor * std::sqrt(kPi) * std::exp(-log_peak_)) {}
+
+RangeLoss::Value RangeLoss::at(double residual, double variance) const {
+  const double square = residual * residual / width_squared_;
+  const double student = std::exp(-0.5 * width_squared_ * std::log1p(square));
+  const double floor = floor_ * std::sqrt(variance);
+  return {std::log((1.0 + floor) / (student + floor)),
+          student / (student + floor) / (1.0 + square)};
+}
 
 RangePast without_radio(int radio, const RangePrior& prior, RangePast past) {
   const Eigen::Index at = kState + radio_at(radio);

@@ -329,7 +329,8 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
   radio.calibration.scale =
       1.0 + constants[Common::scale] + own(RadioOf::scale, given.scale - all.scale);
   radio.calibration.bias = constants[Common::bias] + own(RadioOf::bias, given.bias - all.bias);
-  radio.calibration.sigma = noise_.range * (given.sigma > 0.0 ? given.sigma : options_.sigma);
+  radio.calibration.sigma =
+      noise_.range_deviation() * (given.sigma > 0.0 ? given.sigma : options_.sigma);
   const auto sigma_of_sum = [&](Common::Index common, RadioOf::Index of) {
     const int a = kKeyframe + common;
     double variance = covariance(a, a);

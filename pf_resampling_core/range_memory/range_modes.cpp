@@ -414,7 +414,7 @@ void RangeMemory::find_doubt() {
       sums[r] = weights[r] = 0.0;
     }
   };
-  const double width = noise_.robust_width;
+  const RangeLoss loss(noise_);
   for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
     if (times_[k] - begin > kBlock) {
       end_block();
@@ -425,7 +425,7 @@ void RangeMemory::find_doubt() {
       if (!mode.estimate.takes_part[radio]) continue;
       const double value =
           residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
-      const double weight = 1.0 / (1.0 + value * value / (width * width));
+      const double weight = loss.at(value, range.variance).weight;
       sums[radio] += weight * value;
       weights[radio] += weight * weight;
     }

@@ -20,9 +20,6 @@ constexpr double kLargestSigma = 3.0;  // m: a population that is less sure is n
 constexpr double kLargestTurn = 0.5;   // rad, likewise
 constexpr double kWrong = 0.5;         // probability of a fault
 constexpr double kFixed = 1e-4;
-// The scale of a robust loss is found smaller than the standard deviation of Gaussian noise: by
-// 0.85 where the loss is 3 wide, by 0.98 at 8.
-constexpr double kLossShare = 2.5;
 
 // What the particles carry of a radio: rows scale and bias, of the newest state.
 Eigen::MatrixXd radio_rows(std::optional<int> radio, Eigen::Index size) {
@@ -142,9 +139,8 @@ void BeaconMcl::take_calibration(const RangeMemory::Newest& newest) {
     known.is_wrong.push_back(radios[b].fault > kWrong);
   }
   known_ = std::move(known);
-  const RangeNoise& noise = memory_->noise();
-  const double width_squared = noise.robust_width * noise.robust_width;
-  range_squares_ = noise.range * noise.range / (1.0 - kLossShare / width_squared) * range_count_;
+  const double factor = memory_->noise().range_deviation();
+  range_squares_ = factor * factor * range_count_;
 }
 
 // From the Gaussian of each mode, in proportion to its probability; given the pose, what is linear

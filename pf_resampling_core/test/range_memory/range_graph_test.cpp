@@ -88,6 +88,30 @@ TEST(ResidualOfMotion, HasItsDerivatives) {
   }
 }
 
+TEST(RangeLoss, IsStudentsAboveAUniformFloor) {
+  RangeNoise noise;
+  noise.range = 0.5;
+  noise.robust_width = 4.0;  // 15 degrees of freedom
+  const RangeLoss loss(noise);
+  const double variance = 0.25;
+  const double sigma = 0.25;
+  const auto density = [&](double residual) {
+    const double student = std::exp(std::lgamma(8.0) - std::lgamma(7.5)) /
+                           (std::sqrt(kPi) * 4.0 * sigma) *
+                           std::pow(1.0 + residual * residual / 16.0, -8.0);
+    return student + 0.05 / 200.0;
+  };
+  for (const double residual : {0.0, 0.5, 2.0, 5.0, 20.0}) {
+    EXPECT_NEAR(loss.at(residual, variance).cost, std::log(density(0.0) / density(residual)), 1e-9);
+    constexpr double kStep = 1e-5;
+    const double slope =
+        (loss.at(residual + kStep, variance).cost - loss.at(residual - kStep, variance).cost) /
+        (2.0 * kStep);
+    EXPECT_NEAR(loss.at(residual, variance).weight * residual, slope, 1e-6);
+  }
+  EXPECT_LT(loss.at(20.0, variance).weight, 1e-3);
+}
+
 /// A short drive as a graph, at its solution.
 struct SmallProblem {
   RangeGraph graph;
@@ -99,7 +123,7 @@ struct SmallProblem {
 SmallProblem small_problem() {
   SmallProblem problem;
   problem.noise.range = 0.1;
-  problem.noise.robust_width = 1e6;
+  problem.noise.robust_width = 100.0;
   problem.prior.constants = Eigen::VectorXd::Zero(radio_at(2));
   problem.prior.constants.segment<2>(radio_at(0)) = Eigen::Vector2d(5.0, 4.0);
   problem.prior.constants.segment<2>(radio_at(1)) = Eigen::Vector2d(-6.0, 3.0);
