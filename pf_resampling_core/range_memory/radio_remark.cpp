@@ -36,4 +36,25 @@ std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& li
   return "";
 }
 
+std::string place_in_words(const RadioKnowledge& radio) {
+  const std::string name = "beacon " + std::to_string(radio.id);
+  const std::string ranges = "; " + std::to_string(radio.ranges) + " ranges";
+  if (radio.account == RadioAccount::as_listed) return name + " is as listed" + ranges;
+  if (radio.places.empty()) return name + " is not found: drive about it" + ranges;
+  const RadioPlace& best = radio.places.front();
+  char text[160];
+  if (radio.places.size() > 1) {
+    const RadioPlace& other = radio.places[1];
+    std::snprintf(text, sizeof(text),
+                  ": more than one place fits, (%.2f, %.2f) and (%.2f, %.2f), %.0f to %.0f %%: "
+                  "drive a turn near it",
+                  best.position.x(), best.position.y(), other.position.x(), other.position.y(),
+                  100.0 * best.probability, 100.0 * other.probability);
+  } else {
+    std::snprintf(text, sizeof(text), " is at (%.2f, %.2f), known to %.2f m", best.position.x(),
+                  best.position.y(), std::sqrt(0.5 * best.covariance.trace()));
+  }
+  return name + text + ranges;
+}
+
 }  // namespace pf_resampling

@@ -35,8 +35,7 @@ bool factorize_in_place(Eigen::MatrixXd* matrix) {
 
 NormalEquations::NormalEquations(const SmoothingGraph& graph) {
   cut_into_segments(static_cast<int>(graph.poses.size()));
-  first_radio_ = first_landmark_ + 2 * static_cast<int>(graph.landmarks.size());
-  constants_ = first_radio_ + 2 * static_cast<int>(graph.radios.size());
+  constants_ = first_landmark_ + 2 * static_cast<int>(graph.landmarks.size());
   pose_at_.back() = constants_ + kSensorConstants;
   const int size = pose_at_.back() + 3;
   for (const MotionFactor& motion : graph.motions) {
@@ -92,10 +91,6 @@ void NormalEquations::find_borders(const SmoothingGraph& graph) {
     const int segment = segment_of_[to_size(sighting.pose)];
     if (segment >= 0) blocks[to_size(segment)].emplace(landmark_at(sighting.landmark), 2);
   }
-  for (const RangeFactor& range : graph.ranges) {
-    const int segment = segment_of_[to_size(range.pose)];
-    if (segment >= 0) blocks[to_size(segment)].emplace(radio_at(range.radio), 2);
-  }
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     Segment& segment = segments_[s];
     blocks[s].emplace(constants_, kSensorConstants);
@@ -114,10 +109,6 @@ std::vector<int> NormalEquations::prior_places(const GaussianPrior& prior) const
     places.push_back(landmark_at(landmark));
     places.push_back(landmark_at(landmark) + 1);
   }
-  for (int radio = 0; radio < static_cast<int>(prior.radios.size()); ++radio) {
-    places.push_back(radio_at(radio));
-    places.push_back(radio_at(radio) + 1);
-  }
   for (int i = 0; i < kSensorConstants; ++i) places.push_back(constants_ + i);
   return places;
 }
@@ -131,11 +122,6 @@ Eigen::VectorXd NormalEquations::prior_difference(const SmoothingGraph& graph) c
   for (std::size_t l = 0; l < prior.landmarks.size(); ++l) {
     difference.segment<2>(3 + 2 * static_cast<Eigen::Index>(l)) =
         graph.landmarks[l] - prior.landmarks[l];
-  }
-  const std::size_t landmarks = prior.landmarks.size();
-  for (std::size_t r = 0; r < prior.radios.size(); ++r) {
-    difference.segment<2>(3 + 2 * static_cast<Eigen::Index>(landmarks + r)) =
-        graph.radios[r] - prior.radios[r];
   }
   difference.tail<kSensorConstants>() = graph.constants - prior.constants;
   return difference;
@@ -214,25 +200,6 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
     gradient_.segment<3>(pose_at_[pose]) += r.by_pose.transpose() * r.value;
     gradient_.segment<2>(landmark_at(sighting.landmark)) += r.by_landmark.transpose() * r.value;
     gradient_.segment<2>(sensor) += r.by_constants.transpose() * r.value;
-  }
-  std::vector<Eigen::Matrix2d> of_radios(graph.radios.size(), Eigen::Matrix2d::Zero());
-  for (const RangeFactor& range : graph.ranges) {
-    const std::size_t pose = static_cast<std::size_t>(range.pose);
-    const std::size_t radio = static_cast<std::size_t>(range.radio);
-    RangeResidual r = range_residual(range, graph.noise, graph.poses[pose], graph.radios[radio]);
-    const double root = std::sqrt(robust_weight(r.value * r.value, robust_width));
-    r.value *= root;
-    r.by_pose *= root;
-    r.by_radio *= root;
-    of_poses[pose] += r.by_pose.transpose() * r.by_pose;
-    of_radios[radio] += r.by_radio.transpose() * r.by_radio;
-    add(pose_at_[pose], radio_at(range.radio), (r.by_pose.transpose() * r.by_radio).eval());
-    gradient_.segment<3>(pose_at_[pose]) += r.by_pose.transpose() * r.value;
-    gradient_.segment<2>(radio_at(range.radio)) += r.by_radio.transpose() * r.value;
-  }
-  for (std::size_t r = 0; r < graph.radios.size(); ++r) {
-    const int at = radio_at(static_cast<int>(r));
-    add(at, at, of_radios[r]);
   }
   for (std::size_t i = 0; i < graph.poses.size(); ++i) {
     add(pose_at_[i], pose_at_[i], of_poses[i]);
@@ -334,9 +301,6 @@ void NormalEquations::move(const Eigen::VectorXd& step, SmoothingGraph* graph) c
   for (std::size_t l = 0; l < graph->landmarks.size(); ++l) {
     graph->landmarks[l] += step.segment<2>(landmark_at(static_cast<int>(l)));
   }
-  for (std::size_t r = 0; r < graph->radios.size(); ++r) {
-    graph->radios[r] += step.segment<2>(radio_at(static_cast<int>(r)));
-  }
   graph->constants += step.segment<kSensorConstants>(constants_);
 }
 
@@ -352,12 +316,6 @@ double NormalEquations::cost(const SmoothingGraph& graph, double robust_width) c
         sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
         graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
     cost += robust_cost(r.value.squaredNorm(), robust_width);
-  }
-  for (const RangeFactor& range : graph.ranges) {
-    const RangeResidual r =
-        range_residual(range, graph.noise, graph.poses[static_cast<std::size_t>(range.pose)],
-                       graph.radios[static_cast<std::size_t>(range.radio)]);
-    cost += robust_cost(r.value * r.value, robust_width);
   }
   const Eigen::VectorXd difference = prior_difference(graph);
   return cost + 0.5 * difference.dot(graph.prior.information * difference) +

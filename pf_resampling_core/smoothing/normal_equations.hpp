@@ -10,14 +10,14 @@ namespace pf_resampling {
 /// Gauss and Newton's equations H·step = -gradient of a graph, in an order of elimination that
 /// keeps the factor sparse: the drive is cut into segments of poses, each of which touches only the
 /// two poses that it is cut off at, what was seen from it, and the constants; then these cuts, the
-/// landmarks, the radios, the constants, the newest pose. All blocks are dense. All but the cuts is
+/// landmarks, the constants, the newest pose. All blocks are dense. All but the cuts is
 /// what a filter goes on with: the trailing block of the factor is their joint information.
 class NormalEquations {
  public:
   /// Lays out the graph's structure, which must not change any more.
   explicit NormalEquations(const SmoothingGraph& graph);
 
-  /// H and gradient at the graph's estimate. `robust_width`: of sightings and ranges, see
+  /// H and gradient at the graph's estimate. `robust_width`: of sightings, see
   /// robust_cost().
   void linearize(const SmoothingGraph& graph, double robust_width);
 
@@ -37,16 +37,14 @@ class NormalEquations {
   /// Half the sum of squares, robust, at the graph's estimate.
   double cost(const SmoothingGraph& graph, double robust_width) const;
 
-  /// First of a pose's, a landmark's, a radio's and the constants' unknowns.
+  /// First of a pose's, a landmark's and the constants' unknowns.
   int pose_at(int pose) const { return pose_at_[static_cast<std::size_t>(pose)]; }
   int landmark_at(int landmark) const { return first_landmark_ + 2 * landmark; }
-  int radio_at(int radio) const { return first_radio_ + 2 * radio; }
   int constants_at() const { return constants_; }
   /// Number of unknowns, and of those of the trailing block.
   Eigen::Index size() const { return gradient_.size(); }
   Eigen::Index trailing_size() const;
-  /// Lower triangular R with R·Rᵀ the joint information of landmarks, radios, constants and newest
-  /// pose.
+  /// Lower triangular R with R·Rᵀ the joint information of landmarks, constants and newest pose.
   Eigen::MatrixXd trailing_root() const;
   /// The gradient of the trailing block once all before it is eliminated.
   Eigen::VectorXd trailing_gradient() const;
@@ -79,7 +77,6 @@ class NormalEquations {
   std::vector<Segment> segments_;
   int rest_ = 0;  // first unknown of the rest: all that is in no segment
   int first_landmark_ = 0;
-  int first_radio_ = 0;
   int constants_ = 0;
   std::vector<Eigen::Matrix3d> motion_roots_;
   std::vector<int> prior_places_;

@@ -112,21 +112,6 @@ SightingResidual sighting_residual(const SightingFactor& sighting, const NoiseSc
   return residual;
 }
 
-RangeResidual range_residual(const RangeFactor& range, const NoiseScales& noise, const Pose2& pose,
-                             const Eigen::Vector2d& radio) {
-  const Eigen::Vector2d arm = rotation(pose.heading) * range.antenna;
-  const Eigen::Vector2d away = Eigen::Vector2d(pose.x, pose.y) + arm - range.beacon;
-  const double distance = std::max(kSmallestDistance, std::hypot(away.norm(), range.height));
-  const double sigma = noise.range * std::sqrt(range.variance);
-  const double stretch = 1.0 + radio[0];
-  RangeResidual residual;
-  residual.value = (stretch * distance + radio[1] - range.range) / sigma;
-  residual.by_pose << away.x(), away.y(), away.dot(Eigen::Vector2d(-arm.y(), arm.x()));
-  residual.by_pose *= stretch / distance / sigma;
-  residual.by_radio << distance / sigma, 1.0 / sigma;
-  return residual;
-}
-
 double robust_cost(double squared, double width) {
   return width > 0.0 ? 0.5 * width * width * std::log1p(squared / (width * width)) : 0.5 * squared;
 }

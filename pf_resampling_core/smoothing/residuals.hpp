@@ -40,15 +40,6 @@ SightingResidual sighting_residual(const SightingFactor& sighting, const NoiseSc
                                    const Pose2& pose, const Eigen::Vector2d& landmark,
                                    const SensorConstants& constants);
 
-/// A range's residual in standard deviations, and its derivatives.
-struct RangeResidual {
-  double value = 0.0;
-  Eigen::RowVector3d by_pose;
-  Eigen::RowVector2d by_radio;  ///< by scale and bias
-};
-RangeResidual range_residual(const RangeFactor& range, const NoiseScales& noise, const Pose2& pose,
-                             const Eigen::Vector2d& radio);
-
 /// Cauchy's loss: the cost ½ c²·log(1 + r²/c²) of a squared residual, and the weight that a least
 /// squares step gives it. A width c of 0: least squares.
 double robust_cost(double squared, double width);

@@ -122,9 +122,6 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   const auto is_kept = [&](const SightingFactor& sighting) { return sighting.pose >= poses; };
   const auto kept = std::find_if(graph->sightings.begin(), graph->sightings.end(), is_kept);
   old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
-  const auto ranges = std::find_if(graph->ranges.begin(), graph->ranges.end(),
-                                   [&](const RangeFactor& range) { return range.pose >= poses; });
-  old.ranges.resize(static_cast<std::size_t>(ranges - graph->ranges.begin()));
   NormalEquations equations(old);
   equations.linearize(old, robust_width);
   if (!equations.factorize(0.0)) return false;
@@ -136,7 +133,6 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   GaussianPrior prior;
   prior.pose = old.poses.back();
   prior.landmarks = old.landmarks;
-  prior.radios = old.radios;
   prior.constants = old.constants;
   // The pose first, which is last there.
   const Eigen::Index others = prior.size() - 3;
@@ -150,9 +146,7 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   graph->poses.erase(graph->poses.begin(), graph->poses.begin() + poses);
   graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
   graph->sightings.erase(graph->sightings.begin(), kept);
-  graph->ranges.erase(graph->ranges.begin(), ranges);
   for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
-  for (RangeFactor& range : graph->ranges) range.pose -= poses;
   return true;
 }
 

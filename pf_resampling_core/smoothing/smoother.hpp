@@ -8,7 +8,7 @@ namespace pf_resampling {
 
 struct SmoothingOptions {
   int iterations = 8;  ///< at most
-  /// Of the Cauchy loss of sightings and ranges, in sigmas; 0: least squares.
+  /// Of the Cauchy loss of sightings, in sigmas; 0: least squares.
   double robust_width = 0.0;
   /// The least by which a step is to lower the cost, half a sum of squares: the solution is where
   /// none does. Small against 1, which is what chance makes of the cost.
@@ -31,13 +31,13 @@ struct SmoothingResult {
   double log_determinant = 0.0;  ///< of the information on all unknowns there
 };
 
-/// The most probable poses, landmarks, errors of radios and constants given all data of the graph
+/// The most probable poses, landmarks and constants given all data of the graph
 /// (Dellaert, Kaess 2006, "Square Root SAM"): Gauss-Newton with Levenberg's damping, from the
 /// graph's estimate, which it improves. With a fault the graph's estimate is as it was. Throws
 /// Error as check(graph) does.
 SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph);
 
-/// Takes the oldest poses out of the graph, with their motions, sightings and ranges, and puts into
+/// Takes the oldest poses out of the graph, with their motions and sightings, and puts into
 /// its prior what these say of all that stays (Schur complement), linearised at the graph's
 /// estimate, which therefore should be a solution. Bounds what a long drive costs. False, changing
 /// nothing, if what they say is not positive definite. Throws Error unless one pose is forgotten

@@ -23,38 +23,14 @@ bool is_usable(const SightingFactor& sighting) {
          is_finite(sighting.sensor);
 }
 
-bool is_usable(const RangeFactor& range) {
-  return std::isfinite(range.range) && range.variance > 0.0 && std::isfinite(range.variance) &&
-         std::isfinite(range.height) && range.beacon.allFinite() && range.antenna.allFinite();
-}
-
 }  // namespace
 
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
-  return prior_among_radios(first, Eigen::Vector3d::Constant(kFixed), sigma, 0, {});
-}
-
-GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& first_sigma,
-                                 const SensorConstants& sigma, int radios,
-                                 const RadioPrior& prior_of_radios) {
   GaussianPrior prior;
   prior.pose = first;
-  prior.radios.assign(static_cast<std::size_t>(radios), Eigen::Vector2d::Zero());
-  Eigen::VectorXd sigmas = Eigen::VectorXd::Ones(prior.size());
-  sigmas.head<3>() = first_sigma;
-  sigmas.tail<kSensorConstants>() = sigma.cwiseMax(kSmallestPrior);
+  Eigen::VectorXd sigmas(prior.size());
+  sigmas << Eigen::Vector3d::Constant(kFixed), sigma.cwiseMax(kSmallestPrior);
   prior.information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
-  // The inverse of own²·I + common²·(all ones), by Sherman and Morrison's formula.
-  const Eigen::Array2d own = prior_of_radios.own.array().square();
-  const Eigen::Array2d common = prior_of_radios.common.array().square();
-  const Eigen::Array2d shared = common / (own * (own + radios * common));
-  for (Eigen::Index i = 0; i < radios; ++i) {
-    for (Eigen::Index j = 0; j < radios; ++j) {
-      prior.information.block<2, 2>(3 + 2 * i, 3 + 2 * j) = (-shared).matrix().asDiagonal();
-      if (i != j) continue;
-      prior.information.diagonal().segment<2>(3 + 2 * i) += own.inverse().matrix();
-    }
-  }
   prior.gradient.setZero(prior.size());
   return prior;
 }
@@ -84,12 +60,6 @@ void check(const SmoothingGraph& graph) {
       !are_finite(graph.landmarks, [](const Eigen::Vector2d& one) { return one.allFinite(); })) {
     throw Error("smoothing: the estimate of every pose and landmark has to be finite");
   }
-  if (!are_finite(graph.radios, [](const Eigen::Vector2d& one) { return one.allFinite(); }) ||
-      graph.prior.radios.size() != graph.radios.size()) {
-    throw Error(
-        "smoothing: the errors of every radio have to be finite, and the prior has to have "
-        "as many radios as the graph");
-  }
   if (!are_plausible(graph.constants)) {
     throw Error("smoothing: the sensors' constants have to be finite, and no scale below -0.5");
   }
@@ -116,16 +86,6 @@ void check(const SmoothingGraph& graph) {
                   std::to_string(sighting.pose) +
                   " has to be finite, with positive variances, of a pose and a landmark of the "
                   "graph");
-    }
-  }
-  for (std::size_t i = 0; i < graph.ranges.size(); ++i) {
-    const RangeFactor& range = graph.ranges[i];
-    if (!is_usable(range) || !is_there(range.pose, graph.poses.size()) ||
-        !is_there(range.radio, graph.radios.size())) {
-      throw Error(
-          "smoothing: range " + std::to_string(i) + " of radio " + std::to_string(range.radio) +
-          " from pose " + std::to_string(range.pose) +
-          " has to be finite, with a positive variance, of a pose and a radio of the graph");
     }
   }
 }

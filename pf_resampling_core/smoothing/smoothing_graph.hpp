@@ -55,19 +55,6 @@ struct SightingFactor {
   Pose2 sensor;
 };
 
-/// A range from a pose to a radio at a known place:
-///   range = (1 + scale)·distance + bias + noise,
-/// with the radio's own scale and bias, which are unknowns of the graph.
-struct RangeFactor {
-  int pose = 0;
-  int radio = 0;
-  Eigen::Vector2d beacon = Eigen::Vector2d::Zero();   ///< m, map frame
-  Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m, where it sits on the robot
-  double height = 0.0;                                ///< m, between beacon and antenna
-  double range = 0.0;                                 ///< m
-  double variance = 0.0;                              ///< m^2, > 0
-};
-
 /// Factors of the standard deviations as stated: errors of real sensors last, and so many count for
 /// less than as many that do not; and what is stated may be too large. Within
 /// [kSmallestNoiseScale, kLargestNoiseScale].
@@ -80,18 +67,17 @@ inline constexpr double kSmallestNoiseScale = 0.1;
 inline constexpr double kLargestNoiseScale = 20.0;
 
 /// What is known from elsewhere (a belief at the start, data that have left the window) about the
-/// first pose, the first landmarks, the radios and the constants, in this order: the cost
+/// first pose, the first landmarks and the constants, in this order: the cost
 ///   ½ dᵀ·information·d + gradientᵀ·d, with d the difference to where it was linearised.
 struct GaussianPrior {
   Pose2 pose;
   std::vector<Eigen::Vector2d> landmarks;
-  std::vector<Eigen::Vector2d> radios;  ///< all of the graph
   SensorConstants constants = SensorConstants::Zero();
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
 
   Eigen::Index size() const {
-    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size() + radios.size()) + kSensorConstants;
+    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
   }
 };
 
@@ -99,31 +85,16 @@ struct GaussianPrior {
 /// 1e-9), nothing of landmarks.
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma);
 
-/// Standard deviations of the errors of radios of one make, scale and bias (m): of what they have
-/// in common, and of how each differs from that; > 0.
-struct RadioPrior {
-  Eigen::Vector2d common = {0.05, 0.5};
-  Eigen::Vector2d own = {0.01, 0.1};
-};
-
-/// For a drive among so many radios: the first pose with these standard deviations (m, m, rad, >
-/// 0), the constants as prior_at() does, and the radios' errors about 0.
-GaussianPrior prior_among_radios(const Pose2& first, const Eigen::Vector3d& first_sigma,
-                                 const SensorConstants& sigma, int radios,
-                                 const RadioPrior& prior_of_radios);
-
-/// The data of a drive and the present estimate of all there is to know: poses, landmarks, the
-/// errors of radios and the sensors' constants. Grows at its end.
+/// The data of a drive and the present estimate of all there is to know: poses, landmarks
+/// and the sensors' constants. Grows at its end.
 struct SmoothingGraph {
   std::vector<Pose2> poses;                ///< m, rad; map frame
   std::vector<Eigen::Vector2d> landmarks;  ///< m
-  std::vector<Eigen::Vector2d> radios;     ///< scale, and bias in m
   SensorConstants constants = SensorConstants::Zero();
 
   GaussianPrior prior;
   std::vector<MotionFactor> motions;      ///< i: from poses[i] to poses[i + 1]
   std::vector<SightingFactor> sightings;  ///< poses ascending
-  std::vector<RangeFactor> ranges;        ///< poses ascending
 
   NoiseScales noise;
 };
@@ -140,10 +111,9 @@ bool are_plausible(const SensorConstants& constants);
 /// `mean` of the motion with the constants taken out: where the next pose is expected.
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
 
-/// Throws Error for an estimate of a pose, landmark or radio that is not finite; naming the factor,
-/// for one that is not, has no positive variance or names a pose, landmark or radio that is not
-/// there; unless there is one motion less than there are poses; and unless the prior has all
-/// radios.
+/// Throws Error for an estimate of a pose or landmark that is not finite; naming the factor, for
+/// one that is not, has no positive variance or names a pose or landmark that is not there; and
+/// unless there is one motion less than there are poses.
 void check(const SmoothingGraph& graph);
 
 }  // namespace pf_resampling

@@ -270,6 +270,26 @@ TEST_F(EvaluateBag, RefusesBadInputInOneLine) {
   }
 }
 
+TEST_F(EvaluateBag, NamesTheBeaconThatIsNotAsListed) {
+  const std::string good = directory_.file("good.bag");
+  const std::string bad = directory_.file("bad.bag");
+  ASSERT_EQ(run_program("simulate_bag beacons_figure8 " + good + " --duration 120").exit_code, 0);
+  {
+    const rosbag::Bag bag = open_bag(good);
+    BagWriter writer(bad);
+    for_each_in_order(bag, good, {}, [&](const rosbag::MessageInstance& message) {
+      const auto beacons = message.instantiate<BeaconArray>();
+      if (!beacons) return writer.copy(message);
+      beacons->beacons[2].position.x += 4.0;
+      writer.write_latched(message.getTopic(), message.getTime(), *beacons);
+    });
+    writer.finish();
+  }
+  const json batch = evaluate(bad + " --pose /odom --batch")["batch"];
+  ASSERT_EQ(batch["ranges"]["remarks"].size(), 1u);
+  EXPECT_TRUE(says(batch["ranges"]["remarks"][0], "beacon 3 is listed "));
+}
+
 TEST_F(EvaluateBag, ComparesWithTheBatchSolutionOfRanges) {
   const std::string bag = directory_.file("figure8.bag");
   ASSERT_EQ(run_program("simulate_bag beacons_figure8 " + bag + " --duration 60").exit_code, 0);
@@ -285,6 +305,7 @@ TEST_F(EvaluateBag, ComparesWithTheBatchSolutionOfRanges) {
   EXPECT_EQ(batch["observations"], 360);
   ASSERT_EQ(batch["ranges"]["radios"].size(), 6u);
   EXPECT_EQ(batch["ranges"]["radios"][0]["beacon"], 1);
+  EXPECT_TRUE(batch["ranges"]["remarks"].empty());
   EXPECT_GT(batch["online"]["ratio"], 2.0);
   const ProgramResult text = run_program("evaluate_bag " + arguments);
   for (const char* said :

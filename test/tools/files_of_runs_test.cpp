@@ -107,7 +107,7 @@ TEST_F(FilesOfRuns, WhatIsReadIsNotWritten) {
                  {"out.bag c/odometry.csv", "c/odometry.csv,"});
   expect_refused("dataset_to_bag csv c c", {"out.bag c", "DIRECTORY c"});
   expect_refused("evaluate_bag x.bag --json x.bag", {"--json x.bag", "bag x.bag"});
-  expect_refused("calibrate_ranges ranges.bag --output ranges.bag", {"--output", "bag ranges.bag"});
+  expect_refused("survey_beacons ranges.bag --output ranges.bag", {"--output", "bag ranges.bag"});
   expect_refused("study faults ranges.bag --seeds 1 --json ranges.bag", {"--json", "bag ranges"});
   expect_refused("study faults ranges.bag --config my.yaml --seeds 1 --json my.yaml",
                  {"--json", "--config"});
@@ -138,7 +138,7 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
           "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
           "run_bag fastslam y.bag o.bag --save-map ", "simulate_bag beacons_circle ",
           "dataset_to_bag csv d ", "evaluate_bag x.bag --json ",
-          "calibrate_ranges ranges.bag --output ", "study faults ranges.bag --seeds 1 --json "}) {
+          "survey_beacons ranges.bag --output ", "study faults ranges.bag --seeds 1 --json "}) {
       expect_refused(command + name, {name, why});
     }
   }
@@ -167,9 +167,9 @@ TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
   for (const char* command :
        {"run_bag --help", "simulate_bag --help", "dataset_to_bag --help",
         "dataset_to_bag csv --help", "evaluate_bag --help", "check_bag --help",
-        "calibrate_ranges --help", "study --help", "study faults --help",
+        "survey_beacons --help", "study --help", "study faults --help",
         "run_bag fastslam --parameters", "check_bag drive.bag", "evaluate_bag x.bag",
-        "calibrate_ranges ranges.bag", "simulate_bag beacons_circle s.bag --duration 5",
+        "survey_beacons ranges.bag", "simulate_bag beacons_circle s.bag --duration 5",
         "dataset_to_bag csv c s.bag", "run_bag beacon_mcl ranges.bag s.bag", "study kwak --help"}) {
     const std::string tool = std::string(command).substr(0, std::string(command).find(' '));
     for (const char* out : {" > /dev/full", " >&-"}) {

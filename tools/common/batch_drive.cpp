@@ -86,7 +86,6 @@ BatchDrive::BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetwe
   }
   graph.prior = std::move(prior);
   graph.poses = {graph.prior.pose};
-  graph.radios = graph.prior.radios;
   times = {odometry.front().time};
 }
 

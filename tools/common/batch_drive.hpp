@@ -8,8 +8,6 @@
 
 namespace pf_resampling {
 
-// What the least-squares solutions for landmarks (batch_slam) and for ranges (batch_ranges) share.
-
 /// The odometry between two times, with covariance and sensitivities.
 using OdometryBetween = std::function<MotionFactor(double from, double to)>;
 

@@ -74,13 +74,16 @@ json to_json(const ParticleErrorSummary& particles) {
 
 json to_json(const RadioComparison& comparison) {
   json radios = json::array();
-  for (const auto& [beacon, radio] : comparison.radios) {
-    radios.push_back({{"beacon", beacon}, {"scale", radio.scale}, {"bias", radio.bias}});
+  for (const RadioKnowledge& radio : comparison.radios) {
+    radios.push_back({{"beacon", radio.id},
+                      {"scale", radio.calibration.scale},
+                      {"bias", radio.calibration.bias}});
   }
   return {{"radios", radios},
-          {"sigma", comparison.scales.sigma},
-          {"translation_factor", comparison.scales.translation},
-          {"heading_factor", comparison.scales.heading},
+          {"remarks", comparison.remarks},
+          {"sigma", comparison.noise.range},
+          {"translation_factor", comparison.noise.translation},
+          {"heading_factor", comparison.noise.heading},
           {"yaw_rate_bias", comparison.yaw_rate_bias}};
 }
 
@@ -186,15 +189,19 @@ void print(const BatchComparison& batch) {
   if (batch.map_ratio) std::printf(", map %s", fixed(*batch.map_ratio, 2).c_str());
   std::printf("\n");
   if (batch.radios) {
-    const RangeBatchScales& scales = batch.radios->scales;
+    const RangeNoise& noise = batch.radios->noise;
     std::printf("  it found: ranges to %s, odometry's noise x %s (distance), x %s (heading);",
-                metres(scales.sigma).c_str(), fixed(scales.translation, 2).c_str(),
-                fixed(scales.heading, 2).c_str());
-    for (const auto& [beacon, radio] : batch.radios->radios) {
-      std::printf(" %d: %s d %+.2f m;", beacon, fixed(radio.scale, 3).c_str(), radio.bias);
+                metres(noise.range).c_str(), fixed(noise.translation, 2).c_str(),
+                fixed(noise.heading, 2).c_str());
+    for (const RadioKnowledge& radio : batch.radios->radios) {
+      std::printf(" %d: %s d %+.2f m;", radio.id, fixed(radio.calibration.scale, 3).c_str(),
+                  radio.calibration.bias);
     }
     std::printf(" yaw rate %+.1e rad/s, distance x %s\n", batch.radios->yaw_rate_bias,
                 fixed(batch.distance_scale, 3).c_str());
+    for (const std::string& remark : batch.radios->remarks) {
+      std::printf("  %s.\n", remark.c_str());
+    }
   }
   if (batch.online) {
     const OnlineBound& online = *batch.online;

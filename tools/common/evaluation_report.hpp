@@ -8,8 +8,8 @@
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "pf_resampling_core/range_memory/range_memory.hpp"
 #include "tools/common/bag_contents.hpp"
-#include "tools/common/batch_ranges.hpp"
 
 namespace pf_resampling {
 
@@ -27,9 +27,10 @@ struct OnlineBound {
 
 /// What the solution found of radios and gyro where it was one of ranges.
 struct RadioComparison {
-  std::vector<std::pair<int, RangeCalibration>> radios;  ///< by id of the beacon
-  RangeBatchScales scales;
-  double yaw_rate_bias = 0.0;  ///< rad/s, measured less true
+  std::vector<RadioKnowledge> radios;  ///< that were heard
+  RangeNoise noise;
+  double yaw_rate_bias = 0.0;        ///< rad/s, measured less true
+  std::vector<std::string> remarks;  ///< on those that are not as listed
 };
 
 /// The least-squares solution of the same data, judged in the same way, beside the filter.

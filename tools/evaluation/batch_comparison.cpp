@@ -7,11 +7,12 @@
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "pf_resampling_core/range_memory/radio_remark.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
-#include "tools/common/batch_ranges.hpp"
 #include "tools/common/batch_slam.hpp"
 #include "tools/common/filter_associations.hpp"
+#include "tools/common/range_drive.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -43,23 +44,6 @@ bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request
   problem->scans =
       associated_by({*path, *map}, problem->odometry, problem->sensors, std::move(problem->scans));
   return true;
-}
-
-/// The solution begins to look for the robot where the truth begins.
-RangeProblem range_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request,
-                              const RecordedRun& run) {
-  RangeProblem problem;
-  problem.odometry = read_odometry(bag, request.odom).poses;
-  problem.odometry_noise = read_odometry_noise(bag, request.odom);
-  problem.ranges = read_ranges(bag, request.ranges);
-  problem.beacons = run.beacons;
-  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
-    problem.antennas[name] = frame.translation();
-  }
-  problem.antennas[""] = Eigen::Vector3d::Zero();
-  const Pose2 first = align_at_start(run.dead_reckoning, run.truth).front().pose;
-  problem.start = compose(first, relative(run.place, {}));
-  return problem;
 }
 
 /// Brings a solution, which begins at its origin, to the truth's frame as the estimate was.
@@ -152,25 +136,38 @@ BatchComparison compare_with_landmarks(const rosbag::Bag& bag, const RecordedRun
 }
 
 /// The beacons' frame is the truth's.
-BatchComparison compare_with_ranges(const RangeProblem& problem, const RecordedRun& run,
+BatchComparison compare_with_ranges(const rosbag::Bag& bag, const RecordedRun& run,
                                     const EvaluationRequest& request,
                                     const Evaluation& evaluation) {
   const PathErrorOptions& options = request.path_options;
-  const RangeSolution solution = solve_ranges(problem);
+  RangeDrive drive = range_drive_of(bag, request.odom, request.ranges, "base_link");
+  drive.beacons = run.beacons;
+  const RangeSolution solution = solve_ranges(drive);
+  const RangeMemory& memory = solution.memory;
   const std::vector<EstimatedPose> path = path_of_place(solution.path, run.place);
+  const Eigen::VectorXd newest = memory.newest(memory.modes().front()).mean;
+  const auto constant = [&](CommonUnknown::Index of) {
+    return newest[KeyframeUnknown::count + of];
+  };
   BatchComparison batch;
   batch.errors = evaluate_path(run.truth, path, options);
   batch.aligned = evaluate_aligned_path(run.truth, path, options);
-  batch.distance_scale = solution.distance_scale;
-  batch.yaw_scale = solution.yaw_scale;
+  batch.distance_scale = 1.0 + constant(CommonUnknown::distance_scale);
+  batch.yaw_scale = 1.0 + constant(CommonUnknown::turn_scale);
   batch.observations = solution.ranges;
   batch.outliers = solution.outliers;
-  batch.radios = RadioComparison{solution.radios, solution.scales, solution.yaw_rate_bias};
+  RadioComparison& found = batch.radios.emplace();
+  found.noise = memory.noise();
+  found.yaw_rate_bias = newest[KeyframeUnknown::yaw_rate_bias];
+  for (const RadioKnowledge& radio : memory.radios()) {
+    if (radio.ranges > 0) found.radios.push_back(radio);
+    const std::string remark = remark_on(radio, run.beacons);
+    if (!remark.empty()) found.remarks.push_back(remark);
+  }
   add_ratios(evaluation, &batch);
   if (request.with_online) {
-    const OnlineSolution online = solve_ranges_online(problem, solution.scales);
-    batch.online = judge_online(online, path_of_place(online.path, run.place), Pose2{}, run,
-                                options, evaluation);
+    batch.online = judge_online(solution.online, path_of_place(solution.online.path, run.place),
+                                Pose2{}, run, options, evaluation);
   }
   return batch;
 }
@@ -183,9 +180,8 @@ bool is_of_ranges(const rosbag::Bag& bag, const EvaluationRequest& request) {
 
 BatchComparison compare_with_batch(const rosbag::Bag& bag, const RecordedRun& run,
                                    const EvaluationRequest& request, const Evaluation& evaluation) {
-  return is_of_ranges(bag, request)
-             ? compare_with_ranges(range_problem_of(bag, request, run), run, request, evaluation)
-             : compare_with_landmarks(bag, run, request, evaluation);
+  return is_of_ranges(bag, request) ? compare_with_ranges(bag, run, request, evaluation)
+                                    : compare_with_landmarks(bag, run, request, evaluation);
 }
 
 }  // namespace pf_resampling

@@ -24,5 +24,21 @@ TEST(RadioRemark, SaysWhichRadioIsWrongAndHow) {
   EXPECT_NE(remark_on(radio, {beacon}).find("1.00 ± 0.00 m too short"), std::string::npos);
 }
 
+TEST(PlaceInWords, SaysWhereARadioIsAndHowToKnowMore) {
+  RadioKnowledge radio;
+  radio.id = 3;
+  radio.ranges = 12;
+  EXPECT_EQ(place_in_words(radio), "beacon 3 is as listed; 12 ranges");
+  radio.account = RadioAccount::unlisted;
+  EXPECT_EQ(place_in_words(radio), "beacon 3 is not found: drive about it; 12 ranges");
+  radio.places = {{{4.0, -1.5}, 0.04 * Eigen::Matrix2d::Identity(), 1.0}};
+  EXPECT_EQ(place_in_words(radio), "beacon 3 is at (4.00, -1.50), known to 0.20 m; 12 ranges");
+  radio.places[0].probability = 0.62;
+  radio.places.push_back({{4.0, 1.5}, Eigen::Matrix2d::Identity(), 0.38});
+  EXPECT_EQ(place_in_words(radio),
+            "beacon 3: more than one place fits, (4.00, -1.50) and (4.00, 1.50), 62 to 38 %: drive "
+            "a turn near it; 12 ranges");
+}
+
 }  // namespace
 }  // namespace pf_resampling

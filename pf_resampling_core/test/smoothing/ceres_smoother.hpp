@@ -14,7 +14,7 @@
 namespace pf_resampling {
 
 /// The same least squares by Ceres, with derivatives that it takes itself: what smooth() is held
-/// against. Of a graph whose prior is that of prior_at(), and with three radios or none.
+/// against. Of a graph whose prior is that of prior_at().
 class CeresSmoother {
  public:
   explicit CeresSmoother(const SmoothingGraph& graph) {
@@ -42,19 +42,6 @@ class CeresSmoother {
             new Prior{graph.prior.information.diagonal().tail<kSensorConstants>().cwiseSqrt()}),
         nullptr, constants_.data());
     problem_.SetParameterBlockConstant(poses_.front().data());
-    if (graph.radios.empty()) return;
-    const Eigen::Index landmarks = 2 * static_cast<Eigen::Index>(graph.prior.landmarks.size());
-    problem_.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<RadioPrior, kRadios, kRadios>(new RadioPrior{
-            graph.prior.information.block<kRadios, kRadios>(3 + landmarks, 3 + landmarks)
-                .llt()
-                .matrixU()}),
-        nullptr, radios_.data());
-    for (const RangeFactor& range : graph.ranges) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<Range, 1, 3, kRadios>(new Range{range}), nullptr,
-          poses_[static_cast<std::size_t>(range.pose)].data(), radios_.data());
-    }
   }
 
   /// False if it did not converge.
@@ -88,8 +75,6 @@ class CeresSmoother {
   std::vector<std::array<double, 3>> poses_;
   std::vector<std::array<double, 2>> landmarks_;
   std::array<double, kSensorConstants> constants_{};
-  static constexpr int kRadios = 6;  ///< scale and bias of three
-  std::array<double, kRadios> radios_{};
 
  private:
   struct Motion {
@@ -151,37 +136,6 @@ class CeresSmoother {
       return true;
     }
     SensorConstants roots;
-  };
-
-  struct Range {
-    template <typename T>
-    bool operator()(const T* pose, const T* radios, T* residual) const {
-      using std::cos;
-      using std::sin;
-      using std::sqrt;
-      const T dx = pose[0] + cos(pose[2]) * factor.antenna.x() - sin(pose[2]) * factor.antenna.y() -
-                   factor.beacon.x();
-      const T dy = pose[1] + sin(pose[2]) * factor.antenna.x() + cos(pose[2]) * factor.antenna.y() -
-                   factor.beacon.y();
-      const T distance = sqrt(dx * dx + dy * dy + factor.height * factor.height);
-      residual[0] = ((1.0 + radios[2 * factor.radio]) * distance + radios[2 * factor.radio + 1] -
-                     factor.range) /
-                    std::sqrt(factor.variance);
-      return true;
-    }
-    RangeFactor factor;
-  };
-
-  struct RadioPrior {
-    template <typename T>
-    bool operator()(const T* radios, T* residual) const {
-      for (int i = 0; i < kRadios; ++i) {
-        residual[i] = T(0.0);
-        for (int j = i; j < kRadios; ++j) residual[i] += root(i, j) * radios[j];
-      }
-      return true;
-    }
-    Eigen::Matrix<double, kRadios, kRadios> root;
   };
 
   ceres::Problem problem_;

@@ -22,7 +22,6 @@ RingDrive drive_of(int poses) {
   sigma << 0.02, 0.02, 0.01, 0.01, 0.05, 0.02, 0.02;
   RingDrive drive(poses, 20, 7, sigma);
   drive.graph.prior.information.topLeftCorner<3, 3>() = 100.0 * Eigen::Matrix3d::Identity();
-  add_radios(8, {}, &drive);
   return drive;
 }
 
@@ -63,17 +62,9 @@ std::vector<Rows> rows_of(const NormalEquations& equations, const SmoothingGraph
          {sensor, r.by_constants}},
         robust_weight(r.value.squaredNorm(), kRobustWidth));
   }
-  for (const RangeFactor& range : graph.ranges) {
-    const RangeResidual r =
-        range_residual(range, graph.noise, graph.poses[static_cast<std::size_t>(range.pose)],
-                       graph.radios[static_cast<std::size_t>(range.radio)]);
-    add({{equations.pose_at(range.pose), r.by_pose}, {equations.radio_at(range.radio), r.by_radio}},
-        robust_weight(r.value * r.value, kRobustWidth));
-  }
-  all.emplace_back();  // the prior: of the first pose, the radios and the constants
+  all.emplace_back();  // the prior: of the first pose and the constants
   std::vector<int>& places = all.back().places;
   for (int i = 0; i < 3; ++i) places.push_back(equations.pose_at(0) + i);
-  for (int i = 0; i < 6; ++i) places.push_back(equations.radio_at(0) + i);
   for (int i = 0; i < kSensorConstants; ++i) places.push_back(equations.constants_at() + i);
   all.back().jacobian = graph.prior.information.llt().matrixU();
   return all;
@@ -131,9 +122,8 @@ TEST_P(DrivesOf, LeaveTheInformationOfWhatAFilterGoesOnWith) {
   ASSERT_TRUE(equations.factorize(0.0));
   const Eigen::MatrixXd hessian = dense_hessian(equations, drive.graph);
   const Eigen::Index kept = equations.trailing_size();
-  ASSERT_EQ(kept, 2 * static_cast<Eigen::Index>(drive.graph.landmarks.size() +
-                                                drive.graph.radios.size()) +
-                      kSensorConstants + 3);
+  ASSERT_EQ(kept,
+            2 * static_cast<Eigen::Index>(drive.graph.landmarks.size()) + kSensorConstants + 3);
   // The covariance of some of the unknowns is a block of that of all.
   const Eigen::MatrixXd covariance =
       hessian.llt().solve(Eigen::MatrixXd::Identity(hessian.rows(), hessian.cols()));

@@ -142,46 +142,6 @@ TEST(Residuals, WhatLiesUnderTheSensorHasDerivatives) {
 }
 
 // Cauchy: half a square near zero, of weight one; a weight of a half at the width.
-TEST(Residuals, RangeDerivativesAreDifferences) {
-  const RangeFactor range = {0, 0, {3.0, -2.0}, {0.4, -0.3}, 1.5, 7.0, 0.04};
-  const Pose2 pose = {-1.0, 2.0, 2.9};
-  const Eigen::Vector2d radio(0.03, -0.2);
-  const auto value = [&](const Pose2& p, const Eigen::Vector2d& errors) {
-    return Eigen::Matrix<double, 1, 1>(range_residual(range, {1.3, 1.7, 1.0}, p, errors).value);
-  };
-  const RangeResidual at = range_residual(range, {1.3, 1.7, 1.0}, pose, radio);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_NEAR(slope([&](double by) { return value(moved(pose, i, by), radio); })[0],
-                at.by_pose[i], kTolerance)
-        << i;
-  }
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_NEAR(
-        slope([&](double by) { return value(pose, radio + by * Eigen::Vector2d::Unit(i)); })[0],
-        at.by_radio[i], kTolerance)
-        << i;
-  }
-}
-
-// The antenna is 3 m east, 4 m north of the beacon, and 12 m under it: 13 m away.
-TEST(Residuals, RangeIsScaleTimesDistancePlusBias) {
-  RangeFactor range;
-  range.beacon = {10.0, 20.0};
-  range.antenna = {0.0, -1.0};
-  range.height = 12.0;
-  range.range = 14.0;
-  range.variance = 0.25;
-  const Pose2 pose = {12.0, 24.0, kPi / 2.0};
-  EXPECT_NEAR(range_residual(range, {}, pose, {0.1, 0.2}).value, (1.1 * 13.0 + 0.2 - 14.0) / 0.5,
-              1e-12);
-  EXPECT_NEAR(range_residual(range, {2.0, 1.0, 1.0}, pose, {0.0, 0.0}).value, -1.0, 1e-12);
-  range.beacon = {13.0, 24.0};  // under the beacon, and at its height
-  range.height = 0.0;
-  const RangeResidual at = range_residual(range, {}, pose, {0.0, 0.0});
-  EXPECT_NEAR(at.value, -28.0, 1e-4);
-  EXPECT_TRUE(at.by_pose.allFinite());
-}
-
 TEST(Residuals, RobustLoss) {
   EXPECT_NEAR(robust_cost(1e-6, 2.0), 0.5e-6, 1e-12);
   EXPECT_DOUBLE_EQ(robust_cost(4.0, 2.0), 2.0 * std::log(2.0));

@@ -84,41 +84,7 @@ struct RingDrive {
   std::vector<int> order;  ///< true landmark of each of the graph's
 };
 
-/// The drive among three radios around it, whose ranges (5 cm of white noise) are heard at every
-/// pose in turn by an antenna off the robot's middle; each has other errors.
-inline void add_radios(std::uint64_t seed, const RadioPrior& prior, RingDrive* drive) {
-  const RandomStream random(seed, RandomPurpose::test, 1);
-  SmoothingGraph& graph = drive->graph;
-  const Eigen::Vector2d beacons[] = {{-12.0, 4.0}, {9.0, -8.0}, {6.0, 30.0}};
-  const GaussianPrior before = graph.prior;
-  const Eigen::Vector3d first_sigma =
-      before.information.diagonal().head<3>().cwiseSqrt().cwiseInverse();
-  const SensorConstants sigma =
-      before.information.diagonal().tail<kSensorConstants>().cwiseSqrt().cwiseInverse();
-  graph.prior = prior_among_radios(before.pose, first_sigma, sigma, 3, prior);
-  graph.radios.assign(3, Eigen::Vector2d::Zero());
-  drive->truth.radios = {{0.03, 0.2}, {0.02, -0.1}, {0.04, 0.1}};
-  for (int i = 0; i < static_cast<int>(graph.poses.size()); ++i) {
-    RangeFactor range;
-    range.pose = i;
-    range.radio = i % 3;
-    const std::size_t radio = static_cast<std::size_t>(range.radio);
-    range.beacon = beacons[radio];
-    range.antenna = {0.3, -0.2};
-    range.height = 1.0;
-    const Pose2 antenna = compose(drive->truth.poses[static_cast<std::size_t>(i)],
-                                  {range.antenna.x(), range.antenna.y(), 0.0});
-    const double distance =
-        std::hypot(antenna.x - range.beacon.x(), antenna.y - range.beacon.y(), range.height);
-    const Eigen::Vector2d& errors = drive->truth.radios[radio];
-    range.range = (1.0 + errors[0]) * distance + errors[1] +
-                  0.05 * random.normal(static_cast<std::uint64_t>(i));
-    range.variance = 25e-4;
-    graph.ranges.push_back(range);
-  }
-}
-
-/// Covariance of landmarks, radios, constants and newest pose, in this order, at the estimate.
+/// Covariance of landmarks, constants and newest pose, in this order, at the estimate.
 inline Eigen::MatrixXd joint_covariance(const SmoothingGraph& graph, double robust_width) {
   NormalEquations equations(graph);
   equations.linearize(graph, robust_width);

@@ -45,25 +45,5 @@ TEST(SmootherCeres, SameSolutionWithUnknownSensors) {
   compare(250, 12, 3, sigma);
 }
 
-TEST(SmootherCeres, SameSolutionAmongRadios) {
-  RadioPrior prior;
-  prior.common = {0.05, 0.3};
-  prior.own = {0.02, 0.2};
-  RingDrive drive(200, 6, 4, SensorConstants::Zero());
-  add_radios(5, prior, &drive);
-  SmoothingGraph graph = drive.graph;
-  ASSERT_EQ(smooth({50, 0.0}, &graph).fault, SmoothingFault::none);
-  CeresSmoother ceres(drive.graph);
-  ASSERT_TRUE(ceres.solve());
-  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
-    EXPECT_NEAR(graph.poses[i].x, ceres.poses_[i][0], 5e-4) << i;
-    EXPECT_NEAR(graph.poses[i].y, ceres.poses_[i][1], 5e-4) << i;
-  }
-  for (std::size_t r = 0; r < 3; ++r) {
-    EXPECT_NEAR(graph.radios[r][0], ceres.radios_[2 * r], 1e-4) << r;
-    EXPECT_NEAR(graph.radios[r][1], ceres.radios_[2 * r + 1], 2e-3) << r;
-  }
-}
-
 }  // namespace
 }  // namespace pf_resampling

@@ -132,54 +132,6 @@ TEST(Smoother, ForgettingTheOldestKeepsWhatTheySay) {
   EXPECT_TRUE(joint_covariance(graph, 2.0).isApprox(joint_covariance(drive.graph, 2.0), 1e-2));
 }
 
-// What radios have in common and what is their own, as variances and covariances.
-TEST(Smoother, RadiosOfOneMakeHaveErrorsInCommon) {
-  RadioPrior prior;
-  prior.common = {0.04, 0.3};
-  prior.own = {0.03, 0.4};
-  const GaussianPrior among = prior_among_radios({}, {0.1, 0.2, 0.3}, loose(), 3, prior);
-  const Eigen::MatrixXd covariance = among.information.inverse();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const bool is_same = i == j;
-      EXPECT_NEAR(covariance(3 + 2 * i, 3 + 2 * j), 16e-4 + (is_same ? 9e-4 : 0.0), 1e-12);
-      EXPECT_NEAR(covariance(4 + 2 * i, 4 + 2 * j), 0.09 + (is_same ? 0.16 : 0.0), 1e-12);
-      EXPECT_NEAR(covariance(3 + 2 * i, 4 + 2 * j), 0.0, 1e-15);
-    }
-  }
-  EXPECT_NEAR(covariance(1, 1), 0.04, 1e-12);
-  EXPECT_NEAR(covariance(9, 9), 0.05 * 0.05, 1e-12);
-}
-
-TEST(Smoother, FindsTheErrorsOfRadios) {
-  RingDrive drive(900, 0, 5, no_constants());
-  add_radios(6, {}, &drive);
-  ASSERT_EQ(smooth({50, 0.0}, &drive.graph).fault, SmoothingFault::none);
-  for (std::size_t r = 0; r < 3; ++r) {
-    // 300 ranges of 5 cm from 5 to 35 m: standard errors of about 0.0005 and 1 cm; five of them.
-    EXPECT_NEAR(drive.graph.radios[r][0], drive.truth.radios[r][0], 0.0025) << r;
-    EXPECT_NEAR(drive.graph.radios[r][1], drive.truth.radios[r][1], 0.05) << r;
-  }
-}
-
-TEST(Smoother, ForgettingTheOldestKeepsWhatTheirRangesSay) {
-  RingDrive drive(300, 10, 6, loose());
-  add_radios(7, {}, &drive);
-  const SmoothingResult all = smooth({50, 2.0}, &drive.graph);
-  ASSERT_EQ(all.fault, SmoothingFault::none);
-  SmoothingGraph graph = drive.graph;
-  ASSERT_TRUE(forget_oldest(120, 2.0, &graph));
-  ASSERT_TRUE(forget_oldest(50, 2.0, &graph));
-  ASSERT_EQ(graph.ranges.size(), 130u);
-  const SmoothingResult rest = smooth({50, 2.0}, &graph);
-  ASSERT_EQ(rest.fault, SmoothingFault::none);
-  EXPECT_NEAR(graph.poses.back().x, drive.graph.poses.back().x, 1e-4);
-  for (std::size_t r = 0; r < 3; ++r) {
-    EXPECT_LT((graph.radios[r] - drive.graph.radios[r]).norm(), 1e-4) << r;
-  }
-  EXPECT_TRUE(joint_covariance(graph, 2.0).isApprox(joint_covariance(drive.graph, 2.0), 1e-2));
-}
-
 TEST(Smoother, RefusesWhatCannotBeSolved) {
   RingDrive drive(60, 8, 1, no_constants());
   SmoothingGraph graph = drive.graph;
@@ -217,21 +169,6 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   graph = drive.graph;
   graph.constants[SensorConstant::range_scale] = -1.0;
   EXPECT_NE(message_of(graph).find("no scale below -0.5"), std::string::npos);
-  graph = drive.graph;
-  add_radios(7, {}, &drive);
-  EXPECT_EQ(message_of(drive.graph), "");
-  graph = drive.graph;
-  graph.ranges[4].variance = 0.0;
-  EXPECT_NE(message_of(graph).find("range 4 of radio 1 from pose 4"), std::string::npos);
-  graph = drive.graph;
-  graph.ranges[4].radio = 3;
-  EXPECT_NE(message_of(graph).find("range 4 of radio 3"), std::string::npos);
-  graph = drive.graph;
-  graph.radios.pop_back();
-  EXPECT_NE(message_of(graph).find("as many radios"), std::string::npos);
-  graph = drive.graph;
-  graph.radios[2].y() = std::numeric_limits<double>::infinity();
-  EXPECT_NE(message_of(graph).find("of every radio"), std::string::npos);
 }
 
 TEST(Smoother, ForgetsNeitherNoPoseNorAll) {

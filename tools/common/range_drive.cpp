@@ -1,0 +1,215 @@
+#include "tools/common/range_drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pf_resampling_core/error.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/progress_bar.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kOutlyingRange = 4.0;  // standard deviations
+constexpr double kLeastMotionNoise =
+    1e-4;                              // m or rad per sqrt(s), where none is stated for an axis
+constexpr double kSolvedEvery = 0.25;  // s
+constexpr int kMostKeyframes = 4000;   // an hour at a metre per second
+constexpr int kSolutionsAtTheEnd = 5;  // in which the noise settles
+
+// What takes part, in order of time.
+void keep_what_is_of_use(RangeDrive* drive) {
+  check_path(drive->odometry, "odometry");
+  const double begin = drive->odometry.front().time;
+  const double end = drive->odometry.back().time;
+  std::vector<StampedRange>& ranges = drive->ranges;
+  const auto is_of_no_use = [&](const StampedRange& range) {
+    return !std::isfinite(range.range) || !(range.range > 0.0) ||
+           !(range.time >= begin && range.time <= end);
+  };
+  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), is_of_no_use), ranges.end());
+  if (ranges.empty()) {
+    throw Error("no range while there is odometry: the batch solution needs both");
+  }
+  std::stable_sort(ranges.begin(), ranges.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  std::vector<double> times;
+  for (const StampedRange& range : ranges) {
+    if (times.empty() || range.time > times.back()) times.push_back(range.time);
+  }
+  check_size(drive->odometry, times);
+}
+
+/// The odometry between times that do not go back.
+class OdometrySteps {
+ public:
+  OdometrySteps(const RangeDrive& drive, double begin) : drive_(drive) { start_at(begin); }
+
+  void start_at(double time) {
+    time_ = time;
+    last_ = odometry_at(time);
+  }
+
+  void append_up_to(double time, OdometryIncrement* increment) {
+    if (!(time > time_)) return;
+    const Pose2 pose = odometry_at(time);
+    append({}, relative(last_, pose), time - time_, increment);
+    last_ = pose;
+    time_ = time;
+  }
+
+  OdometryIncrement step_to(double time) {
+    OdometryIncrement increment;
+    append_up_to(time, &increment);
+    if (drive_.odometry_noise) {
+      const StatedOdometryNoise& stated = *drive_.odometry_noise;
+      const Eigen::Vector3d sigmas(stated.along, stated.across, stated.heading);
+      increment.covariance =
+          increment.duration * sigmas.cwiseMax(kLeastMotionNoise).cwiseAbs2().asDiagonal();
+    }
+    return increment;
+  }
+
+ private:
+  Pose2 odometry_at(double time) const {
+    return interpolate(drive_.odometry, time, std::numeric_limits<double>::infinity())->pose;
+  }
+
+  const RangeDrive& drive_;
+  double time_ = 0.0;
+  Pose2 last_;
+};
+
+RangeObservation observation_of(const RangeDrive& drive, const StampedRange& range) {
+  const auto antenna = drive.antennas.find(range.frame);
+  if (antenna == drive.antennas.end()) {
+    throw Error("frame \"" + range.frame + "\" of the ranges is not connected to the robot: " +
+                "/tf_static in the bag has to connect it to base_link");
+  }
+  RangeObservation observation;
+  observation.beacon = range.beacon;
+  observation.range = range.range;
+  observation.antenna = antenna->second;
+  observation.antenna_is_stated = !range.frame.empty();
+  return observation;
+}
+
+EstimatedPose stamped(double time, const Pose2& pose) {
+  EstimatedPose estimated;
+  estimated.time = time;
+  estimated.pose = pose;
+  return estimated;
+}
+
+Pose2 newest_pose(const RangeMemory& memory) {
+  return pose_of(memory.newest(memory.modes().front()).mean.head<4>());
+}
+
+// From the keyframe before by odometry, and what is then missing to the keyframe after, in
+// proportion to the time.
+std::vector<EstimatedPose> path_of(const RangeDrive& drive, const RangeSolution& solution) {
+  const RangeMemory& memory = solution.memory;
+  const RangeEstimate& estimate = memory.modes().front().estimate;
+  const double begin = drive.odometry.front().time;
+  const std::vector<double>& times = memory.keyframe_times();
+  std::vector<EstimatedPose> path;
+  std::size_t before = 0;
+  OdometrySteps steps(drive, begin + times[0]);
+  OdometryIncrement since;
+  for (const EstimatedPose& known : solution.online.path) {
+    const double time = known.time - begin;
+    if (time < times.front()) {
+      path.push_back(known);
+      continue;
+    }
+    while (before + 1 < times.size() && times[before + 1] <= time) {
+      ++before;
+      steps.start_at(begin + times[before]);
+      since = OdometryIncrement{};
+    }
+    steps.append_up_to(known.time, &since);
+    const KeyframeState& from = estimate.keyframes[before];
+    Pose2 missing;
+    if (before + 1 < times.size()) {
+      const Pose2 moved =
+          corrected_motion(memory.graph().motions[before], from, estimate.constants);
+      const Pose2 off =
+          relative(compose(pose_of(from), moved), pose_of(estimate.keyframes[before + 1]));
+      const double share = (time - times[before]) / (times[before + 1] - times[before]);
+      missing = {share * off.x, share * off.y, share * off.heading};
+    }
+    const Pose2 pose = compose(pose_of(from), corrected_motion(since, from, estimate.constants));
+    path.push_back(stamped(known.time, compose(pose, missing)));
+  }
+  return path;
+}
+
+void count_ranges(RangeSolution* solution) {
+  const RangeMemory& memory = solution->memory;
+  const RangeEstimate& estimate = memory.modes().front().estimate;
+  for (std::size_t k = 0; k < memory.graph().ranges.size(); ++k) {
+    for (const HeldRange& range : memory.graph().ranges[k]) {
+      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+      ++solution->ranges;
+      const double value =
+          residual_of(range, memory.noise(), estimate.keyframes[k], estimate.constants).value;
+      if (std::abs(value) > kOutlyingRange) ++solution->outliers;
+    }
+  }
+}
+
+}  // namespace
+
+RangeDrive range_drive_of(const rosbag::Bag& bag, const std::string& odometry,
+                          const std::string& ranges, const std::string& base) {
+  RangeDrive drive;
+  drive.odometry = read_odometry(bag, odometry).poses;
+  drive.odometry_noise = read_odometry_noise(bag, odometry);
+  drive.ranges = read_ranges(bag, ranges);
+  for (const auto& [name, frame] : read_frames_on_robot(bag, base)) {
+    drive.antennas[name] = frame.translation();
+  }
+  drive.antennas[""] = Eigen::Vector3d::Zero();
+  return drive;
+}
+
+RangeSolution solve_ranges(RangeDrive drive) {
+  keep_what_is_of_use(&drive);
+  RangeMemoryOptions options;
+  options.most_keyframes = kMostKeyframes;
+  RangeSolution solution;
+  solution.memory = RangeMemory(options, drive.beacons);
+  RangeMemory& memory = solution.memory;
+  OdometrySteps steps(drive, drive.odometry.front().time);
+  double next_solution = drive.odometry.front().time;
+  auto range = drive.ranges.begin();
+  ProgressBar bar("solving", drive.odometry.size());
+  for (const EstimatedPose& stamp : drive.odometry) {
+    bar.update(solution.online.path.size());
+    while (range != drive.ranges.end() && range->time <= stamp.time) {
+      const double time = range->time;
+      std::vector<RangeObservation> heard;
+      for (; range != drive.ranges.end() && range->time == time; ++range) {
+        heard.push_back(observation_of(drive, *range));
+      }
+      memory.add(steps.step_to(time), heard);
+      if (time < next_solution) continue;
+      next_solution = time + kSolvedEvery;
+      memory.solve();
+      if (!memory.modes().empty()) ++solution.online.solutions;
+    }
+    memory.add(steps.step_to(stamp.time), {});
+    solution.online.path.push_back(
+        stamped(stamp.time, memory.modes().empty() ? stamp.pose : newest_pose(memory)));
+  }
+  for (int i = 0; i < kSolutionsAtTheEnd; ++i) memory.solve_all();
+  if (memory.modes().empty()) {
+    throw Error("the ranges do not say where the robot was: give those of three beacons or more");
+  }
+  solution.path = path_of(drive, solution);
+  count_ranges(&solution);
+  return solution;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,172 @@
+// Finds where beacons are, and the errors of radios, wheels and antenna, by a drive among them.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "beacon_mcl_node/pipeline_options.hpp"
+#include "pf_resampling_core/range_memory/radio_remark.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/command_line.hpp"
+#include "tools/common/files.hpp"
+#include "tools/common/filter_options.hpp"
+#include "tools/common/plot_paths.hpp"
+#include "tools/common/range_drive.hpp"
+
+namespace pf_resampling {
+namespace {
+
+CommandLine command_line() {
+  CommandLine line("survey_beacons",
+                   "Finds where beacons are, which one is not where the list says, and scale and "
+                   "bias of their ranges, by a drive among them. It needs no ground truth.");
+  line.positional("bag", "a bag with odometry and ranges");
+  line.option<std::string>("output", "FILE",
+                           "write beacons and calibration as YAML, for run_bag --config; by "
+                           "default it is printed");
+  line.option<std::string>("plot", "FILE", "draw path and beacons (.png, .pdf or .svg)");
+  line.reads("bag");
+  line.writes("output");
+  line.writes("plot");
+  line.flag("unlisted", "look for all beacons, whatever bag and configuration list");
+  add_filter_options(&line);
+  line.topic("odom", "/odom", "odometry");
+  line.topic("ranges", "/ranges", "ranges");
+  line.topic("beacons", "/beacons", "beacons whose places are known, if any");
+  line.option<std::string>("base", "FRAME", "base_link", "frame of the robot's base in /tf_static");
+  line.example("survey_beacons box_of_radios.bag --output beacons.yaml --plot beacons.png");
+  line.example("survey_beacons plaza2.bag --output calibration.yaml");
+  line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml");
+  return line;
+}
+
+RangeDrive drive_of(const rosbag::Bag& bag, const CommandLine& line) {
+  BeaconMclPipelineOptions options;
+  apply_filter_options(line, &options);
+  RangeDrive drive =
+      range_drive_of(bag, line.topic("odom"), line.topic("ranges"), line.text("base"));
+  for (const auto& [frame, place] : options.antennas) drive.antennas[frame] = place;
+  if (line.get<bool>("unlisted")) return drive;
+  drive.beacons = options.beacons;
+  if (drive.beacons.empty()) drive.beacons = read_beacons(bag, line.topic("beacons"));
+  return drive;
+}
+
+double sigma_of(const RangeMemory::Newest& newest, int at) {
+  return std::sqrt(newest.covariance(at, at));
+}
+
+void print_findings(const RangeSolution& solution, const std::vector<Beacon>& listed) {
+  const RangeMemory& memory = solution.memory;
+  std::printf("%d ranges, %d of them outliers; path and places in the frame of %s\n\n",
+              solution.ranges, solution.outliers,
+              listed.size() >= 2 ? "the listed beacons" : "the first pose");
+  for (const RadioKnowledge& radio : memory.radios()) {
+    const std::string remark = remark_on(radio, listed);
+    std::printf("  %s\n", (remark.empty() ? place_in_words(radio) : remark).c_str());
+  }
+  const RangeMemory::Newest newest = memory.newest(memory.modes().front());
+  constexpr int kConstants = KeyframeUnknown::count;
+  const int distance = kConstants + CommonUnknown::distance_scale;
+  const int turn = kConstants + CommonUnknown::turn_scale;
+  const int lever = kConstants + CommonUnknown::lever_x;
+  std::printf("\n  odometry: distances x %.4f ± %.4f, turns x %.4f ± %.4f, %+.2e ± %.0e rad/s\n",
+              1.0 + newest.mean[distance], sigma_of(newest, distance), 1.0 + newest.mean[turn],
+              sigma_of(newest, turn), newest.mean[KeyframeUnknown::yaw_rate_bias],
+              sigma_of(newest, KeyframeUnknown::yaw_rate_bias));
+  std::printf("  antenna: %+.2f ± %.2f m ahead, %+.2f ± %.2f m to the left of where it is said\n",
+              newest.mean[lever], sigma_of(newest, lever), newest.mean[lever + 1],
+              sigma_of(newest, lever + 1));
+}
+
+std::string number(double value, int decimals) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
+  return text;
+}
+
+std::string to_yaml(const std::string& bag, const RangeMemory& memory,
+                    const std::vector<Beacon>& listed) {
+  std::string beacons = "# Written by survey_beacons, from " + bag + ". m\nbeacons:\n";
+  std::string calibration =
+      "# range = scale * distance + bias + noise of standard deviation sigma (m).\ncalibration:\n";
+  for (const RadioKnowledge& radio : memory.radios()) {
+    const std::string id = std::to_string(radio.id);
+    const auto listing = std::find_if(listed.begin(), listed.end(),
+                                      [&](const Beacon& beacon) { return beacon.id == radio.id; });
+    const bool has_height = listing != listed.end() && !listing->is_planar;
+    const std::string height = has_height ? ", z: " + number(listing->position.z(), 3) : "";
+    const auto add_place = [&](const Eigen::Vector2d& place, const std::string& remark) {
+      beacons += "  - {id: " + id + ", x: " + number(place.x(), 3) +
+                 ", y: " + number(place.y(), 3) + height + "}" + remark + "\n";
+    };
+    const bool is_listed =
+        radio.account == RadioAccount::as_listed || radio.account == RadioAccount::biased;
+    if (is_listed) {
+      add_place(listing->position.head<2>(), "");
+    } else if (radio.places.size() == 1) {
+      const RadioPlace& place = radio.places.front();
+      add_place(place.position, "  # variances " + number(place.covariance(0, 0), 5) + ", " +
+                                    number(place.covariance(1, 1), 5) + ", covariance " +
+                                    number(place.covariance(0, 1), 5) + " m^2");
+    } else {
+      beacons += "  # " + place_in_words(radio) + "\n";
+    }
+    if (radio.ranges == 0) continue;
+    calibration += "  - {beacon: " + id + ", scale: " + number(radio.calibration.scale, 6) +
+                   ", bias: " + number(radio.calibration.bias, 5) +
+                   ", sigma: " + number(radio.calibration.sigma, 5) + "}\n";
+  }
+  return beacons + calibration;
+}
+
+PathPlot picture_of(const std::string& title, const RangeSolution& solution,
+                    const std::vector<Beacon>& listed) {
+  PathPlot plot;
+  plot.title = title;
+  plot.estimate = solution.path;
+  plot.beacons = listed;
+  for (const RadioKnowledge& radio : solution.memory.radios()) {
+    if (radio.account == RadioAccount::as_listed) continue;
+    for (const RadioPlace& place : radio.places) {
+      plot.landmarks.push_back({radio.id, place.position, place.covariance});
+    }
+  }
+  return plot;
+}
+
+int survey_beacons(const std::vector<std::string>& arguments) {
+  CommandLine line = command_line();
+  if (!line.parse(arguments)) return 0;
+  if (line.has("plot")) check_plot_file(line.text("plot"));
+  const auto path = line.text("bag");
+  const rosbag::Bag bag = open_bag(path);
+  require_topics(bag, path,
+                 {{line.topic("odom"), pose_types(), "--odom"},
+                  {line.topic("ranges"), recorded_range_types(), "--ranges"}});
+  const RangeDrive drive = drive_of(bag, line);
+  const RangeSolution solution = solve_ranges(drive);
+  std::printf("%s: ", path.c_str());
+  print_findings(solution, drive.beacons);
+  const std::string name = path.substr(path.find_last_of('/') + 1);
+  const std::string yaml = to_yaml(name, solution.memory, drive.beacons);
+  if (line.has("output")) {
+    write_file(line.text("output"), yaml);
+    std::printf("wrote %s\n", line.text("output").c_str());
+  } else {
+    std::printf("\n%s", yaml.c_str());
+  }
+  if (line.has("plot")) {
+    plot_paths(picture_of(name, solution, drive.beacons), line.text("plot"));
+    std::printf("wrote %s\n", line.text("plot").c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace pf_resampling
+
+int main(int argc, char** argv) {
+  return pf_resampling::run_tool("survey_beacons", argc, argv, pf_resampling::survey_beacons);
+}
