@@ -37,7 +37,8 @@ struct BeaconMclPipelineOptions : PipelineOptions {
 
   BeaconMclPipelineOptions() {
     name = "beacon_mcl";
-    preset = beacon_mcl_presets().front().name;
+    preset = "balanced";
+    filter = beacon_mcl_options_of(preset);
   }
 };
 

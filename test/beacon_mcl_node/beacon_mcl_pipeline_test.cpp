@@ -263,7 +263,10 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   const int third = BeaconMclDrive::beacons()[2].id;
   const std::string name = "beacon " + std::to_string(third);
   int lies = 0;
-  Rig lying;
+  // Redraw names the one that lies as biased, and does without it: see above.
+  BeaconMclPipelineOptions resamples = BeaconMclDrive::options();
+  resamples.filter.strategy.renewal = Renewal::resampling;
+  Rig lying(resamples);
   Rig silent;
   Rig wild;  // every fifth range of it
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {

@@ -30,7 +30,10 @@ const std::map<std::string, std::string> kMahmoud2012 = {
 
 const PresetList& beacon_mcl_presets() {
   static const PresetList presets = {
-      {"balanced", "the defaults", {}},
+      {"fast", "resampling, the least computation", {}},
+      {"balanced",
+       "redraw, more accurate where wheels, antenna or a beacon are not as told",
+       {{"population/renewal", "redraw"}}},
       {"mahmoud2012", "the filter of Mahmoud et al. (2012), which needs calibrated ranges",
        kMahmoud2012}};
   return presets;

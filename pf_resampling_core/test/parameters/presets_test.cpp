@@ -101,6 +101,8 @@ TEST(Presets, FastIsResamplingAndBalancedIsRedraw) {
   const FastSlamOptions balanced = fastslam_options_of("balanced");
   EXPECT_EQ(balanced.strategy.renewal, Renewal::redraw);
   EXPECT_EQ(balanced.particles, 100);
+  EXPECT_EQ(beacon_mcl_options_of("fast").strategy.renewal, Renewal::resampling);
+  EXPECT_EQ(beacon_mcl_options_of("balanced").strategy.renewal, Renewal::redraw);
 }
 
 // Mahmoud et al. (2012): nothing is estimated while it runs, and nothing is injected.
