@@ -78,27 +78,23 @@ struct ResamplingResult {
   Eigen::Map<const Eigen::ArrayXd> log_weights;
 };
 
-struct WeightOfParticle {
-  double weight = 0.0;
-  std::int64_t particle = 0;
-};
-
 /// Working space of the schemes: grows to the largest size met, never shrinks.
 struct ResamplingWorkspace {
-  std::vector<double> rescaled;             ///< weights brought into range
-  std::vector<double> rescaled_inner;       ///< the same for the inner scheme
-  std::vector<double> inner_weights;        ///< what the scheme inside partial and rank_based sees
-  std::vector<double> log_after;            ///< log-weight of a copy of each particle
-  std::vector<int> moderate;                ///< partial: 1 for those that do not take part
-  double shared_mass = 0.0;                 ///< partial: S_hl, weight of those that take part
-  int sharing = 0;                          ///< partial: how many take part
-  std::vector<double> uniforms;             ///< draws
-  std::vector<std::int64_t> sums;           ///< sorted draws: running sum of the spacings
-  std::vector<double> thresholds;           ///< sorted draws
-  std::vector<int> cells;                   ///< copy into which each falls
-  std::vector<int> draws_below;             ///< number of draws before each copy
-  std::vector<WeightOfParticle> by_weight;  ///< ranking
-  std::vector<int> own_counts;              ///< what own_scheme fills in, until it is checked
+  std::vector<double> rescaled;           ///< weights brought into range
+  std::vector<double> rescaled_inner;     ///< the same for the inner scheme
+  std::vector<double> inner_weights;      ///< what the scheme inside partial and rank_based sees
+  std::vector<double> log_after;          ///< log-weight of a copy of each particle
+  std::vector<int> moderate;              ///< partial: 1 for those that do not take part
+  double shared_mass = 0.0;               ///< partial: S_hl, weight of those that take part
+  int sharing = 0;                        ///< partial: how many take part
+  std::vector<double> uniforms;           ///< draws
+  std::vector<std::int64_t> sums;         ///< sorted draws: running sum of the spacings
+  std::vector<double> thresholds;         ///< sorted draws
+  std::vector<int> cells;                 ///< copy into which each falls
+  std::vector<int> draws_below;           ///< number of draws before each copy
+  std::vector<std::uint64_t> sort_words;  ///< ranking
+  std::vector<std::uint64_t> sort_words_swap;
+  std::vector<int> own_counts;  ///< what own_scheme fills in, until it is checked
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the

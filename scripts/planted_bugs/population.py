@@ -51,8 +51,8 @@ BUGS = [
     (
         "survivors do not keep their own slots",
         "ancestry.cpp",
-        "return slot >= own || counts[slot] == 0;",
-        "return slot >= own || counts[slot] <= 1;",
+        "for (int i = 0; i < pairs; ++i) out[free_slots.items[i]] = copies.items[i];",
+        "for (int i = 0; i < pairs; ++i) out[free_slots.items[i]] = copies.items[pairs - 1 - i];",
         ANCESTRY,
     ),
     # Means.

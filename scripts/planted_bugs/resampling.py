@@ -95,8 +95,8 @@ BUGS = [
     (
         "tied weights get ranks in order of appearance",
         "rank_based.cpp",
-        "sorted[end].weight == sorted[first].weight) ++end;",
-        "sorted[end].weight == sorted[first].weight && ranked < 0) ++end;",
+        "weights.weights[particle_of(words[end])] == weight) ++end;",
+        "weights.weights[particle_of(words[end])] == weight && ranked < 0) ++end;",
         SCHEMES,
     ),
     (
