@@ -1,5 +1,6 @@
 #include "pf_resampling_core/filters/fastslam/memory/accounts.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -23,6 +24,9 @@ constexpr double kWorthwhile = 0.1;
 // Of a landmark that may be done without: what that costs before anything has
 // adapted.
 constexpr double kMostGrowth = 60.0;
+// ... and of making it one with the other, before any sighting goes elsewhere: where it costs more,
+// it need not be tried.
+constexpr double kMostAsOne = 100.0;
 // Logarithm of the odds for it, were the errors of all sightings independent.
 // Those of a passage are not, but what speaks louder shows that the robot would
 // be elsewhere without it.
@@ -42,6 +46,8 @@ constexpr int kOftenSeen = 5;
 // Of each landmark that a visit of the past is to have more.
 constexpr double kSplitLogOdds = 10.0;
 
+// One of so many landmarks is none any more: the others close ranks.
+constexpr std::size_t kManyGone = 10;
 // Landmarks from which on a drive is too large for everything to be tried on all of it.
 constexpr std::size_t kLargeMap = 60;
 // How far what came before the newest minute may move (m, rad) for a Gaussian
@@ -103,11 +109,13 @@ void wake_seen(const Scans& scans, Account* account) {
   }
 }
 
-// The landmarks that are left get the numbers of those that are none any more.
+// The landmarks that are left get the numbers of those that are none any more, if these are many.
 bool close_ranks(double robust_width, Account* account) {
+  const std::vector<bool> are_seen = seen_landmarks(account->graph);
+  const auto gone = std::count(are_seen.begin(), are_seen.end(), false);
+  if (kManyGone * static_cast<std::size_t>(gone) < are_seen.size()) return true;
   std::vector<int> number;
   std::size_t kept = 0;
-  const std::vector<bool> are_seen = seen_landmarks(account->graph);
   for (std::size_t l = 0; l < are_seen.size(); ++l) {
     number.push_back(static_cast<int>(kept));
     if (!are_seen[l]) continue;
@@ -118,7 +126,6 @@ bool close_ranks(double robust_width, Account* account) {
     account->needed[kept] = account->needed[l];
     ++kept;
   }
-  if (kept == are_seen.size()) return true;
   if (!renumber(number, robust_width, &account->graph)) return false;
   account->graph.landmarks.resize(kept);
   account->landmark_ids.resize(kept);
@@ -439,9 +446,21 @@ class Accounts {
     return false;
   }
 
+  // What it costs that two landmarks are one, as far as all is linear.
+  static double cost_of_one(int older, int newer, const Account& account) {
+    Eigen::Matrix<double, 4, 2> apart;
+    apart << Eigen::Matrix2d::Identity(), -Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d covariance =
+        apart.transpose() * account.equations->covariance_of({older, newer}) * apart;
+    const Eigen::Vector2d distance = account.graph.landmarks[static_cast<std::size_t>(older)] -
+                                     account.graph.landmarks[static_cast<std::size_t>(newer)];
+    return 0.5 * distance.dot(covariance.llt().solve(distance));
+  }
+
   bool do_without(const Dispensable& landmark, Account* account) const {
-    Account other = *account;
     const auto [older, newer] = std::minmax(landmark.landmark, landmark.other);
+    if (cost_of_one(older, newer, *account) > kMostAsOne) return false;
+    Account other = *account;
     const Eigen::Vector2d place =
         account->graph.landmarks[static_cast<std::size_t>(landmark.other)];
     other.graph.landmarks[static_cast<std::size_t>(older)] = place;
@@ -475,7 +494,7 @@ std::size_t first_undecided(const DriveTimes& times, const SegmentGraph& graph) 
   int update = 0;
   std::size_t s = 0;
   while (s < graph.segments.size() && update < times.decided) {
-    update += static_cast<int>(graph.segments[s++]->motions.size());
+    update += static_cast<int>(graph.segments[s++]->updates());
   }
   return s;
 }
@@ -569,7 +588,7 @@ bool decide_locally(const ReassociationOptions& options, const DriveTimes& times
   newest.begins.assign(times.begins.begin() + static_cast<std::ptrdiff_t>(from) - 1,
                        times.begins.end());
   for (std::size_t s = 0; s < from; ++s) {
-    newest.before += static_cast<int>(account->graph.segments[s]->motions.size());
+    newest.before += static_cast<int>(account->graph.segments[s]->updates());
   }
   const Account undecided = part_of(*account, *local);
   Account part = undecided;

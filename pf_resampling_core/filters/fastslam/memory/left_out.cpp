@@ -42,7 +42,7 @@ bool leave_out(const SegmentGraph& graph, double robust_width, const LeftOutSigh
     rest.whole = at_estimate(graph, s);
     rest.segment = without(sightings, rest.whole);
     if (!condense(robust_width, &rest.segment, &rest.linear)) return false;
-    const Eigen::Index size = rest.segment.between.rows();
+    const Eigen::Index size = rest.segment.condensed->between.rows();
     if (size == 0) continue;
     Eigen::MatrixXd own = Eigen::MatrixXd::Zero(size, size);
     rest.pull = Eigen::VectorXd::Zero(size);
@@ -97,7 +97,7 @@ GroupMean mean_of(const SegmentGraph& graph, double robust_width,
       local.topRows<3>() = by_pose;
     } else {
       Eigen::MatrixXd& by_between = mean.by_between[place.segment];
-      if (by_between.size() == 0) by_between.setZero(rest.segment.between.rows(), 2);
+      if (by_between.size() == 0) by_between.setZero(rest.segment.condensed->between.rows(), 2);
       by_between.middleRows<3>(3 * sighting.pose) += by_pose;
     }
     equations.from_segment(graph, place.segment, alone, local, mean.by_unknowns);
@@ -109,58 +109,67 @@ GroupMean mean_of(const SegmentGraph& graph, double robust_width,
     by_between = (by_between * scale).eval();
     const Remainder& rest = remainders.at(s);
     mean.value -= by_between.transpose() * rest.between.solve(rest.pull);
-    equations.from_segment(graph, s, rest.segment, rest.segment.between.transpose() * by_between,
+    equations.from_segment(graph, s, rest.segment,
+                           rest.segment.condensed->between.transpose() * by_between,
                            mean.by_unknowns);
   }
   return mean;
 }
 
+// Of a group: its mean, and what that is once its block is left out.
+struct LeftOutMean {
+  std::size_t block;
+  GroupMean mean;
+  Eigen::Vector2d residual;
+};
+
 using Parts = std::array<Eigen::Matrix2d, kDataKinds>;
 
-// What each kind of data but those left out says along directions: those of the graph's unknowns,
-// and with them, in segments of the group, of the poses between.
-Parts parts_along(const SegmentGraph& graph, const GroupMean& mean, const Remainders& remainders,
-                  const Eigen::MatrixXd& spread, const SegmentEquations& equations) {
-  Parts parts;
-  parts.fill(Eigen::Matrix2d::Zero());
-  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-    const auto rest = remainders.find(s);
-    if (rest == remainders.end()) {
-      const Segment& segment = *graph.segments[s];
-      const std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
-      const Eigen::MatrixXd along = equations.to_segment(graph, s, segment, spread);
-      for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
-        if (segment.information[kind].size() == 0) continue;
-        parts[kind] += weights[kind] * along.transpose() * (segment.information[kind] * along);
-      }
-      continue;
-    }
-    const Segment& segment = rest->second.segment;
-    const Eigen::MatrixXd along = equations.to_segment(graph, s, segment, spread);
-    const Eigen::Index between = segment.between.rows();
-    Eigen::MatrixXd all(between + along.rows(), 2);
-    all.bottomRows(along.rows()) = along;
-    if (between > 0) {
-      all.topRows(between) = segment.between * along;
-      const auto by_between = mean.by_between.find(s);
-      if (by_between != mean.by_between.end()) {
-        all.topRows(between) += rest->second.between.solve(by_between->second);
-      }
-    }
-    for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
-      const Eigen::MatrixXd& hessian = rest->second.linear.hessian[kind];
-      if (hessian.size() == 0) continue;
-      parts[kind] += all.transpose() * (hessian.selfadjointView<Eigen::Lower>() * all);
+// What each kind of data says along `spread`, two columns for each mean, from a segment that is
+// whole: of all means at once, since the data are many.
+void add_parts(const SegmentGraph& graph, std::size_t s, const SegmentEquations& equations,
+               const Eigen::MatrixXd& spread, const std::vector<bool>& takes_part,
+               std::vector<Parts>* parts) {
+  const Segment& segment = *graph.segments[s];
+  const std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
+  const Eigen::MatrixXd along = equations.to_segment(graph, s, segment, spread);
+  for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
+    const Eigen::MatrixXd& information = segment.condensed->information[kind];
+    if (information.size() == 0) continue;
+    const Eigen::MatrixXd pull = weights[kind] * information * along;
+    for (std::size_t i = 0; i < parts->size(); ++i) {
+      const Eigen::Index at = 2 * static_cast<Eigen::Index>(i);
+      if (!takes_part[i]) continue;
+      (*parts)[i][kind] += along.middleCols<2>(at).transpose() * pull.middleCols<2>(at);
     }
   }
-  const Eigen::MatrixXd constants = spread.middleRows<kSensorConstants>(equations.constants_at());
-  parts[DataKind::given] +=
-      constants.transpose() * constants_information(graph).asDiagonal() * constants;
-  return parts;
 }
 
-PredictionError prediction_error(const NoiseScales& noise, const GroupMean& mean, Parts parts,
-                                 const Eigen::VectorXd& step) {
+// The same from one of which something is left out, with its poses between.
+void add_parts(const SegmentGraph& graph, std::size_t s, const SegmentEquations& equations,
+               const Eigen::MatrixXd& spread, const Remainder& rest, const GroupMean& mean,
+               Parts* parts) {
+  const Eigen::MatrixXd along = equations.to_segment(graph, s, rest.segment, spread);
+  const Eigen::MatrixXd& follow = rest.segment.condensed->between;
+  const Eigen::Index between = follow.rows();
+  Eigen::MatrixXd all(between + along.rows(), 2);
+  all.bottomRows(along.rows()) = along;
+  if (between > 0) {
+    all.topRows(between) = follow * along;
+    const auto by_between = mean.by_between.find(s);
+    if (by_between != mean.by_between.end()) {
+      all.topRows(between) += rest.between.solve(by_between->second);
+    }
+  }
+  for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
+    const Eigen::MatrixXd& hessian = rest.linear.hessian[kind];
+    if (hessian.size() == 0) continue;
+    (*parts)[kind] += all.transpose() * (hessian.selfadjointView<Eigen::Lower>() * all);
+  }
+}
+
+PredictionError prediction_error(const NoiseScales& noise, const Eigen::Vector2d& residual,
+                                 Parts parts) {
   parts[DataKind::range](0, 0) += 1.0;
   parts[DataKind::bearing](1, 1) += 1.0;
   // From standard deviations as they are taken to be back to those stated.
@@ -169,7 +178,7 @@ PredictionError prediction_error(const NoiseScales& noise, const GroupMean& mean
     return unit.asDiagonal() * covariance * unit.asDiagonal() / (scale * scale);
   };
   PredictionError error;
-  error.error = unit.cwiseProduct(mean.value + mean.by_unknowns.transpose() * step);
+  error.error = unit.cwiseProduct(residual);
   error.by_ranges = stated(parts[DataKind::range], noise.range);
   error.by_bearings = stated(parts[DataKind::bearing], noise.bearing);
   error.by_motions = stated(parts[DataKind::motion], noise.motion);
@@ -265,27 +274,59 @@ std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_wid
   std::vector<PredictedBlock> predicted_blocks;
   if (blocks.empty()) return predicted_blocks;
   SegmentEquations equations(graph);
-  for (const LeftOutSightings& block : blocks) {
-    Remainders remainders;
-    if (!leave_out(graph, robust_width, block, &remainders)) continue;
-    equations.linearize(graph);
-    for (const auto& [s, rest] : remainders) {
-      equations.add(graph, s, *graph.segments[s], -1.0);
-      equations.add(graph, s, rest.segment, 1.0);
+  equations.linearize(graph);
+  equations.add_to_landmarks(kFar);
+  std::vector<Remainders> remainders(blocks.size());
+  std::vector<LeftOutMean> means;
+  std::vector<Eigen::MatrixXd> spreads;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!leave_out(graph, robust_width, blocks[b], &remainders[b])) continue;
+    const auto exchange = [&](double times) {
+      for (const auto& [s, rest] : remainders[b]) {
+        equations.add(graph, s, *graph.segments[s], -times);
+        equations.add(graph, s, rest.segment, times);
+      }
+    };
+    exchange(1.0);
+    if (equations.factorize(0.0)) {
+      const Eigen::VectorXd step = equations.step();
+      for (const std::vector<SightingPlace>& group : blocks[b].groups) {
+        GroupMean mean = mean_of(graph, robust_width, group, remainders[b], equations);
+        const Eigen::MatrixXd spread = equations.solve(mean.by_unknowns);
+        const Eigen::Matrix2d predicted = mean.by_unknowns.transpose() * spread;
+        if (!predicted.allFinite() || predicted.maxCoeff() > kNoPrediction) continue;
+        const Eigen::Vector2d residual = mean.value + mean.by_unknowns.transpose() * step;
+        mean.by_unknowns.resize(0, 0);
+        means.push_back({b, std::move(mean), residual});
+        spreads.push_back(spread);
+      }
     }
-    equations.add_to_landmarks(kFar);
-    if (!equations.factorize(0.0)) continue;
-    const Eigen::VectorXd step = equations.step();
-    PredictedBlock errors;
-    for (const std::vector<SightingPlace>& group : block.groups) {
-      const GroupMean mean = mean_of(graph, robust_width, group, remainders, equations);
-      const Eigen::MatrixXd spread = equations.solve(mean.by_unknowns);
-      const Eigen::Matrix2d predicted = mean.by_unknowns.transpose() * spread;
-      if (!predicted.allFinite() || predicted.maxCoeff() > kNoPrediction) continue;
-      errors.push_back(prediction_error(
-          graph.noise, mean, parts_along(graph, mean, remainders, spread, equations), step));
+    exchange(-1.0);
+  }
+  Eigen::MatrixXd spread(equations.size(), 2 * static_cast<Eigen::Index>(means.size()));
+  std::vector<Parts> parts(means.size());
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    spread.middleCols<2>(2 * static_cast<Eigen::Index>(i)) = spreads[i];
+    parts[i].fill(Eigen::Matrix2d::Zero());
+  }
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    std::vector<bool> is_whole(means.size(), true);
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      const Remainders& of_block = remainders[means[i].block];
+      const auto rest = of_block.find(s);
+      if (rest == of_block.end()) continue;
+      is_whole[i] = false;
+      add_parts(graph, s, equations, spreads[i], rest->second, means[i].mean, &parts[i]);
     }
-    if (!errors.empty()) predicted_blocks.push_back(std::move(errors));
+    add_parts(graph, s, equations, spread, is_whole, &parts);
+  }
+  const Eigen::Index constants = equations.constants_at();
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const Eigen::MatrixXd along = spreads[i].middleRows<kSensorConstants>(constants);
+    parts[i][DataKind::given] +=
+        along.transpose() * constants_information(graph).asDiagonal() * along;
+    if (i == 0 || means[i].block != means[i - 1].block) predicted_blocks.emplace_back();
+    predicted_blocks.back().push_back(prediction_error(graph.noise, means[i].residual, parts[i]));
   }
   return predicted_blocks;
 }

@@ -1,6 +1,5 @@
 #include "pf_resampling_core/filters/fastslam/memory/local_graph.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -13,7 +12,7 @@ namespace {
 
 constexpr double kUnbounded = 1e9;  // standard deviation of constants that a segment knows
 // Landmarks that were not seen, the nearest: they may be those that were.
-constexpr std::size_t kMostOthers = 60;
+constexpr std::size_t kMostOthers = 25;
 
 std::vector<bool> seen_in(const SegmentGraph& graph, std::size_t from, std::size_t to) {
   std::vector<bool> are_seen(graph.landmarks.size(), false);
@@ -38,10 +37,6 @@ SegmentGraph first_segments(const SegmentGraph& graph, std::size_t count) {
 std::optional<LocalGraph> local_graph(const SegmentGraph& graph, std::size_t from) {
   const std::size_t count = graph.segments.size();
   const SegmentGraph before = first_segments(graph, from);
-  SegmentEquations equations(before);
-  equations.linearize(before);
-  if (!equations.factorize(0.0)) return std::nullopt;
-
   const std::vector<bool> known = seen_in(graph, 0, from);
   const std::vector<bool> seen = seen_in(graph, from, count);
   LocalGraph local;
@@ -62,50 +57,29 @@ std::optional<LocalGraph> local_graph(const SegmentGraph& graph, std::size_t fro
   std::sort(local.landmarks.begin(), local.landmarks.end());
 
   const Pose2& base = graph.bases[from];
-  std::vector<int> unknowns;
-  for (int i = 0; i < 3; ++i) unknowns.push_back(equations.base_at(from) + i);
   Segment given;
   given.poses = {base};
   given.constants = graph.constants;
   given.noise = graph.noise;
+  std::vector<int> tracked;
   for (std::size_t i = 0; i < local.landmarks.size(); ++i) {
     const std::size_t l = static_cast<std::size_t>(local.landmarks[i]);
     if (!known[l]) continue;
     given.landmarks.push_back(static_cast<int>(i));
     given.tracks.push_back(graph.landmarks[l]);
-    unknowns.push_back(equations.landmark_at(l));
-    unknowns.push_back(equations.landmark_at(l) + 1);
+    tracked.push_back(local.landmarks[i]);
   }
-  for (int k = 0; k < kSensorConstants; ++k) unknowns.push_back(equations.constants_at() + k);
-  const Eigen::Index size = given.size();
-  Eigen::MatrixXd units = Eigen::MatrixXd::Zero(equations.size(), size);
-  for (Eigen::Index i = 0; i < size; ++i) units(unknowns[static_cast<std::size_t>(i)], i) = 1.0;
-  const Eigen::MatrixXd columns = equations.solve(units);
-  const Eigen::VectorXd step = equations.step();
-  Eigen::MatrixXd covariance(size, size);
-  Eigen::VectorXd moved(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    covariance.row(i) = columns.row(unknowns[static_cast<std::size_t>(i)]);
-    moved[i] = step[unknowns[static_cast<std::size_t>(i)]];
-  }
-  const Eigen::LLT<Eigen::MatrixXd> root(0.5 * (covariance + covariance.transpose()));
-  if (root.info() != Eigen::Success) return std::nullopt;
-  given.information[DataKind::given] = root.solve(Eigen::MatrixXd::Identity(size, size));
-  given.gradient[DataKind::given] = -(given.information[DataKind::given] * moved);
-  given.between.resize(0, size);
-  if (!given.information[DataKind::given].allFinite() ||
-      !given.gradient[DataKind::given].allFinite()) {
-    return std::nullopt;
-  }
+  SegmentEquations equations(before, &tracked);
+  equations.linearize(before);
+  if (!equations.factorize(0.0)) return std::nullopt;
+  const auto [gradient, information] = equations.condensed_to_last();
+  if (!information.allFinite() || !gradient.allFinite()) return std::nullopt;
+  given.condensed = condensed_belief(information, gradient);
 
-  std::vector<int> tracked;
-  for (const int landmark : given.landmarks) {
-    tracked.push_back(local.landmarks[static_cast<std::size_t>(landmark)]);
-  }
   const Together together = seen_together(before, tracked);
   for (int a = 0; a < together.rows(); ++a) {
     for (int b = 0; b < a; ++b) {
-      if (together(a, b)) given.beside.emplace_back(a, b);
+      if (together(a, b)) given.beside.push_back({a, b});
     }
   }
 

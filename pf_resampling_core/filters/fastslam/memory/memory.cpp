@@ -7,11 +7,20 @@
 #include <limits>
 #include <set>
 
+#include "pf_resampling_core/filters/fastslam/memory/joining.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
+
 namespace pf_resampling {
 namespace {
 
 // Updates of a segment, whose poses are solved for together.
 constexpr std::size_t kMostMotions = 50;
+constexpr double kSettled = 75.0;     // s
+constexpr double kMostSquare = 16.0;  // of the odometry of what is joined; see slip_square()
+// Updates that keep their data at least, since what was seen in them may change its landmarks; and
+// segments before them.
+constexpr int kMostUpdatesWithData = 1500;
+constexpr std::size_t kMostPast = 40;
 constexpr int kMostUndecided = 500;  // updates without a solution, without ids
 // The belief is wrong if of so many sightings so many did not fit (with one id in a hundred
 // misread, by chance once in 10⁵ times), of several landmarks: one or two may have been moved.
@@ -30,7 +39,7 @@ constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // one time to the next: their number grows with its logarithm.
 constexpr std::size_t kMostPassages = 8;
 constexpr std::size_t kMostWindows = 4;
-constexpr double kValidationStride = 0.01;
+constexpr double kValidationStride = 0.02;
 // Factor that the noise may fall by at a time: what the drive is linearised at follows it.
 constexpr double kMostNoiseFall = 1.25;
 constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
@@ -140,10 +149,9 @@ bool Memory::start(const StartingBelief& belief) {
   for (std::size_t l = 0; l < belief.landmarks.size(); ++l) {
     segment.landmarks.push_back(static_cast<int>(l));
   }
-  segment.information[DataKind::given] = root.solve(Eigen::MatrixXd::Identity(size, size));
-  segment.between.resize(0, size);
-  segment.gradient[DataKind::given] = Eigen::VectorXd::Zero(size);
-  if (!segment.information[DataKind::given].allFinite()) return false;
+  const Eigen::MatrixXd information = root.solve(Eigen::MatrixXd::Identity(size, size));
+  if (!information.allFinite()) return false;
+  segment.condensed = condensed_belief(information, Eigen::VectorXd::Zero(size));
   forget_drive();
   segment.noise = state_.graph.noise;
   state_.graph.bases = {Pose2{}, belief.pose};
@@ -260,8 +268,66 @@ bool Memory::belief_is_wrong() const {
          (row >= kManyInARow && (in_a_row.size() > 1 || was_in_view));
 }
 
+// Short segments that what is new does not put in question any more become long ones: a redraw
+// costs as much as there are segments.
+void Memory::join_settled(double robust_width) {
+  SegmentGraph& graph = state_.graph;
+  const auto is_settled = [&](std::size_t s) {
+    return graph.segments[s]->has_data() &&
+           state_.begins[s] + graph.segments[s]->duration() < state_.closed - kSettled &&
+           slip_square(graph, s) < kMostSquare;
+  };
+  for (std::size_t first = 0; first < graph.segments.size(); ++first) {
+    std::size_t motions = 0;
+    std::size_t last = first;
+    while (last < graph.segments.size() && is_settled(last) &&
+           motions + graph.segments[last]->motions.size() <= kMostMotions) {
+      motions += graph.segments[last++]->motions.size();
+    }
+    // Until the last of them is settled more may come.
+    if (last == graph.segments.size() || !is_settled(last)) continue;
+    if (last - first < 2 || !join_segments(first, last - first, robust_width, &graph)) continue;
+    state_.begins.erase(state_.begins.begin() + static_cast<std::ptrdiff_t>(first) + 1,
+                        state_.begins.begin() + static_cast<std::ptrdiff_t>(last));
+  }
+}
+
+// Of the past, neighbours that have seen the fewest landmarks become one, and their data go, as
+// long as there are many: so a drive of hours costs what its map costs.
+void Memory::condense_past() {
+  SegmentGraph& graph = state_.graph;
+  const std::size_t past = first_of_newest(graph, kMostUpdatesWithData);
+  if (past <= kMostPast) return;
+  for (std::size_t left = past; left > kMostPast; --left) {
+    const std::vector<bool> anchored = anchored_segments(graph, state_.begins);
+    const auto is_past = [&](std::size_t s) {
+      const Segment& segment = *graph.segments[s];
+      if (!segment.has_data()) return segment.updates() > 0;
+      return anchored[s] && slip_square(graph, s) < kMostSquare;
+    };
+    std::size_t best = 0;
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (std::size_t s = 0; s + 1 < left; ++s) {
+      if (!is_past(s) || !is_past(s + 1)) continue;
+      std::vector<int> landmarks = graph.segments[s]->landmarks;
+      const std::vector<int>& next = graph.segments[s + 1]->landmarks;
+      landmarks.insert(landmarks.end(), next.begin(), next.end());
+      std::sort(landmarks.begin(), landmarks.end());
+      const auto end = std::unique(landmarks.begin(), landmarks.end());
+      const std::size_t count = static_cast<std::size_t>(end - landmarks.begin());
+      if (count >= fewest) continue;
+      fewest = count;
+      best = s;
+    }
+    if (fewest > graph.landmarks.size() || !join_without_data(best, &graph)) return;
+    state_.begins.erase(state_.begins.begin() + static_cast<std::ptrdiff_t>(best) + 1);
+  }
+}
+
 // Condenses what came since the last segment, in pieces, and puts it behind that.
 bool Memory::close_segments(double robust_width) {
+  join_settled(robust_width);
+  condense_past();
   if (belief_is_wrong()) {
     for (const std::size_t i : state_.open_doubts) {
       const SightingFactor& sighting = state_.open.sightings[i];
@@ -489,18 +555,8 @@ std::vector<Pose2> Memory::path() const {
   std::vector<Pose2> path;
   const SegmentGraph& graph = state_.graph;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-    const Segment& segment = *graph.segments[s];
-    const Eigen::VectorXd moved = difference(graph, s, segment);
-    const Eigen::VectorXd between = segment.between * moved;
-    for (std::size_t i = 0; i + 1 < segment.poses.size(); ++i) {
-      Pose2 pose = segment.poses[i];
-      const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-      pose.x += between[at];
-      pose.y += between[at + 1];
-      pose.heading += between[at + 2];
-      path.push_back(compose(graph.bases[s], pose));
-    }
-    if (segment.has_data()) path.push_back(graph.bases[s + 1]);
+    if (graph.segments[s]->updates() == 0) continue;
+    for (const Pose2& pose : poses_of(graph, s)) path.push_back(compose(graph.bases[s], pose));
   }
   return path;
 }

@@ -132,6 +132,8 @@ class Memory {
 
  private:
   void note_newest(std::int64_t doubted);
+  void join_settled(double robust_width);
+  void condense_past();
   bool close_segments(double robust_width);
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;

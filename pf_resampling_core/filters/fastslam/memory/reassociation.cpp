@@ -315,14 +315,15 @@ double association_evidence(const ReassociationOptions& options,
   double fit = 0.0;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
-    log_determinant += segment.log_determinant;
+    const CondensedSegment& condensed = *segment.condensed;
+    log_determinant += condensed.log_determinant;
     const auto weights = weights_of(graph, s, segment);
     const Eigen::VectorXd e = difference(graph, s, segment);
     for (const int kind : {DataKind::range, DataKind::bearing}) {
       const std::size_t k = static_cast<std::size_t>(kind);
-      if (segment.information[k].size() == 0) continue;
-      fit += weights[k] * (segment.cost[k] + e.dot(segment.gradient[k]) +
-                           0.5 * e.dot(segment.information[k] * e));
+      if (condensed.information[k].size() == 0) continue;
+      fit += weights[k] * (condensed.cost[k] + e.dot(condensed.gradient[k]) +
+                           0.5 * e.dot(condensed.information[k] * e));
     }
   }
   const std::vector<bool> are_seen = seen_landmarks(graph);

@@ -12,13 +12,19 @@ bool is_landmark(int number, std::size_t landmarks) {
   return number >= 0 && static_cast<std::size_t>(number) < landmarks;
 }
 
-// Of a belief, which has no data.
+// Of one without data.
 std::string fault_of_given(const Segment& segment) {
-  const Eigen::MatrixXd& information = segment.information[DataKind::given];
-  const bool fits = segment.poses.size() == 1 && segment.sightings.empty() &&
-                    information.rows() == segment.size() && information.cols() == segment.size() &&
-                    segment.gradient[DataKind::given].size() == segment.size();
-  return fits ? "" : "the belief that it begins with has not the size of its landmarks";
+  const Eigen::MatrixXd& information = segment.condensed->information[DataKind::given];
+  const auto is_of_tracks = [&](const std::array<int, 2>& pair) {
+    return is_landmark(pair[0], segment.tracks.size()) &&
+           is_landmark(pair[1], segment.tracks.size());
+  };
+  const bool fits = segment.sightings.empty() && information.rows() == segment.size() &&
+                    information.cols() == segment.size() &&
+                    segment.condensed->gradient[DataKind::given].size() == segment.size() &&
+                    segment.tracks.size() == segment.landmarks.size() &&
+                    std::all_of(segment.beside.begin(), segment.beside.end(), is_of_tracks);
+  return fits ? "" : "its belief has not the size of its landmarks";
 }
 
 // Of one that was condensed, or has still to be.
@@ -77,15 +83,19 @@ void describe(Archive& archive, Segment& segment) {
   archive("robust_width", segment.robust_width);
   const bool is_given = !segment.has_data() && !segment.poses.empty();
   if (is_given) {
-    archive("information", segment.information[DataKind::given]);
-    archive("gradient", segment.gradient[DataKind::given]);
+    CondensedSegment given;
+    if (segment.condensed != nullptr) given = *segment.condensed;
+    archive("information", given.information[DataKind::given]);
+    archive("gradient", given.gradient[DataKind::given]);
+    archive("beside", segment.beside);
+    segment.condensed =
+        condensed_belief(given.information[DataKind::given], given.gradient[DataKind::given]);
   }
   if (!archive.is_reading()) return;
   const bool is_condensed = !segment.poses.empty();
   const std::string fault =
       is_given ? fault_of_given(segment) : fault_of_data(segment, is_condensed);
   if (!fault.empty()) archive.refuse(fault);
-  if (is_given) segment.between.resize(0, segment.size());
   if (is_given || !is_condensed) return;
   if (!(segment.motion_share > 0.0) || !condense(segment.robust_width, &segment)) {
     archive.refuse("its data do not determine it");

@@ -54,16 +54,21 @@ bool fit_and_condense(double robust_width, Segment* segment) {
 
 }  // namespace
 
-Scans newest_scans(const SegmentGraph& graph, const std::vector<double>& begins, int updates) {
-  Scans scans;
+std::size_t first_of_newest(const SegmentGraph& graph, int updates) {
   std::size_t from = graph.segments.size();
   int count = 0;
   while (from > 0 && count < updates && graph.segments[from - 1]->has_data()) {
     count += static_cast<int>(graph.segments[--from]->motions.size());
   }
+  return from;
+}
+
+Scans newest_scans(const SegmentGraph& graph, const std::vector<double>& begins, int updates) {
+  Scans scans;
+  const std::size_t from = first_of_newest(graph, updates);
   scans.first_segment = from;
   for (std::size_t s = 0; s < from; ++s) {
-    scans.first_update += static_cast<int>(graph.segments[s]->motions.size());
+    scans.first_update += static_cast<int>(graph.segments[s]->updates());
   }
   for (std::size_t s = from; s < graph.segments.size(); ++s) {
     const Segment segment = at_estimate(graph, s);
@@ -129,7 +134,7 @@ void for_each_sighting(const SegmentGraph& graph, const std::vector<double>& beg
       visit(update + sighting.pose, times[static_cast<std::size_t>(sighting.pose)], sighting,
             segment.landmarks[static_cast<std::size_t>(sighting.landmark)]);
     }
-    update += static_cast<int>(segment.motions.size());
+    update += static_cast<int>(segment.updates());
   }
 }
 

@@ -22,8 +22,11 @@ struct Scans {
   std::vector<int> before;  ///< their landmarks in the graph
 };
 
-/// Of at least `updates` updates, as far as the graph has data of them. `begins`: of the segments,
-/// s.
+/// The first of the newest segments that have at least `updates` updates, as far as the graph has
+/// data of them.
+std::size_t first_of_newest(const SegmentGraph& graph, int updates);
+
+/// Of these segments. `begins`: of the segments, s.
 Scans newest_scans(const SegmentGraph& graph, const std::vector<double>& begins, int updates);
 
 /// Takes over the poses and the landmarks of the sightings. Segments in which something has changed

@@ -220,6 +220,7 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
   SegmentLinearization own_linearization;
   SegmentLinearization& linear = linearization == nullptr ? own_linearization : *linearization;
   linearize(*segment, motion_roots(*segment), robust_width, &linear);
+  CondensedSegment condensed;
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(between, between);
   Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, between);
   for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
@@ -229,13 +230,12 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
   if (between > 0) {
     const Eigen::LLT<Eigen::MatrixXd> root(own);
     if (root.info() != Eigen::Success) return false;
-    segment->between = -root.solve(coupling.transpose());
-    segment->log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
+    condensed.between = -root.solve(coupling.transpose());
+    condensed.log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
   } else {
-    segment->between.resize(0, size);
-    segment->log_determinant = 0.0;
+    condensed.between.resize(0, size);
   }
-  const Eigen::MatrixXd& follow = segment->between;
+  const Eigen::MatrixXd& follow = condensed.between;
   for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
     const Eigen::MatrixXd& hessian = linear.hessian[kind];
     Eigen::MatrixXd information = hessian.bottomRightCorner(size, size);
@@ -247,17 +247,24 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
     }
     information.triangularView<Eigen::StrictlyUpper>() =
         information.transpose().triangularView<Eigen::StrictlyUpper>();
-    segment->information[kind] = std::move(information);
-    segment->gradient[kind] = linear.gradient[kind].tail(size);
-    if (between > 0) {
-      segment->gradient[kind].noalias() += follow.transpose() * linear.gradient[kind].head(between);
-    }
-    segment->cost[kind] = linear.cost[kind];
-    if (!segment->information[kind].allFinite() || !segment->gradient[kind].allFinite()) {
-      return false;
-    }
+    Eigen::VectorXd gradient = linear.gradient[kind].tail(size);
+    if (between > 0) gradient += follow.transpose() * linear.gradient[kind].head(between);
+    if (!information.allFinite() || !gradient.allFinite()) return false;
+    condensed.information[kind] = std::move(information);
+    condensed.gradient[kind] = std::move(gradient);
+    condensed.cost[kind] = linear.cost[kind];
   }
+  segment->condensed = std::make_shared<const CondensedSegment>(std::move(condensed));
   return true;
+}
+
+std::shared_ptr<const CondensedSegment> condensed_belief(const Eigen::MatrixXd& information,
+                                                         const Eigen::VectorXd& gradient) {
+  CondensedSegment condensed;
+  condensed.information[DataKind::given] = information;
+  condensed.gradient[DataKind::given] = gradient;
+  condensed.between.resize(0, gradient.size());
+  return std::make_shared<const CondensedSegment>(std::move(condensed));
 }
 
 void add_sighting(int landmark, SightingFactor sighting, Segment* segment) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -21,11 +22,21 @@ struct DataKind {
 };
 inline constexpr int kDataKinds = 4;
 
-/// What a stretch of the drive says, in the frame of the pose that it starts from (its base): the
-/// cost, for each kind of data,
-///   cost + gradientᵀ·e + ½ eᵀ·information·e,   e = y − (where it was condensed),
-/// over y = (end pose; tracks; constants), 3 + 2K + 7 unknowns. A track is a landmark as this
-/// segment saw it. The poses between are eliminated. The segment turns and moves as one: nothing is
+/// What a segment says of y = (end pose; tracks; constants), 3 + 2K + 7 unknowns, for each kind of
+/// data: the cost
+///   cost + gradientᵀ·e + ½ eᵀ·information·e,   e = y − (where it was condensed).
+/// The poses between are eliminated.
+struct CondensedSegment {
+  std::array<double, kDataKinds> cost = {};
+  std::array<Eigen::VectorXd, kDataKinds> gradient;
+  std::array<Eigen::MatrixXd, kDataKinds> information;  ///< empty: none
+  /// How the poses between follow y: 3 (poses − 1) rows; empty where the data are gone.
+  Eigen::MatrixXd between;
+  double log_determinant = 0.0;  ///< of the information on the poses between
+};
+
+/// What a stretch of the drive says, in the frame of the pose that it starts from (its base). A
+/// track is a landmark as this segment saw it. The segment turns and moves as one: nothing is
 /// linearised in a frame that a loop will turn.
 struct Segment {
   std::vector<MotionFactor> motions;      ///< i leads to poses[i], the first from the base
@@ -34,7 +45,7 @@ struct Segment {
   std::vector<SightingFactor> unassigned;
   std::vector<int> landmarks;  ///< of each track
   /// Tracks that a scan has seen beside each other, where the data are gone.
-  std::vector<std::pair<int, int>> beside;
+  std::vector<std::array<int, 2>> beside;
 
   // Where it was condensed.
   std::vector<Pose2> poses;             ///< the last is the end
@@ -44,12 +55,7 @@ struct Segment {
   double motion_share = 1.0;  ///< weight of its odometry: less than 1 where the wheels slipped
   double robust_width = 0.0;
 
-  std::array<double, kDataKinds> cost = {};
-  std::array<Eigen::VectorXd, kDataKinds> gradient;
-  std::array<Eigen::MatrixXd, kDataKinds> information;  ///< empty: none
-  /// How the poses between follow y: 3 (poses − 1) rows; empty where the data are gone.
-  Eigen::MatrixXd between;
-  double log_determinant = 0.0;  ///< of the information on the poses between
+  std::shared_ptr<const CondensedSegment> condensed;  ///< shared by copies
   /// Sum over the sightings of the logarithm of their noise: σ of the range times σ of the bearing.
   double log_noise = 0.0;
 
@@ -59,6 +65,10 @@ struct Segment {
   Eigen::Index constants_at() const { return size() - kSensorConstants; }
   /// Whether it can be condensed anew.
   bool has_data() const { return !motions.empty(); }
+  /// A belief to begin with has one pose, and no update led to it.
+  std::size_t updates() const {
+    return has_data() ? motions.size() : poses.size() > 1 ? poses.size() : 0;
+  }
   /// s
   double duration() const;
 };
@@ -84,6 +94,10 @@ struct SegmentLinearization {
 /// Linearises at the poses, tracks and constants that it has, and eliminates the poses between.
 /// False if these are not determined. `linearization`, if given, is left there.
 bool condense(double robust_width, Segment* segment, SegmentLinearization* linearization = nullptr);
+
+/// Of a segment whose data are gone, or never were: a belief with that information on y.
+std::shared_ptr<const CondensedSegment> condensed_belief(const Eigen::MatrixXd& information,
+                                                         const Eigen::VectorXd& gradient);
 
 /// To a segment that is not condensed, from one of its poses.
 void add_sighting(int landmark, SightingFactor sighting, Segment* segment);

@@ -19,12 +19,18 @@ Eigen::Vector2d place(const Pose2& pose) {
 
 }  // namespace
 
-SegmentEquations::SegmentEquations(const SegmentGraph& graph)
+SegmentEquations::SegmentEquations(const SegmentGraph& graph, const std::vector<int>* last)
     : bases_(graph.segments.size()), landmarks_(graph.landmarks.size()) {
   sizes_.assign(bases_, 3);
   sizes_.insert(sizes_.end(), landmarks_, 2);
   sizes_.push_back(kSensorConstants);
-  order_blocks(graph);
+  std::vector<int> last_blocks;
+  if (last != nullptr) {
+    last_blocks.push_back(static_cast<int>(bases_) - 1);
+    for (const int landmark : *last) last_blocks.push_back(static_cast<int>(bases_) + landmark);
+  }
+  last_blocks.push_back(static_cast<int>(sizes_.size()) - 1);
+  order_blocks(graph, last_blocks);
 }
 
 // Of a segment: base, end, tracks, constants; -1: known.
@@ -37,54 +43,72 @@ std::vector<int> SegmentEquations::blocks_of(std::size_t s, const Segment& segme
   return blocks;
 }
 
-void SegmentEquations::order_blocks(const SegmentGraph& graph) {
+// Those of `last` in that order behind the others, the constants behind all: they touch everything.
+// The others by approximate minimum degree.
+void SegmentEquations::order_blocks(const SegmentGraph& graph, const std::vector<int>& last) {
   const int count = static_cast<int>(sizes_.size());
-  // The constants touch everything and come last; the others by approximate minimum degree.
-  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(count));
+  std::vector<std::vector<int>> blocks;  // of each segment
+  std::vector<std::vector<std::size_t>> segments(static_cast<std::size_t>(count));  // of each block
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-    std::vector<int> blocks = blocks_of(s, *graph.segments[s]);
-    blocks.pop_back();
-    for (const int a : blocks) {
-      if (a < 0) continue;
-      std::vector<int>& of_a = neighbours[static_cast<std::size_t>(a)];
-      for (const int b : blocks) {
-        if (b >= 0) of_a.push_back(b);
-      }
+    blocks.push_back(blocks_of(s, *graph.segments[s]));
+    blocks.back().pop_back();  // the constants
+    for (const int block : blocks.back()) {
+      if (block >= 0) segments[static_cast<std::size_t>(block)].push_back(s);
     }
   }
   const int others = count - 1;
-  Eigen::SparseMatrix<double> pattern(others, others);
-  std::vector<int> sizes(static_cast<std::size_t>(others));
+  std::vector<int> free_at(static_cast<std::size_t>(count), 0);  // among those that are not last
+  for (const int block : last) free_at[static_cast<std::size_t>(block)] = -1;
+  std::vector<int> free;
+  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(count));
+  std::vector<int> noted_for(static_cast<std::size_t>(count), -1);
   for (int block = 0; block < others; ++block) {
     std::vector<int>& of_block = neighbours[static_cast<std::size_t>(block)];
+    for (const std::size_t s : segments[static_cast<std::size_t>(block)]) {
+      for (const int neighbour : blocks[s]) {
+        if (neighbour < 0 || noted_for[static_cast<std::size_t>(neighbour)] == block) continue;
+        noted_for[static_cast<std::size_t>(neighbour)] = block;
+        of_block.push_back(neighbour);
+      }
+    }
     std::sort(of_block.begin(), of_block.end());
-    of_block.erase(std::unique(of_block.begin(), of_block.end()), of_block.end());
     if (of_block.empty()) {
       unseen_.push_back(block);
       of_block.push_back(block);
     }
-    sizes[static_cast<std::size_t>(block)] = static_cast<int>(of_block.size());
+    int& at = free_at[static_cast<std::size_t>(block)];
+    if (at < 0) continue;
+    at = static_cast<int>(free.size());
+    free.push_back(block);
   }
-  pattern.reserve(sizes);
-  for (int block = 0; block < others; ++block) {
-    for (const int neighbour : neighbours[static_cast<std::size_t>(block)]) {
-      pattern.insert(neighbour, block) = 1.0;
+  const int free_count = static_cast<int>(free.size());
+  Eigen::SparseMatrix<double> pattern(free_count, free_count);
+  for (int at = 0; at < free_count; ++at) {
+    pattern.startVec(at);
+    for (const int neighbour :
+         neighbours[static_cast<std::size_t>(free[static_cast<std::size_t>(at)])]) {
+      const int row = free_at[static_cast<std::size_t>(neighbour)];
+      if (row >= 0) pattern.insertBack(row, at) = 1.0;
     }
   }
-  pattern.makeCompressed();
+  pattern.finalize();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
   Eigen::AMDOrdering<int>()(pattern, order);
 
-  position_.assign(static_cast<std::size_t>(count), others);
-  std::vector<int> block_at(static_cast<std::size_t>(count), others);
-  for (int i = 0; i < others; ++i) {
-    block_at[static_cast<std::size_t>(i)] = order.indices()[i];
-    position_[static_cast<std::size_t>(order.indices()[i])] = i;
+  std::vector<int> block_at;  // in the order of elimination
+  for (int i = 0; i < free_count; ++i) {
+    block_at.push_back(free[static_cast<std::size_t>(order.indices()[i])]);
+  }
+  block_at.insert(block_at.end(), last.begin(), last.end());
+  position_.assign(static_cast<std::size_t>(count), 0);
+  for (int i = 0; i < count; ++i) {
+    position_[static_cast<std::size_t>(block_at[static_cast<std::size_t>(i)])] = i;
   }
   at_.assign(static_cast<std::size_t>(count), 0);
   int unknowns = 0;
   for (const int block : block_at) {
     at_[static_cast<std::size_t>(block)] = unknowns;
+    if (block == last.front()) last_at_ = unknowns;
     unknowns += sizes_[static_cast<std::size_t>(block)];
   }
   gradient_.setZero(unknowns);
@@ -173,6 +197,7 @@ double SegmentEquations::linearize(const SegmentGraph& graph) {
 
 double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Segment& segment,
                              double times) {
+  const CondensedSegment& condensed = *segment.condensed;
   const Eigen::Index size = segment.size();
   std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
   for (double& weight : weights) weight *= times;
@@ -181,10 +206,10 @@ double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Seg
   double cost = 0.0;
   Eigen::VectorXd pull = Eigen::VectorXd::Zero(size);
   for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
-    if (segment.information[kind].size() == 0) continue;
-    information += weights[kind] * segment.information[kind];
-    pull += weights[kind] * segment.gradient[kind];
-    cost += weights[kind] * segment.cost[kind];
+    if (condensed.information[kind].size() == 0) continue;
+    information += weights[kind] * condensed.information[kind];
+    pull += weights[kind] * condensed.gradient[kind];
+    cost += weights[kind] * condensed.cost[kind];
   }
   const Eigen::VectorXd by_e = information * e;
   cost += e.dot(pull) + 0.5 * e.dot(by_e);
@@ -222,7 +247,9 @@ double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Seg
   }
   Eigen::MatrixXd all(size + 3, size + 3);
   all.bottomRightCorner(size, size) = information;
-  all.bottomLeftCorner(size, 3).noalias() = information * by_base;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    all.col(c).tail(size).noalias() = information * by_base.col(c);
+  }
   all.topRightCorner(3, size) = all.bottomLeftCorner(size, 3).transpose();
   all.topLeftCorner(3, 3).noalias() = by_base.transpose() * all.bottomLeftCorner(size, 3);
 
@@ -314,15 +341,16 @@ double SegmentEquations::linearize_gradient(const SegmentGraph& graph) {
   double cost = 0.0;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
+    const CondensedSegment& condensed = *segment.condensed;
     const std::array<double, kDataKinds> weights = weights_of(graph, s, segment);
     const Eigen::VectorXd e = difference(graph, s, segment);
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(segment.size());
     for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
-      if (segment.information[kind].size() == 0) continue;
-      const Eigen::VectorXd by_e = weights[kind] * (segment.information[kind] * e);
-      cost +=
-          weights[kind] * (segment.cost[kind] + e.dot(segment.gradient[kind])) + 0.5 * e.dot(by_e);
-      pull += weights[kind] * segment.gradient[kind] + by_e;
+      if (condensed.information[kind].size() == 0) continue;
+      const Eigen::VectorXd by_e = weights[kind] * (condensed.information[kind] * e);
+      cost += weights[kind] * (condensed.cost[kind] + e.dot(condensed.gradient[kind])) +
+              0.5 * e.dot(by_e);
+      pull += weights[kind] * condensed.gradient[kind] + by_e;
     }
     from_segment(graph, s, segment, pull, gradient_);
   }
@@ -421,6 +449,20 @@ OdometryInformation SegmentEquations::odometry_information() const {
     for (int r = 0; r <= c; ++r) information(r, c) = information(c, r) = last[r - c];
   }
   return information;
+}
+
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> SegmentEquations::condensed_to_last() const {
+  const auto& factor = root_.matrixL().nestedExpression();
+  const Eigen::Index size = this->size() - last_at_;
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index c = 0; c < size; ++c) {
+    using Factor = Eigen::SparseMatrix<double>;
+    for (Factor::InnerIterator entry(factor, last_at_ + c); entry; ++entry) {
+      root(entry.row() - last_at_, c) = entry.value();
+    }
+  }
+  const Eigen::VectorXd pulled = root_.matrixL().solve(gradient_);
+  return {root * pulled.tail(size), root * root.transpose()};
 }
 
 void SegmentEquations::draw(int count, const RandomStream& stream, Eigen::MatrixXd* draws,

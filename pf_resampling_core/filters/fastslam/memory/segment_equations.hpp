@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_graph.hpp"
@@ -16,8 +17,9 @@ namespace pf_resampling {
 /// nothing to cost and determinant.
 class SegmentEquations {
  public:
-  /// Lays out the structure, which must not change any more.
-  explicit SegmentEquations(const SegmentGraph& graph);
+  /// Lays out the structure, which must not change any more. With `last`, the newest base, these
+  /// landmarks and the constants are eliminated last.
+  explicit SegmentEquations(const SegmentGraph& graph, const std::vector<int>* last = nullptr);
 
   /// Hessian and gradient at the graph's estimate; returns the cost.
   double linearize(const SegmentGraph& graph);
@@ -56,6 +58,9 @@ class SegmentEquations {
   /// After factorize(): joint covariance of some landmarks, two rows each.
   Eigen::MatrixXd covariance_of(const std::vector<int>& landmarks) const;
   OdometryInformation odometry_information() const;
+  /// After factorize(): gradient and information of what is eliminated last, in that order, given
+  /// all the rest at its best.
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> condensed_to_last() const;
 
   /// Draws from the Gaussian whose information was factorised: a column each. `pulled`: likewise,
   /// Hessian times draw.
@@ -67,7 +72,7 @@ class SegmentEquations {
     std::vector<int> rows;  // blocks in the order of elimination, ascending, itself the last
     std::vector<int> offsets;
   };
-  void order_blocks(const SegmentGraph& graph);
+  void order_blocks(const SegmentGraph& graph, const std::vector<int>& last);
   std::vector<int> blocks_of(std::size_t s, const Segment& segment) const;
   template <typename Block>
   void add_block(int row_block, int column_block, const Block& block);
@@ -79,6 +84,7 @@ class SegmentEquations {
   std::vector<int> sizes_;     // of blocks
   std::vector<int> position_;  // of blocks in the order of elimination
   std::vector<int> at_;        // first unknown of each block
+  int last_at_ = 0;            // of what is eliminated last
   std::vector<Column> columns_;
   std::vector<int> unseen_;              // landmarks' blocks of which no segment says anything
   Eigen::SparseMatrix<double> hessian_;  // upper triangle, in the order of elimination

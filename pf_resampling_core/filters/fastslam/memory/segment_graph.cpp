@@ -27,21 +27,13 @@ SensorConstants constants_information(const SegmentGraph& graph) {
 Segment at_estimate(const SegmentGraph& graph, std::size_t s) {
   const Segment& old = *graph.segments[s];
   const Eigen::VectorXd moved = difference(graph, s, old);
-  const Eigen::VectorXd between = old.between * moved;
   Segment segment;
   segment.motions = old.motions;
   segment.sightings = old.sightings;
   segment.unassigned = old.unassigned;
   segment.landmarks = old.landmarks;
-  segment.poses = old.poses;
+  segment.poses = poses_of(graph, s);
   segment.tracks = old.tracks;
-  for (std::size_t i = 0; i + 1 < segment.poses.size(); ++i) {
-    const Eigen::Vector3d step = between.segment<3>(3 * static_cast<Eigen::Index>(i));
-    segment.poses[i].x += step.x();
-    segment.poses[i].y += step.y();
-    segment.poses[i].heading = wrap_angle(segment.poses[i].heading + step.z());
-  }
-  segment.poses.back() = relative(graph.bases[s], graph.bases[s + 1]);
   for (std::size_t k = 0; k < segment.tracks.size(); ++k) {
     segment.tracks[k] += moved.segment<2>(3 + 2 * static_cast<Eigen::Index>(k));
   }
@@ -49,6 +41,24 @@ Segment at_estimate(const SegmentGraph& graph, std::size_t s) {
   segment.noise = graph.noise;
   segment.motion_share = graph.motion_shares[s];
   return segment;
+}
+
+std::vector<Pose2> poses_of(const SegmentGraph& graph, std::size_t s) {
+  const Segment& segment = *graph.segments[s];
+  const Eigen::VectorXd moved = difference(graph, s, segment);
+  std::vector<Pose2> poses = segment.poses;
+  Eigen::VectorXd between;
+  if (segment.has_data()) between = segment.condensed->between * moved;
+  for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+    const double share = static_cast<double>(i + 1) / static_cast<double>(poses.size());
+    const Eigen::Vector3d step = segment.has_data()
+                                     ? Eigen::Vector3d(between.segment<3>(3 * static_cast<int>(i)))
+                                     : Eigen::Vector3d(share * moved.head<3>());
+    Pose2& pose = poses[i];
+    pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.heading + step.z())};
+  }
+  poses.back() = relative(graph.bases[s], graph.bases[s + 1]);
+  return poses;
 }
 
 Eigen::VectorXd difference(const SegmentGraph& graph, std::size_t s, const Segment& segment) {

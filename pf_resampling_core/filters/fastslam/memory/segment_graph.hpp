@@ -32,6 +32,10 @@ Eigen::VectorXd difference(const SegmentGraph& graph, std::size_t s, const Segme
 /// A segment's data without what they are condensed to, moved to the graph's estimate.
 Segment at_estimate(const SegmentGraph& graph, std::size_t s);
 
+/// Poses of segment `s` in the frame of its base, at the graph's estimate. Where the data are gone,
+/// those between share in how far the end has moved.
+std::vector<Pose2> poses_of(const SegmentGraph& graph, std::size_t s);
+
 /// Weights of a segment's kinds of data at place `s` under the graph's noise and motion shares,
 /// relative to those that it was condensed with.
 std::array<double, kDataKinds> weights_of(const SegmentGraph& graph, std::size_t s,

@@ -106,7 +106,7 @@ TEST_F(MapFile, ComesBackToTheBit) {
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
- "format": "pf_resampling map 3",
+ "format": "pf_resampling map 4",
  "association": "mutual_exclusion",
  "frame": "map",
  "is_lost": false,
@@ -209,7 +209,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 3\"", "map 4\"", "is of the format \"pf_resampling map 4\""},
+      {"map 4\"", "map 5\"", "is of the format \"pf_resampling map 5\""},
       {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},
@@ -331,9 +331,9 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
   write_map_file(path_, map);
   const MemoryState read = read_map_file(path_).memory;
   const Segment& first = *map.memory.graph.segments.front();
-  EXPECT_EQ(read.graph.segments.front()->information[DataKind::range],
-            first.information[DataKind::range]);
-  EXPECT_EQ(read.graph.segments.front()->between, first.between);
+  EXPECT_EQ(read.graph.segments.front()->condensed->information[DataKind::range],
+            first.condensed->information[DataKind::range]);
+  EXPECT_EQ(read.graph.segments.front()->condensed->between, first.condensed->between);
   EXPECT_EQ(read.open.sightings.size(), map.memory.open.sightings.size());
   const auto of_first = [&](auto change) {
     return [&first, change](MemoryState* state) {

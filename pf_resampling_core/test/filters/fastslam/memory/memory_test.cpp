@@ -277,6 +277,34 @@ TEST(Memory, NamesASlipAndIsNotBentByIt) {
 }
 
 // Distrusted odometry and hardly a sighting: what is solved for is far from the odometry by chance.
+// 25 minutes, 30 laps: what is old has lost its data, but little of what they said.
+TEST(Memory, StaysBoundedOverALongDrive) {
+  const Drive data = drive(30, 1);
+  const Memory memory = remember(data);
+  EXPECT_LT(memory.graph().segments.size(), 100u);
+  SmoothingGraph graph = whole_graph(data);
+  ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
+    const int number = memory.number_of(static_cast<std::int64_t>(l));
+    ASSERT_GE(number, 0);
+    const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
+    EXPECT_LT((place - graph.landmarks[l]).norm(), 0.02) << l;
+  }
+  const std::vector<Pose2> path = memory.path();
+  ASSERT_EQ(path.size() + 1, graph.poses.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_NEAR(path[i].x, graph.poses[i + 1].x, 0.1) << i;
+    EXPECT_NEAR(path[i].y, graph.poses[i + 1].y, 0.1) << i;
+  }
+}
+
+TEST(Memory, StillKnowsASlipOfLongAgo) {
+  const Memory memory = remember(drive(30, 1, 100.0));
+  EXPECT_LT(memory.graph().segments.size(), 100u);
+  ASSERT_EQ(memory.slips().size(), 1u);
+  EXPECT_NEAR(memory.slips().front().begin, 100.0, 7.0);
+}
+
 TEST(Memory, NamesNoSlipWhereTheSolutionIsLoose) {
   for (const std::uint64_t seed : {5u, 6u, 7u}) {
     Drive data = drive(2, seed);

@@ -263,7 +263,7 @@ struct Row {
   SegmentGraph graph;
 
   Row(const std::vector<Eigen::Vector2d>& landmarks, const Eigen::MatrixXd& covariance,
-      const std::vector<std::pair<int, int>>& beside) {
+      const std::vector<std::array<int, 2>>& beside) {
     StartingBelief belief;
     belief.landmarks = landmarks;
     for (std::size_t l = 0; l < landmarks.size(); ++l) {
