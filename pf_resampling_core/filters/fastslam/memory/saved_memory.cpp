@@ -88,8 +88,10 @@ void describe(Archive& archive, Segment& segment) {
     archive("information", given.information[DataKind::given]);
     archive("gradient", given.gradient[DataKind::given]);
     archive("beside", segment.beside);
-    segment.condensed =
-        condensed_belief(given.information[DataKind::given], given.gradient[DataKind::given]);
+    if (archive.is_reading()) {
+      segment.condensed =
+          condensed_belief(given.information[DataKind::given], given.gradient[DataKind::given]);
+    }
   }
   if (!archive.is_reading()) return;
   const bool is_condensed = !segment.poses.empty();
