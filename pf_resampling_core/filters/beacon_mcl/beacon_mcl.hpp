@@ -171,7 +171,7 @@ class BeaconMcl {
     std::future<RangeMemory> memory;
     /// What came since it began.
     std::vector<std::pair<OdometryIncrement, std::vector<RangeObservation>>> since;
-    bool is_of_use = true;  // of the filter's present memory
+    bool is_obsolete;  // the filter has begun another memory
   };
 
   void start_memory();

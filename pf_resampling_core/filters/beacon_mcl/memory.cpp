@@ -37,7 +37,7 @@ Eigen::MatrixXd radio_rows(std::optional<int> radio, Eigen::Index size) {
 
 void BeaconMcl::start_memory() {
   memory_.reset();
-  if (solution_) solution_->is_of_use = false;
+  if (solution_) solution_->is_obsolete = true;
   next_solution_ = time_;
   if (options_.strategy.renewal != Renewal::redraw) {
     known_.reset();
@@ -119,7 +119,7 @@ bool BeaconMcl::take_solution() {
   }
   Solution solution = std::move(*solution_);
   solution_.reset();
-  if (!solution.is_of_use) return false;
+  if (solution.is_obsolete) return false;
   memory_ = solution.memory.get();
   for (const auto& [odometry, ranges] : solution.since) memory_->add(odometry, ranges);
   return true;
