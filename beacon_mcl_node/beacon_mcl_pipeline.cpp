@@ -3,9 +3,11 @@
 #include <algorithm>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
+#include "beacon_mcl_node/beacon_file.hpp"
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/files/new_file.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/odometry/input_checks.hpp"
 #include "src/pipeline/filter_pipeline_impl.hpp"
@@ -37,7 +39,7 @@ bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& s
 
 BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
                                      const BeaconMclSinks& sinks)
-    : FilterPipeline(options, sinks), names_(names_of(options)) {
+    : FilterPipeline(options, sinks), names_(names_of(options)), beacon_map_(sinks.beacon_map) {
   for (const auto& [frame, place] : options_.antennas) {
     frames_.add(options_.frames.base, frame, place);
   }
@@ -46,7 +48,7 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
                 " beacons in the configuration, more than the limit of " +
                 std::to_string(options_.max_beacons) + "; give fewer");
   }
-  if (!options_.beacons.empty()) start(make_filter(options_.beacons));
+  if (!options_.beacons.empty() || finds_beacons()) start(make_filter(options_.beacons));
 }
 
 std::unique_ptr<BeaconMcl> BeaconMclPipeline::make_filter(
@@ -92,13 +94,24 @@ void BeaconMclPipeline::global_localization() {
   take_new_belief();
 }
 
+std::string BeaconMclPipeline::save_beacons(const std::string& path) const {
+  if (!filter_ || filter_->memory() == nullptr) {
+    throw Error("nothing is known of beacons beside the list; use population/renewal redraw");
+  }
+  const RangeMemory& memory = *filter_->memory();
+  NewFile file(path, kBeaconFile.name);
+  file.write(beacon_file(options_.name, memory));
+  file.finish();
+  return std::to_string(memory.found().size()) + " beacons written to " + path;
+}
+
 std::optional<Rejection> BeaconMclPipeline::fault_in(const BeaconRange& range) const {
   if (auto rejection = check(range)) return rejection;
   return check_beacon(range.beacon);
 }
 
 std::optional<Rejection> BeaconMclPipeline::check_beacon(int id) const {
-  if (!filter_) return std::nullopt;
+  if (!filter_ || finds_beacons()) return std::nullopt;
   std::string known;
   for (const Beacon& beacon : filter_->beacons()) {
     if (beacon.id == id) return std::nullopt;
@@ -197,12 +210,14 @@ OdometryIncrement BeaconMclPipeline::motion_since_update() const {
 }
 
 double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
-  return extent_of(filter_->beacons());
+  return extent_of(filter_->found_beacons());
 }
 
 // The ids are for people; the places make the difference.
 std::string BeaconMclPipeline::lasting_map() const {
   std::vector<Beacon> beacons = filter_->beacons();
+  // Another run would begin with a frame of its own.
+  if (finds_beacons() && beacons.size() < 2) return "";
   std::string ids;
   for (Beacon& beacon : beacons) {
     if (beacon.is_planar) beacon.position.z() = 0.0;

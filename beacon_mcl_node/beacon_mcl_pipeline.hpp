@@ -1,9 +1,11 @@
 #pragma once
 
 #include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/BeaconMap.h>
 #include <pf_resampling/BeaconRange.h>
 #include <sensor_msgs/Range.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "beacon_mcl_node/beacon_markers.hpp"
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "beacon_mcl_node/range_sensor.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
@@ -34,7 +37,9 @@ struct BeaconMclTypes {
 };
 extern template class FilterPipeline<BeaconMclTypes>;
 
-using BeaconMclSinks = PipelineSinks;
+struct BeaconMclSinks : PipelineSinks {
+  std::function<void(const BeaconMap&)> beacon_map;  ///< where beacons are found
+};
 
 /// Range-beacon localization from messages to messages. Ranges wait for the beacons too, and those
 /// taken at the same time are one update.
@@ -64,10 +69,14 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   /// Service: starts anew from the ranges or over the area.
   void global_localization();
 
+  /// Service: writes what was found to a file, which is a configuration; see beacon_file(). Returns
+  /// what was written, or throws Error.
+  std::string save_beacons(const std::string& path) const;
+
   /// Frame of the antenna of ranges that do not name one.
   const std::string& antenna() const { return names_.antenna; }
 
-  /// Nothing while the beacons are not known.
+  /// Nothing while the beacons are not known and not to be found.
   const BeaconMcl* filter() const { return filter_.get(); }
 
  private:
@@ -103,6 +112,11 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   void save_filter(BeaconMclCheckpoint* checkpoint) override;
   void load_filter(const BeaconMclCheckpoint& checkpoint) override;
 
+  bool finds_beacons() const {
+    return options_.filter.beacon_positions == BeaconPositions::estimated;
+  }
+  std::vector<PlacedBeacon> places() const;
+  void publish_map_if_due(ros::Time stamp) override;
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
   std::vector<std::string> remarks() const;
@@ -120,6 +134,8 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   ScalarEstimate yaw_rate_bias_;  // of the belief
   std::map<int, LatestRange> latest_ranges_;
   std::map<int, BeaconHealth> beacon_health_;
+  std::function<void(const BeaconMap&)> beacon_map_;
+  ros::Time last_map_;
   ros::Time last_beacons_;  // that were drawn
 };
 

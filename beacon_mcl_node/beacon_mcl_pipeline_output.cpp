@@ -1,4 +1,6 @@
 // What of the messages that BeaconMclPipeline gives out is its own.
+#include <limits>
+
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling_core/range_memory/radio_remark.hpp"
@@ -9,6 +11,9 @@ namespace {
 
 // Beacons stand still: their markers are repeated for viewers that come late.
 constexpr double kBeaconMarkerPeriod = 5.0;  // s
+// What is found changes; places that are no more vanish.
+constexpr double kFoundPeriod = 1.0;    // s
+constexpr double kFoundLifetime = 2.5;  // s
 // A running mean of squared innovations over their expected variance, 1 for a good beacon, that
 // says that its ranges do not fit.
 constexpr double kMisfitLimit = 6.0;
@@ -17,29 +22,84 @@ constexpr double kMisfitLimit = 6.0;
 constexpr double kMisfitShare = 0.3;
 // A beacon is silent after so long, and so many of its usual periods.
 constexpr double kBeaconSilence = 5.0;  // s
+// Without that many the path is that of the odometry.
+constexpr std::size_t kFewestBeacons = 2;
 constexpr double kSilentPeriods = 8.0;
 
 }  // namespace
 
+// The listed ones; or all places where the memory of all ranges takes beacons to be.
+std::vector<PlacedBeacon> BeaconMclPipeline::places() const {
+  std::vector<PlacedBeacon> places;
+  const auto add = [&](const Beacon& beacon) -> PlacedBeacon& {
+    const bool is_new = places.empty() || places.back().beacon.id != beacon.id;
+    PlacedBeacon place;
+    place.beacon = beacon;
+    place.color = places.empty() ? 0 : places.back().color + (is_new ? 1 : 0);
+    return places.emplace_back(place);
+  };
+  if (!finds_beacons()) {
+    for (const Beacon& beacon : filter_->beacons()) add(beacon);
+    return places;
+  }
+  const std::vector<Beacon>& listed = filter_->memory()->beacons();
+  for (const RadioKnowledge& radio : filter_->memory()->radios()) {
+    Beacon beacon;
+    beacon.id = radio.id;
+    beacon.is_planar = true;
+    for (const Beacon& other : listed) {
+      if (other.id == radio.id) beacon = other;
+    }
+    for (const RadioPlace& fits : radio.places) {
+      beacon.position.head<2>() = fits.position;
+      PlacedBeacon& place = add(beacon);
+      place.covariance = fits.covariance;
+      place.probability = fits.probability;
+    }
+  }
+  return places;
+}
+
+void BeaconMclPipeline::publish_map_if_due(ros::Time stamp) {
+  if (!beacon_map_ || !finds_beacons() || !is_due(kFoundPeriod, stamp, &last_map_)) return;
+  BeaconMap map;
+  map.header.stamp = stamp;
+  map.header.frame_id = options_.frames.map;
+  for (const PlacedBeacon& place : places()) {
+    BeaconPlace message;
+    const Eigen::Vector3d& there = place.beacon.position;
+    message.id = place.beacon.id;
+    message.position =
+        make_point(there.x(), there.y(),
+                   place.beacon.is_planar ? std::numeric_limits<double>::quiet_NaN() : there.z());
+    message.covariance = {place.covariance(0, 0), place.covariance(0, 1), place.covariance(1, 0),
+                          place.covariance(1, 1)};
+    message.probability = place.probability;
+    map.places.push_back(message);
+  }
+  beacon_map_(map);
+}
+
 visualization_msgs::MarkerArray BeaconMclPipeline::markers(ros::Time stamp) {
   const MarkerFrame frame = {options_.frames.map, stamp};
-  const std::vector<Beacon>& beacons = filter_->beacons();
-  const double extent = extent_of(beacons);
+  const std::vector<PlacedBeacon> places = this->places();
+  const double extent = extent_of(filter_->found_beacons());
   const double line = 0.002 * extent;
   visualization_msgs::MarkerArray markers;
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
     markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
   };
-  if (is_due(kBeaconMarkerPeriod, stamp, &last_beacons_)) {
-    take(beacon_markers(frame, beacons, 0.025 * extent));
+  if (is_due(finds_beacons() ? kFoundPeriod : kBeaconMarkerPeriod, stamp, &last_beacons_)) {
+    take(beacon_markers(frame, places, 0.025 * extent, finds_beacons() ? kFoundLifetime : 0.0));
   }
-  for (std::size_t i = 0; i < beacons.size(); ++i) {
-    const auto latest = latest_ranges_.find(beacons[i].id);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const int id = places[i].beacon.id;
+    const auto latest = latest_ranges_.find(id);
     if (latest == latest_ranges_.end()) continue;
     const double age = (stamp - latest->second.stamp).toSec();
     if (age > options_.ring_lifetime) continue;
-    const double distance = filter_->corrected_range(beacons[i].id, latest->second.range);
-    markers.markers.push_back(range_ring_marker(frame, beacons[i], static_cast<int>(i), distance,
+    const double distance = filter_->corrected_range(id, latest->second.range);
+    markers.markers.push_back(range_ring_marker(frame, places[i], static_cast<int>(i), distance,
                                                 latest->second.antenna_height,
                                                 options_.ring_lifetime - age, line));
   }
@@ -74,7 +134,9 @@ std::vector<std::string> BeaconMclPipeline::remarks() const {
   const RangeMemory* memory = filter_ ? filter_->memory() : nullptr;
   if (memory == nullptr) return remarks;
   for (const RadioKnowledge& radio : memory->radios()) {
-    const std::string remark = remark_on(radio, filter_->beacons());
+    const bool is_ambiguous = finds_beacons() && radio.places.size() > 1;
+    const std::string remark =
+        is_ambiguous ? place_in_words(radio) : remark_on(radio, filter_->beacons());
     if (!remark.empty()) remarks.push_back(remark);
   }
   return remarks;
@@ -90,6 +152,11 @@ bool BeaconMclPipeline::BeaconHealth::is_silent(ros::Time now) const {
 }
 
 void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
+  // A place that is taken for its mirror bends the path.
+  if (finds_beacons() &&
+      (filter_->memory()->is_ambiguous() || filter_->found_beacons().size() < kFewestBeacons)) {
+    inputs->position_unknown = 1.0;
+  }
   for (const auto& [id, health] : beacon_health_) {
     if (health.misfit_share > kMisfitShare && !health.is_silent(last_observation_)) {
       inputs->misfit = "the ranges of a beacon";

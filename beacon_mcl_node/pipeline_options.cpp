@@ -7,6 +7,9 @@ namespace pf_resampling {
 ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   ParameterList list = {preset_parameter(beacon_mcl_presets(), &options->preset)};
   for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
+  list.push_back(basic(choice_parameter("beacon_positions", &options->filter.beacon_positions,
+                                        "Where beacons are: known, all as listed, or estimated, "
+                                        "those that are not listed as well.")));
   add_input_parameters(kRangeNames, options, &list);
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,

@@ -77,6 +77,8 @@ def draw_landmarks(axes, data):
     axes.add_collection(ellipses)
     axes.plot([mark["x"] for mark in estimated], [mark["y"] for mark in estimated], "o", color=LANDMARK,
               ms=3 if size == 1.0 else 2, mec="none", label="map, 2σ ellipses", zorder=7)
+    if len(estimated) < 30:
+        write_ids(axes, estimated, LANDMARK)
 
 
 def draw_beacons(axes, beacons):
@@ -84,9 +86,13 @@ def draw_beacons(axes, beacons):
         return
     axes.plot([beacon["x"] for beacon in beacons], [beacon["y"] for beacon in beacons], "^", color=BEACON, ms=9,
               mec="white", label="beacons", zorder=6)
-    for beacon in beacons:
-        axes.annotate(str(beacon["id"]), (beacon["x"], beacon["y"]), xytext=(7, 4),
-                      textcoords="offset points", color=BEACON, fontsize=9, zorder=6)
+    write_ids(axes, beacons, BEACON)
+
+
+def write_ids(axes, marks, color):
+    for mark in marks:
+        axes.annotate(str(mark["id"]), (mark["x"], mark["y"]), xytext=(7, 4), textcoords="offset points", color=color,
+                      fontsize=9, zorder=6)
 
 
 def set_window(axes, data, main, estimate):

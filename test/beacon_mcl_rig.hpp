@@ -8,13 +8,18 @@
 
 namespace pf_resampling {
 
-inline BeaconMclSinks sinks_into(Outputs* out) {
+struct BeaconMclOutputs : Outputs {
+  std::vector<BeaconMap> maps;
+};
+
+inline BeaconMclSinks sinks_into(BeaconMclOutputs* out) {
   BeaconMclSinks sinks;
   connect(out, &sinks);
+  sinks.beacon_map = [out](const BeaconMap& map) { out->maps.push_back(map); };
   return sinks;
 }
 
-struct Rig : PipelineRig<BeaconMclPipeline, BeaconMclDrive, Outputs, BeaconMclMessage> {
+struct Rig : PipelineRig<BeaconMclPipeline, BeaconMclDrive, BeaconMclOutputs, BeaconMclMessage> {
   using PipelineRig::PipelineRig;
   static constexpr const char* kTopic = "ranges";
   const BeaconMclParticles& particles() const { return pipeline.filter()->particles(); }

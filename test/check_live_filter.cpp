@@ -353,7 +353,12 @@ TEST_F(LiveFilter, ServicesOfFiles) {
   if (filter_ == "fastslam") {
     services["save_map"] = ask<SaveMap>;
     services["load_map"] = ask<LoadMap>;
+  } else {
+    services["save_beacons"] = ask<SaveMap>;
   }
+  const std::map<std::string, std::string> begins = {{"checkpoint", "pf_resampling checkpoint "},
+                                                     {"save_map", "{"},
+                                                     {"save_beacons", "# pf_resampling beacons "}};
   const auto content = [](const std::string& file) {
     std::ostringstream all;
     all << std::ifstream(file, std::ios::binary).rdbuf();
@@ -366,8 +371,7 @@ TEST_F(LiveFilter, ServicesOfFiles) {
       const auto [success, message] = answer_of(service, name);
       EXPECT_TRUE(success) << message;
       EXPECT_TRUE(says(message, " " + file));
-      EXPECT_EQ(content(file).rfind(service == "save_map" ? "{" : "pf_resampling checkpoint ", 0),
-                0u);
+      EXPECT_EQ(content(file).rfind(begins.at(service), 0), 0u);
     }
   }
 

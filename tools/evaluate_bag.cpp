@@ -144,8 +144,10 @@ void draw_paths_alone(RecordedRun run, const EvaluationRequest& request) {
 std::string lay_on_truth(const EvaluationRequest& request, RecordedRun* run) {
   const bool has_loaded = run->filter && !run->filter->map_file.empty();
   const bool frame_is_own = run->map && !run->has_initial_pose && !has_loaded;
+  const std::string wanted =
+      frame_is_own && run->finds_beacons && request.frame == "auto" ? "fit" : request.frame;
   const FrameChoice frame =
-      choose_frame(request.frame, frame_is_own, run->truth, run->estimate, request.path_options);
+      choose_frame(wanted, frame_is_own, run->truth, run->estimate, request.path_options);
   run->estimate = moved(run->estimate, frame.alignment);
   if (run->map) run->map = moved(*run->map, frame.alignment);
   if (run->believed) run->believed = moved(*run->believed, frame.alignment);

@@ -1,9 +1,9 @@
 // Finds where beacons are, and the errors of radios, wheels and antenna, by a drive among them.
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
 
+#include "beacon_mcl_node/beacon_file.hpp"
 #include "beacon_mcl_node/pipeline_options.hpp"
 #include "pf_resampling_core/range_memory/radio_remark.hpp"
 #include "tools/common/bag.hpp"
@@ -80,47 +80,6 @@ void print_findings(const RangeSolution& solution, const std::vector<Beacon>& li
               sigma_of(newest, lever + 1));
 }
 
-std::string number(double value, int decimals) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
-  return text;
-}
-
-std::string to_yaml(const std::string& bag, const RangeMemory& memory,
-                    const std::vector<Beacon>& listed) {
-  std::string beacons = "# Written by survey_beacons, from " + bag + ". m\nbeacons:\n";
-  std::string calibration =
-      "# range = scale * distance + bias + noise of standard deviation sigma (m).\ncalibration:\n";
-  for (const RadioKnowledge& radio : memory.radios()) {
-    const std::string id = std::to_string(radio.id);
-    const auto listing = std::find_if(listed.begin(), listed.end(),
-                                      [&](const Beacon& beacon) { return beacon.id == radio.id; });
-    const bool has_height = listing != listed.end() && !listing->is_planar;
-    const std::string height = has_height ? ", z: " + number(listing->position.z(), 3) : "";
-    const auto add_place = [&](const Eigen::Vector2d& place, const std::string& remark) {
-      beacons += "  - {id: " + id + ", x: " + number(place.x(), 3) +
-                 ", y: " + number(place.y(), 3) + height + "}" + remark + "\n";
-    };
-    const bool is_listed =
-        radio.account == RadioAccount::as_listed || radio.account == RadioAccount::biased;
-    if (is_listed) {
-      add_place(listing->position.head<2>(), "");
-    } else if (radio.places.size() == 1) {
-      const RadioPlace& place = radio.places.front();
-      add_place(place.position, "  # variances " + number(place.covariance(0, 0), 5) + ", " +
-                                    number(place.covariance(1, 1), 5) + ", covariance " +
-                                    number(place.covariance(0, 1), 5) + " m^2");
-    } else {
-      beacons += "  # " + place_in_words(radio) + "\n";
-    }
-    if (radio.ranges == 0) continue;
-    calibration += "  - {beacon: " + id + ", scale: " + number(radio.calibration.scale, 6) +
-                   ", bias: " + number(radio.calibration.bias, 5) +
-                   ", sigma: " + number(radio.calibration.sigma, 5) + "}\n";
-  }
-  return beacons + calibration;
-}
-
 PathPlot picture_of(const std::string& title, const RangeSolution& solution,
                     const std::vector<Beacon>& listed) {
   PathPlot plot;
@@ -150,7 +109,7 @@ int survey_beacons(const std::vector<std::string>& arguments) {
   std::printf("%s: ", path.c_str());
   print_findings(solution, drive.beacons);
   const std::string name = path.substr(path.find_last_of('/') + 1);
-  const std::string yaml = to_yaml(name, solution.memory, drive.beacons);
+  const std::string yaml = beacon_file(name, solution.memory);
   if (line.has("output")) {
     write_file(line.text("output"), yaml);
     std::printf("wrote %s\n", line.text("output").c_str());

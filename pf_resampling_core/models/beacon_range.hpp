@@ -4,11 +4,12 @@
 
 namespace pf_resampling {
 
-/// A radio beacon at a known place.
+/// A radio beacon at a place that somebody measured.
 struct Beacon {
   int id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame
   bool is_planar = false;  ///< whether its height is unknown and taken as the antenna's
+  double sigma = 0.0;  ///< m, standard deviation of its place, along each axis; 0: as with a tape
 };
 
 /// A measured distance between the robot's antenna and a beacon.

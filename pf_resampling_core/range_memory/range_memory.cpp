@@ -1,5 +1,6 @@
 #include "pf_resampling_core/range_memory/range_memory.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -71,8 +72,9 @@ Eigen::MatrixXd without_rows(const Eigen::MatrixXd& all, Eigen::Index at) {
 }  // namespace
 
 RangeMemory::RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
-                         const std::vector<std::pair<int, RangeCalibration>>& calibration)
-    : options_(options), beacons_(beacons), calibration_(calibration) {
+                         const std::vector<std::pair<int, RangeCalibration>>& calibration,
+                         const std::optional<PoseEstimate>& first)
+    : options_(options), beacons_(beacons), calibration_(calibration), first_(first) {
   graph_.ranges.emplace_back();
   times_.push_back(0.0);
   for (const Beacon& beacon : beacons_) {
@@ -204,6 +206,11 @@ RangePrior RangeMemory::prior() const {
   }
   prior.constants_sigma = sigmas(accounts, {});
   prior.first_sigma << kFarAway, kFarAway, kAnyHeading, options_.yaw_rate;
+  if (first_) {
+    prior.first.head<3>() << first_->mean.x, first_->mean.y, first_->mean.heading;
+    prior.first_sigma.head<3>() =
+        first_->covariance.diagonal().cwiseSqrt().cwiseMax(Eigen::Vector3d::Constant(kFixed));
+  }
   if (beacons_.size() < 2) prior.first_sigma.head<3>().setConstant(kFixed);
   return prior;
 }
@@ -233,7 +240,8 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
   const double own = share(LooseError::radios);
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const bool is_planar = !radios_[i].listed || radios_[i].listed->is_planar;
-    double place = options_.surveyed;
+    const bool is_stated = radios_[i].listed && radios_[i].listed->sigma > 0.0;
+    double place = is_stated ? radios_[i].listed->sigma : options_.surveyed;
     if (accounts[i] == RadioAccount::unlisted) place = options_.unknown;
     if (accounts[i] == RadioAccount::elsewhere) place = kElsewhere;
     sigmas.segment<RadioOf::count>(radio_at(static_cast<int>(i))) << place, place,
@@ -367,6 +375,56 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
     if (other.id != id && off.norm() < kSamePlace) radio.in_place_of = other.id;
   }
   return radio;
+}
+
+std::vector<Beacon> RangeMemory::found() const {
+  std::vector<Beacon> found;
+  for (const RadioKnowledge& radio : radios()) {
+    const Beacon* known = listed(radio.id);
+    Beacon beacon;
+    if (known != nullptr) beacon = *known;
+    const bool is_elsewhere = known == nullptr || radio.account == RadioAccount::elsewhere;
+    if (is_elsewhere && radio.places.size() == 1) {
+      const RadioPlace& place = radio.places.front();
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(place.covariance);
+      beacon.id = radio.id;
+      beacon.is_planar = known == nullptr || known->is_planar;
+      beacon.position.head<2>() = place.position;
+      beacon.sigma = std::sqrt(axes.eigenvalues()[1]);
+    }
+    if (known != nullptr || (radio.places.size() == 1 && beacon.sigma < kFound)) {
+      found.push_back(beacon);
+    }
+  }
+  return found;
+}
+
+bool RangeMemory::is_ambiguous() const {
+  const std::vector<RadioKnowledge> all = radios();
+  return std::any_of(all.begin(), all.end(),
+                     [](const RadioKnowledge& radio) { return radio.places.size() > 1; });
+}
+
+std::optional<RangeInnovation> RangeMemory::innovation() const {
+  if (modes_.empty() || !modes_.front().belief.is_usable || graph_.ranges.back().empty()) {
+    return std::nullopt;
+  }
+  const RangeMode& mode = modes_.front();
+  const HeldRange& range = graph_.ranges.back().back();
+  if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) return std::nullopt;
+  const HeldRangeResidual residual =
+      residual_of(range, noise_, mode.estimate.keyframes.back(), mode.estimate.constants);
+  constexpr int kFront = kKeyframe + Common::count;
+  const int own = kKeyframe + radio_at(range.radio);
+  Eigen::VectorXd by = Eigen::VectorXd::Zero(mode.belief.covariance.rows());
+  by.head<kFront>() << residual.by_keyframe.transpose(), residual.by_common.transpose();
+  by.segment<RadioOf::count>(own) = residual.by_radio.transpose();
+  const double of_estimate = doubt_ * doubt_ * by.dot(mode.belief.covariance * by);
+  const double stated = std::sqrt(range.variance);
+  const double of_range = noise_.range_deviation() / noise_.range;
+  const double unit = noise_.range * stated;
+  return RangeInnovation{radios_[static_cast<std::size_t>(range.radio)].id, -unit * residual.value,
+                         unit * std::sqrt(of_range * of_range + of_estimate)};
 }
 
 RangeMemory::Newest RangeMemory::newest(const RangeMode& mode) const {

@@ -8,6 +8,7 @@
 
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/range_memory/range_graph.hpp"
 
 namespace pf_resampling {
@@ -17,7 +18,7 @@ class Archive;
 /// What is believed of radios, antenna and odometry before there are data; standard deviations.
 struct RangeMemoryOptions {
   double sigma = 1.0;       ///< m, of a range that states none; a factor is found from the data
-  double surveyed = 0.02;   ///< m, of a listed place, along each axis
+  double surveyed = 0.02;   ///< m, of a listed place that states none, along each axis
   double unknown = 1000.0;  ///< m, of a place that is not listed
   double scale = 0.05;      ///< of all ranges
   double bias = 0.5;        ///< m, of all ranges
@@ -94,6 +95,12 @@ struct RadioKnowledge {
   int in_place_of = -1;
 };
 
+struct RangeInnovation {
+  int radio = 0;       ///< id
+  double value = 0.0;  ///< m
+  double sigma = 0.0;  ///< m, expected standard deviation
+};
+
 /// All ranges and odometry of a drive, and what least squares says of them: path, scale and bias of
 /// the radios, places of those that are not listed, errors of the odometry and of the antenna's
 /// place, and which radio is not as listed. One graph for listed and other radios: a place is an
@@ -102,9 +109,11 @@ struct RadioKnowledge {
 class RangeMemory {
  public:
   /// `beacons`: those whose place is known. `calibration`: by id, -1 for all others; as the filter
-  /// has it. Throws Error if two have one id.
+  /// has it. `first`: where the robot is, if that is known; with fewer than two beacons the frame
+  /// is that in which its first pose is this, or else zero. Throws Error if two have one id.
   RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
-              const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
+              const std::vector<std::pair<int, RangeCalibration>>& calibration = {},
+              const std::optional<PoseEstimate>& first = {});
   /// To be read from a file.
   RangeMemory() : RangeMemory(RangeMemoryOptions{}, {}) {}
   /// Goes on to the bit as `saved`, whose options, beacons and calibration are not part of it,
@@ -129,6 +138,8 @@ class RangeMemory {
   /// The modes with the newest data: only the newest keyframes move. False if there are none.
   bool follow();
 
+  /// Those whose place is known.
+  const std::vector<Beacon>& beacons() const { return beacons_; }
   /// The most probable first; none before the ranges allow a start.
   const std::vector<RangeMode>& modes() const { return modes_; }
   const RangeGraph& graph() const { return graph_; }
@@ -137,6 +148,13 @@ class RangeMemory {
   double doubt() const { return doubt_; }
   /// The listed ones, then others as they were heard.
   std::vector<RadioKnowledge> radios() const;
+  /// The listed beacons, and all others that were found at one place: another memory can begin with
+  /// them.
+  std::vector<Beacon> found() const;
+  /// Whether a radio may be at more than one place.
+  bool is_ambiguous() const;
+  /// The newest range less what was expected of it, m; nothing while that is not known.
+  std::optional<RangeInnovation> innovation() const;
   /// Place among the constants of a radio that was heard: see radio_at().
   std::optional<int> number_of(int id) const;
 
@@ -160,6 +178,7 @@ class RangeMemory {
   static constexpr int kIterations = 8;
   static constexpr int kManyIterations = 30;
   static constexpr double kElsewhere = 3.0;  // m, standard deviation of a place that is wrong
+  static constexpr double kFound = 1.0;      // m, largest standard deviation of a place
 
   struct Radio {
     int id = 0;
@@ -213,6 +232,7 @@ class RangeMemory {
   RangeMemoryOptions options_;
   std::vector<Beacon> beacons_;
   std::vector<std::pair<int, RangeCalibration>> calibration_;
+  std::optional<PoseEstimate> first_;
   std::vector<Radio> radios_;  // that were heard
   RangeGraph graph_;
   std::vector<double> times_;

@@ -59,7 +59,7 @@ RangeBelief RangeMemory::solved(int iterations, RangeMode* mode) const {
 }
 
 void RangeMemory::start() {
-  if (beacons_.size() >= 2) {
+  if (beacons_.size() >= 2 && !first_) {
     modes_ = starts(-1, &noise_);
     return weigh_modes();
   }
@@ -67,9 +67,9 @@ void RangeMemory::start() {
   mode.prior = prior();
   for (const Radio& radio : radios_) {
     mode.accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
+    mode.estimate.takes_part.push_back(radio.listed.has_value());
   }
   mode.estimate.constants = mode.prior.constants;
-  mode.estimate.takes_part.assign(radios_.size(), false);
   mode.estimate.keyframes = {mode.prior.first};
   for (const OdometryIncrement& motion : graph_.motions) {
     const KeyframeState& last = mode.estimate.keyframes.back();

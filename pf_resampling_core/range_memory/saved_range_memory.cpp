@@ -187,6 +187,7 @@ void describe(Archive& archive, RangeMemory& memory) {
     counts.push_back(radio.ranges);
     other_places.push_back(radio.other_places);
   }
+  archive("first", memory.first_);
   archive("radios", ids);
   archive("counts", counts);
   archive("other_places", other_places);

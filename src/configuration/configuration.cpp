@@ -76,6 +76,13 @@ double number_or(const Entry& entry, const std::string& key, double otherwise) {
   return entry.fields.count(key) == 0 ? otherwise : number_of(entry, key);
 }
 
+double sigma_of(const Entry& entry) {
+  const double sigma = number_or(entry, "sigma", 0.0);
+  if (sigma >= 0.0) return sigma;
+  throw Error(entry.where + ": sigma is '" + entry.fields.at("sigma") +
+              "'; it has to be 0 or more (m; 0: the model's own)");
+}
+
 /// A configuration while it is read.
 struct Draft {
   Configuration configuration;
@@ -85,11 +92,12 @@ struct Draft {
 void add_entry(const std::string& list, const Entry& entry, Draft* draft) {
   Configuration* const configuration = &draft->configuration;
   if (list == "beacons") {
-    check_keys(entry, {"id", "x", "y"}, {"z", "frame"});
+    check_keys(entry, {"id", "x", "y"}, {"z", "frame", "sigma"});
     Beacon beacon;
     beacon.id = id_of(entry, "id");
     beacon.position = {number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
     beacon.is_planar = entry.fields.count("z") == 0;
+    beacon.sigma = sigma_of(entry);
     if (!draft->ids.insert(beacon.id).second) {
       throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " appears twice");
     }
@@ -104,14 +112,10 @@ void add_entry(const std::string& list, const Entry& entry, Draft* draft) {
     RangeCalibration calibration;
     calibration.scale = number_or(entry, "scale", 1.0);
     calibration.bias = number_or(entry, "bias", 0.0);
-    calibration.sigma = number_or(entry, "sigma", 0.0);
+    calibration.sigma = sigma_of(entry);
     if (calibration.scale <= 0.0) {
       throw Error(entry.where + ": scale is '" + entry.fields.at("scale") +
                   "'; it has to be above 0");
-    }
-    if (calibration.sigma < 0.0) {
-      throw Error(entry.where + ": sigma is '" + entry.fields.at("sigma") +
-                  "'; it has to be 0 or more (m; 0: the model's own)");
     }
     configuration->calibration[id_of(entry, "beacon")] = calibration;
   } else if (list == "sensors") {

@@ -12,24 +12,6 @@ namespace {
 constexpr int kEllipseSegments = 72;
 
 // Of 2 sigma of the position.
-visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
-                                          const PoseEstimate& estimate, double width) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      estimate.covariance.topLeftCorner<2, 2>());
-  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::Matrix2d& axes = solver.eigenvectors();
-  visualization_msgs::Marker ellipse =
-      make_marker(frame, name, id, visualization_msgs::Marker::LINE_STRIP);
-  ellipse.scale.x = width;
-  for (int i = 0; i <= kEllipseSegments; ++i) {
-    const double angle = 2.0 * kPi * (i % kEllipseSegments) / kEllipseSegments;
-    const Eigen::Vector2d offset =
-        axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
-    ellipse.points.push_back(
-        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
-  }
-  return ellipse;
-}
 
 }  // namespace
 
@@ -52,6 +34,25 @@ geometry_msgs::Point make_point(double x, double y, double z) {
   point.y = y;
   point.z = z;
   return point;
+}
+
+visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
+                                          const PoseEstimate& estimate, double width) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
+      estimate.covariance.topLeftCorner<2, 2>());
+  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Matrix2d& axes = solver.eigenvectors();
+  visualization_msgs::Marker ellipse =
+      make_marker(frame, name, id, visualization_msgs::Marker::LINE_STRIP);
+  ellipse.scale.x = width;
+  for (int i = 0; i <= kEllipseSegments; ++i) {
+    const double angle = 2.0 * kPi * (i % kEllipseSegments) / kEllipseSegments;
+    const Eigen::Vector2d offset =
+        axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
+    ellipse.points.push_back(
+        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
+  }
+  return ellipse;
 }
 
 visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,

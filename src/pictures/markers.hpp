@@ -21,8 +21,11 @@ visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::stri
 
 geometry_msgs::Point make_point(double x, double y, double z);
 
-/// The ellipse that holds the position with about 86 % (2 sigma) under a Gaussian, and a line for
-/// the heading; `width`: of the line, m.
+/// The ellipse that holds the position with about 86 % (2 sigma) under a Gaussian; without color.
+visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
+                                          const PoseEstimate& estimate, double width);
+
+/// Likewise, and an arrow for the heading; `width`: of the line, m.
 visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
                                                      const PoseEstimate& estimate, double width);
 

@@ -5,6 +5,7 @@
 #include "test/beacon_mcl_rig.hpp"
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -300,6 +301,105 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   EXPECT_LT(lying.error(), 1.0);
   EXPECT_LT(silent.error(), 0.5);
   EXPECT_LT(lying.out.statuses.back().lost, 0.5);
+}
+
+// ---- beacons that nobody listed ---------------------------------------------------------------
+
+BeaconMclPipelineOptions that_finds_beacons() {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.beacon_positions = BeaconPositions::estimated;
+  return options;
+}
+
+/// A drive without what says where the beacons are.
+std::vector<BeaconMclMessage> without_list(std::vector<BeaconMclMessage> messages) {
+  messages.erase(messages.begin());
+  return messages;
+}
+
+// The frame is that of the first pose.
+TEST(BeaconMclPipeline, FindsBeaconsAndPublishesThem) {
+  Rig run(that_finds_beacons());
+  run.feed(without_list(BeaconMclDrive::messages(60.0)));
+  EXPECT_EQ(run.out.statuses.back().health, "healthy") << run.out.statuses.back().health_text;
+  const Pose2 start = BeaconMclDrive::truth(ros::Time(kStart));
+  const Pose2 there = compose(start, run.pose());
+  EXPECT_LT(distance(there, BeaconMclDrive::truth(run.out.poses.back().header.stamp)), 0.2);
+  const BeaconMap& map = run.out.maps.back();
+  EXPECT_EQ(map.header.frame_id, "map");
+  ASSERT_EQ(map.places.size(), 4U);
+  for (std::size_t b = 0; b < 4; ++b) {
+    const Beacon beacon = BeaconMclDrive::beacons()[b];
+    const BeaconPlace& place = map.places[b];
+    EXPECT_EQ(place.id, beacon.id);
+    EXPECT_EQ(place.probability, 1.0);
+    EXPECT_GT(place.covariance[0], 0.0);
+    const Pose2 found = compose(start, {place.position.x, place.position.y, 0.0});
+    EXPECT_LT(distance(found, {beacon.position.x(), beacon.position.y(), 0.0}), 0.3);
+  }
+  EXPECT_TRUE(all_finite(run.out));
+  EXPECT_EQ(run.rejected("ranges", RejectReason::unknown_beacon), 0U);
+}
+
+/// Straight on, past four beacons, at 1 m/s from the origin.
+void drive_straight(double seconds, Rig* run) {
+  const auto beacons = BeaconMclDrive::beacons();
+  for (int step = 0; step <= static_cast<int>(10.0 * seconds); ++step) {
+    const ros::Time stamp = BeaconMclDrive::at(0.1 * step);
+    nav_msgs::Odometry odometry = BeaconMclDrive::odometry(BeaconMclDrive::at(0.0));
+    odometry.header.stamp = stamp;
+    odometry.pose.pose.position.x = 0.1 * step;
+    run->pipeline.handle(odometry);
+    BeaconRange range = BeaconMclDrive::range(stamp, step % 4);
+    const Beacon& beacon = beacons[static_cast<std::size_t>(step % 4)];
+    range.range = std::hypot(beacon.position.x() - (0.1 * step - 15.0), beacon.position.y()) +
+                  0.1 * std::sin(2.0 * step);
+    run->pipeline.handle(range);
+  }
+}
+
+TEST(BeaconMclPipeline, ShowsBothSidesAndIsNotHealthyBeforeATurn) {
+  Rig run(that_finds_beacons());
+  drive_straight(30.0, &run);
+  EXPECT_EQ(run.out.maps.back().places.size(), 8U);
+  for (const BeaconPlace& place : run.out.maps.back().places) EXPECT_LT(place.probability, 0.95);
+  EXPECT_EQ(run.out.statuses.back().health, "converging");
+  EXPECT_NE(run.out.statuses.back().health_text.find("drive a turn near it"), std::string::npos)
+      << run.out.statuses.back().health_text;
+  int posts = 0;
+  for (const auto& marker : run.out.markers.back().markers) {
+    posts += marker.ns == "beacons" || marker.ns == "beacon_2_sigma" ? 1 : 0;
+  }
+  EXPECT_EQ(posts, 16);
+}
+
+// A file that the list of another run can be.
+TEST(BeaconMclPipeline, GoesOnFromBeaconsThatWereSaved) {
+  const TemporaryDirectory directory;
+  Rig first(that_finds_beacons());
+  first.feed(without_list(BeaconMclDrive::messages(60.0)));
+  const std::string said = first.pipeline.save_beacons(directory.file("beacons.yaml"));
+  EXPECT_NE(said.find("4 beacons written to "), std::string::npos) << said;
+  BeaconMclPipelineOptions options = that_finds_beacons();
+  apply(read_configuration(directory.file("beacons.yaml")), &options);
+  ASSERT_EQ(options.beacons.size(), 4U);
+  EXPECT_GT(options.beacons[0].sigma, 0.0);
+  EXPECT_EQ(options.calibration.size(), 4U);
+  Rig second(options);
+  second.feed(without_list(BeaconMclDrive::messages(20.0)));
+  const Pose2 there = compose(BeaconMclDrive::truth(ros::Time(kStart)), second.pose());
+  EXPECT_LT(distance(there, BeaconMclDrive::truth(second.out.poses.back().header.stamp)), 0.2);
+  EXPECT_THROW(Rig().pipeline.save_beacons(directory.file("none.yaml")), Error);
+}
+
+TEST(BeaconMclPipeline, ACheckpointKeepsWhatWasFound) {
+  Rig whole(that_finds_beacons());
+  whole.feed(without_list(BeaconMclDrive::messages(30.1)));  // none waits for odometry
+  Rig second(that_finds_beacons());
+  second.pipeline.resume(*whole.pipeline.checkpoint());
+  for (Rig* run : {&whole, &second}) run->feed(BeaconMclDrive::messages(30.1, 40.0));
+  EXPECT_TRUE(same_particles(whole.particles(), second.particles()));
+  EXPECT_EQ(whole.pipeline.filter()->found_beacons().size(), 4U);
 }
 
 }  // namespace

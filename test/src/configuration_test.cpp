@@ -164,9 +164,10 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0}\n- {id: 1, x: 0, y: 0}"),
                {"file.yaml:3", "1", "twice"});
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"),
-               {"'q'", "id, x, y and, if wanted, frame, z"});
+               {"'q'", "id, x, y and, if wanted, frame, sigma, z"});
   expect_words(error_of("calibration: [{beacon: 1, scale: 0}]"), {"scale", "above 0"});
   expect_words(error_of("calibration: [{beacon: 1, sigma: -1}]"), {"sigma", "0 or more"});
+  expect_words(error_of("beacons: [{id: 1, x: 0, y: 0, sigma: -1}]"), {"sigma", "0 or more"});
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
   expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});
   expect_words(error_of("frames: {map: ''}"), {"frames/map", "empty"});
@@ -324,7 +325,7 @@ TEST(Configuration, SensorsArePlacedWithOrWithoutATurn) {
   EXPECT_EQ(configuration.sensors.at("laser").y, -0.1);
   EXPECT_EQ(configuration.sensors.at("camera").heading, 0.0);
   expect_words(error_of("beacons: [{id: 1, pos: [0, 0]}]"),
-               {"unknown key 'pos'; the keys are id, x, y and, if wanted, frame, z"});
+               {"unknown key 'pos'; the keys are id, x, y and, if wanted, frame, sigma, z"});
   expect_words(error_of("beacons: [{id: 1, x: [0, 0], y: 1}]"), {"x is 'a list'"});
   expect_words(error_of("sensors: [{frame: laser, x: 0.2}]"), {"'y' is missing"});
 }

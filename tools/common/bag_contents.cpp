@@ -5,6 +5,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
+#include <pf_resampling/BeaconMap.h>
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
@@ -172,6 +173,17 @@ class TagReader {
   StaticFrames on_robot_;
 };
 
+// Landmark or BeaconPlace.
+template <typename Message>
+PointLandmark to_landmark(const Message& message) {
+  PointLandmark landmark;
+  landmark.id = message.id;
+  landmark.position << message.position.x, message.position.y;
+  landmark.covariance << message.covariance[0], message.covariance[1], message.covariance[2],
+      message.covariance[3];
+  return landmark;
+}
+
 }  // namespace
 
 std::vector<std::string> truth_types() {
@@ -312,16 +324,22 @@ std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& b
   const auto last = last_message<LandmarkMap>(bag, topic);
   if (!last) return std::nullopt;
   std::vector<PointLandmark> landmarks;
-  for (const auto& message : last->landmarks) {
-    PointLandmark landmark;
-    landmark.id = message.id;
-    landmark.position << message.position.x, message.position.y;
-    landmark.covariance << message.covariance[0], message.covariance[1], message.covariance[2],
-        message.covariance[3];
-    landmarks.push_back(landmark);
-  }
+  for (const Landmark& message : last->landmarks) landmarks.push_back(to_landmark(message));
   check_map(landmarks, place_of(bag, topic).c_str());
   return landmarks;
+}
+
+std::optional<std::vector<PointLandmark>> read_beacon_map(const rosbag::Bag& bag,
+                                                          const std::string& topic) {
+  const auto last = last_message<BeaconMap>(bag, topic);
+  if (!last) return std::nullopt;
+  std::vector<PointLandmark> beacons;
+  for (const BeaconPlace& message : last->places) {
+    const bool is_other_place = !beacons.empty() && beacons.back().id == message.id;
+    if (!is_other_place) beacons.push_back(to_landmark(message));
+  }
+  check_map(beacons, place_of(bag, topic).c_str());
+  return beacons;
 }
 
 std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,

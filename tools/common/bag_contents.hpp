@@ -62,6 +62,9 @@ std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string&
 /// The landmarks of the last message on a topic of LandmarkMap; nothing if there is none.
 std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
                                                             const std::string& topic);
+/// Likewise of BeaconMap: of each beacon the likeliest place.
+std::optional<std::vector<PointLandmark>> read_beacon_map(const rosbag::Bag& bag,
+                                                          const std::string& topic);
 
 /// The poses of the last message on a topic of nav_msgs/Path; nothing if there is none.
 std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,

@@ -9,6 +9,8 @@
 namespace pf_resampling {
 namespace {
 
+constexpr const char* kBeaconMap = "/beacon_map";
+
 /// The place on the robot that the truth is about.
 Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& wanted) {
   const auto frames = read_frames_on_robot(bag, "base_link");
@@ -38,7 +40,19 @@ RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
     run.dead_reckoning = path_of_place(odometry.poses, run.place);
     run.odometry_left_out = odometry.left_out;
   }
-  if (const auto path = run.map ? read_path(bag, request.path) : std::nullopt) {
+  run.finds_beacons = !run.map.has_value() && has_topic(bag, kBeaconMap);
+  if (run.finds_beacons) {
+    run.map = read_beacon_map(bag, kBeaconMap);
+    run.true_map.emplace();
+    for (const Beacon& beacon : run.beacons) {
+      PointLandmark landmark;
+      landmark.id = beacon.id;
+      landmark.position = beacon.position.head<2>();
+      run.true_map->push_back(landmark);
+    }
+  }
+  if (const auto path =
+          run.map && !run.finds_beacons ? read_path(bag, request.path) : std::nullopt) {
     run.believed = path_of_place(*path, run.place);
   }
   run.filter = read_filter_summary(bag, request.status);

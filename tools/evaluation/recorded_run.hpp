@@ -25,6 +25,7 @@ struct RecordedRun {
   std::optional<std::vector<EstimatedPose>> believed;
   std::vector<Beacon> beacons;
   std::optional<std::vector<PointLandmark>> map, true_map;
+  bool finds_beacons = false;  ///< which are the map
   bool has_initial_pose = false;
   std::optional<FilterSummary> filter;
 };

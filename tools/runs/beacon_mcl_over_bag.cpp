@@ -9,6 +9,10 @@
 namespace pf_resampling {
 namespace {
 
+bool needs_beacons(const BeaconMclPipelineOptions& options) {
+  return options.beacons.empty() && options.filter.beacon_positions == BeaconPositions::known;
+}
+
 BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   BeaconMclPipelineOptions options;
   apply_filter_options(line, &options);
@@ -24,13 +28,18 @@ int beacon_mcl_over_bag(const CommandLine& line) {
   FilterOverBag run(line);
   if (run.is_only()) {
     require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
-                              options.beacons.empty() && !line.has("resume"));
+                              needs_beacons(options) && !line.has("resume"));
   }
   if (!options.beacons.empty()) {
     run.write_beacons(topics.beacons, to_message(options.beacons, options.frames.map));
   }
   BeaconMclSinks sinks;
   run.connect(&sinks);
+  if (run.with_status()) {
+    sinks.beacon_map = [&](const BeaconMap& map) {
+      run.writer().write_latched("/beacon_map", run.now(), map);
+    };
+  }
   BeaconMclPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
   run.for_each_message(topics.inputs(options.frames.base, pipeline.antenna()), options.frames,

@@ -35,9 +35,9 @@ ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances
 BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons,
                      std::uint64_t seed,
                      const std::vector<std::pair<int, RangeCalibration>>& calibration)
-    : options_(options), beacons_(std::move(beacons)), seed_(seed) {
+    : options_(options), beacons_(std::move(beacons)), calibration_(calibration), seed_(seed) {
   validate(options_);
-  checks::check_beacons(beacons_);
+  checks::check_beacons(beacons_, finds_beacons() ? 0 : 1);
   checks::check_calibration(calibration);
   checks::check_estimates(options_, beacons_.size());
   for (const Beacon& beacon : beacons_) {
@@ -68,8 +68,9 @@ void BeaconMcl::reset() {
   time_ = 0.0;
   range_squares_ = range_count_ = options_.noise_estimation.prior_count;
   known_.reset();
+  memory_.reset();
   start_memory();
-  if (options_.initialization.method == Initialization::uniform) {
+  if (options_.initialization.method == Initialization::uniform && !finds_beacons()) {
     initialize_uniform();
   } else if (options_.initialization.method == Initialization::gaussian) {
     const InitializationOptions& start = options_.initialization;
@@ -80,6 +81,9 @@ void BeaconMcl::reset() {
 
 void BeaconMcl::set_options(const BeaconMclOptions& options) {
   validate(options);
+  if (options.beacon_positions != options_.beacon_positions) {
+    throw Error("parameter beacon_positions cannot change while the filter runs; start it anew");
+  }
   checks::check_estimates(options, beacons_.size());
   const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
   const bool other_threads = options.threads != options_.threads;
@@ -107,14 +111,19 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   checks::check_odometry(odometry);
   for (const RangeObservation& range : ranges) {
     checks::check_range(range);
-    beacon_index(range.beacon);
+    if (!finds_beacons()) beacon_index(range.beacon);
   }
   ++step_;
   time_ += odometry.duration;
   dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
-  for (const RangeObservation& range : ranges) remember(range);
   if (memory_) memory_->add(odometry, ranges);
   if (solution_) solution_->since.emplace_back(odometry, ranges);
+  if (finds_beacons()) {
+    if (is_initialized()) move(without_known_errors(odometry));
+    if (!ranges.empty()) update_from_memory();
+    return;
+  }
+  for (const RangeObservation& range : ranges) remember(range);
   if (!is_initialized()) {
     initialize_when_possible();
     return;
@@ -315,6 +324,13 @@ PoseEstimate BeaconMcl::estimate() const {
 
 std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
   std::vector<CalibrationEstimate> estimates;
+  if (finds_beacons()) {
+    for (const RadioKnowledge& radio : memory_->radios()) {
+      estimates.push_back({radio.id, radio.calibration.scale, radio.scale_sigma,
+                           radio.calibration.bias, radio.bias_sigma});
+    }
+    return estimates;
+  }
   const bool estimated =
       options_.calibration.estimation != CalibrationEstimation::off && is_initialized();
   if (!estimated) {
@@ -350,11 +366,12 @@ ScalarEstimate BeaconMcl::yaw_rate_bias() const {
 }
 
 double BeaconMcl::corrected_range(int beacon, double range) const {
-  const std::size_t index = beacon_index(beacon);
-  const std::vector<CalibrationEstimate> estimates = calibration();
-  const CalibrationEstimate& estimate =
-      estimates.size() == 1 ? estimates.front() : estimates[index];
-  return (range - estimate.bias) / estimate.scale;
+  if (!finds_beacons()) beacon_index(beacon);  // which throws for those that are not known
+  for (const CalibrationEstimate& estimate : calibration()) {
+    if (estimate.beacon != beacon && estimate.beacon != kAllBeacons) continue;
+    return (range - estimate.bias) / estimate.scale;
+  }
+  return range;
 }
 
 std::size_t BeaconMcl::beacon_index(int id) const {
@@ -365,6 +382,11 @@ std::size_t BeaconMcl::beacon_index(int id) const {
   for (const Beacon& beacon : beacons_)
     known += (known.empty() ? "" : ", ") + std::to_string(beacon.id);
   throw Error("beacon " + std::to_string(id) + " is not known; known are " + known);
+}
+
+// The memory alone knows the radios that it finds.
+Eigen::Index BeaconMcl::radio_columns(CalibrationEstimation estimation) const {
+  return finds_beacons() ? 0 : checks::radios_of(estimation, beacons_.size());
 }
 
 Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {

@@ -75,20 +75,25 @@ struct ScalarEstimate {
 /// the ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for
 /// landmarks).
 ///
+/// Among beacons of unknown places (BeaconPositions::estimated) the memory of all ranges finds
+/// these, and the population is drawn from it several times a second. Before two beacons are known,
+/// the frame is that of the first pose.
+///
 /// Same seed and same calls: same bytes, at any number of threads.
 class BeaconMcl {
  public:
-  /// `beacons`: at least one, ids all different. `calibration`: the radios' known systematic errors
-  /// by beacon id, -1 for all others; also the mean of the prior where they are estimated (where
-  /// one for all is, differences between radios are believed as given). Throws Error on options
-  /// that make no sense.
+  /// `beacons`: ids all different, at least one unless their places are estimated. `calibration`:
+  /// the radios' known systematic errors by beacon id, -1 for all others; also the mean of the
+  /// prior where they are estimated (where one for all is, differences between radios are believed
+  /// as given). Throws Error on options that make no sense.
   BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
             const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
 
   /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
   /// at the end of the odometry), renews and excites when due. Odometry must be finite, ranges
-  /// positive, at most 1e12 m and of known beacons: what is not throws Error before anything has
-  /// changed. Until there is a population (see Initialization) ranges only gather.
+  /// positive, at most 1e12 m and of known beacons, unless their places are estimated: what is not
+  /// throws Error before anything has changed. Until there is a population (see Initialization)
+  /// ranges only gather.
   void update(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
 
   /// Whether there is a population yet.
@@ -126,11 +131,14 @@ class BeaconMcl {
   /// Takes over other options. Particles and weights stay bit-identical; another particle count
   /// takes effect at the next update. Only where an error is from now on estimated for others than
   /// before (calibration), or no longer or for the first time (yaw-rate bias, noise factors), that
-  /// starts anew. Throws Error, changing nothing, on options that make no sense.
+  /// starts anew. Throws Error, changing nothing, on options that make no sense, or for another
+  /// choice of beacon positions.
   void set_options(const BeaconMclOptions& options);
 
   const BeaconMclOptions& options() const { return options_; }
   const std::vector<Beacon>& beacons() const { return beacons_; }
+  /// The beacons, and those that were found: RangeMemory::found().
+  std::vector<Beacon> found_beacons() const;
   const BeaconMclParticles& particles() const { return particles_; }
   const BeaconMclStatus& status() const { return status_; }
   /// One for all (beacon -1) where it is estimated so and no differences are known, else one per
@@ -174,7 +182,10 @@ class BeaconMcl {
     bool is_obsolete;  // the filter has begun another memory
   };
 
-  void start_memory();
+  bool finds_beacons() const { return options_.beacon_positions == BeaconPositions::estimated; }
+  void start_memory(const std::optional<PoseEstimate>& first = {});
+  void start_memory(const std::vector<Beacon>& beacons, const std::optional<PoseEstimate>& first);
+  void update_from_memory();
   void solve_memory();
   void begin_solution();
   bool take_solution();
@@ -205,6 +216,7 @@ class BeaconMcl {
   void start_noise_factors();
   std::vector<Pose2> propose_from_ranges(int count);
   std::size_t beacon_index(int id) const;
+  Eigen::Index radio_columns(CalibrationEstimation estimation) const;
   Eigen::Index radio_column(std::size_t beacon) const;
   RadioDifference difference_of(std::size_t beacon) const;
   double observation_variance(const RangeObservation& range) const;
@@ -212,7 +224,8 @@ class BeaconMcl {
 
   BeaconMclOptions options_;
   std::vector<Beacon> beacons_;
-  std::vector<RangeCalibration> nominal_;  // per beacon
+  std::vector<std::pair<int, RangeCalibration>> calibration_;  // as given
+  std::vector<RangeCalibration> nominal_;                      // per beacon
   std::uint64_t seed_;
   std::uint32_t step_ = 0;
   double time_ = 0.0;

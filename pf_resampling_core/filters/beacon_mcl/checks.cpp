@@ -74,8 +74,10 @@ void check_pose(const Pose2& mean, const Eigen::Matrix3d& covariance) {
               "negative");
 }
 
-void check_beacons(const std::vector<Beacon>& beacons) {
-  if (beacons.empty()) throw Error("no beacons are known; give at least one and its position");
+void check_beacons(const std::vector<Beacon>& beacons, std::size_t fewest) {
+  if (beacons.size() < fewest) {
+    throw Error("no beacons are known; give at least one and its position");
+  }
   std::set<int> ids;
   for (const Beacon& beacon : beacons) {
     if (!ids.insert(beacon.id).second) {
@@ -86,6 +88,10 @@ void check_beacons(const std::vector<Beacon>& beacons) {
       if (is_within(coordinate, kFarthest)) continue;
       throw Error("the position of beacon " + std::to_string(beacon.id) + " has the coordinate " +
                   text(coordinate) + " m, has to be in [-1e12, 1e12] m");
+    }
+    if (!(beacon.sigma >= 0.0) || !is_within(beacon.sigma, kFarthest)) {
+      throw Error("the sigma of beacon " + std::to_string(beacon.id) + " is " + text(beacon.sigma) +
+                  " m, has to be in [0, 1e12] m");
     }
   }
 }

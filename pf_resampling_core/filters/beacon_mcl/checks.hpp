@@ -17,8 +17,8 @@ void check_range(const RangeObservation& range);
 void check_odometry(const OdometryIncrement& odometry);
 void check_pose(const Pose2& mean, const Eigen::Matrix3d& covariance);
 
-/// At least one, ids all different, positions finite.
-void check_beacons(const std::vector<Beacon>& beacons);
+/// At least so many, ids all different, positions finite.
+void check_beacons(const std::vector<Beacon>& beacons, std::size_t fewest = 1);
 void check_calibration(const std::vector<std::pair<int, RangeCalibration>>& calibration);
 
 /// Radios whose errors each particle holds.

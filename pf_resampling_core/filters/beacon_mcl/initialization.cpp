@@ -42,7 +42,10 @@ void BeaconMcl::initialize_when_possible() {
 
 void BeaconMcl::global_localization() {
   ++step_;
-  if (options_.initialization.method == Initialization::uniform || recent_.empty()) {
+  if (finds_beacons()) {
+    particles_ = BeaconMclParticles{};
+    start_memory();
+  } else if (options_.initialization.method == Initialization::uniform || recent_.empty()) {
     initialize_uniform();
   } else {
     initialize_from_ranges();
@@ -93,6 +96,7 @@ void BeaconMcl::set_particles(const GivenParticles& particles) {
   const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
   status_.effective_sample_size = summary.effective_sample_size;
   status_.entropy_sample_size = summary.entropy_sample_size;
+  if (finds_beacons()) start_memory(estimate());
 }
 
 void BeaconMcl::initialize_uniform() {
@@ -148,7 +152,11 @@ void BeaconMcl::begin_population(bool first) {
   }
   if (first || particles_.scale.rows() != particles_.size()) start_calibration();
   // The robot is elsewhere than the path of all data has it.
-  if (!first) start_memory();
+  if (finds_beacons()) {
+    start_memory(estimate());
+  } else if (!first) {
+    start_memory();
+  }
 }
 
 void BeaconMcl::start_ancestry() {
@@ -178,7 +186,7 @@ void BeaconMcl::start_noise_factors() {
 
 void BeaconMcl::start_calibration() {
   const CalibrationOptions& calibration = options_.calibration;
-  const Eigen::Index radios = checks::radios_of(calibration.estimation, beacons_.size());
+  const Eigen::Index radios = radio_columns(calibration.estimation);
   const Eigen::Index count = particles_.size();
   particles_.scale.resize(count, radios);
   particles_.bias.resize(count, radios);

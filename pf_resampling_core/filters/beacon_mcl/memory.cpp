@@ -15,6 +15,7 @@ namespace {
 
 using Common = CommonUnknown;
 constexpr double kSolutionPeriod = 5.0;  // s
+constexpr double kDrawingPeriod = 0.25;  // s, where the population is drawn from it alone
 constexpr double kLeastProbability = 0.01;
 constexpr double kLargestSigma = 3.0;  // m: a population that is less sure is not drawn
 constexpr double kLargestTurn = 0.5;   // rad, likewise
@@ -35,7 +36,13 @@ Eigen::MatrixXd radio_rows(std::optional<int> radio, Eigen::Index size) {
 
 }  // namespace
 
-void BeaconMcl::start_memory() {
+// What was found before stays known. `first`: where the robot is, if it was put there.
+void BeaconMcl::start_memory(const std::optional<PoseEstimate>& first) {
+  start_memory(found_beacons(), first);
+}
+
+void BeaconMcl::start_memory(const std::vector<Beacon>& beacons,
+                             const std::optional<PoseEstimate>& first) {
   memory_.reset();
   if (solution_) solution_->is_obsolete = true;
   next_solution_ = time_;
@@ -51,12 +58,28 @@ void BeaconMcl::start_memory() {
   if (!calibrates) options.own_scale = options.own_bias = kFixed;
   options.yaw_rate =
       options_.yaw_rate_bias.estimate ? std::max(1e-6, options_.yaw_rate_bias.sigma) : 1e-6;
-  std::vector<std::pair<int, RangeCalibration>> calibration;
+  std::vector<std::pair<int, RangeCalibration>> calibration = calibration_;
   for (std::size_t b = 0; b < beacons_.size(); ++b) {
     calibration.emplace_back(beacons_[b].id, nominal_[b]);
   }
   if (!nominal_.empty()) calibration.emplace_back(-1, nominal_.front());
-  memory_.emplace(options, beacons_, calibration);
+  memory_.emplace(options, beacons, calibration, first);
+}
+
+std::vector<Beacon> BeaconMcl::found_beacons() const {
+  return finds_beacons() && memory_ ? memory_->found() : beacons_;
+}
+
+// The population says where the robot is; what is expected of ranges, the memory.
+void BeaconMcl::update_from_memory() {
+  status_.innovation_sigma = 0.0;
+  if (const auto innovation = memory_->innovation()) {
+    status_.observation = innovation->radio;
+    status_.innovation = innovation->value;
+    status_.innovation_sigma = innovation->sigma;
+  }
+  ++status_.updates;
+  if (solution_ || time_ >= next_solution_) solve_memory();
 }
 
 OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) const {
@@ -71,13 +94,17 @@ OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) co
 }
 
 bool BeaconMcl::leaves_out(int beacon) const {
-  return known_ && known_->is_wrong[beacon_index(beacon)];
+  if (!known_) return false;
+  for (std::size_t b = 0; b < beacons_.size(); ++b) {
+    if (beacons_[b].id == beacon) return known_->is_wrong[b];
+  }
+  return false;
 }
 
 void BeaconMcl::solve_memory() {
   const bool is_taken = take_solution();
   if (!is_taken && time_ < next_solution_) return;
-  next_solution_ = time_ + kSolutionPeriod;
+  next_solution_ = time_ + (finds_beacons() ? kDrawingPeriod : kSolutionPeriod);
   if (!solutions_are_deferred_) {
     memory_->solve();
   } else {
@@ -85,7 +112,11 @@ void BeaconMcl::solve_memory() {
     memory_->follow();
   }
   if (memory_->modes().empty()) return;
-  if (!memory_->explains_newest()) return start_memory();
+  if (!memory_->explains_newest()) {
+    // Before beacons are known, nothing else says where the robot is.
+    const bool is_all = finds_beacons() && is_initialized() && memory_->found().size() < 2;
+    return is_all ? start_memory(estimate()) : start_memory();
+  }
   std::vector<double> shares;
   std::vector<RangeMemory::Newest> modes;
   for (const RangeMode& mode : memory_->modes()) {
@@ -99,6 +130,11 @@ void BeaconMcl::solve_memory() {
     modes.push_back(newest);
   }
   take_calibration(modes.front());
+  if (finds_beacons() && particles_.size() != requested_size_) {
+    resize_columns(requested_size_, &particles_);
+    start_yaw_rate_bias();
+    start_calibration();
+  }
   redraw(shares, modes);
 }
 

@@ -6,6 +6,13 @@
 
 namespace pf_resampling {
 
+const EnumNames<BeaconPositions>& names_of(BeaconPositions) {
+  static const EnumNames<BeaconPositions> names(
+      "beacon positions",
+      {{BeaconPositions::known, "known"}, {BeaconPositions::estimated, "estimated"}});
+  return names;
+}
+
 const EnumNames<CalibrationEstimation>& names_of(CalibrationEstimation) {
   static const EnumNames<CalibrationEstimation> names(
       "calibration estimation", {{CalibrationEstimation::off, "off"},
@@ -106,6 +113,10 @@ void validate(const BeaconMclOptions& options) {
                 std::to_string(options.ranges.outlier_share) + " and " +
                 std::to_string(options.ranges.non_line_of_sight_share) +
                 ", have to add up to less than 1");
+  }
+  if (options.beacon_positions == BeaconPositions::estimated &&
+      options.strategy.renewal != Renewal::redraw) {
+    throw Error("parameter beacon_positions is estimated, which needs population/renewal redraw");
   }
   const Strategy strategy(options.strategy);
 }

@@ -6,6 +6,13 @@
 
 namespace pf_resampling {
 
+/// Whether all beacons are where they are listed.
+enum class BeaconPositions {
+  known,
+  estimated,  ///< those that are not listed are found; their number, too
+};
+const EnumNames<BeaconPositions>& names_of(BeaconPositions);
+
 /// Whether scale and bias of the ranges are estimated on line, and for whom.
 enum class CalibrationEstimation {
   off,         ///< the given calibration is believed
@@ -103,6 +110,7 @@ struct AdaptiveCountOptions {
 struct BeaconMclOptions {
   int particles = 1000;
   int threads = 1;
+  BeaconPositions beacon_positions = BeaconPositions::known;
   StrategyOptions strategy;
   OdometryNoise odometry;
   RangeModelOptions ranges;
@@ -114,7 +122,7 @@ struct BeaconMclOptions {
   AdaptiveCountOptions adaptive_count;
 };
 
-/// Every parameter of the filter, bound to `options`, which must outlive the list.
+/// Every parameter that a filter can change, bound to `options`, which must outlive the list.
 ParameterList parameters_of(BeaconMclOptions* options);
 
 /// Throws Error naming the first combination that makes no sense (single ranges are checked when

@@ -32,6 +32,7 @@ void describe(Archive& archive, Beacon& beacon) {
   archive("id", beacon.id);
   archive("position", beacon.position);
   archive("is_planar", beacon.is_planar);
+  archive("sigma", beacon.sigma);
 }
 
 void describe(Archive& archive, SavedBeaconMcl::Range& range) {
@@ -82,6 +83,7 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("ranges", saved.ranges);
   archive("particles", saved.particles);
   archive("memory", saved.memory);
+  archive("memory_beacons", saved.memory_beacons);
   archive("known", saved.known);
   archive("next_solution", saved.next_solution);
 }
@@ -105,7 +107,8 @@ std::string fault_of(const SavedBeaconMcl& saved) {
     return "a count of the filter is negative or too large";
   }
   try {
-    checks::check_beacons(saved.beacons);
+    checks::check_beacons(saved.beacons, 0);
+    checks::check_beacons(saved.memory_beacons, 0);
     for (const SavedBeaconMcl::Range& range : saved.ranges) checks::check_range(range.observation);
   } catch (const Error& error) {
     return error.what();
@@ -158,6 +161,7 @@ SavedBeaconMcl BeaconMcl::saved() const {
   }
   saved.particles = particles_;
   saved.memory = memory_;
+  if (memory_) saved.memory_beacons = memory_->beacons();
   saved.known = known_;
   saved.next_solution = next_solution_;
   return saved;
@@ -177,11 +181,11 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
                 " among them) than the " + std::to_string(beacons_.size()) +
                 " of the filter; start without it");
   }
-  std::size_t radios = 0;
-  if (options_.calibration.estimation == CalibrationEstimation::shared) radios = 1;
-  if (options_.calibration.estimation == CalibrationEstimation::per_beacon) {
-    radios = beacons_.size();
+  if (saved.beacons.empty() && !beacons_.empty()) {
+    throw Error("population to load: it was saved without beacons, the filter has " +
+                std::to_string(beacons_.size()) + "; start without it");
   }
+  const auto radios = static_cast<std::size_t>(radio_columns(options_.calibration.estimation));
   if (saved.calibration_times.size() != radios) {
     throw Error("population to load: it holds " + std::to_string(saved.calibration_times.size()) +
                 " calibrations per particle, with calibration/estimation " +
@@ -208,6 +212,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
     recent_.push_back({range.observation, range.pose, range.time});
   }
   particles_ = saved.particles;
+  if (finds_beacons()) start_memory(saved.memory_beacons, {});
   if (memory_) next_solution_ = time_;
   if (memory_ && saved.memory && memory_->resume(*saved.memory)) {
     next_solution_ = saved.next_solution;

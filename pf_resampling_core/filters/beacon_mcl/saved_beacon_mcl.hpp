@@ -38,6 +38,7 @@ struct SavedBeaconMcl {
   std::vector<Range> ranges;              ///< the last ones, the oldest first
   BeaconMclParticles particles;
   std::optional<RangeMemory> memory;      ///< under Renewal::redraw
+  std::vector<Beacon> memory_beacons;     ///< those whose place it knew at its start
   std::optional<KnownRangeErrors> known;  ///< what was last taken from it
   double next_solution = 0.0;             ///< s
 };

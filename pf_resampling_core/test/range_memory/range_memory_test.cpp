@@ -233,6 +233,11 @@ TEST(RangeMemory, ShowsBothSidesBeforeTheFirstTurn) {
     ASSERT_EQ(radio.places.size(), 2U) << "radio " << radio.id;
     EXPECT_NEAR(radio.places[0].position.y(), -radio.places[1].position.y(), 1.0);
   }
+  EXPECT_TRUE(memory.is_ambiguous());
+  EXPECT_TRUE(memory.found().empty());
+  drive.drive(160.0, 11, &memory);
+  EXPECT_FALSE(memory.is_ambiguous());
+  EXPECT_EQ(memory.found().size(), 4U);
 }
 
 TEST(RangeMemory, WithTwoRadiosTheRobotMayBeOnEitherSideUntilItTurns) {

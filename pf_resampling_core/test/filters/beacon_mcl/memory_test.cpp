@@ -172,6 +172,110 @@ TEST(BeaconMclMemory, ADeferredSolutionOfAFilterThatWasPutElsewhereIsOfNoUse) {
   EXPECT_LT(filter.memory()->time(), 5.0);
 }
 
+BeaconMclOptions that_finds() {
+  BeaconMclOptions options = with_redraw();
+  options.beacon_positions = BeaconPositions::estimated;
+  return options;
+}
+
+/// m, from where the robot is, in the frame of `origin`.
+double error_from(const Pose2& origin, double duration, DriveAmongRadios* drive,
+                  BeaconMcl* filter) {
+  error_after(duration, drive, filter);
+  const Pose2 believed = compose(origin, filter->estimate().mean);
+  return std::hypot(believed.x - drive->truth.x, believed.y - drive->truth.y);
+}
+
+// In the frame of the first pose.
+TEST(BeaconMclMemory, FindsBeaconsThatNobodyListed) {
+  DriveAmongRadios drive;
+  const Pose2 start = drive.truth;
+  BeaconMcl filter(that_finds(), {}, 1);
+  EXPECT_LT(error_from(start, 180.0, &drive, &filter), 0.3);
+  const std::vector<Beacon> found = filter.found_beacons();
+  ASSERT_EQ(found.size(), drive.beacons.size());
+  for (std::size_t b = 0; b < found.size(); ++b) {
+    const Pose2 place = compose(start, {found[b].position.x(), found[b].position.y(), 0.0});
+    EXPECT_EQ(found[b].id, drive.beacons[b].id);
+    EXPECT_LT(std::hypot(place.x - drive.beacons[b].position.x(),
+                         place.y - drive.beacons[b].position.y()),
+              0.5);
+    EXPECT_GT(found[b].sigma, 0.0);
+    EXPECT_LT(found[b].sigma, 0.5);
+  }
+  EXPECT_EQ(filter.calibration().size(), 4U);
+  EXPECT_LT(std::abs(filter.status().innovation), 4.0 * filter.status().innovation_sigma);
+}
+
+TEST(BeaconMclMemory, FindsOthersInTheFrameOfThoseThatAreListed) {
+  DriveAmongRadios drive;
+  const std::vector<Beacon> listed = {drive.beacons.begin(), drive.beacons.begin() + 2};
+  BeaconMcl filter(that_finds(), listed, 1);
+  EXPECT_LT(error_after(120.0, &drive, &filter), 0.3);
+  const std::vector<Beacon> found = filter.found_beacons();
+  ASSERT_EQ(found.size(), 4U);
+  for (std::size_t b = 0; b < 4; ++b) {
+    EXPECT_LT((found[b].position - drive.beacons[b].position).norm(), 0.5) << b;
+  }
+}
+
+// What was found stays, in the frame that the pose says.
+TEST(BeaconMclMemory, KnowsWhatItFoundWhereTheRobotIsPut) {
+  DriveAmongRadios drive;
+  const Pose2 start = drive.truth;
+  BeaconMcl filter(that_finds(), {}, 1);
+  error_after(120.0, &drive, &filter);
+  const Pose2 elsewhere = {5.0, 3.0, 2.0};
+  drive.truth = elsewhere;
+  filter.initialize_gaussian(relative(start, elsewhere), 0.04 * Eigen::Matrix3d::Identity());
+  EXPECT_EQ(filter.found_beacons().size(), 4U);
+  EXPECT_LT(error_from(start, 5.0, &drive, &filter), 0.5);
+}
+
+TEST(BeaconMclMemory, FindsTheRobotAmongWhatItFound) {
+  DriveAmongRadios drive;
+  const Pose2 start = drive.truth;
+  BeaconMcl filter(that_finds(), {}, 1);
+  error_after(120.0, &drive, &filter);
+  drive.truth = {5.0, 3.0, 2.0};
+  filter.global_localization();
+  EXPECT_FALSE(filter.is_initialized());
+  EXPECT_LT(error_from(start, 20.0, &drive, &filter), 0.5);
+}
+
+TEST(BeaconMclMemory, ASavedOneGoesOnAmongWhatItFound) {
+  DriveAmongRadios drive;
+  BeaconMcl whole(that_finds(), {}, 1);
+  BeaconMcl second(that_finds(), {}, 1);
+  const std::string path = testing::TempDir() + "found_beacons.checkpoint";
+  error_after(60.0, &drive, &whole);
+  whole.initialize_gaussian(whole.estimate().mean, 0.04 * Eigen::Matrix3d::Identity());
+  error_after(20.0, &drive, &whole);
+  write_saved(kCheckpointFile, path, whole.saved());
+  second.load(read_saved<SavedBeaconMcl>(kCheckpointFile, path));
+  drive.drive(20.0, 22, [&](const OdometryIncrement& increment, const RangeObservation& range) {
+    whole.update(increment, {range});
+    second.update(increment, {range});
+  });
+  EXPECT_TRUE((whole.particles().x == second.particles().x).all());
+  EXPECT_EQ(whole.found_beacons().size(), second.found_beacons().size());
+  EXPECT_THROW(BeaconMcl(with_redraw(), drive.beacons, 1).load(whole.saved()), Error);
+  std::remove(path.c_str());
+}
+
+TEST(BeaconMclMemory, ItsNumberOfParticlesMayChangeWhereBeaconsAreFound) {
+  DriveAmongRadios drive;
+  BeaconMcl filter(that_finds(), {}, 1);
+  error_after(5.0, &drive, &filter);
+  BeaconMclOptions options = that_finds();
+  options.particles = 700;
+  filter.set_options(options);
+  error_after(5.0, &drive, &filter);
+  EXPECT_EQ(filter.particles().size(), 700);
+  options.beacon_positions = BeaconPositions::known;
+  EXPECT_THROW(filter.set_options(options), Error);
+}
+
 TEST(BeaconMclMemory, IsThereForRedrawAlone) {
   const DriveAmongRadios drive;
   EXPECT_EQ(BeaconMcl({}, drive.beacons, 1).memory(), nullptr);

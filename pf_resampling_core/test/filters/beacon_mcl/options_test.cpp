@@ -162,5 +162,14 @@ TEST(BeaconMclOptions, YawRateBiasIsSwitchedOnAndOff) {
   EXPECT_NEAR(filter.yaw_rate_bias().sigma, options.yaw_rate_bias.sigma, 0.002);
 }
 
+TEST(BeaconMclOptions, BeaconsAreFoundByTheMemoryOfRedraws) {
+  BeaconMclOptions options;
+  options.beacon_positions = BeaconPositions::estimated;
+  EXPECT_THROW(validate(options), Error);
+  EXPECT_THROW(BeaconMcl(options, {}, 1), Error);
+  options.strategy.renewal = Renewal::redraw;
+  EXPECT_EQ(BeaconMcl(options, {}, 1).found_beacons().size(), 0U);
+}
+
 }  // namespace
 }  // namespace pf_resampling
