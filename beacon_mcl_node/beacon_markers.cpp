@@ -92,10 +92,10 @@ visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Pla
   return ring;
 }
 
-double extent_of(const std::vector<Beacon>& beacons) {
-  if (beacons.empty()) return 1.0;
+double extent_of(const std::vector<PlacedBeacon>& places) {
+  if (places.empty()) return 1.0;
   Eigen::AlignedBox3d box;
-  for (const Beacon& beacon : beacons) box.extend(beacon.position);
+  for (const PlacedBeacon& place : places) box.extend(place.beacon.position);
   return std::max(1.0, box.diagonal().norm());
 }
 

@@ -29,7 +29,7 @@ visualization_msgs::Marker range_ring_marker(const MarkerFrame& frame, const Pla
                                              int id, double distance, double antenna_height,
                                              double lifetime, double width);
 
-/// Size of the scene that `beacons` span: the diagonal of their bounding box, at least 1 m.
-double extent_of(const std::vector<Beacon>& beacons);
+/// Size of the scene that they span: the diagonal of their bounding box, at least 1 m.
+double extent_of(const std::vector<PlacedBeacon>& places);
 
 }  // namespace pf_resampling

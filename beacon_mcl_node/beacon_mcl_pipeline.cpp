@@ -210,7 +210,7 @@ OdometryIncrement BeaconMclPipeline::motion_since_update() const {
 }
 
 double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
-  return extent_of(filter_->found_beacons());
+  return extent_of(places());
 }
 
 // The ids are for people; the places make the difference.

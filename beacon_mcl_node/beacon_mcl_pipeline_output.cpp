@@ -83,7 +83,7 @@ void BeaconMclPipeline::publish_map_if_due(ros::Time stamp) {
 visualization_msgs::MarkerArray BeaconMclPipeline::markers(ros::Time stamp) {
   const MarkerFrame frame = {options_.frames.map, stamp};
   const std::vector<PlacedBeacon> places = this->places();
-  const double extent = extent_of(filter_->found_beacons());
+  const double extent = extent_of(places);
   const double line = 0.002 * extent;
   visualization_msgs::MarkerArray markers;
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
@@ -133,11 +133,15 @@ std::vector<std::string> BeaconMclPipeline::remarks() const {
   std::vector<std::string> remarks;
   const RangeMemory* memory = filter_ ? filter_->memory() : nullptr;
   if (memory == nullptr) return remarks;
+  std::string ambiguous;
   for (const RadioKnowledge& radio : memory->radios()) {
-    const bool is_ambiguous = finds_beacons() && radio.places.size() > 1;
-    const std::string remark =
-        is_ambiguous ? place_in_words(radio) : remark_on(radio, filter_->beacons());
+    const std::string remark = remark_on(radio, filter_->beacons());
     if (!remark.empty()) remarks.push_back(remark);
+    if (!finds_beacons() || radio.places.size() < 2) continue;
+    ambiguous += (ambiguous.empty() ? "beacon " : ", ") + std::to_string(radio.id);
+  }
+  if (!ambiguous.empty()) {
+    remarks.push_back(ambiguous + " may be at more than one place: drive a turn near it");
   }
   return remarks;
 }

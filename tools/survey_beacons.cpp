@@ -34,7 +34,6 @@ CommandLine command_line() {
   line.topic("odom", "/odom", "odometry");
   line.topic("ranges", "/ranges", "ranges");
   line.topic("beacons", "/beacons", "beacons whose places are known, if any");
-  line.option<std::string>("base", "FRAME", "base_link", "frame of the robot's base in /tf_static");
   line.example("survey_beacons box_of_radios.bag --output beacons.yaml --plot beacons.png");
   line.example("survey_beacons plaza2.bag --output calibration.yaml");
   line.example("run_bag beacon_mcl plaza2.bag out.bag --config calibration.yaml");
@@ -44,8 +43,14 @@ CommandLine command_line() {
 RangeDrive drive_of(const rosbag::Bag& bag, const CommandLine& line) {
   BeaconMclPipelineOptions options;
   apply_filter_options(line, &options);
-  RangeDrive drive =
-      range_drive_of(bag, line.topic("odom"), line.topic("ranges"), line.text("base"));
+  const bool is_on_tf = options.odometry_input.source == OdometrySource::tf;
+  const std::string odometry = is_on_tf ? "/tf" : line.topic("odom");
+  const std::vector<std::string> types =
+      is_on_tf ? std::vector<std::string>{"tf2_msgs/TFMessage"} : pose_types();
+  require_topics(
+      bag, bag.getFileName(),
+      {{odometry, types, "--odom"}, {line.topic("ranges"), recorded_range_types(), "--ranges"}});
+  RangeDrive drive = range_drive_of(bag, odometry, line.topic("ranges"), options.frames);
   for (const auto& [frame, place] : options.antennas) drive.antennas[frame] = place;
   if (line.get<bool>("unlisted")) return drive;
   drive.beacons = options.beacons;
@@ -101,9 +106,6 @@ int survey_beacons(const std::vector<std::string>& arguments) {
   if (line.has("plot")) check_plot_file(line.text("plot"));
   const auto path = line.text("bag");
   const rosbag::Bag bag = open_bag(path);
-  require_topics(bag, path,
-                 {{line.topic("odom"), pose_types(), "--odom"},
-                  {line.topic("ranges"), recorded_range_types(), "--ranges"}});
   const RangeDrive drive = drive_of(bag, line);
   const RangeSolution solution = solve_ranges(drive);
   std::printf("%s: ", path.c_str());

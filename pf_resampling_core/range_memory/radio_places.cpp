@@ -128,11 +128,9 @@ void RangeMemory::let_radios_enter(RangeMode* mode) {
     const std::vector<Fix> found = fixes(static_cast<int>(r), *mode);
     radios_[r].other_places.clear();
     if (found.empty()) continue;
-    double sum = 0.0;
-    for (const Fix& fix : found) sum += std::exp(found[0].cost - fix.cost);
     for (const Fix& fix : found) {
       radios_[r].other_places.push_back(
-          {fix.position, fix.covariance, std::exp(found[0].cost - fix.cost) / sum});
+          {fix.position, fix.covariance, std::exp(found[0].cost - fix.cost)});
     }
     const Fix& best = found.front();
     const double largest = std::sqrt(best.covariance.trace());
@@ -170,8 +168,7 @@ void RangeMemory::try_other_places(RangeMode* mode) {
       const double odds =
           std::exp((worse->belief.log_evidence - mode->belief.log_evidence) / (doubt_ * doubt_));
       radios_[r].other_places.push_back(
-          {there, worse->belief.covariance.block<2, 2>(kKeyframe + at, kKeyframe + at),
-           odds / (1.0 + odds)});
+          {there, worse->belief.covariance.block<2, 2>(kKeyframe + at, kKeyframe + at), odds});
     }
   }
 }

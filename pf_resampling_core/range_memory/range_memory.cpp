@@ -361,14 +361,14 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
   if (radio.fault > kNamed && has_turned_) radio.account = mode.accounts[r];
   if (mode.estimate.takes_part[r]) {
     const int at = radio_at(*number);
-    double others = 0.0;
-    for (const RadioPlace& place : radios_[r].other_places) others += place.probability;
     radio.places.push_back(
         {constants.segment<2>(at),
-         doubt_ * doubt_ * covariance.block<2, 2>(kKeyframe + at, kKeyframe + at),
-         1.0 / (1.0 + others)});
+         doubt_ * doubt_ * covariance.block<2, 2>(kKeyframe + at, kKeyframe + at), 1.0});
   }
   for (const RadioPlace& place : radios_[r].other_places) radio.places.push_back(place);
+  double sum = 0.0;
+  for (const RadioPlace& place : radio.places) sum += place.probability;
+  for (RadioPlace& place : radio.places) place.probability /= sum;
   if (radio.account != RadioAccount::elsewhere || radio.places.empty()) return radio;
   for (const Beacon& other : beacons_) {
     const Eigen::Vector2d off = other.position.head<2>() - radio.places.front().position;

@@ -185,7 +185,7 @@ class RangeMemory {
     std::optional<Beacon> listed;
     RangeCalibration calibration;
     int ranges = 0;
-    std::vector<RadioPlace> other_places;
+    std::vector<RadioPlace> other_places;  // `probability` over that of the one in use
   };
   /// A minimum of the cost of one radio's ranges, given a path.
   struct Fix {

@@ -116,9 +116,10 @@ TEST(BagContents, OdometryIsWithoutWhatFiltersReject) {
 TEST(BagContents, OdometryOfWhichNothingIsLeftIsAnError) {
   nav_msgs::Odometry odometry = odometry_at(1.0, 0.0);
   odometry.pose.pose.orientation.w = 0.5;
-  EXPECT_EQ(error_of(odometry, read_odometry),
-            ": 1 of 1 messages of /topic left out, which filters reject; of the first, orientation "
-            "(0, 0, 0, 0.5) is not of length 1");
+  EXPECT_EQ(
+      error_of(odometry, [](const auto& bag, const auto& topic) { read_odometry(bag, topic); }),
+      ": 1 of 1 messages of /topic left out, which filters reject; of the first, orientation "
+      "(0, 0, 0, 0.5) is not of length 1");
 }
 
 TEST(BagContents, NoiseOfOdometryIsWithoutWhatIsNotFinite) {

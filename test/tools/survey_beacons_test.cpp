@@ -1,4 +1,7 @@
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -7,6 +10,7 @@
 
 #include "pf_resampling_core/test/says.hpp"
 #include "test/run_program.hpp"
+#include "tools/common/bag.hpp"
 #include "tools/common/files.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -71,6 +75,37 @@ TEST_F(SurveyBeacons, FindsBeaconsThatNobodyListed) {
   const ProgramResult run = run_program("run_bag beacon_mcl " + folder_->file("drive.bag") + " " +
                                         folder_->file("out.bag") + " --config " + file);
   EXPECT_EQ(run.exit_code, 0) << run.error;
+}
+
+// As other programs publish it: from odom to base_link.
+TEST_F(SurveyBeacons, TakesOdometryOnTf) {
+  const std::string bag = folder_->file("tf.bag");
+  {
+    const rosbag::Bag drive(folder_->file("drive.bag"));
+    BagWriter writer(bag);
+    for (const rosbag::MessageInstance& message : rosbag::View(drive)) {
+      const auto odometry = message.instantiate<nav_msgs::Odometry>();
+      if (!odometry) {
+        writer.copy(message);
+        continue;
+      }
+      tf2_msgs::TFMessage transforms;
+      transforms.transforms.resize(1);
+      geometry_msgs::TransformStamped& transform = transforms.transforms[0];
+      transform.header = odometry->header;
+      transform.child_frame_id = odometry->child_frame_id;
+      transform.transform.translation.x = odometry->pose.pose.position.x;
+      transform.transform.translation.y = odometry->pose.pose.position.y;
+      transform.transform.rotation = odometry->pose.pose.orientation;
+      writer.write("/tf", message.getTime(), transforms);
+    }
+    writer.finish();
+  }
+  const ProgramResult result =
+      run_program("survey_beacons " + bag + " --set odometry_input/source=tf");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(says(result.out, "beacon 1 is as listed; "));
+  EXPECT_EQ(run_program("survey_beacons " + bag).exit_code, 1);
 }
 
 TEST_F(SurveyBeacons, NamesTheOneThatIsNotWhereTheListSays) {

@@ -173,6 +173,21 @@ class TagReader {
   StaticFrames on_robot_;
 };
 
+// Of a message of odometry, or of those of /tf that say where the robot is in its odometry.
+std::vector<nav_msgs::Odometry> odometry_in(const rosbag::MessageInstance& instance,
+                                            const FrameNames& frames) {
+  if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) return {*odometry};
+  std::vector<nav_msgs::Odometry> result;
+  const auto transforms = message_in<tf2_msgs::TFMessage>(instance);
+  if (!transforms) return result;
+  for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
+    const bool is_odometry = without_slash(transform.child_frame_id) == frames.base &&
+                             without_slash(transform.header.frame_id) == frames.odom;
+    if (is_odometry) result.push_back(to_odometry_message(transform));
+  }
+  return result;
+}
+
 // Landmark or BeaconPlace.
 template <typename Message>
 PointLandmark to_landmark(const Message& message) {
@@ -232,23 +247,24 @@ std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string&
   return poses;
 }
 
-RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic) {
+RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic,
+                               const FrameNames& frames) {
   RecordedOdometry result;
   int messages = 0;
   int rejected = 0;
   std::string why;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    auto odometry = message_in<nav_msgs::Odometry>(instance);
-    if (!odometry) return;
-    ++messages;
-    if (odometry->header.stamp.isZero()) odometry->header.stamp = instance.getTime();
-    FrameNames own;
-    own.odom = odometry->header.frame_id;
-    own.base = odometry->child_frame_id;
-    if (const auto wrong = check(*odometry, own)) {
-      if (rejected++ == 0) why = wrong->detail;
-    } else {
-      result.poses.push_back(estimated_pose(odometry->header.stamp.toSec(), odometry->pose));
+    for (nav_msgs::Odometry& odometry : odometry_in(instance, frames)) {
+      ++messages;
+      if (odometry.header.stamp.isZero()) odometry.header.stamp = instance.getTime();
+      FrameNames own;
+      own.odom = odometry.header.frame_id;
+      own.base = odometry.child_frame_id;
+      if (const auto wrong = check(odometry, own)) {
+        if (rejected++ == 0) why = wrong->detail;
+      } else {
+        result.poses.push_back(estimated_pose(odometry.header.stamp.toSec(), odometry.pose));
+      }
     }
   });
   if (messages == 0) return {read_poses(bag, topic), ""};

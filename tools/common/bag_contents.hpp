@@ -12,6 +12,7 @@
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
+#include "src/frames/frame_names.hpp"
 
 namespace pf_resampling {
 
@@ -35,8 +36,10 @@ struct RecordedOdometry {
   std::vector<EstimatedPose> poses;
   std::string left_out;  ///< how many messages, and why the first; empty: none
 };
-/// Of the types of read_poses(). Throws Error if that leaves no pose.
-RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic);
+/// Of the types of read_poses(), or from odom to base on a topic of tf2_msgs/TFMessage. Throws
+/// Error if that leaves no pose.
+RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic,
+                               const FrameNames& frames = {});
 
 /// The true poses while there is odometry (all if that is empty): a reference that was switched on
 /// earlier, or off later, is nothing a filter can be judged by. Throws Error if that leaves none.

@@ -162,12 +162,12 @@ void count_ranges(RangeSolution* solution) {
 }  // namespace
 
 RangeDrive range_drive_of(const rosbag::Bag& bag, const std::string& odometry,
-                          const std::string& ranges, const std::string& base) {
+                          const std::string& ranges, const FrameNames& frames) {
   RangeDrive drive;
-  drive.odometry = read_odometry(bag, odometry).poses;
+  drive.odometry = read_odometry(bag, odometry, frames).poses;
   drive.odometry_noise = read_odometry_noise(bag, odometry);
   drive.ranges = read_ranges(bag, ranges);
-  for (const auto& [name, frame] : read_frames_on_robot(bag, base)) {
+  for (const auto& [name, frame] : read_frames_on_robot(bag, frames.base)) {
     drive.antennas[name] = frame.translation();
   }
   drive.antennas[""] = Eigen::Vector3d::Zero();

@@ -22,7 +22,7 @@ struct RangeDrive {
 
 /// Of a bag: odometry, ranges, and what /tf_static says of antennas.
 RangeDrive range_drive_of(const rosbag::Bag& bag, const std::string& odometry,
-                          const std::string& ranges, const std::string& base);
+                          const std::string& ranges, const FrameNames& frames = {});
 
 struct RangeSolution {
   RangeMemory memory;  ///< with all data

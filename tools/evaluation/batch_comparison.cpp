@@ -140,7 +140,7 @@ BatchComparison compare_with_ranges(const rosbag::Bag& bag, const RecordedRun& r
                                     const EvaluationRequest& request,
                                     const Evaluation& evaluation) {
   const PathErrorOptions& options = request.path_options;
-  RangeDrive drive = range_drive_of(bag, request.odom, request.ranges, "base_link");
+  RangeDrive drive = range_drive_of(bag, request.odom, request.ranges);
   drive.beacons = run.beacons;
   const RangeSolution solution = solve_ranges(drive);
   const RangeMemory& memory = solution.memory;
