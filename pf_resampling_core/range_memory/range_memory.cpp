@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -67,6 +68,36 @@ Eigen::MatrixXd without_rows(const Eigen::MatrixXd& all, Eigen::Index at) {
   Eigen::MatrixXd rest(all.rows() - RadioOf::count, all.cols());
   rest << all.topRows(at), all.bottomRows(all.rows() - at - RadioOf::count);
   return rest;
+}
+
+// Of places that begin at these rows.
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& all, const std::vector<int>& places) {
+  const auto size = static_cast<Eigen::Index>(2 * places.size());
+  Eigen::MatrixXd covariance(size, size);
+  for (std::size_t a = 0; a < places.size(); ++a) {
+    for (std::size_t b = 0; b < places.size(); ++b) {
+      covariance.block<2, 2>(static_cast<Eigen::Index>(2 * a), static_cast<Eigen::Index>(2 * b)) =
+          all.block<2, 2>(places[a], places[b]);
+    }
+  }
+  return covariance;
+}
+
+// Without what a shift and a turn of all makes: where a frame lies that began with the first pose
+// says nothing of how well the beacons are known.
+Eigen::MatrixXd without_frame(const std::vector<Beacon>& beacons,
+                              const Eigen::MatrixXd& covariance) {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  for (const Beacon& beacon : beacons) center += beacon.position.head<2>();
+  center /= static_cast<double>(beacons.size());
+  Eigen::MatrixXd rigid(covariance.rows(), 3);
+  for (std::size_t b = 0; b < beacons.size(); ++b) {
+    const Eigen::Vector2d off = beacons[b].position.head<2>() - center;
+    rigid.middleRows<2>(static_cast<Eigen::Index>(2 * b)) << 1.0, 0.0, -off.y(), 0.0, 1.0, off.x();
+  }
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows()) -
+                               rigid * rigid.completeOrthogonalDecomposition().pseudoInverse();
+  return rest * covariance * rest.transpose();
 }
 
 }  // namespace
@@ -378,21 +409,45 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
 }
 
 std::vector<Beacon> RangeMemory::found() const {
-  std::vector<Beacon> found;
+  std::vector<Beacon> found = beacons_;
+  std::vector<Beacon> anew;
   for (const RadioKnowledge& radio : radios()) {
-    const Beacon* known = listed(radio.id);
+    const bool is_free =
+        radio.account == RadioAccount::unlisted || radio.account == RadioAccount::elsewhere;
+    if (!is_free || radio.places.size() != 1) continue;
+    const auto number = static_cast<std::size_t>(*number_of(radio.id));
+    if (!modes_.front().estimate.takes_part[number]) continue;
     Beacon beacon;
-    if (known != nullptr) beacon = *known;
-    const bool is_elsewhere = known == nullptr || radio.account == RadioAccount::elsewhere;
-    if (is_elsewhere && radio.places.size() == 1) {
-      const RadioPlace& place = radio.places.front();
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(place.covariance);
-      beacon.id = radio.id;
-      beacon.is_planar = known == nullptr || known->is_planar;
-      beacon.position.head<2>() = place.position;
-      beacon.sigma = std::sqrt(axes.eigenvalues()[1]);
+    beacon.is_planar = true;
+    if (const Beacon* known = listed(radio.id)) beacon = *known;
+    beacon.id = radio.id;
+    beacon.position.head<2>() = radio.places.front().position;
+    anew.push_back(beacon);
+  }
+  // One that is hardly known makes the frame, and with it the others, less sure: it goes first.
+  const auto is_less_sure = [](const Beacon& a, const Beacon& b) { return a.sigma < b.sigma; };
+  while (!anew.empty()) {
+    std::vector<int> places;
+    for (const Beacon& beacon : anew) {
+      places.push_back(kKeyframe + radio_at(*number_of(beacon.id)));
     }
-    if (known != nullptr || (radio.places.size() == 1 && beacon.sigma < kFound)) {
+    Eigen::MatrixXd covariance = covariance_of(modes_.front().belief.covariance, places);
+    if (beacons_.size() < 2) covariance = without_frame(anew, covariance);
+    for (std::size_t b = 0; b < anew.size(); ++b) {
+      const auto at = static_cast<Eigen::Index>(2 * b);
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.block<2, 2>(at, at));
+      anew[b].sigma = doubt_ * std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+    }
+    const auto worst = std::max_element(anew.begin(), anew.end(), is_less_sure);
+    if (worst->sigma < kFound) break;
+    anew.erase(worst);
+  }
+  for (const Beacon& beacon : anew) {
+    const auto known = std::find_if(found.begin(), found.end(),
+                                    [&](const Beacon& other) { return other.id == beacon.id; });
+    if (known != found.end()) {
+      *known = beacon;
+    } else {
       found.push_back(beacon);
     }
   }

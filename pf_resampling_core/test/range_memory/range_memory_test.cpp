@@ -222,6 +222,36 @@ TEST(RangeMemory, FindsRadiosThatNobodyListed) {
   }
 }
 
+// How far the first pose was from them, and where it looked, is of no account.
+TEST(RangeMemory, IsAsSureOfRadiosFarFromTheStart) {
+  const auto largest_sigma_from = [](const Pose2& first) {
+    DriveAmongRadios drive;
+    PoseEstimate start;
+    start.mean = first;
+    RangeMemory memory({}, {}, {}, start);
+    drive.drive(180.0, 7, &memory);
+    double largest = 0.0;
+    EXPECT_EQ(memory.found().size(), 4U);
+    for (const Beacon& beacon : memory.found()) largest = std::max(largest, beacon.sigma);
+    return largest;
+  };
+  const double near = largest_sigma_from({0.0, 0.0, 0.0});
+  EXPECT_LT(near, 0.2);
+  EXPECT_NEAR(largest_sigma_from({1000.0, -500.0, 2.0}), near, 0.02);
+}
+
+// One at a place that is hardly known makes the others no worse.
+TEST(RangeMemory, FindsOthersBesideOneThatIsHardlyKnown) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, {});
+  drive.drive(120.0, 7, &memory);
+  const std::size_t before = memory.found().size();
+  drive.beacons.back().id = 9;
+  drive.beacons.back().position = {60.0, 40.0, 0.0};
+  drive.drive(16.0, 8, &memory);
+  EXPECT_GE(memory.found().size(), before);
+}
+
 // Before a turn each of them may be on either side.
 TEST(RangeMemory, ShowsBothSidesBeforeTheFirstTurn) {
   DriveAmongRadios drive;
