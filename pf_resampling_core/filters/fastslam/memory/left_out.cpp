@@ -276,18 +276,16 @@ std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_wid
   SegmentEquations equations(graph);
   equations.linearize(graph);
   equations.add_to_landmarks(kFar);
+  const SegmentEquations::Mark whole = equations.mark();
   std::vector<Remainders> remainders(blocks.size());
   std::vector<LeftOutMean> means;
   std::vector<Eigen::MatrixXd> spreads;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (!leave_out(graph, robust_width, blocks[b], &remainders[b])) continue;
-    const auto exchange = [&](double times) {
-      for (const auto& [s, rest] : remainders[b]) {
-        equations.add(graph, s, *graph.segments[s], -times);
-        equations.add(graph, s, rest.segment, times);
-      }
-    };
-    exchange(1.0);
+    for (const auto& [s, rest] : remainders[b]) {
+      equations.add(graph, s, *graph.segments[s], -1.0);
+      equations.add(graph, s, rest.segment, 1.0);
+    }
     if (equations.factorize(0.0)) {
       const Eigen::VectorXd step = equations.step();
       for (const std::vector<SightingPlace>& group : blocks[b].groups) {
@@ -301,7 +299,7 @@ std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_wid
         spreads.push_back(spread);
       }
     }
-    exchange(-1.0);
+    equations.take_back(whole);
   }
   Eigen::MatrixXd spread(equations.size(), 2 * static_cast<Eigen::Index>(means.size()));
   std::vector<Parts> parts(means.size());

@@ -235,30 +235,87 @@ bool contradict(const Places& best, const Duplicates& other, double sighting_var
   });
 }
 
-// Those in question and what they may be, in ascending order: `near` the latter.
-std::vector<int> compared_landmarks(const SegmentGraph& graph, const SegmentEquations& equations,
-                                    const std::vector<int>& in_question) {
-  const Eigen::MatrixXd covariance = equations.covariance_of(in_question);
-  const double farthest = std::sqrt(kFarthest);
-  std::vector<double> reach;
-  for (std::size_t i = 0; i < in_question.size(); ++i) {
-    const Eigen::Index at = 2 * static_cast<Eigen::Index>(i);
-    reach.push_back(2.0 * farthest * std::sqrt(covariance.block<2, 2>(at, at).trace()));
-  }
-  std::vector<int> compared = in_question;
-  std::vector<std::pair<double, int>> others;
-  const std::vector<bool> are_seen = seen_landmarks(graph);
-  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
-    const int landmark = static_cast<int>(l);
-    if (!are_seen[l]) continue;
-    if (std::find(in_question.begin(), in_question.end(), landmark) != in_question.end()) continue;
-    double nearest = 1.0;
-    for (std::size_t i = 0; i < in_question.size(); ++i) {
-      const std::size_t other = static_cast<std::size_t>(in_question[i]);
-      const double distance = (graph.landmarks[l] - graph.landmarks[other]).norm();
-      nearest = std::min(nearest, distance / reach[i]);
+// Variances of landmarks' places, m^2, at most: as of the base of the newest segment that has seen
+// it and of a sighting together, which takes no covariance of them all.
+std::vector<double> place_variances(const SegmentGraph& graph, const SegmentEquations& equations,
+                                    const SightingStatistics& statistics,
+                                    const std::vector<int>& landmarks) {
+  std::vector<std::size_t> seen_in(graph.landmarks.size(), 0);
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    for (const int landmark : graph.segments[s]->landmarks) {
+      seen_in[static_cast<std::size_t>(landmark)] = s;
     }
-    if (nearest < 1.0) others.emplace_back(nearest, landmark);
+  }
+  const double of_sighting = std::sqrt(2.0 * statistics.variance);
+  std::map<std::size_t, Eigen::Matrix3d> of_bases;
+  std::vector<double> variances;
+  for (const int landmark : landmarks) {
+    const std::size_t l = static_cast<std::size_t>(landmark);
+    const std::size_t base = seen_in[l];
+    if (!graph.segments[base]->has_data()) {
+      variances.push_back(equations.covariance_of({landmark}).trace());
+      continue;
+    }
+    double of_base = 0.0;
+    if (base > 0) {
+      const auto [found, is_new] = of_bases.try_emplace(base);
+      if (is_new) found->second = equations.base_covariance(base);
+      const Pose2& pose = graph.bases[base];
+      Eigen::Matrix<double, 2, 3> by_base;
+      by_base << 1.0, 0.0, pose.y - graph.landmarks[l].y(),  //
+          0.0, 1.0, graph.landmarks[l].x() - pose.x;
+      of_base = std::sqrt((by_base * found->second * by_base.transpose()).trace());
+    }
+    variances.push_back((of_base + of_sighting) * (of_base + of_sighting));
+  }
+  return variances;
+}
+
+// Those in question that may be another, which no scan has seen beside them, and what they may be:
+// of the latter the nearest. In ascending order.
+std::vector<int> compared_landmarks(const SegmentGraph& graph, const SegmentEquations& equations,
+                                    const SightingStatistics& statistics,
+                                    const std::vector<int>& in_question) {
+  const std::vector<double> variances = place_variances(graph, equations, statistics, in_question);
+  const std::vector<bool> are_seen = seen_landmarks(graph);
+  std::vector<int> seen;
+  for (std::size_t l = 0; l < are_seen.size(); ++l) {
+    if (are_seen[l]) seen.push_back(static_cast<int>(l));
+  }
+  const Together together = seen_together(graph, seen);
+  const auto place_of = [&](int landmark) {
+    return std::lower_bound(seen.begin(), seen.end(), landmark) - seen.begin();
+  };
+  std::vector<bool> is_in_question(graph.landmarks.size(), false);
+  for (const int landmark : in_question) {
+    is_in_question[static_cast<std::size_t>(landmark)] = true;
+  }
+  constexpr double kUnreached = 1.0;
+  std::vector<double> nearest(graph.landmarks.size(), kUnreached);  // over the reach
+  for (std::size_t i = 0; i < in_question.size(); ++i) {
+    const std::size_t own = static_cast<std::size_t>(in_question[i]);
+    const double reach = 2.0 * std::sqrt(kFarthest * variances[i]);
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      const std::size_t other = static_cast<std::size_t>(seen[k]);
+      const double distance = (graph.landmarks[own] - graph.landmarks[other]).norm() / reach;
+      if (other == own || distance >= kUnreached ||
+          together(static_cast<Eigen::Index>(k), place_of(in_question[i]))) {
+        continue;
+      }
+      nearest[own] = std::min(nearest[own], distance);
+      nearest[other] = std::min(nearest[other], distance);
+    }
+  }
+  std::vector<int> compared;
+  std::vector<std::pair<double, int>> others;
+  for (const int landmark : seen) {
+    const std::size_t l = static_cast<std::size_t>(landmark);
+    if (nearest[l] >= kUnreached) continue;
+    if (is_in_question[l]) {
+      compared.push_back(landmark);
+    } else {
+      others.emplace_back(nearest[l], landmark);
+    }
   }
   std::sort(others.begin(), others.end());
   others.resize(std::min(others.size(), kMostOthers));
@@ -459,7 +516,7 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
 Duplicates find_duplicates(const ReassociationOptions& options,
                            const SightingStatistics& statistics, const SegmentGraph& graph,
                            const SegmentEquations& equations, const std::vector<int>& in_question) {
-  const std::vector<int> compared = compared_landmarks(graph, equations, in_question);
+  const std::vector<int> compared = compared_landmarks(graph, equations, statistics, in_question);
   if (compared.size() < 2 || in_question.empty()) return {};
   const double log_density = log_density_of_places(options, statistics);
   const int count = static_cast<int>(compared.size());

@@ -1,8 +1,10 @@
 #include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
 
-#include <Eigen/OrderingMethods>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -21,176 +23,55 @@ Eigen::Vector2d place(const Pose2& pose) {
 
 SegmentEquations::SegmentEquations(const SegmentGraph& graph, const std::vector<int>* last)
     : bases_(graph.segments.size()), landmarks_(graph.landmarks.size()) {
-  sizes_.assign(bases_, 3);
-  sizes_.insert(sizes_.end(), landmarks_, 2);
-  sizes_.push_back(kSensorConstants);
+  std::vector<int> sizes(bases_, 3);
+  sizes.insert(sizes.end(), landmarks_, 2);
+  sizes.push_back(kSensorConstants);
+  std::vector<std::vector<int>> blocks;
+  for (std::size_t s = 0; s < bases_; ++s) blocks.push_back(blocks_of(s, *graph.segments[s]));
+  const std::vector<bool> are_seen = seen_landmarks(graph);
+  for (std::size_t l = 0; l < landmarks_; ++l) {
+    if (!are_seen[l]) unseen_.push_back(static_cast<int>(l));
+  }
+  // The constants behind all: they touch everything.
   std::vector<int> last_blocks;
   if (last != nullptr) {
     last_blocks.push_back(static_cast<int>(bases_) - 1);
     for (const int landmark : *last) last_blocks.push_back(static_cast<int>(bases_) + landmark);
   }
-  last_blocks.push_back(static_cast<int>(sizes_.size()) - 1);
-  order_blocks(graph, last_blocks);
+  last_blocks.push_back(static_cast<int>(sizes.size()) - 1);
+  root_ = MultifrontalCholesky(std::move(sizes), blocks, last_blocks);
+  last_at_ = root_.at(last_blocks.front());
+  gradient_.setZero(root_.size());
 }
 
-// Of a segment: base, end, tracks, constants; -1: known.
+// Of a segment: base, unless that is the first and known, end, tracks, constants.
 std::vector<int> SegmentEquations::blocks_of(std::size_t s, const Segment& segment) const {
-  std::vector<int> blocks = {static_cast<int>(s) - 1, static_cast<int>(s)};
+  std::vector<int> blocks;
+  if (s > 0) blocks.push_back(static_cast<int>(s) - 1);
+  blocks.push_back(static_cast<int>(s));
   for (const int landmark : segment.landmarks) {
     blocks.push_back(static_cast<int>(bases_) + landmark);
   }
-  blocks.push_back(static_cast<int>(sizes_.size()) - 1);
+  blocks.push_back(static_cast<int>(bases_ + landmarks_));
   return blocks;
 }
 
-// Those of `last` in that order behind the others, the constants behind all: they touch everything.
-// The others by approximate minimum degree.
-void SegmentEquations::order_blocks(const SegmentGraph& graph, const std::vector<int>& last) {
-  const int count = static_cast<int>(sizes_.size());
-  std::vector<std::vector<int>> blocks;  // of each segment
-  std::vector<std::vector<std::size_t>> segments(static_cast<std::size_t>(count));  // of each block
-  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-    blocks.push_back(blocks_of(s, *graph.segments[s]));
-    blocks.back().pop_back();  // the constants
-    for (const int block : blocks.back()) {
-      if (block >= 0) segments[static_cast<std::size_t>(block)].push_back(s);
-    }
-  }
-  const int others = count - 1;
-  std::vector<int> free_at(static_cast<std::size_t>(count), 0);  // among those that are not last
-  for (const int block : last) free_at[static_cast<std::size_t>(block)] = -1;
-  std::vector<int> free;
-  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(count));
-  std::vector<int> noted_for(static_cast<std::size_t>(count), -1);
-  for (int block = 0; block < others; ++block) {
-    std::vector<int>& of_block = neighbours[static_cast<std::size_t>(block)];
-    for (const std::size_t s : segments[static_cast<std::size_t>(block)]) {
-      for (const int neighbour : blocks[s]) {
-        if (neighbour < 0 || noted_for[static_cast<std::size_t>(neighbour)] == block) continue;
-        noted_for[static_cast<std::size_t>(neighbour)] = block;
-        of_block.push_back(neighbour);
-      }
-    }
-    std::sort(of_block.begin(), of_block.end());
-    if (of_block.empty()) {
-      unseen_.push_back(block);
-      of_block.push_back(block);
-    }
-    int& at = free_at[static_cast<std::size_t>(block)];
-    if (at < 0) continue;
-    at = static_cast<int>(free.size());
-    free.push_back(block);
-  }
-  const int free_count = static_cast<int>(free.size());
-  Eigen::SparseMatrix<double> pattern(free_count, free_count);
-  for (int at = 0; at < free_count; ++at) {
-    pattern.startVec(at);
-    for (const int neighbour :
-         neighbours[static_cast<std::size_t>(free[static_cast<std::size_t>(at)])]) {
-      const int row = free_at[static_cast<std::size_t>(neighbour)];
-      if (row >= 0) pattern.insertBack(row, at) = 1.0;
-    }
-  }
-  pattern.finalize();
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-  Eigen::AMDOrdering<int>()(pattern, order);
-
-  std::vector<int> block_at;  // in the order of elimination
-  for (int i = 0; i < free_count; ++i) {
-    block_at.push_back(free[static_cast<std::size_t>(order.indices()[i])]);
-  }
-  block_at.insert(block_at.end(), last.begin(), last.end());
-  position_.assign(static_cast<std::size_t>(count), 0);
-  for (int i = 0; i < count; ++i) {
-    position_[static_cast<std::size_t>(block_at[static_cast<std::size_t>(i)])] = i;
-  }
-  at_.assign(static_cast<std::size_t>(count), 0);
-  int unknowns = 0;
-  for (const int block : block_at) {
-    at_[static_cast<std::size_t>(block)] = unknowns;
-    if (block == last.front()) last_at_ = unknowns;
-    unknowns += sizes_[static_cast<std::size_t>(block)];
-  }
-  gradient_.setZero(unknowns);
-
-  columns_.assign(static_cast<std::size_t>(count), {});
-  Eigen::Index entries = 0;
-  for (int i = 0; i < count; ++i) {
-    const int block = block_at[static_cast<std::size_t>(i)];
-    Column& column = columns_[static_cast<std::size_t>(i)];
-    if (i == others) {
-      for (int row = 0; row < others; ++row) column.rows.push_back(row);
-    } else {
-      for (const int neighbour : neighbours[static_cast<std::size_t>(block)]) {
-        const int row = position_[static_cast<std::size_t>(neighbour)];
-        if (row < i) column.rows.push_back(row);
-      }
-      std::sort(column.rows.begin(), column.rows.end());
-    }
-    column.rows.push_back(i);
-    int offset = 0;
-    for (const int row : column.rows) {
-      column.offsets.push_back(offset);
-      offset += sizes_[static_cast<std::size_t>(block_at[static_cast<std::size_t>(row)])];
-    }
-    const int size = sizes_[static_cast<std::size_t>(block)];
-    entries += size * (offset - size) + size * (size + 1) / 2;
-  }
-  hessian_.resize(unknowns, unknowns);
-  hessian_.resizeNonZeros(entries);
-  int next = 0;
-  for (int i = 0; i < count; ++i) {
-    const int block = block_at[static_cast<std::size_t>(i)];
-    const Column& column = columns_[static_cast<std::size_t>(i)];
-    for (int c = 0; c < sizes_[static_cast<std::size_t>(block)]; ++c) {
-      hessian_.outerIndexPtr()[at_[static_cast<std::size_t>(block)] + c] = next;
-      for (const int row : column.rows) {
-        const int row_block = block_at[static_cast<std::size_t>(row)];
-        const int rows = row == i ? c + 1 : sizes_[static_cast<std::size_t>(row_block)];
-        for (int r = 0; r < rows; ++r) {
-          hessian_.innerIndexPtr()[next++] = at_[static_cast<std::size_t>(row_block)] + r;
-        }
-      }
-    }
-  }
-  hessian_.outerIndexPtr()[unknowns] = next;
-}
-
-// The row's block comes before the column's in the order of elimination.
-template <typename Block>
-void SegmentEquations::add_block(int row_block, int column_block, const Block& block) {
-  const Column& column =
-      columns_[static_cast<std::size_t>(position_[static_cast<std::size_t>(column_block)])];
-  const int row = position_[static_cast<std::size_t>(row_block)];
-  const auto found = std::lower_bound(column.rows.begin(), column.rows.end(), row);
-  const int offset = column.offsets[static_cast<std::size_t>(found - column.rows.begin())];
-  const int first = at_[static_cast<std::size_t>(column_block)];
-  for (int c = 0; c < block.cols(); ++c) {
-    double* values = hessian_.valuePtr() + hessian_.outerIndexPtr()[first + c] + offset;
-    for (int r = 0; r < block.rows(); ++r) values[r] += block(r, c);
-  }
-}
-
-template <typename Block>
-void SegmentEquations::add_to_diagonal(int block, const Block& values) {
-  const int first = at_[static_cast<std::size_t>(block)];
-  for (int c = 0; c < values.cols(); ++c) {
-    double* last = hessian_.valuePtr() + hessian_.outerIndexPtr()[first + c + 1] - 1;
-    for (int r = 0; r <= c; ++r) last[r - c] += values(r, c);
-  }
-}
-
 double SegmentEquations::linearize(const SegmentGraph& graph) {
-  std::fill_n(hessian_.valuePtr(), hessian_.nonZeros(), 0.0);
+  root_.clear();
   gradient_.setZero();
+  landmark_information_.assign(landmarks_, Eigen::Matrix2d::Zero());
+  odometry_information_.setZero();
   double cost = 0.0;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     cost += add(graph, s, *graph.segments[s], 1.0);
   }
-  for (const int block : unseen_) add_to_diagonal(block, Eigen::Matrix2d::Identity());
-  const int constants = static_cast<int>(sizes_.size()) - 1;
+  for (const int landmark : unseen_) {
+    landmark_information_[static_cast<std::size_t>(landmark)].setIdentity();
+    root_.add({static_cast<int>(bases_) + landmark}, Eigen::Matrix2d::Identity());
+  }
   const SensorConstants prior = constants_information(graph);
-  add_to_diagonal(constants, Eigen::MatrixXd(prior.asDiagonal()));
+  root_.add({static_cast<int>(bases_ + landmarks_)}, prior.asDiagonal());
+  odometry_information_.diagonal() += prior.head<kOdometryConstants>();
   gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(graph.constants);
   return cost + 0.5 * graph.constants.dot(prior.cwiseProduct(graph.constants));
 }
@@ -245,6 +126,28 @@ double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Seg
     arm(3 + 2 * k,
         graph.landmarks[static_cast<std::size_t>(segment.landmarks[static_cast<std::size_t>(k)])]);
   }
+  if (s > 0) gradient_.segment<3>(base_at(s)).noalias() += by_base.transpose() * pull;
+  gradient_.segment<3>(base_at(s + 1)) += pull.head<3>();
+  for (Eigen::Index k = 0; k < tracks; ++k) {
+    const std::size_t landmark =
+        static_cast<std::size_t>(segment.landmarks[static_cast<std::size_t>(k)]);
+    gradient_.segment<2>(landmark_at(landmark)) += pull.segment<2>(3 + 2 * k);
+    for (Eigen::Index other = 0; other < tracks; ++other) {
+      // Two tracks may be of one landmark.
+      if (segment.landmarks[static_cast<std::size_t>(other)] !=
+          segment.landmarks[static_cast<std::size_t>(k)]) {
+        continue;
+      }
+      landmark_information_[landmark] += information.block<2, 2>(3 + 2 * k, 3 + 2 * other);
+    }
+  }
+  gradient_.segment<kSensorConstants>(constants_at()) += pull.tail<kSensorConstants>();
+  odometry_information_ += information.bottomRightCorner<kSensorConstants, kSensorConstants>()
+                               .topLeftCorner<kOdometryConstants, kOdometryConstants>();
+  if (s == 0) {
+    root_.add(blocks_of(s, segment), std::move(information));
+    return cost;
+  }
   Eigen::MatrixXd all(size + 3, size + 3);
   all.bottomRightCorner(size, size) = information;
   for (Eigen::Index c = 0; c < 3; ++c) {
@@ -252,36 +155,7 @@ double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Seg
   }
   all.topRightCorner(3, size) = all.bottomLeftCorner(size, 3).transpose();
   all.topLeftCorner(3, 3).noalias() = by_base.transpose() * all.bottomLeftCorner(size, 3);
-
-  const std::vector<int> blocks = blocks_of(s, segment);
-  std::vector<Eigen::Index> begins = {0, 3};
-  for (Eigen::Index k = 0; k < tracks; ++k) begins.push_back(6 + 2 * k);
-  begins.push_back(6 + 2 * tracks);
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (blocks[b] < 0) continue;
-    const int columns = sizes_[static_cast<std::size_t>(blocks[b])];
-    const int at = at_[static_cast<std::size_t>(blocks[b])];
-    if (b == 0) {
-      gradient_.segment(at, 3).noalias() += by_base.transpose() * pull;
-    } else {
-      gradient_.segment(at, columns) += pull.segment(begins[b] - 3, columns);
-    }
-    for (std::size_t a = 0; a <= b; ++a) {
-      if (blocks[a] < 0) continue;
-      const int rows = sizes_[static_cast<std::size_t>(blocks[a])];
-      const auto block = all.block(begins[a], begins[b], rows, columns);
-      if (a == b) {
-        add_to_diagonal(blocks[a], block);
-      } else if (blocks[a] == blocks[b]) {  // two tracks of one landmark
-        add_to_diagonal(blocks[a], (block + block.transpose()).eval());
-      } else if (position_[static_cast<std::size_t>(blocks[a])] <
-                 position_[static_cast<std::size_t>(blocks[b])]) {
-        add_block(blocks[a], blocks[b], block);
-      } else {
-        add_block(blocks[b], blocks[a], block.transpose());
-      }
-    }
-  }
+  root_.add(blocks_of(s, segment), std::move(all));
   return cost;
 }
 
@@ -362,38 +236,13 @@ double SegmentEquations::linearize_gradient(const SegmentGraph& graph) {
 void SegmentEquations::add_to_landmarks(double sigma) {
   const Eigen::Matrix2d information = Eigen::Matrix2d::Identity() / (sigma * sigma);
   for (std::size_t l = 0; l < landmarks_; ++l) {
-    add_to_diagonal(static_cast<int>(bases_ + l), information);
+    root_.add({static_cast<int>(bases_ + l)}, information);
   }
 }
 
-bool SegmentEquations::factorize(double damping) {
-  if (!is_analyzed_) {
-    root_.analyzePattern(hessian_);
-    is_analyzed_ = true;
-  }
-  if (damping == 0.0) {
-    root_.factorize(hessian_);
-  } else {
-    Eigen::SparseMatrix<double> damped = hessian_;
-    for (Eigen::Index i = 0; i < damped.cols(); ++i) {
-      damped.valuePtr()[damped.outerIndexPtr()[i + 1] - 1] *= 1.0 + damping;
-    }
-    root_.factorize(damped);
-  }
-  return root_.info() == Eigen::Success;
-}
-
-double SegmentEquations::log_determinant() const {
-  const auto& factor = root_.matrixL().nestedExpression();
-  double sum = 0.0;
-  for (Eigen::Index i = 0; i < factor.cols(); ++i) {
-    sum += std::log(factor.valuePtr()[factor.outerIndexPtr()[i]]);
-  }
-  return 2.0 * sum;
-}
-
-Eigen::MatrixXd SegmentEquations::solve(const Eigen::MatrixXd& right) const {
-  return root_.solve(right);
+void SegmentEquations::take_back(const Mark& mark) {
+  root_.take_back(mark.hessian);
+  gradient_ = mark.gradient;
 }
 
 void SegmentEquations::move(const Eigen::VectorXd& step, SegmentGraph* graph) const {
@@ -416,61 +265,23 @@ void SegmentEquations::move(const Eigen::VectorXd& step, SegmentGraph* graph) co
   }
 }
 
-Eigen::Matrix2d SegmentEquations::landmark_information(std::size_t landmark) const {
-  const int at = landmark_at(landmark);
-  const double* first = hessian_.valuePtr() + hessian_.outerIndexPtr()[at + 1] - 1;
-  const double* second = hessian_.valuePtr() + hessian_.outerIndexPtr()[at + 2] - 1;
-  Eigen::Matrix2d information;
-  information << first[0], second[-1], second[-1], second[0];
-  return information;
-}
-
 Eigen::MatrixXd SegmentEquations::covariance_of(const std::vector<int>& landmarks) const {
-  const Eigen::Index columns = 2 * static_cast<Eigen::Index>(landmarks.size());
-  Eigen::MatrixXd units = Eigen::MatrixXd::Zero(size(), columns);
-  const auto at = [&](std::size_t i) {
-    return landmark_at(static_cast<std::size_t>(landmarks[i]));
-  };
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    units.block<2, 2>(at(i), 2 * static_cast<Eigen::Index>(i)).setIdentity();
-  }
-  const Eigen::MatrixXd solved = solve(units);
-  Eigen::MatrixXd covariance(columns, columns);
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    covariance.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = solved.middleRows<2>(at(i));
-  }
-  return 0.5 * (covariance + covariance.transpose());
-}
-
-OdometryInformation SegmentEquations::odometry_information() const {
-  OdometryInformation information;
-  for (int c = 0; c < kOdometryConstants; ++c) {
-    const double* last = hessian_.valuePtr() + hessian_.outerIndexPtr()[constants_at() + c + 1] - 1;
-    for (int r = 0; r <= c; ++r) information(r, c) = information(c, r) = last[r - c];
-  }
-  return information;
+  std::vector<int> blocks;
+  for (const int landmark : landmarks) blocks.push_back(static_cast<int>(bases_) + landmark);
+  return root_.covariance_of(blocks);
 }
 
 std::pair<Eigen::VectorXd, Eigen::MatrixXd> SegmentEquations::condensed_to_last() const {
-  const auto& factor = root_.matrixL().nestedExpression();
-  const Eigen::Index size = this->size() - last_at_;
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(size, size);
-  for (Eigen::Index c = 0; c < size; ++c) {
-    using Factor = Eigen::SparseMatrix<double>;
-    for (Factor::InnerIterator entry(factor, last_at_ + c); entry; ++entry) {
-      root(entry.row() - last_at_, c) = entry.value();
-    }
-  }
-  const Eigen::VectorXd pulled = root_.matrixL().solve(gradient_);
-  return {root * pulled.tail(size), root * root.transpose()};
+  const Eigen::MatrixXd root = root_.trailing_root(last_at_);
+  return {root * root_.forward(gradient_).bottomRows(root.rows()), root * root.transpose()};
 }
 
 void SegmentEquations::draw(int count, const RandomStream& stream, Eigen::MatrixXd* draws,
                             Eigen::MatrixXd* pulled) const {
   Eigen::MatrixXd normals(size(), count);
   stream.fill_normal(0, size() * count, normals.data());
-  *pulled = root_.matrixL().nestedExpression() * normals;
-  *draws = root_.matrixU().solve(normals);
+  *pulled = root_.times_root(normals);
+  *draws = root_.backward(std::move(normals));
 }
 
 }  // namespace pf_resampling

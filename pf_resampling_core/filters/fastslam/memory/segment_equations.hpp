@@ -1,14 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_graph.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/smoothing/multifrontal_cholesky.hpp"
 
 namespace pf_resampling {
 
@@ -30,14 +29,21 @@ class SegmentEquations {
   /// After linearize(): that landmarks are known to `sigma` (m), so that those of which nothing
   /// else is said leave the rest determined.
   void add_to_landmarks(double sigma);
+  /// The equations as they are, to be taken back to once more was added.
+  struct Mark {
+    MultifrontalCholesky::Mark hessian;
+    Eigen::VectorXd gradient;
+  };
+  Mark mark() const { return {root_.mark(), gradient_}; }
+  void take_back(const Mark& mark);
 
   /// Factorises Hessian + damping·diagonal. False if that is not positive definite.
-  bool factorize(double damping);
-  double log_determinant() const;
+  bool factorize(double damping) { return root_.factorize(damping); }
+  double log_determinant() const { return root_.log_determinant(); }
   Eigen::VectorXd step() const { return solve(-gradient_); }
   const Eigen::VectorXd& gradient() const { return gradient_; }
   void set_gradient(const Eigen::VectorXd& gradient) { gradient_ = gradient; }
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return root_.solve(right); }
   void move(const Eigen::VectorXd& step, SegmentGraph* graph) const;
 
   /// J·directions, J how y of a segment at place `s` follows the unknowns; a column each.
@@ -49,15 +55,22 @@ class SegmentEquations {
                     Eigen::Ref<Eigen::MatrixXd> directions) const;
 
   /// First unknown of a base (1 on), of a landmark, of the constants.
-  int base_at(std::size_t base) const { return at_[base - 1]; }
-  int landmark_at(std::size_t landmark) const { return at_[bases_ + landmark]; }
-  int constants_at() const { return at_.back(); }
+  int base_at(std::size_t base) const { return root_.at(static_cast<int>(base) - 1); }
+  int landmark_at(std::size_t landmark) const {
+    return root_.at(static_cast<int>(bases_ + landmark));
+  }
+  int constants_at() const { return root_.at(static_cast<int>(bases_ + landmarks_)); }
   Eigen::Index size() const { return gradient_.size(); }
-  /// The Hessian's own block of a landmark, and of the odometry's constants.
-  Eigen::Matrix2d landmark_information(std::size_t landmark) const;
+  /// What the Hessian has for a landmark alone, and for the odometry's constants.
+  const Eigen::Matrix2d& landmark_information(std::size_t landmark) const {
+    return landmark_information_[landmark];
+  }
+  const OdometryInformation& odometry_information() const { return odometry_information_; }
   /// After factorize(): joint covariance of some landmarks, two rows each.
   Eigen::MatrixXd covariance_of(const std::vector<int>& landmarks) const;
-  OdometryInformation odometry_information() const;
+  Eigen::Matrix3d base_covariance(std::size_t base) const {
+    return root_.covariance_of({static_cast<int>(base) - 1});
+  }
   /// After factorize(): gradient and information of what is eliminated last, in that order, given
   /// all the rest at its best.
   std::pair<Eigen::VectorXd, Eigen::MatrixXd> condensed_to_last() const;
@@ -68,30 +81,16 @@ class SegmentEquations {
             Eigen::MatrixXd* pulled) const;
 
  private:
-  struct Column {
-    std::vector<int> rows;  // blocks in the order of elimination, ascending, itself the last
-    std::vector<int> offsets;
-  };
-  void order_blocks(const SegmentGraph& graph, const std::vector<int>& last);
   std::vector<int> blocks_of(std::size_t s, const Segment& segment) const;
-  template <typename Block>
-  void add_block(int row_block, int column_block, const Block& block);
-  template <typename Block>
-  void add_to_diagonal(int block, const Block& values);
 
   std::size_t bases_ = 0;  // that are unknown
   std::size_t landmarks_ = 0;
-  std::vector<int> sizes_;     // of blocks
-  std::vector<int> position_;  // of blocks in the order of elimination
-  std::vector<int> at_;        // first unknown of each block
-  int last_at_ = 0;            // of what is eliminated last
-  std::vector<Column> columns_;
-  std::vector<int> unseen_;              // landmarks' blocks of which no segment says anything
-  Eigen::SparseMatrix<double> hessian_;  // upper triangle, in the order of elimination
+  int last_at_ = 0;          // of what is eliminated last
+  std::vector<int> unseen_;  // landmarks of which no segment says anything
+  MultifrontalCholesky root_;
   Eigen::VectorXd gradient_;
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>>
-      root_;
-  bool is_analyzed_ = false;
+  std::vector<Eigen::Matrix2d> landmark_information_;
+  OdometryInformation odometry_information_;
 };
 
 }  // namespace pf_resampling
