@@ -549,9 +549,18 @@ Duplicates find_duplicates(const ReassociationOptions& options,
   Choice best;
   std::vector<Duplicates> others;
   for (std::size_t seed = 0; seed < std::min(kMostSeeds, candidates.size()); ++seed) {
+    // What an earlier choice has joined, too, would lead to the same.
+    const std::pair<int, int> first(candidates[seed].older, candidates[seed].newer);
+    if (std::any_of(others.begin(), others.end(), [&](const Duplicates& other) {
+          return std::find(other.pairs.begin(), other.pairs.end(), first) != other.pairs.end();
+        })) {
+      continue;
+    }
     Choice choice = joined_from(candidates[seed], candidates, together, places, log_density);
     others.push_back(choice.found);
-    if (seed == 0 || choice.found.log_odds > best.found.log_odds) best = std::move(choice);
+    if (others.size() == 1 || choice.found.log_odds > best.found.log_odds) {
+      best = std::move(choice);
+    }
   }
   if (others.empty() || best.found.log_odds < kSureLogOdds) return {};
   for (const Duplicates& other : others) {
