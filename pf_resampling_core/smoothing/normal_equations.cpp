@@ -15,7 +15,7 @@ constexpr double kLandmarkInformation = 1e-9;  // 1/m^2
 
 }  // namespace
 
-NormalEquations::NormalEquations(const SmoothingGraph& graph)
+NormalEquations::NormalEquations(const SmoothingGraph& graph, bool keeps_belief)
     : poses_(static_cast<int>(graph.poses.size())),
       landmarks_(static_cast<int>(graph.landmarks.size())),
       blocks_(graph.poses.size()) {
@@ -40,9 +40,9 @@ NormalEquations::NormalEquations(const SmoothingGraph& graph)
   sizes.insert(sizes.end(), graph.landmarks.size(), 2);
   sizes.push_back(kSensorConstants);
   std::vector<int> last;
-  for (int landmark = 0; landmark < landmarks_; ++landmark) last.push_back(poses_ + landmark);
+  for (int l = 0; keeps_belief && l < landmarks_; ++l) last.push_back(poses_ + l);
   last.push_back(constants);
-  last.push_back(poses_ - 1);
+  if (keeps_belief) last.push_back(poses_ - 1);
   std::vector<std::vector<int>> terms = blocks_;
   terms.push_back(prior_blocks(graph.prior));
   root_ = MultifrontalCholesky(std::move(sizes), terms, last);

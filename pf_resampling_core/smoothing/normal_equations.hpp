@@ -8,13 +8,13 @@
 
 namespace pf_resampling {
 
-/// Gauss and Newton's equations H·step = -gradient of a graph. Landmarks, constants and newest pose
-/// are eliminated last, in that order: the trailing block of the factor is their joint information,
-/// which is what a filter goes on with.
+/// Gauss and Newton's equations H·step = -gradient of a graph.
 class NormalEquations {
  public:
-  /// Lays out the graph's structure, which must not change any more.
-  explicit NormalEquations(const SmoothingGraph& graph);
+  /// Lays out the graph's structure, which must not change any more. With `keeps_belief`,
+  /// landmarks, constants and newest pose are eliminated last, in that order: the trailing block
+  /// of the factor is their joint information, which is what a filter goes on with.
+  explicit NormalEquations(const SmoothingGraph& graph, bool keeps_belief = false);
 
   /// H and gradient at the graph's estimate. `robust_width`: of sightings, see
   /// robust_cost().

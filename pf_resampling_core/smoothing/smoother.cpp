@@ -122,7 +122,7 @@ bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
   const auto is_kept = [&](const SightingFactor& sighting) { return sighting.pose >= poses; };
   const auto kept = std::find_if(graph->sightings.begin(), graph->sightings.end(), is_kept);
   old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
-  NormalEquations equations(old);
+  NormalEquations equations(old, true);
   equations.linearize(old, robust_width);
   if (!equations.factorize(0.0)) return false;
   const Eigen::MatrixXd root = equations.trailing_root();

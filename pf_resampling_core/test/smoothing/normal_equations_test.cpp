@@ -88,11 +88,10 @@ double largest(const Eigen::MatrixXd& matrix) {
   return matrix.size() == 0 ? 0.0 : matrix.cwiseAbs().maxCoeff();
 }
 
-// Poses: none but the newest, one cut, segments that are full, one short or one over, some.
+// Poses: none but the newest, one more, two more, some.
 class DrivesOf : public testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Segments, DrivesOf,
-                         testing::Values(1, 2, 3, 4, 12, 13, 14, 15, 16, 25, 26, 27, 28, 29, 40),
+INSTANTIATE_TEST_SUITE_P(Segments, DrivesOf, testing::Values(1, 2, 3, 40),
                          [](const auto& given) { return std::to_string(given.param) + "Poses"; });
 
 TEST_P(DrivesOf, AreSolvedLikeDenseEquations) {
@@ -117,7 +116,7 @@ TEST_P(DrivesOf, AreSolvedLikeDenseEquations) {
 
 TEST_P(DrivesOf, LeaveTheInformationOfWhatAFilterGoesOnWith) {
   const RingDrive drive = drive_of(GetParam());
-  NormalEquations equations(drive.graph);
+  NormalEquations equations(drive.graph, true);
   equations.linearize(drive.graph, kRobustWidth);
   ASSERT_TRUE(equations.factorize(0.0));
   const Eigen::MatrixXd hessian = dense_hessian(equations, drive.graph);

@@ -86,7 +86,7 @@ struct RingDrive {
 
 /// Covariance of landmarks, constants and newest pose, in this order, at the estimate.
 inline Eigen::MatrixXd joint_covariance(const SmoothingGraph& graph, double robust_width) {
-  NormalEquations equations(graph);
+  NormalEquations equations(graph, true);
   equations.linearize(graph, robust_width);
   if (!equations.factorize(0.0)) return {};
   const Eigen::MatrixXd root = equations.trailing_root();
