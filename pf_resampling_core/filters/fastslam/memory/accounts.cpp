@@ -249,7 +249,7 @@ class Accounts {
     std::vector<double> last(graph.landmarks.size(), -std::numeric_limits<double>::infinity());
     for_each_sighting(graph, times_.begins,
                       [&](int update, double time, const SightingFactor&, int landmark) {
-                        if (update < times_.decided)
+                        if (times_.before + update < times_.decided)
                           last[static_cast<std::size_t>(landmark)] = time;
                       });
     // What a belief at the start has was seen before that.

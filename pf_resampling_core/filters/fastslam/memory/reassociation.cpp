@@ -191,9 +191,11 @@ struct Choice {
   Places places;
 };
 
-// Joins a first pair, then again and again the pair that is then the most likely.
+// Joins a first pair, then again and again the pair that is then the most likely. What comes last
+// and is not sure by itself does not count: that other pairs are one says nothing for it.
 Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates, Together apart,
                    Places places, double log_density) {
+  Choice sure;
   Duplicates found;
   Candidate next = seed;
   for (;;) {
@@ -212,15 +214,16 @@ Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates, Tog
                        [&](const Candidate& c) { return c.older == gone || c.newer == gone; }),
         candidates.end());
     next.log_odds = 0.0;
-    bool is_any = false;
     for (const Candidate& c : candidates) {
       if (apart(c.older, c.newer)) continue;
       const Odds of_pair = odds_of(places, c.older, c.newer, log_density);
       if (of_pair.squared > kFarthest || of_pair.log_odds() <= next.log_odds) continue;
       next = {c.older, c.newer, of_pair.log_odds()};
-      is_any = true;
     }
-    if (!is_any) return {std::move(found), std::move(places)};
+    const bool is_last = next.log_odds == 0.0;
+    const bool is_sure = found.log_odds - sure.found.log_odds >= kSureLogOdds;
+    if (is_sure && next.log_odds < kSureLogOdds) sure = {found, places};
+    if (is_last) return sure;
   }
 }
 
@@ -558,11 +561,10 @@ Duplicates find_duplicates(const ReassociationOptions& options,
     }
     Choice choice = joined_from(candidates[seed], candidates, together, places, log_density);
     others.push_back(choice.found);
-    if (others.size() == 1 || choice.found.log_odds > best.found.log_odds) {
-      best = std::move(choice);
-    }
+    // The surest pairs come first: another has to be worth joining besides them.
+    if (choice.found.log_odds > best.found.log_odds + kSureLogOdds) best = std::move(choice);
   }
-  if (others.empty() || best.found.log_odds < kSureLogOdds) return {};
+  if (best.found.pairs.empty()) return {};
   for (const Duplicates& other : others) {
     if (other.log_odds > best.found.log_odds - kSureLogOdds &&
         contradict(best.places, other, statistics.variance)) {

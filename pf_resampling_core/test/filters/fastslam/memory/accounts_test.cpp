@@ -271,6 +271,28 @@ TEST(Accounts, KeepsLandmarksThatWereSeenOften) {
   EXPECT_FALSE(drive.past.state().is_dormant[static_cast<std::size_t>(drive.past.number_of(4))]);
 }
 
+// Seventy metres of a row of landmarks, then back to its begin by odometry that may be 2 m off:
+// what is seen there fits the first without any error, though it was taken for the third.
+TEST(Accounts, WhatComesBackIntoViewOfALargeMapMayBeAnother) {
+  Drive drive;
+  const auto place = [](int landmark) {
+    return Eigen::Vector2d(landmark + 2.0, landmark % 2 == 0 ? 3.0 : -3.0);
+  };
+  for (int i = 0; i < 70; ++i) {
+    drive.move(1.0, 0.0);
+    for (const int l : {i, i + 1}) drive.see(l, l, drive.sighting_of(place(l)));
+  }
+  ASSERT_TRUE(drive.solve());
+  ASSERT_EQ(drive.landmark_of_last_sighting(), drive.past.number_of(70));
+  drive.truth.x -= 69.0;
+  MotionFactor back = motion({-69.0, 0.0, 0.0}, 20.0, 2.0);
+  back.covariance(0, 0) = 4.0;
+  drive.past.append(back);
+  drive.see(0, 2, drive.sighting_of(place(0)));
+  ASSERT_TRUE(drive.solve());
+  EXPECT_EQ(drive.landmark_of_last_sighting(), drive.past.number_of(0));
+}
+
 // A driver gone mad: no cost is finite. The memory begins anew, not for ever in vain.
 TEST(Accounts, WhatCannotBeSolvedForLongIsForgotten) {
   Drive drive;

@@ -304,6 +304,20 @@ TEST(Reassociation, JoinsByTheOddsOfOneLandmarkAgainstTwo) {
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {}).found({}).pairs.empty());
 }
 
+// Two are one for sure; that two others are is twice as likely as not (S = 0.6 m², and as above),
+// for which the first say nothing.
+TEST(Reassociation, JoinsNothingOnTheStrengthOfOthers) {
+  Eigen::MatrixXd covariance = 1e-4 * Eigen::MatrixXd::Identity(8, 8);
+  covariance.bottomRightCorner<4, 4>() = 0.3 * Eigen::Matrix4d::Identity();
+  const Row row({{4.0, 0.0}, {4.0, 0.01}, {7.0, 0.0}, {7.0, 1.2}}, covariance, {});
+  const double weak = -std::log(2.0 * kPi * 0.6) - std::log(15.0 / 400.0) - 0.5 * 1.44 / 0.6;
+  EXPECT_NEAR(weak, std::log(2.0), 0.1);
+  for (const std::vector<int>& in_question : {std::vector<int>{1, 3}, {3, 1}}) {
+    const Duplicates found = row.found(in_question);
+    EXPECT_EQ(found.pairs, (std::vector<std::pair<int, int>>{{0, 1}}));
+  }
+}
+
 // Two clusters of two, 2 m apart and alike, and one that was seen later from somewhere between: it
 // may be either, so it is neither. With a third landmark beside it that only one cluster has, it is
 // that.
