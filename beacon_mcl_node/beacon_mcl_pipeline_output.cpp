@@ -138,10 +138,10 @@ std::vector<std::string> BeaconMclPipeline::remarks() const {
     const std::string remark = remark_on(radio, filter_->beacons());
     if (!remark.empty()) remarks.push_back(remark);
     if (!finds_beacons() || radio.places.size() < 2) continue;
-    ambiguous += (ambiguous.empty() ? "beacon " : ", ") + std::to_string(radio.id);
+    ambiguous += (ambiguous.empty() ? "" : ", ") + std::to_string(radio.id);
   }
   if (!ambiguous.empty()) {
-    remarks.push_back(ambiguous + " may be at more than one place: drive a turn near it");
+    remarks.push_back("more than one place fits beacon " + ambiguous + ": drive a turn near it");
   }
   return remarks;
 }

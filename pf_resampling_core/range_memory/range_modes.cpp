@@ -20,12 +20,13 @@ constexpr int kStartRanges = 12;
 constexpr int kHeadings = 24;
 constexpr std::size_t kRefined = 16;
 constexpr std::size_t kRefinedOfMany = 5;
-constexpr double kSameHeading = 0.3;             // rad
-constexpr double kAnywhere = 0.5;                // rad
-constexpr double kTolerance = 0.02;              // of the cost
-constexpr double kSolvedAllEvery = 3.0;          // s
-constexpr double kSolvedAllGrowth = 0.25;        // of the drive so far
-constexpr double kSolvedAllAtLeastEvery = 60.0;  // s
+constexpr double kSameHeading = 0.3;              // rad
+constexpr double kAnywhere = 0.5;                 // rad
+constexpr double kTolerance = 0.02;               // of the cost
+constexpr double kSolvedAllEvery = 3.0;           // s
+constexpr double kSolvedAllGrowth = 0.25;         // of the drive so far
+constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are found
+constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
 constexpr std::size_t kMostModes = 6;
 constexpr int kNoiseTrials = 4;
 constexpr int kNewest = 60;          // keyframes that move in between
@@ -283,8 +284,11 @@ void RangeMemory::solve_all() {
   while (is_too_large()) let_oldest_leave();
   for (RangeMode& mode : modes_) settle(&mode);
   before_ = modes_.front().estimate;
+  const bool are_listed = std::all_of(radios_.begin(), radios_.end(),
+                                      [](const Radio& radio) { return radio.listed.has_value(); });
+  const double growth = are_listed ? kSolvedAllGrowth : kSolvedAllGrowthOfPlaces;
   next_solution_of_all_ =
-      time_ + std::min(kSolvedAllAtLeastEvery, std::max(kSolvedAllEvery, kSolvedAllGrowth * time_));
+      time_ + std::min(kSolvedAllAtLeastEvery, std::max(kSolvedAllEvery, growth * time_));
 }
 
 // A solution takes keyframes · constants².
