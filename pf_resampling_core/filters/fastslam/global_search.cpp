@@ -21,8 +21,9 @@ constexpr double kGate = 3.0;
 constexpr int kLeastMatches = 4;
 constexpr double kLeastShare = 0.7;
 // Another place for the robot must explain fewer than this share of the sightings, or of the
-// landmarks, that the best one does.
+// landmarks, that the best one does; or explain them so much worse: a hundred times less likely.
 constexpr double kClear = 0.8;
+constexpr double kWorse = 9.2;  // of the sum of squared distances
 // Pairs of places that are tried: those farthest apart tell the heading best.
 constexpr std::size_t kMostPairs = 12;
 // Answers that are looked at in a scan, whatever the size of the map; about half a second.
@@ -44,8 +45,9 @@ class LandmarksByX {
     std::sort(order_.begin(), order_.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
   }
 
-  /// The nearest within `gate` sigmas of both; -1 if there is none.
-  int nearest(const Eigen::Vector2d& place, double sigma) const {
+  /// The nearest within `gate` sigmas of both; -1 if there is none. Adds its squared distance, in
+  /// sigmas, to `squares`: that of the gate if there is none.
+  int nearest(const Eigen::Vector2d& place, double sigma, double* squares) const {
     int best = -1;
     double least = kGate * kGate;
     const double reach = kGate * std::hypot(sigma, largest_sigma());
@@ -60,6 +62,7 @@ class LandmarksByX {
         best = *at;
       }
     }
+    *squares += least;
     return best;
   }
 
@@ -85,6 +88,7 @@ struct Answer {
   std::vector<int> landmarks;  // of each place
   int matches = 0;             // landmarks that were seen
   int sightings = 0;           // of them
+  double squares = 0.0;        // of their distances, in sigmas
 };
 
 Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
@@ -94,7 +98,8 @@ Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
   std::set<int> taken;
   for (const SeenPlace& place : places) {
     // Odometry may have put the same landmark to two places.
-    const int landmark = landmarks.nearest(moved(place.place, correction), place.sigma);
+    const int landmark =
+        landmarks.nearest(moved(place.place, correction), place.sigma, &answer.squares);
     answer.landmarks.push_back(landmark);
     if (landmark < 0) continue;
     answer.sightings += place.sightings;
@@ -137,10 +142,14 @@ PlaceMatch match_places(const std::vector<SeenPlace>& places,
   Answer best;
   std::vector<Answer> rivals;  // that may be; without their landmarks
   const auto is_rival = [&](const Answer& answer) {
-    return answer.sightings >= kClear * best.sightings && answer.matches >= kClear * best.matches;
+    return answer.sightings >= kClear * best.sightings && answer.matches >= kClear * best.matches &&
+           answer.squares < best.squares + kWorse;
   };
   const auto take = [&](Answer answer) {
-    if (answer.sightings > best.sightings) std::swap(answer, best);
+    if (answer.sightings > best.sightings ||
+        (answer.sightings == best.sightings && answer.squares < best.squares)) {
+      std::swap(answer, best);
+    }
     answer.landmarks.clear();
     if (answer.matches > 0 && is_rival(answer)) rivals.push_back(std::move(answer));
   };

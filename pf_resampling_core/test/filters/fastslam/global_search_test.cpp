@@ -33,6 +33,20 @@ std::vector<SeenPlace> seen_from(const Pose2& robot, const std::vector<LandmarkE
   return places;
 }
 
+// A second place fits all five within the gate, but two sigmas off in the mean: by chance once in
+// ten thousand times.
+TEST(MatchPlaces, APlaceThatFitsMuchWorseIsNoRival) {
+  const std::vector<LandmarkEstimate> map = {landmark(1, -5.5, -1.0), landmark(2, -2.0, 4.2),
+                                             landmark(3, 3.0, 3.8),   landmark(4, 5.8, 0.5),
+                                             landmark(5, 2.5, -4.0),  landmark(6, -2.5, -3.8),
+                                             landmark(7, 0.3, 0.6),   landmark(8, -1.0, -1.2)};
+  std::vector<SeenPlace> places = seen_from({1.0, 2.0, 0.5}, {map.begin() + 1, map.begin() + 6});
+  for (SeenPlace& place : places) place.sigma = 0.15;
+  const PlaceMatch match = match_places(places, map);
+  EXPECT_FALSE(match.is_ambiguous);
+  EXPECT_EQ(match.landmarks, (std::vector<int>{1, 2, 3, 4, 5}));
+}
+
 RangeBearingObservation observed(const Pose2& robot, const LandmarkEstimate& mark, int id) {
   const Eigen::Vector2d offset = mark.mean - Eigen::Vector2d(robot.x, robot.y);
   return {id, offset.norm(), wrap_angle(std::atan2(offset.y(), offset.x()) - robot.heading), 1e-4,
