@@ -47,6 +47,19 @@ TEST(BagContents, WithoutAnyPoseTheBagIsNamed) {
   EXPECT_EQ(error_of(other, read_poses), ": /topic is empty: it needs at least one pose");
 }
 
+TEST(BagContents, HeadingsAreThoseOfQuaternionsOfAnyLength) {
+  geometry_msgs::PoseStamped pose;
+  pose.header.stamp = ros::Time(1.0);
+  pose.pose.orientation.z = 2.0 * std::sin(0.35);
+  pose.pose.orientation.w = 2.0 * std::cos(0.35);
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("a.bag");
+  rosbag::Bag(path, rosbag::bagmode::Write).write("/topic", ros::Time(1.0), pose);
+  const rosbag::Bag bag(path);
+  EXPECT_NEAR(read_truth(bag, "/topic").front().heading.value(), 0.7, 1e-12);
+  EXPECT_NEAR(read_poses(bag, "/topic").front().pose.heading, 0.7, 1e-12);
+}
+
 TEST(BagContents, WithWhatIsNotFiniteTheBagIsNamed) {
   geometry_msgs::PoseStamped pose;
   pose.header.stamp = ros::Time(1.0);

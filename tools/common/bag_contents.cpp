@@ -37,24 +37,20 @@ double stamp_of(const rosbag::MessageInstance& instance, const Message& message)
   return message.header.stamp.isZero() ? instance.getTime().toSec() : message.header.stamp.toSec();
 }
 
-double heading_of(const geometry_msgs::Quaternion& q) {
-  return std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z));
-}
-
 bool is_zero(const geometry_msgs::Quaternion& q) {
   return q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0;
 }
 
 TruePose true_pose(double time, const geometry_msgs::Pose& pose) {
   TruePose result = {time, pose.position.x, pose.position.y, {}};
-  if (!is_zero(pose.orientation)) result.heading = heading_of(pose.orientation);
+  if (!is_zero(pose.orientation)) result.heading = yaw_of(pose.orientation);
   return result;
 }
 
 EstimatedPose estimated_pose(double time, const geometry_msgs::Pose& pose) {
   EstimatedPose result;
   result.time = time;
-  result.pose = {pose.position.x, pose.position.y, heading_of(pose.orientation)};
+  result.pose = {pose.position.x, pose.position.y, yaw_of(pose.orientation)};
   return result;
 }
 
