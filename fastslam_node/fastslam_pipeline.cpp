@@ -23,6 +23,12 @@ constexpr double kUnbelievedDistance = 25.0;
 // m: a robot that has just begun has no scene yet.
 constexpr double kSmallestScene = 1.0;
 constexpr double kSlipsApart = 5.0;  // s
+// How far and by what angle a belief jumps that was wrong; and the squared error, three degrees of
+// freedom, that names a slip, as in a redraw.
+constexpr double kJump = 0.3;        // m
+constexpr double kTurnedJump = 0.1;  // rad
+constexpr double kSlipSquare = 40.0;
+constexpr double kDrawnAlong = 30.0;  // s
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -78,7 +84,7 @@ void FastSlamPipeline::restart_filter() {
                             std::to_string(start_map_->landmarks.size()) + " landmarks" +
                             (options_.filter.map.frozen ? ", frozen" : ""));
   }
-  note_scene_of_map();
+  note_given_map();
   if (start_map_ && options_.starts_anywhere) spread_over_map();
 }
 
@@ -168,6 +174,7 @@ void FastSlamPipeline::note_id_at_two_places(const std::string& which) {
 
 void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) {
   const std::int64_t refused_before = filter_->status().landmarks_refused;
+  if (expected_) expected_ = moved_by(*expected_, odometry);
   if (search_) search_->move(odometry.mean);
   static const std::vector<RangeBearingObservation> kNone;
   const auto& observations = search_ ? kNone : used.observations;
@@ -197,7 +204,7 @@ void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& us
   note_outcomes(picture, duration);
   note_scene(picture);
   recover(stamp, used);
-  note_slips();
+  note_findings(stamp, picture);
   latest_ = {stamp, picture};
   if (updated_) updated_(stamp, filter_.get());
 }
@@ -218,21 +225,117 @@ void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
   }
 }
 
-// Each once: where the whole drive, solved for anew, contradicts the odometry.
-void FastSlamPipeline::note_slips() {
-  if (filter_->status().redraws == redraws_searched_for_slips_) return;
-  redraws_searched_for_slips_ = filter_->status().redraws;
-  for (const Slip& slip : filter_->memory().slips()) {
-    const bool is_known = std::any_of(slips_.begin(), slips_.end(), [&](const Slip& known) {
-      return slip.begin < known.end + kSlipsApart && known.begin < slip.end + kSlipsApart;
-    });
-    if (is_known) continue;
-    slips_.push_back(slip);
-    last_slip_ = "the wheels slipped at " + std::to_string(std::lround(slip.begin)) + " s";
-    log(LogLevel::warning, last_slip_ +
-                               ", or the robot was carried: there the odometry contradicts the "
-                               "observations and is down-weighted");
+// ---- findings ---------------------------------------------------------------------------------
+
+void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
+  const bool is_redrawn =
+      filter_->status().redraws != std::exchange(redraws_searched_, filter_->status().redraws);
+  if (is_redrawn) {
+    note_slips(stamp);
+    changes_.follow(filter_->map());
   }
+  note_jump(stamp);
+  if (watches_landmarks()) note_changes(stamp, scan);
+}
+
+// Where the robot is not where odometry has brought it, what did not fit before may fit now. In a
+// map that is known, the wheels slipped.
+void FastSlamPipeline::note_jump(ros::Time stamp) {
+  const std::optional<PoseEstimate> expected = std::exchange(expected_, *belief_);
+  if (!expected) return;
+  const Pose2& now = belief_->mean;
+  const Eigen::Vector3d jump(now.x - expected->mean.x, now.y - expected->mean.y,
+                             wrap_angle(now.heading - expected->mean.heading));
+  const double distance = jump.head<2>().norm();
+  if (distance < kJump && std::abs(jump[2]) < kTurnedJump) return;
+  changes_.forget_latest();
+  const double square = jump.dot(expected->covariance.llt().solve(jump));
+  if (!options_.filter.map.frozen || !(square > kSlipSquare)) return;
+  Finding slip;
+  slip.begin = slip.end = stamp.toSec();
+  slip.place = {now.x, now.y};
+  slip.size = distance;
+  slip.probability = 1.0 - std::exp(-0.5 * square);
+  note_finding(slip);
+}
+
+// Where the whole drive, solved for anew, contradicts the odometry.
+void FastSlamPipeline::note_slips(ros::Time stamp) {
+  const double began = stamp.toSec() - filter_->memory().state().time;
+  for (const Slip& slip : filter_->memory().slips()) {
+    Finding finding;
+    finding.kind = FindingKind::wheels_slipped;
+    finding.begin = began + slip.begin;
+    finding.end = began + slip.end;
+    finding.place = {slip.pose.x, slip.pose.y};
+    finding.size = slip.distance;
+    finding.probability = 1.0 - std::exp(-0.5 * slip.square);
+    note_finding(finding);
+  }
+}
+
+// Without ids, a landmark of a map that grows may vanish for other reasons; and without a redraw
+// nobody says how those move that are not in view.
+bool FastSlamPipeline::watches_landmarks() const {
+  if (options_.filter.map.frozen) return true;
+  return filter_->association() == DataAssociation::known &&
+         options_.filter.strategy.renewal == Renewal::redraw;
+}
+
+void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
+  if (filter_->memory().distrusts_odometry()) return changes_.forget_latest();
+  const Pose2 eye = compose(scan.robot, scan.sensor);
+  const bool with_ids = filter_->association() == DataAssociation::known;
+  std::vector<MapSighting> sightings;
+  for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
+    const RangeBearingObservation& z = scan.observations[k];
+    const ObservationOutcome& outcome = scan.outcomes[k];
+    MapSighting sighting;
+    sighting.id = with_ids ? z.id : outcome.landmark;
+    if (sighting.id < 0) continue;
+    const auto mapped = filter_->landmark(sighting.id);
+    if (with_ids && !mapped && !outcome.is_new) continue;  // of nothing in the map
+    if (mapped) sighting.mapped = mapped->mean;
+    const double angle = eye.heading + z.bearing;
+    sighting.seen =
+        Eigen::Vector2d(eye.x, eye.y) + z.range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    sighting.is_believed = outcome.is_new || outcome.is_believed();
+    sighting.is_started = outcome.is_new;
+    sighting.sigma =
+        std::sqrt(0.5 * (range_variance(options_.filter.sensor, z) +
+                         z.range * z.range * bearing_variance(options_.filter.sensor, z)));
+    sightings.push_back(sighting);
+  }
+  changes_.add(stamp.toSec(), eye, position_sigma(filter_->place()), sightings);
+  const std::vector<Finding> found = changes_.findings();
+  // In a map that is known, a landmark that was moved may have drawn the belief along.
+  const auto is_withdrawn = [&](const Finding& known) {
+    const bool is_slip = known.kind == FindingKind::wheels_slipped;
+    const auto explains = [&](const Finding& finding) {
+      return is_slip ? finding.kind != FindingKind::landmark_gone &&
+                           std::abs(finding.begin - known.begin) < kDrawnAlong
+                     : finding.id == known.id;
+    };
+    return (!is_slip || options_.filter.map.frozen) &&
+           std::any_of(found.begin(), found.end(), explains) == is_slip;
+  };
+  findings_.erase(std::remove_if(findings_.begin(), findings_.end(), is_withdrawn),
+                  findings_.end());
+  for (const Finding& finding : found) note_finding(finding);
+}
+
+void FastSlamPipeline::note_finding(const Finding& finding) {
+  const bool is_slip = finding.kind == FindingKind::wheels_slipped;
+  const auto known = std::find_if(findings_.begin(), findings_.end(), [&](const Finding& other) {
+    if (!is_slip) return other.id == finding.id;
+    return other.kind == finding.kind && finding.begin < other.end + kSlipsApart &&
+           other.begin < finding.end + kSlipsApart;
+  });
+  const bool is_new = known == findings_.end() || known->kind != finding.kind;
+  const auto place = known - findings_.begin();
+  if (known == findings_.end()) findings_.emplace_back();
+  findings_[static_cast<std::size_t>(place)] = finding;
+  if (is_new) log(LogLevel::warning, findings_in_words()[static_cast<std::size_t>(place)].text);
 }
 
 void FastSlamPipeline::note_scene(const ScanPicture& scan) {
@@ -247,10 +350,14 @@ void FastSlamPipeline::note_scene(const ScanPicture& scan) {
   }
 }
 
-void FastSlamPipeline::note_scene_of_map() {
+void FastSlamPipeline::note_given_map() {
   const Pose2 robot = filter_->estimate().mean;
+  const std::vector<LandmarkEstimate> map = filter_->map();
   scene_ = Eigen::AlignedBox2d(Eigen::Vector2d(robot.x, robot.y));
-  for (const LandmarkEstimate& landmark : filter_->map()) scene_.extend(landmark.mean);
+  for (const LandmarkEstimate& landmark : map) scene_.extend(landmark.mean);
+  findings_.clear();
+  expected_.reset();
+  changes_.start(map);
 }
 
 // Over the rectangle of the landmarks, in all directions.
@@ -264,6 +371,7 @@ void FastSlamPipeline::spread_over_map() {
   anywhere.covariance.diagonal() << std::pow(area.sizes().x(), 2) / 12.0 + kSmallestScene,
       std::pow(area.sizes().y(), 2) / 12.0 + kSmallestScene, std::pow(2.0 * kPi, 2) / 12.0;
   filter_->set_poses(anywhere);
+  expected_.reset();
   begins_search_ = true;
 }
 
@@ -291,6 +399,7 @@ void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
   }
   if (!found) return;
   filter_->set_poses(*found);
+  expected_.reset();
   log(LogLevel::info, "localized: the observations fit the map at (" + number_text(found->mean.x) +
                           ", " + number_text(found->mean.y) + ") m, heading " +
                           number_text(found->mean.heading) + " rad");
@@ -326,8 +435,6 @@ void FastSlamPipeline::forget_past() {
   if (std::exchange(begins_search_, false)) search_.emplace();
   latest_.reset();
   path_stamps_.clear();
-  slips_.clear();
-  reported_slips_ = 0;
 }
 
 OdometryIncrement FastSlamPipeline::motion_since_update() const {
@@ -350,6 +457,7 @@ void FastSlamPipeline::load_filter(const FastSlamCheckpoint& checkpoint) {
   filter_->load(checkpoint.filter);
   loaded_map_.clear();
   note_map_of_file("");
+  note_given_map();
   scene_ = checkpoint.scene;
 }
 

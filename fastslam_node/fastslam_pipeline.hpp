@@ -19,6 +19,7 @@
 #include "pf_resampling_core/filters/fastslam/background_redraw.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/global_search.hpp"
+#include "pf_resampling_core/filters/fastslam/landmark_changes.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "src/checkpoint/checkpoint.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
@@ -99,6 +100,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   /// copy that is redrawn once more: the filter stays as it is. For the end of a bag.
   void publish_results();
 
+  std::vector<Finding> findings() const override { return findings_; }
+
   const FastSlam& filter() const { return *filter_; }
 
  private:
@@ -114,7 +117,10 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void forget_observations() override;
   void forget_past() override;
 
-  void put_robot(const PoseEstimate& there) override { filter_->set_poses(there); }
+  void put_robot(const PoseEstimate& there) override {
+    filter_->set_poses(there);
+    expected_.reset();
+  }
   void restart_filter() override;
   OdometryIncrement motion_since_update() const override;
   double extent(const PoseEstimate& belief) const override;
@@ -138,9 +144,14 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void spread_over_map();
   void search(ros::Time stamp, const LandmarkScan& scan);
   void note_outcomes(const ScanPicture& scan, double duration);
-  void note_slips();
+  void note_findings(ros::Time stamp, const ScanPicture& scan);
+  void note_slips(ros::Time stamp);
+  void note_jump(ros::Time stamp);
+  void note_changes(ros::Time stamp, const ScanPicture& scan);
+  void note_finding(const Finding& finding);
+  bool watches_landmarks() const;
   void note_scene(const ScanPicture& scan);
-  void note_scene_of_map();
+  void note_given_map();
   void note_map_of_file(const std::string& path);
   bool can_redraw() const;
   void recover(ros::Time stamp, const LandmarkScan& scan);
@@ -169,10 +180,10 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::set<std::int64_t> labels_;                            // ids that have a marker
   Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
   std::int64_t reported_injected_ = 0;
-  std::vector<Slip> slips_;  // that were found, in order of discovery
-  std::string last_slip_;
-  std::size_t reported_slips_ = 0;
-  std::int64_t redraws_searched_for_slips_ = 0;
+  std::optional<PoseEstimate> expected_;  // by the belief of the last scan and odometry
+  LandmarkChanges changes_;
+  std::vector<Finding> findings_;  // in order of discovery
+  std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start
   std::string last_not_believed_;   // in words
   ros::Time last_map_;

@@ -72,7 +72,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   note_map_of_file(path);
   start_problem_.clear();
   take_new_belief();
-  note_scene_of_map();
+  note_given_map();
   odometry_.restart_at(odometry_.empty() ? ros::Time() : odometry_.newest(),
                        options_.filter.odometry);
   publish_map_and_path();

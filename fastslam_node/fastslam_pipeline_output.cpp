@@ -85,6 +85,7 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
   if (latest_ && (stamp - latest_->first).toSec() <= shown) scan = latest_->second;
   take(association_markers(frame, scan, map_, line, shown));
+  take(finding_markers(frame, findings_in_words(), std::max(0.02 * extent, 0.1), shown));
   if (const auto belief = estimate()) take(pose_ellipse_markers(frame, *belief, 2.0 * line));
   return markers;
 }
@@ -147,10 +148,6 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
                " landmarks (population/redraw/max_landmarks); only resampling continues",
            entry);
   }
-  if (slips_.size() > reported_slips_) worsen(DiagnosticStatus::WARN, last_slip_, entry);
-  reported_slips_ = slips_.size();
-  add_value("wheel slips",
-            std::to_string(slips_.size()) + (slips_.empty() ? "" : ", last: " + last_slip_), entry);
   const NoiseScales& noise = filter_->noise();
   add_value("landmarks", std::to_string(status.landmarks), entry);
   add_value("observations not believed",

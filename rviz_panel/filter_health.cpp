@@ -8,8 +8,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kMinute = 60.0;        // s
-constexpr double kRejectSpacing = 5.0;  // s between remembered counts of rejects
+constexpr double kMinute = 60.0;          // s
+constexpr std::size_t kMostFindings = 3;  // lines of them
+constexpr double kRejectSpacing = 5.0;    // s between remembered counts of rejects
 
 double share(double part, double whole) {
   return whole > 0.0 ? part / whole : 0.0;
@@ -74,6 +75,18 @@ FilterHealth::Verdict FilterHealth::verdict() const {
   if (latest_->health == to_string(Health::lost)) return {Level::bad, text};
   if (latest_->health == to_string(Health::starting)) return {Level::unknown, text};
   return {Level::warning, text};
+}
+
+std::string FilterHealth::findings_text() const {
+  if (!latest_) return "";
+  std::string text;
+  const auto& findings = latest_->findings;
+  const std::size_t shown = std::min(kMostFindings, findings.size());
+  for (std::size_t i = 0; i < shown; ++i) {
+    text += (i > 0 ? "\n" : "") + findings[findings.size() - 1 - i].text;
+  }
+  const std::size_t more = findings.size() - shown;
+  return text + (more > 0 ? "\nand " + std::to_string(more) + " more" : "");
 }
 
 std::string FilterHealth::sample_size_text() const {

@@ -37,6 +37,8 @@ class FilterHealth {
 
   /// Whether the filter can be believed, and if not, why not: as the node judges it.
   Verdict verdict() const;
+  /// What has changed, or is wrong, a line each, the latest first; empty: nothing.
+  std::string findings_text() const;
   std::string sample_size_text() const;
   /// Particles, landmarks, updates, ancestors, the probability of being lost, time of an update.
   std::string counts_text() const;

@@ -100,6 +100,8 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
 
 void FilterPanel::add_health(QVBoxLayout* layout) {
   verdict_ = add_label(layout);
+  findings_ = add_label(layout);
+  findings_->setStyleSheet("color: #b35900;");
   strategy_ = add_label(layout);
   counts_ = add_label(layout);
   sample_size_strip_ = new StripWidget(
@@ -244,6 +246,8 @@ void FilterPanel::show_health() {
   show_threshold();
   show_rejects();
   counts_->setText(to_qt(health_.counts_text()));
+  findings_->setText(to_qt(health_.findings_text()));
+  findings_->setVisible(!findings_->text().isEmpty());
   const auto& status = health_.latest();
   strategy_->setText(status ? to_qt(status->strategy) : "");
   refused_->setText(status && !status->refused.empty() ? "Refused: " + to_qt(status->refused) : "");

@@ -66,8 +66,8 @@ class FilterPanel : public rviz::Panel {
   bool was_calling_ = false;
 
   QComboBox* node_ = nullptr;
-  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *counts_ = nullptr, *refused_ = nullptr,
-         *rejects_ = nullptr, *result_ = nullptr;
+  QLabel *strategy_ = nullptr, *verdict_ = nullptr, *findings_ = nullptr, *counts_ = nullptr,
+         *refused_ = nullptr, *rejects_ = nullptr, *result_ = nullptr;
   StripWidget* sample_size_strip_ = nullptr;
   QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,
               *save_map_button_ = nullptr, *load_map_button_ = nullptr;

@@ -32,6 +32,10 @@ CommandLine command_line() {
                            "qz qw` for each pose");
   line.option<std::string>("map-csv", "FILE",
                            "fastslam: write the map at the end, as a table id,x,y,sigma");
+  line.option<std::string>(
+      "findings", "FILE",
+      "write what has changed, or is wrong, as JSON: a list of kind, id, times, "
+      "place, size and probability");
   line.flag("no-clouds",
             "leave out what is only for display: clouds, markers, and all paths but the last");
   line.flag("pose-only", "write pose and tf only");
@@ -44,7 +48,7 @@ CommandLine command_line() {
       "continue from a checkpoint, with the configuration of the run that wrote it");
   line.option<std::string>("save-checkpoint", "FILE", "write a checkpoint at the end");
   for (const char* name : {"in.bag", "more", "load-map", "resume"}) line.reads(name);
-  for (const char* name : {"out.bag", "save-map", "save-checkpoint", "tum", "map-csv"})
+  for (const char* name : {"out.bag", "save-map", "save-checkpoint", "tum", "map-csv", "findings"})
     line.writes(name);
   line.option_with_implicit(
       "parameters", "FORMAT", "yaml",

@@ -55,6 +55,10 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
             inputs.misfit + " contradict the others: moved, reflected, or faulty?",
             "/diagnostics names it; remove it until it is repaired."};
   }
+  if (inputs.map_is_wrong) {
+    return {Health::doubtful, "a landmark is not where the map has it",
+            "Findings name it; correct the map, or put it back."};
+  }
   if (inputs.sample_size < kFewParticles) {
     return {Health::degenerate, "few particles carry the weight",
             "Use more particles, or a realistic sensor noise."};

@@ -31,6 +31,7 @@ struct HealthInputs {
   double heading_unknown = 0.0;   ///< and the heading; unknown_heading_probability()
   bool is_contradicted = false;   ///< by what was seen last, which is to be explained anew
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
+  bool map_is_wrong = false;  ///< a finding is open: a landmark that is seen was moved
   /// Shares of the particles: N_eff, and those before the last renewal that have descendants, both
   /// as RecentMean, since one update says nothing; and those at the start.
   double sample_size = 1.0;

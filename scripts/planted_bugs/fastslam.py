@@ -4,6 +4,7 @@ FASTSLAM = ("fastslam_test",)
 STORE = ("landmark_store_test",)
 BACKGROUND = ("background_redraw_test",)
 PLACE = ("place_test",)
+CHANGES = ("landmark_changes_test",)
 FASTSLAM_FILTER = FASTSLAM + ("odd_observations_test", "saved_map_test", "redraw_test")
 
 BUGS = [
@@ -208,5 +209,20 @@ BUGS = [
         "      motion.slip_covariance;",
         "      0.0 * motion.slip_covariance;",
         ("memory_test",),
+    ),
+    # What has changed.
+    (
+        "changes: a landmark is elsewhere although others do not fit either",
+        "fastslam/landmark_changes.cpp",
+        "place->is_confirmed = after >= kFewestOthers && fitting >= kFitting * others;",
+        "place->is_confirmed = others >= 0 && fitting >= 0 && after >= 0;",
+        CHANGES,
+    ),
+    (
+        "changes: what was seen again is still gone",
+        "fastslam/landmark_changes.cpp",
+        "landmark.missed = 0;",
+        "landmark.missed += 0;",
+        CHANGES,
     ),
 ]

@@ -172,6 +172,26 @@ bool is_finite(const sensor_msgs::PointCloud2& cloud) {
   return true;
 }
 
+std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, double start) {
+  std::vector<FindingStatus> messages;
+  for (const Finding& finding : findings) {
+    FindingStatus message;
+    message.kind = to_string(finding.kind);
+    message.id = static_cast<std::int32_t>(finding.id);
+    message.begin = ros::Time(finding.begin);
+    message.end = ros::Time(finding.end);
+    message.place.x = finding.place.x();
+    message.place.y = finding.place.y();
+    message.size = finding.size;
+    message.sigma = finding.sigma;
+    message.probability = finding.probability;
+    message.open = finding.is_open;
+    message.text = sentence_of(finding, start);
+    messages.push_back(message);
+  }
+  return messages;
+}
+
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters) {
   std::vector<PoseHypothesis> hypotheses;
   for (const PoseCluster& cluster : clusters.clusters) {

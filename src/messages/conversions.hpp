@@ -6,6 +6,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <pf_resampling/FindingStatus.h>
 #include <pf_resampling/PoseHypothesis.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/health/finding.hpp"
 #include "pf_resampling_core/population/pose_clusters.hpp"
 
 namespace pf_resampling {
@@ -76,6 +78,9 @@ sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pos
 
 /// Whether a cloud made by to_point_cloud holds finite numbers only.
 bool is_finite(const sensor_msgs::PointCloud2& cloud);
+
+/// As in FilterStatus; times of `findings` are stamps, those of texts count from `start`, s.
+std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, double start);
 
 /// As in FilterStatus, what of `clusters` is finite.
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters);

@@ -31,6 +31,10 @@ bool is_finite(const FilterStatus& status) {
              pf_resampling::is_finite(hypothesis.pose.pose) &&
              to_covariance3(hypothesis.pose.covariance).allFinite();
   }
+  for (const FindingStatus& finding : status.findings) {
+    finite = finite && std::isfinite(finding.place.x) && std::isfinite(finding.place.y) &&
+             std::isfinite(finding.size) && std::isfinite(finding.sigma);
+  }
   return finite;
 }
 

@@ -3,6 +3,7 @@
 #include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <pf_resampling/FindingStatus.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "pf_resampling_core/health/finding.hpp"
 #include "pf_resampling_core/health/health.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 #include "pf_resampling_core/health/unknown_place.hpp"
@@ -140,6 +142,11 @@ class FilterPipeline {
   ParameterList live_parameters() { return live_parameters(&options_); }
   /// Likewise of options that are not yet a pipeline's.
   static ParameterList live_parameters(Options* options);
+
+  /// What has changed, or is wrong, in the order in which it was found.
+  virtual std::vector<Finding> findings() const { return {}; }
+  /// The same as in `status`.
+  std::vector<FindingStatus> findings_in_words() const;
 
   /// Gives out status and diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
@@ -296,6 +303,7 @@ class FilterPipeline {
   bool has_motion_on_tf_ = false;  // of the robot in the frame of the odometry
   std::uint64_t reported_drops_ = 0;
   std::uint64_t reported_rejects_ = 0;
+  std::size_t reported_findings_ = 0;
   std::int64_t reported_weight_resets_ = 0;
   PoseClusters places_;  // where the robot may be, as of the last update that was asked for it
   std::size_t shown_places_ = 0;

@@ -73,6 +73,7 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   message.health = to_string(judgement.health);
   const std::string places = sentence_of(places_);
   message.health_text = sentence_of(judgement) + (places.empty() ? "" : " " + places + ".");
+  message.findings = findings_in_words();
   message.hypotheses = to_hypotheses(stamp > last_observation_ ? places_now() : places_);
   message.other_weight = places_.rest;
   message.lost = lost_probability();
@@ -81,6 +82,11 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   message.rejects = to_messages(rejects_);
   if (filter_) fill_in(&message);
   publisher_.publish_status(message);
+}
+
+template <typename Types>
+std::vector<FindingStatus> FilterPipeline<Types>::findings_in_words() const {
+  return to_messages(findings(), first_reading_ ? first_reading_->stamp.toSec() : 0.0);
 }
 
 template <typename Types>
@@ -150,6 +156,14 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
     add_value("strategy", strategy_, &entry);
     diagnose(&entry);
   }
+  const std::vector<FindingStatus> found = findings_in_words();
+  std::string list;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    list += (list.empty() ? "" : "; ") + found[i].text;
+    if (i >= reported_findings_) worsen(DiagnosticStatus::WARN, found[i].text, &entry);
+  }
+  reported_findings_ = found.size();
+  add_value("findings", found.empty() ? "none" : list, &entry);
   if (publisher_.held_back() > 0) {
     worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were not published", &entry);
   }

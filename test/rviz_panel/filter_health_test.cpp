@@ -33,6 +33,19 @@ RejectCount reject(const char* input, const char* reason, std::uint64_t count) {
 
 using Level = FilterHealth::Level;
 
+TEST(FilterHealth, TheLatestFindingsComeFirst) {
+  FilterHealth health;
+  EXPECT_EQ(health.findings_text(), "");
+  FilterStatus status = status_at(1.0);
+  for (int i = 0; i < 5; ++i) {
+    status.findings.emplace_back();
+    status.findings.back().text = "landmark " + std::to_string(i) + " is gone";
+  }
+  health.add(status);
+  EXPECT_EQ(health.findings_text(),
+            "landmark 4 is gone\nlandmark 3 is gone\nlandmark 2 is gone\nand 2 more");
+}
+
 // The node judges, the panel shows it: whatever the other numbers are.
 TEST(FilterHealth, SaysWhatTheNodeSays) {
   FilterHealth health;

@@ -115,6 +115,10 @@ TEST(BeliefPublisher, AStatusWithANumberThatIsNoneIsHeldBack) {
       [](FilterStatus* status) { status->normalized_innovation = kInfinity; },
       [](FilterStatus* status) { status->other_weight = kNan; },
       [](FilterStatus* status) { status->redraw_time = kNan; },
+      [](FilterStatus* status) {
+        status->findings.resize(1);
+        status->findings[0].size = kNan;
+      },
       [](FilterStatus* status) { status->redraw_innovation = kNan; },
       [](FilterStatus* status) { status->yaw_rate_bias = kNan; },
       [](FilterStatus* status) { status->yaw_rate_bias_sigma = kNan; },

@@ -2,6 +2,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
@@ -154,6 +155,33 @@ TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
   // The bag says whose frame the poses are in.
   const ProgramResult judged = run_program("evaluate_bag " + out_);
   EXPECT_TRUE(says(judged.out, "the frame is that of the loaded map, " + list));
+}
+
+// Landmark 4 stands 1.5 m from where the list has it: that is found, and nothing else.
+TEST_F(RunBagFastSlam, FindsWhatIsNotWhereTheMapHasIt) {
+  const std::string list = directory_.file("survey.csv");
+  {
+    std::ofstream stream(list);
+    stream << "id,x,y,sigma\n";
+    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
+    for (const PointLandmark& mark : marks.value()) {
+      const double moved = mark.id == 4 ? 1.5 : 0.0;
+      stream << mark.id << "," << mark.position.x() + moved << "," << mark.position.y()
+             << ",0.02\n";
+    }
+  }
+  const std::string json = directory_.file("found.json");
+  expect_success(world_ + " " + out_ + " --no-clouds --set map/frozen=true --load-map " + list +
+                 " --findings " + json);
+  const auto found = nlohmann::json::parse(read_file(json));
+  ASSERT_EQ(found.size(), 1u) << found.dump();
+  EXPECT_EQ(found[0]["kind"], "landmark_moved");
+  EXPECT_EQ(found[0]["id"], 4);
+  EXPECT_NEAR(found[0]["size"].get<double>(), 1.5, 0.15);
+  EXPECT_GT(found[0]["probability"].get<double>(), 0.9);
+  const std::string judged = run_program("evaluate_bag " + out_).out;
+  EXPECT_TRUE(says(judged, "found: landmark 4 is 1."));
+  EXPECT_TRUE(says(judged, "doubtful"));  // while it is in view
 }
 
 // A robot that wakes up somewhere in a surveyed map: found within seconds, with ids and without.

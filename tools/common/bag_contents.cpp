@@ -431,6 +431,7 @@ std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const s
     summary.renewals = status->renewals;
     summary.weight_resets = status->weight_resets;
     summary.map_file = status->map_file;
+    summary.findings = status->findings;
     summary.ancestors_since_start = static_cast<int>(status->distinct_ancestors_since_start);
   });
   if (messages == 0) return std::nullopt;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pf_resampling/FindingStatus.h>
 #include <rosbag/bag.h>
 
 #include <Eigen/Geometry>
@@ -112,6 +113,7 @@ struct FilterSummary {
   double mean_ancestors_of_renewal = 0.0;   ///< distinct ones; all particles without a renewal
   int ancestors_since_start = 0;            ///< distinct ones, at the end
   std::string map_file;                     ///< the map it had loaded at the end; empty: none
+  std::vector<FindingStatus> findings;      ///< at the end
 };
 /// What it said of its health, in order of time.
 struct StampedHealth {

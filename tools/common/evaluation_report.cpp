@@ -143,6 +143,9 @@ void print(const FilterSummary& filter) {
   std::printf("  updates / renewals of the population:      %llu / %llu\n",
               static_cast<unsigned long long>(filter.updates),
               static_cast<unsigned long long>(filter.renewals));
+  for (const FindingStatus& finding : filter.findings) {
+    std::printf("  found: %s (%s)\n", finding.text.c_str(), percent(finding.probability).c_str());
+  }
 }
 
 /// The largest share first.
@@ -352,6 +355,23 @@ std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said
   return health;
 }
 
+nlohmann::json to_json(const std::vector<FindingStatus>& findings) {
+  json list = json::array();
+  for (const FindingStatus& finding : findings) {
+    list.push_back({{"kind", finding.kind},
+                    {"id", finding.id},
+                    {"begin", finding.begin.toSec()},
+                    {"end", finding.end.toSec()},
+                    {"place", {finding.place.x, finding.place.y}},
+                    {"size", finding.size},
+                    {"sigma", finding.sigma},
+                    {"probability", finding.probability},
+                    {"open", static_cast<bool>(finding.open)},
+                    {"text", finding.text}});
+  }
+  return list;
+}
+
 nlohmann::json to_json(const Evaluation& evaluation) {
   const PathErrors& estimate = evaluation.estimate;
   json result = {{"clip", evaluation.clip},
@@ -381,7 +401,10 @@ nlohmann::json to_json(const Evaluation& evaluation) {
         to_json(evaluation.dead_reckoning_aligned->cartesian);
   }
   if (evaluation.map) result["map"] = to_json(*evaluation.map);
-  if (evaluation.filter) result["filter"] = to_json(*evaluation.filter);
+  if (evaluation.filter) {
+    result["filter"] = to_json(*evaluation.filter);
+    result["findings"] = to_json(evaluation.filter->findings);
+  }
   if (evaluation.health) result["health"] = to_json(*evaluation.health);
   if (evaluation.particles) result["particles"] = to_json(*evaluation.particles);
   if (evaluation.batch) {

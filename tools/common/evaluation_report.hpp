@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pf_resampling/FindingStatus.h>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -100,6 +101,9 @@ struct Evaluation {
   std::optional<ParticleErrorSummary> particles;
   std::optional<BatchComparison> batch;
 };
+
+/// As in FilterStatus; times in s.
+nlohmann::json to_json(const std::vector<FindingStatus>& findings);
 
 /// All figures; doc of the keys: the structs they come from.
 nlohmann::json to_json(const Evaluation& evaluation);

@@ -13,6 +13,7 @@
 
 #include "src/configuration/parameter_table.hpp"
 #include "src/messages/conversions.hpp"
+#include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/common/table.hpp"
@@ -57,6 +58,7 @@ FilterOverBag::FilterOverBag(const CommandLine& line)
   }
   if (line.has("start")) start_ = line.get<double>("start");
   if (line.has("tum")) tum_ = line.text("tum");
+  if (line.has("findings")) findings_ = line.text("findings");
   if (line.has("duration")) duration_ = line.get<double>("duration");
   if (line.has("topics")) {
     for (const std::string& topic : line.get<std::vector<std::string>>("topics")) {
@@ -161,6 +163,10 @@ void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const Fra
 void FilterOverBag::close() {
   writer_.finish();
   if (!tum_.empty()) write_file(tum_, path_text_);
+}
+
+void FilterOverBag::write_findings(const std::vector<FindingStatus>& findings) const {
+  if (!findings_.empty()) write_file(findings_, to_json(findings).dump(2) + "\n");
 }
 
 void FilterOverBag::note_pose(ros::Time stamp, const Pose2& pose) {

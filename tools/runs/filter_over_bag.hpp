@@ -66,6 +66,7 @@ class FilterOverBag {
                   " were used: " + pipeline.why_none_used());
     }
     close();
+    write_findings(pipeline.findings_in_words());
   }
 
   /// Prints what the filter had to say, what was rejected, `summary`, and what it took.
@@ -79,6 +80,7 @@ class FilterOverBag {
   void for_each_in_bag(const std::vector<std::string>& order, const FrameNames& frames,
                        const std::function<void(const rosbag::MessageInstance&)>& take);
   void close();
+  void write_findings(const std::vector<FindingStatus>& findings) const;
   void note_pose(ros::Time stamp, const Pose2& pose);
   bool is_wanted(const rosbag::MessageInstance& message) const;
   void copy_input(const rosbag::MessageInstance& message, const FrameNames& frames);
@@ -90,7 +92,7 @@ class FilterOverBag {
   std::set<std::string> topics_;                                             // empty: all
   ros::Time begin_;
   std::string left_out_;  // a topic that is not copied
-  std::string tum_, path_text_;
+  std::string tum_, path_text_, findings_;
   BagWriter writer_;
   Outputs outputs_ = Outputs::all;
   ros::Time now_;

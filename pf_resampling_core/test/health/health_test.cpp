@@ -145,7 +145,7 @@ TEST(Health, SlownessIsSaidWhenNothingElseIsWrong) {
 
 // Reasons stand in the diagnostics, where another text is another alarm: they hold no figures.
 TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
-  std::vector<HealthInputs> ill(8);
+  std::vector<HealthInputs> ill(9);
   ill[0].has_belief = false;
   ill[0].waits_for = "odometry";
   ill[1].lost = 1.0;
@@ -156,6 +156,7 @@ TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
   ill[5].needs_past = true;
   ill[6].keeps_up = false;
   ill[7].misfit = "the ranges of a beacon";
+  ill[8].map_is_wrong = true;
   std::set<std::string> reasons;
   std::set<Health> said = {Health::healthy};
   for (const HealthInputs& inputs : ill) {

@@ -567,16 +567,18 @@ std::vector<Slip> Memory::slips() const {
   for (std::size_t s = 0; s < state_.graph.segments.size(); ++s) {
     if (slip_square(state_.graph, s) < kSlip) continue;
     // Where odometry is down-weighted, the solution itself may be loose.
+    double distance = 0.0;
     const double square =
-        slip_square(state_.graph, s, motion_covariance(state_.graph, *equations_, s));
+        slip_square(state_.graph, s, motion_covariance(state_.graph, *equations_, s), &distance);
     if (square < kSlip) continue;
     const double begin = state_.begins[s];
     const double end = begin + state_.graph.segments[s]->duration();
     if (!slips.empty() && begin - slips.back().end < 1.0) {
       slips.back().end = end;
       slips.back().square = std::max(square, slips.back().square);
+      slips.back().distance = std::max(distance, slips.back().distance);
     } else {
-      slips.push_back({begin, end, square});
+      slips.push_back({begin, end, square, distance, state_.graph.bases[s]});
     }
   }
   return slips;

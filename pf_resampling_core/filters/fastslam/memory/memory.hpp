@@ -34,7 +34,9 @@ struct MemoryDraw {
 /// Where the wheels slipped: the odometry of a segment is far from what all data say.
 struct Slip {
   double begin = 0.0, end = 0.0;  ///< s since the start
-  double square = 0.0;  ///< squared error in standard deviations, three degrees of freedom
+  double square = 0.0;    ///< squared error in standard deviations, three degrees of freedom
+  double distance = 0.0;  ///< m, by how much the odometry was off
+  Pose2 pose;             ///< of the robot at the beginning
 };
 
 /// What a memory holds, as it is saved.

@@ -82,7 +82,8 @@ Eigen::VectorXd difference(const SegmentGraph& graph, std::size_t s, const Segme
   return e;
 }
 
-double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix3d& uncertainty) {
+double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix3d& uncertainty,
+                   double* distance) {
   const Segment& segment = *graph.segments[s];
   if (!segment.has_data()) return 0.0;
   Pose2 end;
@@ -106,6 +107,7 @@ double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix
   const Pose2 driven = relative(graph.bases[s], graph.bases[s + 1]);
   const Eigen::Vector3d error(driven.x - end.x, driven.y - end.y,
                               wrap_angle(driven.heading - end.heading));
+  if (distance != nullptr) *distance = error.head<2>().norm();
   return error.dot(covariance.llt().solve(error));
 }
 

@@ -46,8 +46,9 @@ SensorConstants constants_information(const SegmentGraph& graph);
 
 /// Squared error, in standard deviations, of the odometry of a segment as a whole: three degrees of
 /// freedom. Where wheels slipped it is large. 0 where the data are gone. `uncertainty`: covariance
-/// of the motion that the graph says was driven.
+/// of the motion that the graph says was driven. `distance`: m, how far off its end is.
 double slip_square(const SegmentGraph& graph, std::size_t segment,
-                   const Eigen::Matrix3d& uncertainty = Eigen::Matrix3d::Zero());
+                   const Eigen::Matrix3d& uncertainty = Eigen::Matrix3d::Zero(),
+                   double* distance = nullptr);
 
 }  // namespace pf_resampling

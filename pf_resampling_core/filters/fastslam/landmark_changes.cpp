@@ -1,0 +1,311 @@
+#include "pf_resampling_core/filters/fastslam/landmark_changes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kSamePlace = 0.25;     // m, and
+constexpr double kSameSigmas = 3.0;     // standard deviations, between sightings of one place
+constexpr int kFewestSightings = 4;     // of a place, ...
+constexpr double kShortest = 0.5;       // ... over so many s
+constexpr std::size_t kMostPlaces = 4;  // of a landmark; of misread ids there may be many
+// What was seen of others, from so many s before to so many after, has to fit: so many sightings,
+// to such a share; of landmarks that were there so many s before, or the belief may be wrong,
+// unless it is so many times more certain.
+constexpr double kBefore = 5.0;
+constexpr double kAfter = 15.0;
+constexpr double kOld = 60.0;
+constexpr double kFarSigmas = 10.0;
+constexpr double kFar = 2.0;  // m
+constexpr int kFewestOthers = 3;
+constexpr double kFitting = 0.75;
+constexpr std::size_t kMostLatest = 300;
+constexpr double kUnconfirmed = 60.0;  // s after which a place that nothing confirms is forgotten
+// Sightings in a row share their errors: so many are one. Share of the landmarks that are moved.
+constexpr double kPerOpinion = 4.0;
+constexpr double kMoved = 0.01;
+constexpr double kSure = 0.9;
+constexpr double kOpen = 10.0;  // s after the last sighting
+// In view is what is so far inside of what was ever seen from the sensor: share of the range, rad,
+// and m across. The belief has to fit so many sightings of the last s.
+constexpr double kInsideRange = 0.93;
+constexpr double kInsideBearing = 0.03;
+constexpr double kInsideAcross = 0.1;
+constexpr double kFits = 5.0;
+constexpr int kFewestFits = 3;
+constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
+constexpr double kVisitGap = 5.0;     // s
+constexpr int kFewestLooks = 3;
+// Share of the landmarks that are gone, and how sure one has to be.
+constexpr double kGone = 0.05;
+constexpr double kSurelyGone = 0.8;
+
+}  // namespace
+
+void LandmarkChanges::start(const std::vector<LandmarkEstimate>& map) {
+  *this = LandmarkChanges();
+  for (const LandmarkEstimate& estimate : map) {
+    Landmark& landmark = landmarks_[estimate.id];
+    landmark.is_given = true;
+    landmark.home().position = estimate.mean;
+    landmark.home().sigma = std::sqrt(0.5 * estimate.covariance.trace());
+    index_.place(static_cast<int>(ids_.size()), estimate.mean);
+    ids_.push_back(estimate.id);
+  }
+}
+
+// A place that the filter has no landmark at goes along with the nearest landmark.
+void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
+  std::map<std::int64_t, Eigen::Vector2d> is_at;
+  for (const LandmarkEstimate& estimate : map) is_at[estimate.id] = estimate.mean;
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> shifts;  // where from, by how much
+  for (const auto& [id, landmark] : landmarks_) {
+    const auto found = is_at.find(id);
+    const bool is_home = landmark.places.size() == 1 && landmark.missed == 0;
+    if (found == is_at.end() || !is_home) continue;
+    shifts.emplace_back(landmark.home().position, found->second - landmark.home().position);
+  }
+  const auto move = [&](Eigen::Vector2d* position) {
+    double least = std::numeric_limits<double>::infinity();
+    Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+    for (const auto& [from, by] : shifts) {
+      const double distance = (*position - from).squaredNorm();
+      if (!(distance < least)) continue;
+      least = distance;
+      shift = by;
+    }
+    *position += shift;
+  };
+  for (auto& [id, landmark] : landmarks_) {
+    for (Place& place : landmark.places) move(&place.position);
+  }
+  for (std::size_t row = 0; row < ids_.size(); ++row) {
+    index_.place(static_cast<int>(row), landmarks_[ids_[row]].home().position);
+  }
+}
+
+void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
+                          const std::vector<MapSighting>& sightings) {
+  now_ = time;
+  for (const MapSighting& sighting : sightings) {
+    take(time, sighting, {eye.x, eye.y});
+    if (!sighting.is_believed) continue;
+    const Pose2 there = relative(eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
+    view_range_ = std::max(view_range_, std::hypot(there.x, there.y));
+    view_bearing_ = std::max(view_bearing_, std::abs(std::atan2(there.y, there.x)));
+  }
+  look(time, eye);
+  for (auto id = pending_.begin(); id != pending_.end();) {
+    Landmark& landmark = landmarks_[*id];
+    end_visit(time, &landmark);
+    std::vector<Place>& places = landmark.places;
+    for (std::size_t i = 1; i < places.size(); ++i) {
+      const double apart = (places[i].position - places[0].position).norm();
+      confirm(*id, apart < kFar + kFarSigmas * sigma, &places[i]);
+    }
+    places.erase(std::remove_if(places.begin() + 1, places.end(),
+                                [&](const Place& place) {
+                                  return !place.is_confirmed && place.last < time - kUnconfirmed;
+                                }),
+                 places.end());
+    const bool is_settled = landmark.visit.looks == 0 &&
+                            std::all_of(places.begin() + 1, places.end(),
+                                        [](const Place& place) { return place.is_confirmed; });
+    id = is_settled ? pending_.erase(id) : std::next(id);
+  }
+}
+
+void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye) {
+  const auto [found, is_new] = landmarks_.try_emplace(sighting.id);
+  ++(sighting.is_believed ? believed_ : not_believed_);
+  Landmark& landmark = found->second;
+  if (is_new) {
+    landmark.home().position = sighting.mapped.value_or(sighting.seen);
+    landmark.home().sigma = sighting.sigma;
+    index_.place(static_cast<int>(ids_.size()), landmark.home().position);
+    ids_.push_back(sighting.id);
+    landmark.known_since = time;
+  }
+  const bool is_old = landmark.is_given || landmark.known_since < time - kOld;
+  latest_.push_back({time, sighting.id, sighting.is_believed, is_old});
+  if (latest_.size() > kMostLatest) latest_.pop_front();
+  const Eigen::Vector2d mapped = sighting.mapped.value_or(landmark.home().position);
+  // What the filter believes is of the place that it has the landmark at, which goes along with it;
+  // all else is of another place.
+  const bool is_there = sighting.is_believed && !sighting.is_started;
+  const double near = std::max(kSamePlace, kSameSigmas * sighting.sigma);
+  std::vector<Place>& places = landmark.places;
+  const auto nearest = [&](const Eigen::Vector2d& position, std::size_t except) {
+    std::size_t best = places.size();
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double distance = (places[i].position - position).norm();
+      if (i == except || !(distance < least)) continue;
+      best = i;
+      least = distance;
+    }
+    return std::make_pair(best, least);
+  };
+  std::size_t at = nearest(mapped, places.size()).first;
+  if (!is_there) {
+    const auto [known, distance] = nearest(sighting.seen, sighting.is_started ? places.size() : at);
+    at = known;
+    if (distance > near) {
+      if (places.size() == kMostPlaces) places.erase(places.begin() + 1);
+      at = places.size();
+      places.emplace_back();
+      pending_.insert(sighting.id);
+    }
+  }
+  Place& place = places[at];
+  if (is_there) {
+    place.position = mapped;
+  } else {
+    place.position += (sighting.seen - place.position) / (1.0 + place.sightings);
+  }
+  if (at == 0) {
+    landmark.seen_from = (eye - place.position).normalized();
+    landmark.missed = 0;
+  }
+  if (place.sightings++ == 0) place.first = time;
+  place.sigma = sighting.sigma;
+  place.last = time;
+  place.is_believed = sighting.is_believed;
+}
+
+// Others are seen where they should be: so it is the landmark that is not.
+void LandmarkChanges::confirm(std::int64_t id, bool needs_old, Place* place) const {
+  if (place->is_confirmed || place->sightings < kFewestSightings ||
+      place->last - place->first < kShortest) {
+    return;
+  }
+  int others = 0, fitting = 0, after = 0;
+  for (const Outcome& outcome : latest_) {
+    if (outcome.id == id || (needs_old && !outcome.is_old)) continue;
+    if (outcome.time < place->first - kBefore || outcome.time > place->last + kAfter) continue;
+    ++others;
+    fitting += outcome.is_believed ? 1 : 0;
+    after += outcome.is_believed && outcome.time > place->first ? 1 : 0;
+  }
+  place->is_confirmed = after >= kFewestOthers && fitting >= kFitting * others;
+}
+
+bool LandmarkChanges::belief_fits(double time) const {
+  int fitting = 0, all = 0;
+  for (auto outcome = latest_.rbegin(); outcome != latest_.rend(); ++outcome) {
+    if (outcome->time < time - kFits) break;
+    if (!outcome->is_old) continue;
+    ++all;
+    fitting += outcome->is_believed ? 1 : 0;
+  }
+  return fitting >= kFewestFits && fitting >= kFitting * all;
+}
+
+void LandmarkChanges::look(double time, const Pose2& eye) {
+  if (!belief_fits(time)) return;
+  const double farthest = kInsideRange * view_range_;
+  std::vector<int> near;
+  index_.near({eye.x, eye.y}, farthest, &near);
+  for (const int row : near) {
+    const std::int64_t id = ids_[static_cast<std::size_t>(row)];
+    Landmark& landmark = landmarks_[id];
+    const Eigen::Vector2d& home = landmark.home().position;
+    const Pose2 there = relative(eye, {home.x(), home.y(), 0.0});
+    const double range = std::hypot(there.x, there.y);
+    const double widest = view_bearing_ - kInsideBearing - kInsideAcross / range;
+    if (std::abs(std::atan2(there.y, there.x)) > widest) continue;
+    // An id that was seen a few times may have been misread.
+    const int sightings = landmark.home().sightings;
+    if (!landmark.is_given && sightings < kFewestSightings) continue;
+    const Eigen::Vector2d from = Eigen::Vector2d(eye.x, eye.y) - home;
+    if (sightings > 0 && landmark.seen_from.dot(from.normalized()) < kLeastCosine) {
+      continue;
+    }
+    if (landmark.visit.looks++ == 0) landmark.visit.first = time;
+    landmark.visit.last = time;
+    pending_.insert(id);
+  }
+}
+
+void LandmarkChanges::end_visit(double time, Landmark* landmark) {
+  Visit& visit = landmark->visit;
+  if (visit.looks == 0 || time < visit.last + kVisitGap) return;
+  const Place& home = landmark->home();
+  const bool is_seen = home.sightings > 0 && home.last >= visit.first - kVisitGap;
+  if (visit.looks >= kFewestLooks) {
+    ++visits_;
+    if (!is_seen) {
+      ++missed_;
+      if (landmark->missed++ == 0) landmark->missed_first = visit.first;
+      landmark->missed_last = visit.last;
+    }
+  }
+  visit = {};
+}
+
+void LandmarkChanges::forget_latest() {
+  latest_.clear();
+  for (auto& [id, landmark] : landmarks_) {
+    std::vector<Place>& places = landmark.places;
+    places.erase(std::remove_if(places.begin() + 1, places.end(),
+                                [](const Place& place) { return !place.is_confirmed; }),
+                 places.end());
+    landmark.visit = {};
+  }
+}
+
+// Against an id that is misread as often as others are.
+double LandmarkChanges::probability_of(const Place& place) const {
+  const int others = std::max(0, not_believed_ - place.sightings);
+  const double misread = (others + 1.0) / (believed_ + others + 2.0);
+  const double chance = (1.0 - kMoved) * std::pow(misread, place.sightings / kPerOpinion);
+  return kMoved / (kMoved + chance);
+}
+
+// Against a landmark that is hidden as often as others are.
+double LandmarkChanges::probability_gone(const Landmark& landmark) const {
+  const double hidden = (missed_ - landmark.missed + 1.0) / (visits_ - landmark.missed + 2.0);
+  return kGone / (kGone + (1.0 - kGone) * std::pow(hidden, landmark.missed));
+}
+
+std::vector<Finding> LandmarkChanges::findings() const {
+  std::vector<Finding> findings;
+  for (const auto& [id, landmark] : landmarks_) {
+    const Place* best = nullptr;
+    for (std::size_t i = 1; i < landmark.places.size(); ++i) {
+      const Place& place = landmark.places[i];
+      const bool is_apart = (place.position - landmark.home().position).norm() > kSamePlace;
+      const bool is_sure = is_apart && place.is_confirmed && probability_of(place) >= kSure;
+      if (is_sure && (best == nullptr || place.last > best->last)) best = &place;
+    }
+    Finding finding;
+    finding.id = id;
+    if (best != nullptr) {
+      const bool is_there = landmark.home().sightings >= kFewestSightings && landmark.missed == 0;
+      finding.kind = is_there ? FindingKind::landmark_twice : FindingKind::landmark_moved;
+      finding.begin = best->first;
+      finding.end = best->last;
+      finding.place = best->position;
+      finding.size = (best->position - landmark.home().position).norm();
+      finding.sigma =
+          std::hypot(landmark.home().sigma, best->sigma / std::sqrt(best->sightings / kPerOpinion));
+      finding.probability = probability_of(*best);
+      finding.is_open = !best->is_believed && now_ < best->last + kOpen;
+    } else if (landmark.missed > 0 && probability_gone(landmark) >= kSurelyGone) {
+      finding.kind = FindingKind::landmark_gone;
+      finding.begin = landmark.missed_first;
+      finding.end = landmark.missed_last;
+      finding.place = landmark.home().position;
+      finding.probability = probability_gone(landmark);
+    } else {
+      continue;
+    }
+    findings.push_back(finding);
+  }
+  return findings;
+}
+
+}  // namespace pf_resampling

@@ -1,0 +1,153 @@
+#include "pf_resampling_core/filters/fastslam/landmark_changes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "pf_resampling_core/population/random_stream.hpp"
+
+namespace pf_resampling {
+namespace {
+
+constexpr double kSigma = 0.05;    // m, of what is seen
+constexpr double kBelieved = 0.2;  // m from where the map has it
+
+// A corridor with a landmark every two metres, on the left and on the right, that the robot drives
+// along at 1 m/s, seeing 6 m ahead; the map is right but for what a test changes.
+class Corridor {
+ public:
+  Corridor() {
+    for (int k = 0; k < 40; ++k) map_[k] = {2.0 * k, k % 2 == 0 ? 2.0 : -2.0};
+    for (const auto& [id, place] : map_) tags_.emplace(id, place);
+    std::vector<LandmarkEstimate> given(map_.size());
+    for (const auto& [id, place] : map_) {
+      given[static_cast<std::size_t>(id)].id = id;
+      given[static_cast<std::size_t>(id)].mean = place;
+    }
+    changes_.start(given);
+  }
+
+  void drive(double error = 0.0) {
+    for (double x = -5.0; x < 80.0; x += 0.2, time_ += 0.2) {
+      const RandomStream noise(1, RandomPurpose::simulation_observation, step_++);
+      std::vector<MapSighting> sightings;
+      std::uint64_t draw = 0;
+      for (const auto& [id, place] : tags_) {
+        const Eigen::Vector2d there = place - Eigen::Vector2d(x, 0.0);
+        if (there.norm() > 6.0 || std::abs(std::atan2(there.y(), there.x())) > 0.6) continue;
+        MapSighting sighting;
+        sighting.id = id;
+        sighting.sigma = kSigma;
+        sighting.mapped = map_.at(id);
+        sighting.seen = place + Eigen::Vector2d(error, 0.0) +
+                        kSigma * Eigen::Vector2d(noise.normal(draw), noise.normal(draw + 1));
+        sighting.is_believed = (sighting.seen - map_.at(id)).norm() < kBelieved;
+        draw += 2;
+        sightings.push_back(sighting);
+      }
+      changes_.add(time_, {x, 0.0, 0.0}, 0.1, sightings);
+    }
+    time_ += 60.0;
+  }
+
+  LandmarkChanges changes_;
+  std::map<std::int64_t, Eigen::Vector2d> map_;
+  std::multimap<std::int64_t, Eigen::Vector2d> tags_;  // as they are
+  double time_ = 0.0;
+  std::uint32_t step_ = 0;
+};
+
+TEST(LandmarkChanges, NothingIsFoundWhereNothingHasChanged) {
+  Corridor corridor;
+  for (int k = 0; k < 3; ++k) corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+TEST(LandmarkChanges, ALandmarkIsWhereItWasMovedTo) {
+  Corridor corridor;
+  corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
+  EXPECT_EQ(found[0].id, 20);
+  EXPECT_NEAR(found[0].size, 1.0, 0.05);
+  EXPECT_NEAR(found[0].place.x(), 40.6, 0.05);
+  EXPECT_GT(found[0].probability, 0.9);
+  EXPECT_FALSE(found[0].is_open);  // it is long out of view
+  EXPECT_EQ(sentence_of(found[0], 0.0), "landmark 20 is 1.0 m from the map");
+}
+
+TEST(LandmarkChanges, AnIdIsAtTwoPlaces) {
+  Corridor corridor;
+  corridor.tags_.erase(30);
+  corridor.tags_.emplace(10, corridor.map_.at(30));
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_twice);
+  EXPECT_EQ(found[0].id, 10);
+  EXPECT_NEAR(found[0].size, 40.0, 0.1);
+}
+
+// One visit in which it was hidden may be chance: of forty others none was.
+TEST(LandmarkChanges, ALandmarkIsGoneUntilItIsSeenAgain) {
+  Corridor corridor;
+  corridor.tags_.erase(20);
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_gone);
+  EXPECT_EQ(found[0].id, 20);
+  EXPECT_EQ(found[0].place, corridor.map_.at(20));
+  corridor.tags_.emplace(20, corridor.map_.at(20));
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+TEST(LandmarkChanges, AnIdThatWasMisreadOnceIsNotGone) {
+  Corridor corridor;
+  MapSighting misread;
+  misread.id = 99;
+  misread.seen = {30.0, 1.0};
+  misread.is_started = true;
+  corridor.changes_.add(0.0, {26.0, 0.0, 0.0}, 0.1, {misread});
+  for (int k = 0; k < 3; ++k) corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+TEST(LandmarkChanges, ABeliefThatIsWrongSaysNothingOfLandmarks) {
+  Corridor corridor;
+  corridor.drive();
+  corridor.drive(1.5);
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+  corridor.changes_.forget_latest();
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+// After a redraw that turned the map, what was found goes along.
+TEST(LandmarkChanges, FindingsFollowTheMap) {
+  Corridor corridor;
+  corridor.tags_.find(20)->second.y() -= 1.0;
+  corridor.drive();
+  std::vector<LandmarkEstimate> shifted;
+  for (const auto& [id, place] : corridor.map_) {
+    LandmarkEstimate landmark;
+    landmark.id = id;
+    landmark.mean = place + Eigen::Vector2d(0.0, 5.0);
+    shifted.push_back(landmark);
+  }
+  corridor.changes_.follow(shifted);
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].place.y(), corridor.map_.at(20).y() + 4.0, 0.05);
+  EXPECT_NEAR(found[0].size, 1.0, 0.05);
+}
+
+}  // namespace
+}  // namespace pf_resampling
