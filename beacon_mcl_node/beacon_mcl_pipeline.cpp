@@ -167,6 +167,7 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
     beacon_health_[observation.beacon] = BeaconHealth{};
     beacon_health_[observation.beacon].last = stamp;
   }
+  note_findings(stamp);
   const BeaconMclStatus& status = filter_->status();
   if (!(status.innovation_sigma > 0.0)) return;
   const double ratio = status.innovation / status.innovation_sigma;

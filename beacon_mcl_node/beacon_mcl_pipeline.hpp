@@ -73,6 +73,8 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   /// what was written, or throws Error.
   std::string save_beacons(const std::string& path) const;
 
+  std::vector<Finding> findings() const override;
+
   /// Frame of the antenna of ranges that do not name one.
   const std::string& antenna() const { return names_.antenna; }
 
@@ -120,6 +122,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
   std::vector<std::string> remarks() const;
+  void note_findings(ros::Time stamp);
   std::string waits_for() const override;
   void add_health(HealthInputs* inputs) const override;
   void diagnose(diagnostic_msgs::DiagnosticStatus* /*status*/) override {}
@@ -134,6 +137,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   ScalarEstimate yaw_rate_bias_;  // of the belief
   std::map<int, LatestRange> latest_ranges_;
   std::map<int, BeaconHealth> beacon_health_;
+  std::map<int, Finding> findings_;  // by beacon
   std::function<void(const BeaconMap&)> beacon_map_;
   ros::Time last_map_;
   ros::Time last_beacons_;  // that were drawn

@@ -1,4 +1,5 @@
 // What of the messages that BeaconMclPipeline gives out is its own.
+#include <cmath>
 #include <limits>
 
 #include "beacon_mcl_node/beacon_markers.hpp"
@@ -144,6 +145,46 @@ std::vector<std::string> BeaconMclPipeline::remarks() const {
     remarks.push_back("more than one place fits beacon " + ambiguous + ": drive a turn near it");
   }
   return remarks;
+}
+
+std::vector<Finding> BeaconMclPipeline::findings() const {
+  std::vector<Finding> findings;
+  for (const auto& [id, finding] : findings_) findings.push_back(finding);
+  return findings;
+}
+
+// The ranges of such a beacon are left out: the pose does not suffer.
+void BeaconMclPipeline::note_findings(ros::Time stamp) {
+  const RangeMemory* memory = filter_->memory();
+  if (memory == nullptr) return findings_.clear();
+  for (const RadioKnowledge& radio : memory->radios()) {
+    const std::string remark = remark_on(radio, filter_->beacons());
+    if (remark.empty()) {
+      findings_.erase(radio.id);
+      continue;
+    }
+    const auto [found, is_new] = findings_.try_emplace(radio.id);
+    Finding& finding = found->second;
+    if (is_new) finding.begin = stamp.toSec();
+    finding.id = radio.id;
+    finding.end = stamp.toSec();
+    finding.probability = radio.fault;
+    finding.words = remark;
+    for (const Beacon& beacon : filter_->beacons()) {
+      if (beacon.id == radio.id) finding.place = beacon.position.head<2>();
+    }
+    if (radio.account == RadioAccount::biased) {
+      finding.kind = FindingKind::beacon_biased;
+      finding.size = radio.calibration.bias;
+      finding.sigma = radio.bias_sigma;
+      continue;
+    }
+    const RadioPlace& place = radio.places.front();
+    finding.kind = radio.in_place_of >= 0 ? FindingKind::beacon_swapped : FindingKind::beacon_moved;
+    finding.size = (place.position - finding.place).norm();
+    finding.sigma = std::sqrt(0.5 * place.covariance.trace());
+    finding.place = place.position;
+  }
 }
 
 std::string BeaconMclPipeline::waits_for() const {

@@ -10,7 +10,10 @@ const EnumNames<FindingKind> kFindingNames{"finding",
                                            {{FindingKind::wheels_slipped, "wheels_slipped"},
                                             {FindingKind::landmark_moved, "landmark_moved"},
                                             {FindingKind::landmark_twice, "landmark_twice"},
-                                            {FindingKind::landmark_gone, "landmark_gone"}}};
+                                            {FindingKind::landmark_gone, "landmark_gone"},
+                                            {FindingKind::beacon_biased, "beacon_biased"},
+                                            {FindingKind::beacon_moved, "beacon_moved"},
+                                            {FindingKind::beacon_swapped, "beacon_swapped"}}};
 
 std::string metres(double length) {
   char text[40];
@@ -25,7 +28,9 @@ const EnumNames<FindingKind>& names_of(FindingKind) {
 }
 
 std::string sentence_of(const Finding& finding, double start) {
+  if (!finding.words.empty()) return finding.words;
   const std::string landmark = "landmark " + std::to_string(finding.id);
+  const std::string beacon = "beacon " + std::to_string(finding.id);
   switch (finding.kind) {
     case FindingKind::wheels_slipped:
       return "the wheels slipped at " + std::to_string(std::lround(finding.begin - start)) +
@@ -37,6 +42,11 @@ std::string sentence_of(const Finding& finding, double start) {
              " apart: two of one id, or moved?";
     case FindingKind::landmark_gone:
       return landmark + " is gone";
+    case FindingKind::beacon_biased:
+      return beacon + " measures wrong by " + metres(finding.size);
+    case FindingKind::beacon_moved:
+    case FindingKind::beacon_swapped:
+      return beacon + " is " + metres(finding.size) + " from where the list has it";
   }
   return "";
 }

@@ -14,21 +14,25 @@ enum class FindingKind {
   landmark_moved,
   landmark_twice,  ///< two landmarks have one id
   landmark_gone,
+  beacon_biased,   ///< its ranges are too long or too short
+  beacon_moved,    ///< it is not where the list has it
+  beacon_swapped,  ///< it is at the place of another
 };
 const EnumNames<FindingKind>& names_of(FindingKind);
 
 /// Something that has changed, or is wrong, and that the data of a drive show.
 struct Finding {
   FindingKind kind = FindingKind::wheels_slipped;
-  std::int64_t id = -1;           ///< of the landmark; -1: none
+  std::int64_t id = -1;           ///< of the landmark or beacon; -1: none
   double begin = 0.0, end = 0.0;  ///< s: when the data showed it first and last
-  /// m, map frame: where the landmark was found, or where the one that is gone was; where the
-  /// wheels slipped.
+  /// m, map frame: where the landmark or beacon was found, or where the one that is gone was; where
+  /// the wheels slipped.
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
-  double size = 0.0;         ///< m: from the map, between the two places, of the odometry's error
-  double sigma = 0.0;        ///< m, of the size; 0: there is no size
+  double size = 0.0;   ///< m: from the map, between the two places, of the odometry's error, bias
+  double sigma = 0.0;  ///< m, of the size; 0: there is no size
   double probability = 0.0;  ///< that it is so
   bool is_open = false;      ///< whether the pose suffers from it now
+  std::string words;         ///< for people, if there are better ones than sentence_of() knows
 };
 
 /// "landmark 60 is 2.0 m from the map". `start`: s, from which times are counted.

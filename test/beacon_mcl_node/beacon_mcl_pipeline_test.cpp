@@ -257,6 +257,12 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsNamedInStatusAndDiagnostics) {
     EXPECT_NE(text.find(name), std::string::npos) << text;
     EXPECT_NE(text.find("ts ranges are left out"), std::string::npos) << text;
   }
+  const auto& findings = run.out.statuses.back().findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].kind, "beacon_biased");
+  EXPECT_EQ(findings[0].id, third);
+  EXPECT_NEAR(findings[0].size, 3.0, 0.3);
+  EXPECT_LT(findings[0].begin, findings[0].end);
   EXPECT_LT(run.error(), 0.5);
 }
 

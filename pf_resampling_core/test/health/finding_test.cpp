@@ -19,6 +19,10 @@ TEST(Finding, IsASentence) {
             "landmark 60 is at two places, 0.42 m apart: two of one id, or moved?");
   finding.kind = FindingKind::landmark_gone;
   EXPECT_EQ(sentence_of(finding, 1000.0), "landmark 60 is gone");
+  finding.kind = FindingKind::beacon_moved;
+  EXPECT_EQ(sentence_of(finding, 1000.0), "beacon 60 is 0.42 m from where the list has it");
+  finding.words = "Better words";
+  EXPECT_EQ(sentence_of(finding, 1000.0), "Better words");
 }
 
 }  // namespace
