@@ -12,10 +12,8 @@
 namespace pf_resampling {
 namespace {
 
-// Updates whose sightings may change their landmarks, now and then; s from one
-// time to the next.
+// Updates whose sightings may change their landmarks.
 constexpr int kScope = 1000;
-constexpr double kScopeSpacing = 20.0;
 // Attempts to find better associations for one solution.
 constexpr int kMostReassociations = 3;
 constexpr int kMostMergers = 3;
@@ -43,9 +41,6 @@ constexpr std::size_t kMostArrivals = 2;
 // Sightings of a landmark that is real, though it was not seen where it should
 // be.
 constexpr int kOftenSeen = 5;
-// Of each landmark that a visit of the past is to have more.
-constexpr double kSplitLogOdds = 10.0;
-
 // One of so many landmarks is none any more: the others close ranks.
 constexpr std::size_t kManyGone = 10;
 // Landmarks from which on a drive is too large for everything to be tried on all of it.
@@ -184,8 +179,7 @@ class Accounts {
         undecided_(undecided),
         statistics_(statistics) {}
 
-  // What is new and, `with_past`, what was decided long ago.
-  bool decide(bool with_past, Account* account) {
+  bool decide(Account* account) {
     const int first = decided_in(scans_of(undecided_));
     const Visit since_last = {first, std::numeric_limits<int>::max()};
     bool is_solved = part_arrivals(account) && settle(since_last, account);
@@ -197,17 +191,6 @@ class Accounts {
     for (const Visit& visit : doubtful_visits()) {
       if (decide_anew(undecided_, visit, account)) break;
     }
-    if (with_past) reconsider_visit(account);
-    for (int i = 0; i < kMostDropped; ++i) {
-      if (!simplify(account)) break;
-    }
-    wake_seen(scans_of(*account), account);
-    return true;
-  }
-
-  bool reconsider(Account* account) {
-    if (!settle({0, 0}, account)) return false;
-    reconsider_visit(account);
     for (int i = 0; i < kMostDropped; ++i) {
       if (!simplify(account)) break;
     }
@@ -378,28 +361,6 @@ class Accounts {
       found.push_back({all[i - 1].from, poses});
     }
     return found;
-  }
-
-  // One of the visits of the past, each in its turn: what was seen later may
-  // show that it was elsewhere.
-  void reconsider_visit(Account* account) {
-    const Scans scans = scans_of(*account);
-    const std::vector<Visit> all = visits(scans);
-    if (all.size() < 2) return;
-    // By the clock, which has nothing to do with how often it is solved.
-    const double count = static_cast<double>(all.size());
-    const auto turn = static_cast<std::size_t>(std::fmod(std::max(0.0, scans.times.back()), count));
-    Account anew = *account;
-    if (!decide_anew(*account, all[turn], &anew)) return;
-    // There is always a way to make two landmarks of one by chance, and many
-    // are tried.
-    const auto landmarks = [](const Account& of) {
-      const std::vector<bool> are_seen = seen_landmarks(of.graph);
-      return static_cast<double>(std::count(are_seen.begin(), are_seen.end(), true));
-    };
-    const double more = landmarks(anew) - landmarks(*account);
-    const double gain = evidence_of(*account) - evidence_of(anew);
-    if (gain > kSureLogOdds + kSplitLogOdds * std::max(0.0, more)) *account = std::move(anew);
   }
 
   // What was seen on a visit decided by all of it together, where it was
@@ -592,8 +553,7 @@ bool decide_locally(const ReassociationOptions& options, const DriveTimes& times
   }
   const Account undecided = part_of(*account, *local);
   Account part = undecided;
-  const bool is_decided =
-      Accounts(options, newest, next_id, statistics, undecided).decide(false, &part);
+  const bool is_decided = Accounts(options, newest, next_id, statistics, undecided).decide(&part);
   if (!is_decided) return false;
   Account whole = *account;
   if (!put_back(part, *local, from, options.robust_width, &whole) ||
@@ -622,23 +582,14 @@ bool decide_associations(const ReassociationOptions& options, const DriveTimes& 
   }
   const SightingStatistics statistics = statistics_of(account->graph, times.begins);
   const Account undecided = *account;
-  const auto all = [&](const Account& before) {
-    return Accounts(options, times, next_id, statistics, before);
-  };
   const std::size_t first = first_undecided(times, account->graph);
   const double decided = first < times.begins.size() ? times.begins[first] : 0.0;
   const double now = times.begins.back() + account->graph.segments.back()->duration();
   const std::size_t from = first_in_question(times, account->graph, decided, now);
   const bool is_large = from > 0 && account->graph.landmarks.size() >= kLargeMap;
-  const bool is_turn = std::floor(now / kScopeSpacing) > std::floor(decided / kScopeSpacing);
-  bool is_decided = is_large && decide_locally(options, times, from, statistics, next_id, account);
-  if (!is_decided) {
-    is_decided = all(undecided).decide(!is_large, account);
-  }
-  if (is_decided && is_large && is_turn) {
-    const Account before = *account;
-    is_decided = all(before).reconsider(account);
-  }
+  const bool is_decided =
+      (is_large && decide_locally(options, times, from, statistics, next_id, account)) ||
+      Accounts(options, times, next_id, statistics, undecided).decide(account);
   if (is_decided && close_ranks(width, account)) return true;
   *account = undecided;
   return false;

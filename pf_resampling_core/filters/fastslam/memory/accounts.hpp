@@ -36,10 +36,9 @@ struct DriveTimes {
 /// another landmark, with an id from `next_id` on, until it is clear that it is not; landmarks that
 /// are one become one, under the number of the older; and sightings may change their landmarks, as
 /// long as that makes all of it more likely. What is new and what was seen since arrivals are
-/// decided anew, and landmarks that can be done without go; so is one earlier visit, in its turn.
-/// All this is tried on all of a small map (fewer than 60 landmarks); of a larger one on what is
-/// new, with a Gaussian of what the rest of the drive says, and every 20 s on the newest 1000
-/// updates. False, with the account as it was, if there is no solution.
+/// decided anew, and landmarks that can be done without go. All this is tried on all of a small map
+/// (fewer than 60 landmarks); of a larger one on what is new, with a Gaussian of what the rest of
+/// the drive says. False, with the account as it was, if there is no solution.
 bool decide_associations(const ReassociationOptions& options, const DriveTimes& times,
                          std::int64_t* next_id, Account* account);
 

@@ -114,37 +114,6 @@ TEST(Accounts, DecidesAnewWhatWasSeenSinceAnArrival) {
   EXPECT_NEAR(drive.past.graph().newest().y, 1.0, 0.25);
 }
 
-// On a visit between whiles without a sighting, everything was taken for what stands 1 m beside it,
-// long ago: two arrivals, and more than a minute. The visits since then show where the robot was.
-TEST(Accounts, ReconsidersVisitsOfThePast) {
-  Drive drive;
-  drive.see_all(6);
-  drive.truth.y += 1.0;
-  drive.past.append(motion({}, 20.0, 0.6));
-  for (int i = 0; i < 5; ++i) {
-    drive.move(0.1, 0.0);
-    drive.see(1, 0);
-    drive.see(2, 6);
-    drive.see(3, 7);
-  }
-  for (int visit = 0; visit < 3; ++visit) {
-    const double back = visit == 0 ? -1.0 : 0.0;
-    drive.truth.y += back;
-    drive.past.append(motion({0.0, back, 0.0}, 25.0, 0.6));
-    drive.see_all(6);
-  }
-  MemoryState state = drive.past.state();
-  state.decided = state.updates;
-  drive.past.resume(state);
-  for (int i = 0; i < 12; ++i) {
-    drive.see_all(1);
-    ASSERT_TRUE(drive.solve());
-  }
-  EXPECT_EQ(drive.past.graph().landmarks.size(), 5u);
-  for (const auto& [landmark, of] : drive.seen_as()) EXPECT_EQ(of.size(), 1u) << landmark;
-  EXPECT_NEAR(drive.past.path()[8].y, 1.0, 0.25);
-}
-
 // A landmark that was seen as two, and in one scan as both: a false detection beside it. Its
 // neighbour, 1 m away, stays.
 TEST(Accounts, DoesWithoutALandmarkThatAnotherExplains) {
