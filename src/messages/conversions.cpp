@@ -1,6 +1,7 @@
 #include "src/messages/conversions.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -18,6 +19,11 @@ struct CloudPoint {
   std::uint32_t ancestor;
 };
 static_assert(sizeof(CloudPoint) == 24, "points of the cloud are packed");
+
+/// A drive that was loaded may have begun before time did, where that is simulated.
+ros::Time time_within_range(double seconds) {
+  return seconds > 0.0 ? ros::Time(std::min(seconds, ros::TIME_MAX.toSec())) : ros::Time();
+}
 
 }  // namespace
 
@@ -178,8 +184,8 @@ std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, dou
     FindingStatus message;
     message.kind = to_string(finding.kind);
     message.id = static_cast<std::int32_t>(finding.id);
-    message.begin = ros::Time(finding.begin);
-    message.end = ros::Time(finding.end);
+    message.begin = time_within_range(finding.begin);
+    message.end = time_within_range(finding.end);
     message.place.x = finding.place.x();
     message.place.y = finding.place.y();
     message.size = finding.size;

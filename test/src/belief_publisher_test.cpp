@@ -99,6 +99,16 @@ TEST(BeliefPublisher, AMarkerThatIsNotFiniteIsLeftOut) {
   EXPECT_EQ(publisher.out.markers[0].markers[0].id, 1);
 }
 
+// As of a map of two hours where simulated time begins anew.
+TEST(BeliefPublisher, AFindingOfBeforeTimeBeganHasNoTime) {
+  Finding finding;
+  finding.begin = -7200.0;
+  finding.end = 10.0;
+  const std::vector<FindingStatus> messages = to_messages({finding}, 0.0);
+  EXPECT_EQ(messages[0].begin, ros::Time());
+  EXPECT_EQ(messages[0].end, ros::Time(10.0));
+}
+
 TEST(BeliefPublisher, AStatusWithANumberThatIsNoneIsHeldBack) {
   const std::vector<std::function<void(FilterStatus*)>> faults = {
       [](FilterStatus* status) { status->effective_sample_size = kNan; },
