@@ -42,8 +42,8 @@ std::size_t cut_after_odometry(const std::vector<Message>& messages, std::size_t
 }
 
 // A run over all of a drive, beside one that ends somewhere and another that goes on from its
-// checkpoint: the same particles at the end, to the bit. The pose between two observations, and what
-// follows from it, is the same but for rounding.
+// checkpoint: the same particles at the end, to the bit. The pose between two observations, and
+// what follows from it, is the same but for rounding.
 template <typename AnyRig, typename Message, typename Options>
 void expect_goes_on(const std::vector<Message>& messages, const Options& options) {
   AnyRig whole(options);
