@@ -51,7 +51,7 @@ def wrong_commands(text):
             if option != 'help' and not re.search(rf'"{option}[",]', PROGRAM_SOURCES):
                 wrong.append(f'rosrun pf_resampling {program} --{option}')
     for name, rest in re.findall(r'(?:roslaunch|rostest)(?: --ros-args)? pf_resampling ([a-z0-9_]+\.(?:launch|test))([^\n`]*)', text):
-        file = first_of(f'launch/{name}', f'launch/recipes/{name}', f'test/{name}')
+        file = first_of(f'launch/{name}', f'test/{name}')
         if not file:
             wrong.append(name)
             continue

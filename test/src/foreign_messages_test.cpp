@@ -12,6 +12,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/says.hpp"
+#include "src/node/any_message.hpp"
 
 // Messages whose packages are not installed are put together by hand, field by field, as ROS does.
 namespace pf_resampling {
@@ -204,6 +205,48 @@ TEST(ForeignMessages, RefusesOtherTypesAndOtherDefinitions) {
             "ranges come as std_msgs/Int16, which is not known; see doc/other_drivers.md");
   EXPECT_FALSE(id_of_detected_tag("tag_7"));
   EXPECT_FALSE(id_of_detected_tag("detected tag x"));
+}
+
+struct ByTheMast {
+  std::string antenna() const { return "mast"; }
+};
+
+template <typename Message>
+topic_tools::ShapeShifter own(const Message& message, const std::string& checksum = "") {
+  namespace traits = ros::message_traits;
+  Bytes bytes;
+  topic_tools::ShapeShifter any = bytes.add(message).as(traits::DataType<Message>::value(), "");
+  any.morph(checksum.empty() ? traits::MD5Sum<Message>::value() : checksum, any.getDataType(), "",
+            "");
+  return any;
+}
+
+// What nodes hear: messages of their own by the code that is generated, others by definition.
+TEST(AnyMessage, IsReadByItsType) {
+  const auto odometry_in = [](const topic_tools::ShapeShifter& message) {
+    return read_any(Input<nav_msgs::Odometry>{}, message, "base", ByTheMast());
+  };
+  const auto range_in = [](const topic_tools::ShapeShifter& message) {
+    return read_any(Input<BeaconRange>{}, message, "base", ByTheMast());
+  };
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.header = header(5.0, "odom");
+  pose.pose.pose.position.x = 1.5;
+  EXPECT_EQ(odometry_in(own(pose)).pose.pose.position.x, 1.5);
+  EXPECT_EQ(odometry_in(own(pose)).child_frame_id, "base");
+  BeaconRange range;
+  range.beacon = 7;
+  EXPECT_EQ(range_in(own(range)).beacon, 7);
+  EXPECT_TRUE(says(refusal([&] { range_in(own(range, "0")); }), "of another version"));
+  EXPECT_TRUE(says(refusal([&] { odometry_in(own(range)); }), "odometry comes as pf_resampling/"));
+  ros::Time::init();
+  Bytes heard;
+  heard.add(std::int16_t{3}).add(std::int16_t{0}).add(std::int32_t{4250});
+  const BeaconRange foreign = range_in(
+      heard.as("gtec_msgs/Ranging", "int16 anchorId\nint16 tagId\nint32 range\n"));
+  EXPECT_EQ(foreign.beacon, 3);
+  EXPECT_EQ(foreign.range, 4.25);
+  EXPECT_EQ(foreign.header.frame_id, "mast");
 }
 
 }  // namespace
