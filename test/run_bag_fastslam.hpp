@@ -78,24 +78,6 @@ inline PoseErrors pose_errors(const std::string& path, double from = 0.0) {
   return errors;
 }
 
-/// RMS of the last map against the landmarks of the same ids, m: the filter begins where the truth
-/// does, so both have the same frame.
-inline double map_rms(const std::string& path) {
-  const rosbag::Bag bag = open_bag(path);
-  const auto map = read_landmark_map(bag, "/landmark_map").value();
-  const auto truth = read_landmark_map(bag, "/ground_truth_landmarks").value();
-  EXPECT_FALSE(map.empty());
-  double sum = 0.0;
-  for (const PointLandmark& landmark : map) {
-    const auto same = std::find_if(truth.begin(), truth.end(), [&](const PointLandmark& other) {
-      return other.id == landmark.id;
-    });
-    EXPECT_NE(same, truth.end()) << "landmark " << landmark.id;
-    if (same != truth.end()) sum += (landmark.position - same->position).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(map.size()));
-}
-
 // The tests are of the filter that resamples; `arguments` may choose another.
 inline ProgramResult run(const std::string& arguments) {
   return run_program("run_bag fastslam --set preset=fast " + arguments);

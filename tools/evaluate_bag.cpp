@@ -54,15 +54,6 @@ std::vector<TruePose> reference_of(const std::vector<EstimatedPose>& estimate) {
   return reference;
 }
 
-/// When the part that is left out of the errors ends, s.
-double end_of_clipped(const PathErrors& errors) {
-  double end = -std::numeric_limits<double>::infinity();
-  for (const PathErrorSample& sample : errors.samples) {
-    if (sample.is_clipped) end = std::max(end, sample.time);
-  }
-  return end;
-}
-
 /// The whole path as it was believed at the end, at its own stamps.
 std::optional<AlignedPathErrors> judge_believed(const RecordedRun& run, PathErrorOptions options) {
   if (!run.believed) return std::nullopt;
@@ -177,8 +168,6 @@ Evaluation judged(const rosbag::Bag& bag, const EvaluationRequest& request, Reco
   run->truth = truth_while_recording(read_truth(bag, request.truth), run->dead_reckoning);
   const std::string frame = lay_on_truth(request, run);
   Evaluation evaluation = evaluate(*run, frame, request);
-  evaluation.particles = summarize(read_particle_errors(bag, request.particle_errors),
-                                   end_of_clipped(evaluation.estimate));
   evaluation.filter = run->filter;
   evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
   if (request.with_batch) {

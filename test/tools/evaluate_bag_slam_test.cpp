@@ -4,7 +4,6 @@
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
-#include <pf_resampling/ParticleErrors.h>
 #include <rosbag/bag.h>
 
 #include <cmath>
@@ -33,7 +32,6 @@ class EvaluateSlamBag : public EvaluatedBag {
   static constexpr double kShrink = 0.98;  // about the middle, (10, 10)
 
   std::string slam_bag(const Pose2& frame, bool with_initial_pose, int first_id,
-                       bool with_particle_errors = false,
                        const std::string& loaded_map = "") const {
     std::string path = directory_.file("slam.bag");
     BagWriter bag(path);
@@ -100,14 +98,6 @@ class EvaluateSlamBag : public EvaluatedBag {
       status.renewed = i % 2 == 1;
       status.health = i < 100 ? "converging" : i < 300 ? "healthy" : "depleted";
       bag.write("/status", time, status);
-      if (i % 100 != 0 || !with_particle_errors) continue;
-      // At 0, 10, 20, 30 and 40 s; at the first no particle has a landmark yet.
-      ParticleErrors particles;
-      particles.header.stamp = time;
-      particles.features = i == 0 ? 0 : 400;
-      particles.feature_rms = i == 0 ? 0.0 : 0.1 * side + (i == 400 ? 0.2 : 0.0);
-      particles.position_rms = i == 100 ? 0.9 : 0.1;
-      bag.write("/particle_errors", time, particles);
     }
     bag.write("/landmark_map", ros::Time(kStart + 40.0), LandmarkMap());
     bag.write("/landmark_map", ros::Time(kStart + 40.1), estimated);
@@ -188,32 +178,6 @@ TEST_F(EvaluateSlamBag, CallsNoRobotLostThatHasAFrameOfItsOwn) {
   EXPECT_TRUE(says(text_of(" --frame given"), "lost:"));
 }
 
-TEST_F(EvaluateSlamBag, SummarizesTheErrorsOfTheParticles) {
-  EXPECT_EQ(evaluate(slam_bag({}, false, 10)).count("particles"), 0u);
-  const std::string bag = slam_bag({}, false, 10, true);
-  json particles = evaluate(bag)["particles"];
-  EXPECT_EQ(particles["updates"], 5);
-  // Of landmarks 0.1, 0.2, 0.3 and 0.5 m: an update before the first landmark has no such error.
-  EXPECT_NEAR(particles["feature_rms"]["mean"], 0.275, 1e-9);
-  EXPECT_NEAR(particles["feature_rms"]["max"], 0.5, 1e-9);
-  EXPECT_NEAR(particles["feature_rms"]["last"], 0.5, 1e-9);
-  EXPECT_NEAR(particles["position_rms"]["mean"], (4 * 0.1 + 0.9) / 5.0, 1e-9);
-  EXPECT_NEAR(particles["position_rms"]["max"], 0.9, 1e-9);
-  EXPECT_NEAR(particles["position_rms"]["last"], 0.1, 1e-9);
-  // Of the first half nothing counts: 30 and 40 s are left.
-  particles = evaluate(bag + " --clip 0.55")["particles"];
-  EXPECT_EQ(particles["updates"], 2);
-  EXPECT_NEAR(particles["feature_rms"]["mean"], 0.4, 1e-9);
-  EXPECT_NEAR(particles["position_rms"]["max"], 0.1, 1e-9);
-
-  const ProgramResult printed = run_program("evaluate_bag " + bag);
-  for (const char* text :
-       {"landmarks (Kwak eq. 5), RMS:    mean 0.275 m, max 0.500 m, last 0.500 m",
-        "positions (Kwak eq. 6), RMS:    mean 0.260 m, max 0.900 m, last 0.100 m"}) {
-    EXPECT_TRUE(says(printed.out, text));
-  }
-}
-
 TEST_F(EvaluateSlamBag, MatchesByNearestWhereIdsMeanNothing) {
   const json map = evaluate(slam_bag({3.0, -2.0, 0.7}, false, 0))["map"];
   EXPECT_EQ(map["matched_by"], "nearest");
@@ -233,7 +197,7 @@ TEST_F(EvaluateSlamBag, LeavesTheFrameWhereItWasGiven) {
 }
 
 TEST_F(EvaluateSlamBag, LeavesTheFrameOfALoadedMapWhereItIs) {
-  const std::string bag = slam_bag({3.0, -2.0, 0.0}, false, 10, false, "site.csv");
+  const std::string bag = slam_bag({3.0, -2.0, 0.0}, false, 10, "site.csv");
   const json result = evaluate(bag);
   EXPECT_EQ(result["frame"], "given");
   EXPECT_GT(result["map"]["rms"], 3.0);

@@ -1,7 +1,5 @@
 // run_bag fastslam on the reference world, with the help of run_program.hpp.
 #include <nav_msgs/Odometry.h>
-#include <pf_resampling/ParticleErrors.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include "pf_resampling_core/test/says.hpp"
@@ -35,71 +33,6 @@ TEST_F(RunBagFastSlam, SameSeedGivesTheSameBytes) {
   }
 }
 
-// ---- particles' errors ------------------------------------------------------------------------
-
-TEST_F(RunBagFastSlam, ParticleErrorsAreThoseOfTheParticlesThatArePublished) {
-  // Without delays of the odometry that are estimated, which particles are published without.
-  const ProgramResult result =
-      run(world_ + " " + out_ + " --set particles=50 --set output/cloud_period=0" +
-          " --set odometry_errors/estimate=false");
-  ASSERT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_TRUE(says(result.out, "errors of the particles"));
-  const rosbag::Bag bag = open_bag(out_);
-  std::map<double, TruePose> truths;
-  for (const TruePose& truth : read_truth(bag, "/ground_truth")) truths[truth.time] = truth;
-  // Scans come with odometry, and with that the particles, in single precision: of 30 m, to 2e-6.
-  std::map<double, double> expected;
-  rosbag::View clouds(bag, rosbag::TopicQuery("/particles"));
-  for (const rosbag::MessageInstance& message : clouds) {
-    const auto cloud = message.instantiate<sensor_msgs::PointCloud2>();
-    const double time = cloud->header.stamp.toSec();
-    double sum = 0.0;
-    sensor_msgs::PointCloud2ConstIterator<float> x(*cloud, "x"), y(*cloud, "y");
-    int count = 0;
-    for (; x != x.end(); ++x, ++y, ++count) {
-      sum += std::pow(static_cast<double>(*x) - truths.at(time).x, 2) +
-             std::pow(static_cast<double>(*y) - truths.at(time).y, 2);
-    }
-    ASSERT_EQ(count, 50);
-    expected[time] = std::sqrt(sum / count);
-  }
-  std::uint64_t judged = 0;
-  std::uint64_t features = 0;
-  rosbag::View errors(bag, rosbag::TopicQuery("/particle_errors"));
-  for (const rosbag::MessageInstance& message : errors) {
-    const auto error = message.instantiate<ParticleErrors>();
-    ++judged;
-    EXPECT_NEAR(error->position_rms, expected.at(error->header.stamp.toSec()), 1e-5);
-    EXPECT_TRUE(std::isfinite(error->feature_rms));
-    EXPECT_GE(error->features, features);
-    features = error->features;
-  }
-  EXPECT_EQ(judged, counts_of(out_)["/landmarks"]);
-}
-
-// With one particle its errors are those of the map that is given out.
-TEST_F(RunBagFastSlam, FeatureErrorsAreThoseOfTheMapOfTheOnlyParticle) {
-  expect_success(world_ + " " + out_ + " --set particles=1 --no-clouds");
-  const rosbag::Bag bag = open_bag(out_);
-  rosbag::View errors(bag, rosbag::TopicQuery("/particle_errors"));
-  ParticleErrors last;
-  for (const rosbag::MessageInstance& message : errors) {
-    last = *message.instantiate<ParticleErrors>();
-  }
-  EXPECT_EQ(last.features, 30u);
-  EXPECT_NEAR(last.feature_rms, map_rms(out_), 1e-9);
-}
-
-TEST_F(RunBagFastSlam, WithoutTheTruthThereAreNoParticleErrors) {
-  const std::string in = directory_.file("in.bag");
-  cut(world_, in, 0.0, kForever, {"/ground_truth", "/ground_truth_landmarks"});
-  const ProgramResult result = run(in + " " + out_ + " --no-clouds");
-  EXPECT_EQ(result.exit_code, 0) << result.error;
-  EXPECT_FALSE(says(result.out, "errors of the particles"));
-  EXPECT_EQ(counts_of(out_).count("/particle_errors"), 0u);
-}
-
-// The filter passes over such a message, and so does what judges it.
 TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsNothingElse) {
   const std::string broken = directory_.file("broken.bag");
   {
@@ -122,10 +55,7 @@ TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsNothingElse) {
   const ProgramResult result = run(broken + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_TRUE(says(result.out, "not_finite"));
-  EXPECT_FALSE(says(result.out, "no errors of the particles"));
-  const auto counts = counts_of(out_);
-  EXPECT_GT(counts.at("/particle_errors"), 0u);
-  EXPECT_GT(counts.at("/pose"), 80u);
+  EXPECT_GT(counts_of(out_).at("/pose"), 80u);
 }
 
 // A recording in two parts gives the map of the whole, as a table that can be loaded again.

@@ -9,7 +9,6 @@
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
-#include <pf_resampling/ParticleErrors.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -78,18 +77,6 @@ void for_each_message(const rosbag::Bag& bag, const std::string& topic, const Ha
   } catch (const std::exception& error) {  // damaged, or no memory for what it holds
     throw Error(bag.getFileName() + ": cannot read " + topic + ": " + error.what());
   }
-}
-
-/// What `convert` makes of the messages of a type on a topic and of their times, in order of these.
-template <typename Message, typename Convert>
-auto read_list(const rosbag::Bag& bag, const std::string& topic, const Convert& convert) {
-  std::vector<decltype(convert(0.0, Message()))> list;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto message = message_in<Message>(instance);
-    if (message) list.push_back(convert(stamp_of(instance, *message), *message));
-  });
-  sort_by_time(&list);
-  return list;
 }
 
 /// The last message of a type on a topic; null if there is none.
@@ -450,13 +437,6 @@ std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string
   });
   sort_by_time(&list);
   return list;
-}
-
-std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
-                                                        const std::string& topic) {
-  return read_list<ParticleErrors>(bag, topic, [](double time, const ParticleErrors& errors) {
-    return StampedParticleErrors{time, errors.feature_rms, errors.features, errors.position_rms};
-  });
 }
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

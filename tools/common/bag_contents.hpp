@@ -126,17 +126,6 @@ std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string
 /// Nothing if the bag has no such message.
 std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);
 
-/// Errors of the particles at one update (ParticleErrors): Kwak, Kim, Lee, eqs. 5 and 6.
-struct StampedParticleErrors {
-  double time = 0.0;           ///< s
-  double feature_rms = 0.0;    ///< m, of the landmarks of all particles
-  std::uint64_t features = 0;  ///< how many those are; 0: feature_rms says nothing
-  double position_rms = 0.0;   ///< m, of the particles' positions
-};
-/// None if there is no such topic.
-std::vector<StampedParticleErrors> read_particle_errors(const rosbag::Bag& bag,
-                                                        const std::string& topic);
-
 /// Where the frames of /tf_static sit on the robot, in the frame `base`, as the nodes find them:
 /// going up from a frame to `base`. The newest transform of a frame counts.
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

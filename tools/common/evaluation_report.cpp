@@ -62,16 +62,6 @@ json to_json(const HealthShares& health) {
           {"several_places", health.several_places}};
 }
 
-json to_json(const ParticleErrorSummary::Series& series) {
-  return {{"mean", series.mean}, {"max", series.max}, {"last", series.last}};
-}
-
-json to_json(const ParticleErrorSummary& particles) {
-  return {{"feature_rms", particles.feature_rms ? to_json(*particles.feature_rms) : json(nullptr)},
-          {"position_rms", to_json(particles.position_rms)},
-          {"updates", particles.updates}};
-}
-
 json to_json(const RadioComparison& comparison) {
   json radios = json::array();
   for (const RadioKnowledge& radio : comparison.radios) {
@@ -166,15 +156,6 @@ void print(const HealthShares& health) {
     std::printf("  several places fitted (status.hypotheses): %s\n",
                 percent(health.several_places).c_str());
   }
-}
-
-void print(const ParticleErrorSummary& particles) {
-  const auto line = [](const char* what, const ParticleErrorSummary::Series& series) {
-    std::printf("  particles' %s mean %s, max %s, last %s\n", what, metres(series.mean).c_str(),
-                metres(series.max).c_str(), metres(series.last).c_str());
-  };
-  if (particles.feature_rms) line("landmarks (Kwak eq. 5), RMS:   ", *particles.feature_rms);
-  line("positions (Kwak eq. 6), RMS:   ", particles.position_rms);
 }
 
 void print(const BatchComparison& batch) {
@@ -297,36 +278,7 @@ void print_belief(const Evaluation& evaluation) {
   }
 }
 
-/// Of at least one value.
-ParticleErrorSummary::Series series_of(const std::vector<double>& values) {
-  ParticleErrorSummary::Series series;
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += value;
-    series.max = std::max(series.max, value);
-  }
-  series.mean = sum / static_cast<double>(values.size());
-  series.last = values.back();
-  return series;
-}
-
 }  // namespace
-
-std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
-                                              double clipped_until) {
-  std::vector<double> features, positions;
-  for (const StampedParticleErrors& update : errors) {
-    if (update.time <= clipped_until) continue;
-    positions.push_back(update.position_rms);
-    if (update.features > 0) features.push_back(update.feature_rms);
-  }
-  if (positions.empty()) return std::nullopt;
-  ParticleErrorSummary summary;
-  summary.updates = static_cast<int>(positions.size());
-  summary.position_rms = series_of(positions);
-  if (!features.empty()) summary.feature_rms = series_of(features);
-  return summary;
-}
 
 std::optional<HealthShares> health_shares(const std::vector<StampedHealth>& said,
                                           const PathErrors& errors) {
@@ -406,7 +358,6 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     result["findings"] = to_json(evaluation.filter->findings);
   }
   if (evaluation.health) result["health"] = to_json(*evaluation.health);
-  if (evaluation.particles) result["particles"] = to_json(*evaluation.particles);
   if (evaluation.batch) {
     result["batch"] = to_json(*evaluation.batch);
     if (evaluation.batch->online) {
@@ -430,7 +381,6 @@ void print(const std::string& bag, const Evaluation& evaluation) {
   if (evaluation.map) print(*evaluation.map);
   if (evaluation.filter) print(*evaluation.filter);
   if (evaluation.health) print(*evaluation.health);
-  if (evaluation.particles) print(*evaluation.particles);
   if (evaluation.batch) print(*evaluation.batch);
 }
 

@@ -56,21 +56,6 @@ struct BatchComparison {
   bool has_ids_of_filter = false;  ///< no observation had one of its own
 };
 
-/// Errors of the particles over a run (Kwak, Kim, Lee, eqs. 5 and 6), in metres.
-struct ParticleErrorSummary {
-  struct Series {
-    double mean = 0.0;  ///< over the updates
-    double max = 0.0;
-    double last = 0.0;
-  };
-  std::optional<Series> feature_rms;  ///< of the landmarks of all particles; none was a true one
-  Series position_rms;                ///< of the particles' positions
-  int updates = 0;
-};
-/// Of the updates after `clipped_until` (s); nothing if there are none.
-std::optional<ParticleErrorSummary> summarize(const std::vector<StampedParticleErrors>& errors,
-                                              double clipped_until);
-
 /// What a filter said of its health, beside the truth: of the (unclipped) true poses that have an
 /// estimate, each with what was said last before.
 struct HealthShares {
@@ -98,7 +83,6 @@ struct Evaluation {
   std::optional<MapErrors> map;
   std::optional<FilterSummary> filter;
   std::optional<HealthShares> health;
-  std::optional<ParticleErrorSummary> particles;
   std::optional<BatchComparison> batch;
 };
 

@@ -57,8 +57,6 @@ CommandLine evaluation_command_line() {
   line.topic("path", "/path",
              "the whole path as the filter believes it at the end; its last message is evaluated");
   line.topic("status", "/status", "the filter's status, for its particles");
-  line.topic("particle-errors", "/particle_errors",
-             "errors of the particles' poses and maps, as run_bag writes them");
   line.option<std::string>("match", "HOW", "auto",
                            "how to match estimated and true landmarks: id, nearest, or auto (by id "
                            "if the sensor gives ids and they fit)");
@@ -110,7 +108,6 @@ EvaluationRequest evaluation_request_from(const CommandLine& line) {
   request.ranges = line.topic("ranges");
   request.path = line.topic("path");
   request.status = line.topic("status");
-  request.particle_errors = line.topic("particle-errors");
   if (request.with_online && !request.with_batch) {
     throw UsageError("--batch-online needs --batch");
   }

@@ -27,7 +27,7 @@ struct EvaluationRequest {
   bool is_quiet = false;
   std::optional<std::string> truth_frame, json, plot;
   std::string truth, pose, odom, beacons, landmark_map, true_landmarks, landmarks, path, status,
-      particle_errors, ranges;  ///< topics
+      ranges;  ///< topics
 };
 
 /// Throws UsageError: an option has a value that makes no sense, alone or beside others.

@@ -22,9 +22,9 @@ namespace pf_resampling {
 namespace {
 
 /// Topics that a filter writes. Those of an earlier run in the bag are left out.
-const std::set<std::string> kOutputTopics = {
-    "/pose",   "/path",        "/particlecloud", "/particles",  "/markers",
-    "/status", "/diagnostics", "/landmark_map",  "/beacon_map", "/particle_errors"};
+const std::set<std::string> kOutputTopics = {"/pose",        "/path",         "/particlecloud",
+                                             "/particles",   "/markers",      "/status",
+                                             "/diagnostics", "/landmark_map", "/beacon_map"};
 
 double cpu_seconds(const rusage& usage) {
   return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
