@@ -8,7 +8,6 @@
 #include <string>
 
 #include "src/frames/frame_names.hpp"
-#include "src/messages/bounded_message.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/node/node_support.hpp"
 
@@ -22,12 +21,10 @@ int main(int argc, char** argv) {
   const std::string map = without_slash(node.param(filter + "/frames/map", usual.map));
   const std::string odom = without_slash(node.param(filter + "/frames/odom", usual.odom));
   const ros::Publisher publisher = node.advertise<tf2_msgs::TFMessage>("/tf", kNodeInputQueue);
-  using Played = Bounded<tf2_msgs::TFMessage>;
-  const ros::Subscriber subscriber = node.subscribe<Played>(
+  const ros::Subscriber subscriber = node.subscribe<tf2_msgs::TFMessage>(
       "played/tf", kNodeInputQueue,
-      [&](const boost::shared_ptr<const Played>& played) {
-        if (!played->is_whole) return;
-        tf2_msgs::TFMessage message = played->message;
+      [&](const tf2_msgs::TFMessage::ConstPtr& played) {
+        tf2_msgs::TFMessage message = *played;
         auto& transforms = message.transforms;
         transforms.erase(std::remove_if(transforms.begin(), transforms.end(),
                                         [&](const geometry_msgs::TransformStamped& transform) {

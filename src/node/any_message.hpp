@@ -11,7 +11,6 @@
 #include <variant>
 
 #include "pf_resampling_core/error.hpp"
-#include "src/messages/bounded_message.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/foreign_messages.hpp"
 #include "src/pipeline/inputs.hpp"
@@ -31,7 +30,7 @@ typename Message::ConstPtr message_in(const topic_tools::ShapeShifter& message) 
   if (message.getMD5Sum() != ros::message_traits::MD5Sum<Message>::value()) {
     throw Error("it is a " + message.getDataType() + " of another version");
   }
-  return whole(message.instantiate<Bounded<Message>>());
+  return message.instantiate<Message>();
 }
 
 /// Odometry; or a pose in the odometry frame of the robot, whose frame is `base`. Throws Error, as

@@ -15,7 +15,6 @@
 
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/checkpoint/pose_keeper.hpp"
-#include "src/messages/bounded_message.hpp"
 #include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
@@ -84,12 +83,11 @@ class FilterNode {
   void serve(const std::string& name, const Work& work) {
     using Request = typename Service::Request;
     using Response = typename Service::Response;
-    advertise<Bounded<Request>, Response>(
-        name, [this, name, work](Bounded<Request>& request, Response& response) {
-          const auto done = [&] { return work(whole(request)); };
-          answer([&] { return pipeline_.ask(name.c_str(), done); }, &response);
-          return true;
-        });
+    advertise<Request, Response>(name, [this, name, work](Request& request, Response& response) {
+      const auto done = [&] { return work(request); };
+      answer([&] { return pipeline_.ask(name.c_str(), done); }, &response);
+      return true;
+    });
   }  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): boost::function frees what it holds.
   /// Likewise one without request and response.
   template <typename Work>
@@ -156,9 +154,7 @@ class FilterNode {
         take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
       });
     } else {
-      listen<Bounded<Message>>(topic, [this, topic](const auto& message) {
-        take_if_readable(topic, [&]() -> const Message& { return whole(message); });
-      });
+      listen<Message>(topic, [this](const auto& message) { pipeline_.handle(message); });
     }
   }
 

@@ -161,11 +161,11 @@ void ReconfigureServer::publish() {
   updates_.publish(config);
 }
 
-bool ReconfigureServer::take(Bounded<dynamic_reconfigure::Reconfigure::Request>& request,
+bool ReconfigureServer::take(dynamic_reconfigure::Reconfigure::Request& request,
                              dynamic_reconfigure::Reconfigure::Response& response) {
   bool is_taken = true;
   try {
-    set_(values_of(whole(request).config));
+    set_(values_of(request.config));
   } catch (const Error& error) {
     ROS_WARN("parameters not changed: %s", error.what());
     is_taken = false;

@@ -10,7 +10,6 @@
 #include <string>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "src/messages/bounded_message.hpp"
 
 namespace pf_resampling {
 
@@ -42,7 +41,7 @@ class ReconfigureServer {
   void publish();
 
  private:
-  bool take(Bounded<dynamic_reconfigure::Reconfigure::Request>& request,
+  bool take(dynamic_reconfigure::Reconfigure::Request& request,
             dynamic_reconfigure::Reconfigure::Response& response);
 
   ros::NodeHandle node_;

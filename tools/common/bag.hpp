@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "pf_resampling_core/files/new_file.hpp"
-#include "src/messages/bounded_message.hpp"
 #include "tools/common/bag_file_writer.hpp"
 
 namespace pf_resampling {
@@ -28,7 +27,7 @@ rosbag::Bag open_bag(const std::string& path);
 template <typename Message>
 boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
   try {
-    return whole(record.instantiate<Bounded<Message>>());
+    return record.instantiate<Message>();
   } catch (const rosbag::BagException&) {
     throw;
   } catch (const std::exception& error) {  // what is read beyond its end, memory for what has none
