@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
-#include "pf_resampling_core/evaluation/range_calibration.hpp"
-#include "pf_resampling_core/simulation/simulate.hpp"
 #include "research/studies/recorded_drive.hpp"
 #include "research/studies/study_trials.hpp"
 #include "tools/worlds/recording_to_bag.hpp"
@@ -21,7 +18,6 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kDrawnPeriod = 1.0;  // s between poses of a path that is drawn
-constexpr std::uint64_t kCalibrationSeed = 0;
 
 const char* const kAxes[] = {"cross_track", "along_track", "cartesian", "heading"};
 const char* const kOthers[] = {"coverage95", "lost_share", "converged_after", "updates",
@@ -57,28 +53,10 @@ RecordedDrive simulated_drive(const World& world, std::uint64_t seed) {
   return read_drive(bag);
 }
 
-/// Of a drive of the world that is none of the trials.
+/// As the world has it.
 std::map<int, RangeCalibration> calibration_of(const World& world) {
-  const SimulatedDrive drive = simulate(world, kCalibrationSeed);
-  std::vector<TruePose> truth;
-  for (const SimulatedDrive::Odometry& odometry : drive.odometry) {
-    truth.push_back({odometry.time, odometry.truth.x, odometry.truth.y, odometry.truth.heading});
-  }
-  std::map<int, Eigen::Vector3d> beacons;
-  for (const SimulatedBeacon& each : world.beacons) beacons[each.beacon.id] = each.beacon.position;
-  std::vector<RangeSample> samples;
-  const double max_gap = usual_max_gap(truth);
-  for (const SimulatedDrive::Range& range : drive.ranges) {
-    const std::optional<TruePose> pose = interpolate(truth, range.time, max_gap);
-    if (!pose) continue;
-    Eigen::Vector3d place(pose->x, pose->y, world.ranges.antenna.z());
-    place.head<2>() += Eigen::Rotation2Dd(*pose->heading) * world.ranges.antenna.head<2>();
-    samples.push_back({range.beacon, (beacons.at(range.beacon) - place).norm(), range.range});
-  }
   std::map<int, RangeCalibration> calibration;
-  for (const RangeFit& fit : fit_ranges_per_beacon(samples)) {
-    calibration[fit.beacon] = fit.calibration;
-  }
+  for (const SimulatedBeacon& each : world.beacons) calibration[each.beacon.id] = each.errors;
   return calibration;
 }
 

@@ -20,8 +20,7 @@ struct StudyProblem {
   double duration = 0.0;  ///< s, of a world in place of its own; 0: its own
   double clip = 0.2;      ///< share of the time, from the start, that errors of paths leave out
   std::string config;  ///< file of parameters and lists (calibration, beacons) on top of all else
-  /// beacon_mcl in a world: the ranges' calibration is fitted to the truth of the drive with seed
-  /// 0, which is none of the trials.
+  /// beacon_mcl in a world: the filter is given the scale, bias and noise of each beacon.
   bool is_calibrated = false;
 };
 
