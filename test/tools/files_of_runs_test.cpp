@@ -148,10 +148,13 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
 TEST_F(FilesOfRuns, AFileThatIsReplacedKeepsItsMode) {
   folder_->write("kept.bag", "old");
   chmod(folder_->file("kept.bag").c_str(), 0640);
-  ASSERT_EQ(program("simulate_bag beacons_circle kept.bag --duration 5").exit_code, 0);
-  struct stat there {};
-  stat(folder_->file("kept.bag").c_str(), &there);
-  EXPECT_EQ(there.st_mode, S_IFREG | 0640U);
+  for (const char* command :
+       {"dataset_to_bag csv d kept.bag", "simulate_bag beacons_circle kept.bag --duration 5"}) {
+    ASSERT_EQ(program(command).exit_code, 0) << command;
+    struct stat there {};
+    stat(folder_->file("kept.bag").c_str(), &there);
+    EXPECT_EQ(there.st_mode, S_IFREG | 0640U) << command;
+  }
   EXPECT_EQ(program("check_bag kept.bag").exit_code, 0);
 }
 
