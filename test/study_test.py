@@ -4,6 +4,7 @@
 import csv
 import io
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -13,13 +14,14 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
 import rosunit
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 
-import report_faults  # noqa: E402
+import study_faults  # noqa: E402
 from report_study import StudyError  # noqa: E402
 from study_definition import builtin_studies, load_study, parse_study  # noqa: E402
 
@@ -104,6 +106,7 @@ class Definition(unittest.TestCase):
 class Folder(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        super().setUpClass()
         cls.directory = pathlib.Path(tempfile.mkdtemp())
         cls.addClassCleanup(shutil.rmtree, cls.directory)
         cls.yaml = cls.directory / 'small.yaml'
@@ -260,46 +263,53 @@ groups:
         self.refused(wrong, self.directory / 'wrong', says='did you mean particles?')
 
 
-def sample(time, error, lost=0.2, inside=True, healthy=True):
-    return [time, error, lost, inside, healthy]
-
-
 class Faults(unittest.TestCase):
-    """The figures of `study faults`, by hand."""
+    """What is done to a recording, and what comes of it."""
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.bag = cls.folder / 'a.bag'
+        subprocess.run(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_circle', str(cls.bag), '--duration', '120'], check=True,
+                       stdout=subprocess.DEVNULL)
+        cls.drive = study_faults.Drive(cls.bag)
 
-    def test_area_under_the_curve(self):
-        # Of the four pairs of a lost and a good second, three are in order, one is a tie.
-        run = {'samples': [sample(0, 0.1, 0.2), sample(1, 0.1, 0.6), sample(2, 9.0, 0.6), sample(3, 9.0, 0.9)]}
-        self.assertEqual(report_faults.lost_of([run], 1.0), {'area': 3.5 / 4.0, 'detected': 1.0, 'false_alarms': 0.5,
-                                                             'lost_samples': 2, 'good_samples': 2})
-        self.assertEqual(report_faults.lost_of([run], 10.0)['area'], 0.0)
+    def odometry(self, messages):
+        return np.array([study_faults.pose_of(message) for topic, message, _ in messages if topic == '/odom'])
 
-    def test_health_is_wrong_in_both_ways(self):
-        # One is healthy and outside, one is not healthy but inside; where the frame is laid nothing can be judged.
-        runs = [{'samples': [sample(0, 0.0, inside=None)]}, {'samples': [sample(0, 0.1), sample(1, 5.0, inside=False)]},
-                {'samples': [sample(0, 0.1, healthy=False), sample(1, 5.0, inside=False, healthy=False)]}]
-        self.assertEqual(report_faults.health_of(runs), {'healthy': 0.5, 'wrong_when_healthy': 0.25, 'right_when_not': 0.25})
+    def test_steps_that_are_not_changed_join_on(self):
+        given = self.odometry(self.drive.messages)
+        np.testing.assert_allclose(self.odometry(self.drive.with_steps(math.inf, lambda step, _: step)), given, atol=1e-6)
+        stands = self.odometry(self.drive.with_steps(self.drive.at(0.5), lambda *_: (0.0, 0.0, 0.0)))
+        steps = [np.hypot(*np.diff(path[:, :2], axis=0).T) for path in (given, stands)]
+        self.assertAlmostEqual(sum(steps[0] - steps[1]), 12.0, delta=1.0)  # m, at 1 m/s
 
-    def test_good_again_is_ten_seconds_below_the_limit(self):
-        samples = [sample(second, 5.0 if 10 <= second < 20 or second == 25 else 0.1) for second in range(60)]
-        self.assertEqual(report_faults.back_after(samples, 10.0, 1.0), 16.0)
-        self.assertIsNone(report_faults.back_after(samples, 55.0, 1.0))
+    def test_nobody_measures_a_kidnapping(self):
+        messages = list(study_faults.kidnapped(self.drive, 10.0))
+        steps = np.hypot(*np.diff(self.odometry(messages)[:, :2], axis=0).T)
+        self.assertLess(steps.max(), 0.3)
+        truth = np.array([study_faults.position(message) for topic, message, _ in messages if topic == '/ground_truth'])
+        self.assertAlmostEqual(np.hypot(*np.diff(truth, axis=0).T).max(), 10.0, delta=0.3)
+        stamps = [message.header.stamp for topic, message, _ in messages if topic in ('/odom', '/ground_truth')]
+        self.assertEqual(stamps, sorted(stamps))
 
-    def test_the_summary_has_medians_and_what_most_runs_said(self):
-        def run(error, **said):
-            return dict({'samples': [sample(second, error) for second in range(200)], 'all_finite': True}, **said)
-
-        runs = [run(0.25), run(0.5, alarm='b', alarm_delay=3.0), run(9.0, alarm='b', alarm_delay=1.0)]
-        report = report_faults.report_of([
-            {'recording': 'a.bag', 'lost_error': 1.0, 'is_in_map': False,
-             'faults': [{'fault': name, 'begin': 50.0, 'end': 60.0, 'last': 199.0, 'run': of_seed}
-                        for name in ('nothing', 'kidnapped')]} for of_seed in runs])
-        self.assertEqual(report['seeds'], 3)
-        row = report['summary'][1]
-        self.assertEqual((row['during'], row['recovered'], row['good_after']), (0.5, 2, 0.0))
-        self.assertEqual((row['alarms'], row['alarm_delay'], row['alarm']), (2, 2.0, 'b'))
-        self.assertEqual(len(report['runs']), 6)
-        self.assertIn('kidnapped', report_faults.text_of(report).splitlines()[-1])
+    def test_each_fault_is_run_and_judged(self):
+        out = self.folder / 'faults.json'
+        code, text, error = study('faults', self.bag, '--seeds', 1, '--json', out)
+        self.assertEqual((code, error), (0, ''))
+        report = json.loads(out.read_text())
+        self.assertEqual(report['recording'], 'a.bag')
+        rows = {row['fault']: row for row in report['summary']}
+        self.assertEqual(len(rows), len(list(study_faults.faults(self.drive))))
+        nothing = rows['nothing']
+        self.assertLess(nothing['largest'], 1.0)
+        self.assertEqual((nothing['recovered'], nothing['runs']), (1, 1))
+        self.assertAlmostEqual(rows['every message comes twice']['mean'], nothing['mean'])
+        carried = next(row for name, row in rows.items() if name.startswith('kidnapped'))
+        self.assertGreater(carried['largest'], 5.0 * nothing['largest'])
+        self.assertLess(carried['healthy'], nothing['healthy'])
+        self.assertIn('one message in ten', text)
 
 
 class All(Definition, Folder, Faults):
