@@ -8,7 +8,7 @@ inline constexpr double kPi = 3.14159265358979323846;
 
 /// Angle in radians, brought to [-pi, pi].
 inline double wrap_angle(double angle) {
-  return std::remainder(angle, 2.0 * kPi);
+  return std::abs(angle) <= kPi ? angle : std::remainder(angle, 2.0 * kPi);
 }
 
 /// A planar pose: position in metres, heading in radians (REP 103: x forward, y left, heading

@@ -247,7 +247,6 @@ RangePrior RangeMemory::prior() const {
 }
 
 bool RangeMemory::may_be_loose(LooseError::Index error) const {
-  if (error == LooseError::antenna) return !lever_is_stated_;
   if (error != LooseError::heights) return true;
   return std::any_of(radios_.begin(), radios_.end(),
                      [](const Radio& radio) { return !radio.listed || radio.listed->is_planar; });
@@ -261,8 +260,7 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
   const double height = beacons_.size() >= 2
                             ? std::min(options_.height, kHeightOfArea * area.diagonal().norm())
                             : options_.height;
-  const double lever =
-      lever_is_stated_ ? options_.stated_lever : share(LooseError::antenna) * options_.lever;
+  const double lever = lever_is_stated_ ? options_.stated_lever : options_.lever;
   const double wheels = loose[LooseError::wheels] ? 1.0 : kTightWheels;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,

@@ -51,7 +51,6 @@ enum class RadioAccount {
 /// would make every pose less sure where none is there.
 struct LooseError {
   enum Index : std::size_t {
-    antenna,  ///< its place on the robot
     radios,   ///< scale and bias of each beside those of all
     wheels,   ///< scale of distances and turns of the odometry
     heights,  ///< of radios whose height is not stated
@@ -128,9 +127,10 @@ class RangeMemory {
   /// carried off.
   bool explains_newest() const;
 
-  /// solve_all() if it is due, else follow().
-  void solve();
-  /// Whether solve_all() is due: at first, and ever more rarely as the drive grows.
+  /// solve_all() if it is due, else follow(). True if it was due.
+  bool solve();
+  /// Whether solve_all() is due: at first, where the newest ranges do not fit, and ever more rarely
+  /// as the drive grows.
   bool is_due() const;
   /// Solves with all data so far: starts where the ranges allow it, and tries other places,
   /// accounts and noise.

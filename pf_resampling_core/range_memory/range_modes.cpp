@@ -23,7 +23,7 @@ constexpr std::size_t kRefinedOfMany = 5;
 constexpr double kSameHeading = 0.3;              // rad
 constexpr double kAnywhere = 0.5;                 // rad
 constexpr double kTolerance = 0.02;               // of the cost
-constexpr double kSolvedAllEvery = 3.0;           // s
+constexpr double kSolvedAllEvery = 5.0;           // s
 constexpr double kSolvedAllGrowth = 0.25;         // of the drive so far
 constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are found
 constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
@@ -242,12 +242,15 @@ void RangeMemory::weigh_modes() {
   modes_ = std::move(kept);
 }
 
-void RangeMemory::solve() {
-  if (is_due() || !follow()) solve_all();
+bool RangeMemory::solve() {
+  if (!is_due() && follow() && explains_newest()) return false;
+  solve_all();
+  return true;
 }
 
 bool RangeMemory::is_due() const {
-  return modes_.empty() || may_head_anywhere() || is_too_large() || time_ >= next_solution_of_all_;
+  return modes_.empty() || may_head_anywhere() || is_too_large() || !explains_newest() ||
+         time_ >= next_solution_of_all_;
 }
 
 // A robot that stood has any heading: least squares from one of them would end anywhere.

@@ -67,7 +67,6 @@ void BeaconMcl::reset() {
   likelihoods_ = 0;
   time_ = 0.0;
   range_squares_ = range_count_ = options_.noise_estimation.prior_count;
-  known_.reset();
   memory_.reset();
   start_memory();
   if (options_.initialization.method == Initialization::uniform && !finds_beacons()) {
@@ -118,25 +117,22 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
   if (memory_) memory_->add(odometry, ranges);
   if (solution_) solution_->since.emplace_back(odometry, ranges);
-  if (finds_beacons()) {
-    if (is_initialized()) move(without_known_errors(odometry));
-    if (!ranges.empty()) update_from_memory();
-    return;
-  }
   for (const RangeObservation& range : ranges) remember(range);
-  if (!is_initialized()) {
+  if (!is_initialized() && !finds_beacons()) {
     initialize_when_possible();
     return;
   }
-  move(without_known_errors(odometry));
+  if (is_initialized()) move(without_known_errors(odometry));
   if (ranges.empty()) return;
   status_.log_likelihood = 0.0;
   status_.innovation_sigma = 0.0;
-  for (const RangeObservation& range : ranges) {
-    if (!leaves_out(range.beacon)) weigh(range);
-  }
   ++status_.updates;
-  renew();
+  if (finds_beacons() || is_drawn_from_memory_) {
+    note_innovation_of_memory();
+  } else {
+    for (const RangeObservation& range : ranges) weigh(range);
+    renew();
+  }
   if (memory_ && (solution_ || time_ >= next_solution_)) solve_memory();
   status_.particles = static_cast<int>(particles_.size());
 }
@@ -178,10 +174,6 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
     range.antenna[axis] = observation.antenna[axis];
   }
   if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
-  if (known_) {
-    range.antenna[0] += known_->lever.x();
-    range.antenna[1] += known_->lever.y();
-  }
   const double base_variance =
       difference.scale * difference.scale * observation_variance(observation);
   range.variance = range_variance_factor() * base_variance;
@@ -324,7 +316,7 @@ PoseEstimate BeaconMcl::estimate() const {
 
 std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
   std::vector<CalibrationEstimate> estimates;
-  if (finds_beacons()) {
+  if (finds_beacons() || is_drawn_from_memory_) {
     for (const RadioKnowledge& radio : memory_->radios()) {
       estimates.push_back({radio.id, radio.calibration.scale, radio.scale_sigma,
                            radio.calibration.bias, radio.bias_sigma});
@@ -340,7 +332,7 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
     return estimates;
   }
   const bool all_alike =
-      options_.calibration.estimation == CalibrationEstimation::shared && !known_ &&
+      options_.calibration.estimation == CalibrationEstimation::shared &&
       std::all_of(nominal_.begin(), nominal_.end(), [&](const auto& nominal) {
         return nominal.scale == nominal_[0].scale && nominal.bias == nominal_[0].bias;
       });
@@ -399,10 +391,9 @@ Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {
 // differs from it is taken out of that one's ranges.
 BeaconMcl::RadioDifference BeaconMcl::difference_of(std::size_t beacon) const {
   if (options_.calibration.estimation != CalibrationEstimation::shared) return {};
-  const std::vector<RangeCalibration>& nominal = known_ ? known_->radios : nominal_;
   RadioDifference difference;
-  difference.scale = nominal[0].scale / nominal[beacon].scale;
-  difference.offset = nominal[0].bias - difference.scale * nominal[beacon].bias;
+  difference.scale = nominal_[0].scale / nominal_[beacon].scale;
+  difference.offset = nominal_[0].bias - difference.scale * nominal_[beacon].bias;
   return difference;
 }
 

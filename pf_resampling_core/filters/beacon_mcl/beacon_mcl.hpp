@@ -23,15 +23,6 @@ namespace pf_resampling {
 
 struct SavedBeaconMcl;
 
-/// What the memory of all ranges has found, as the particles use it.
-struct KnownRangeErrors {
-  double distance_scale = 0.0;
-  double turn_scale = 0.0;
-  Eigen::Vector2d lever = Eigen::Vector2d::Zero();  ///< m
-  std::vector<RangeCalibration> radios;             ///< per beacon
-  std::vector<bool> is_wrong;                       ///< per beacon: its ranges are left out
-};
-
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
   int particles = 0;
@@ -75,9 +66,11 @@ struct ScalarEstimate {
 /// the ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for
 /// landmarks).
 ///
-/// Among beacons of unknown places (BeaconPositions::estimated) the memory of all ranges finds
-/// these, and the population is drawn from it several times a second. Before two beacons are known,
-/// the frame is that of the first pose.
+/// Under Renewal::redraw a memory of all ranges estimates what more there is to know, with all
+/// poses at once. As soon as it knows where the robot is, the population is drawn from it several
+/// times a second, and ranges weigh no particles: what is not known of antenna, wheels and radios
+/// is a part of the covariance. Among beacons of unknown places (BeaconPositions::estimated) it
+/// finds these too. Before two beacons are known, the frame is that of the first pose.
 ///
 /// Same seed and same calls: same bytes, at any number of threads.
 class BeaconMcl {
@@ -185,12 +178,11 @@ class BeaconMcl {
   bool finds_beacons() const { return options_.beacon_positions == BeaconPositions::estimated; }
   void start_memory(const std::optional<PoseEstimate>& first = {});
   void start_memory(const std::vector<Beacon>& beacons, const std::optional<PoseEstimate>& first);
-  void update_from_memory();
+  void note_innovation_of_memory();
   void solve_memory();
   void begin_solution();
   bool take_solution();
   void redraw(const std::vector<double>& shares, const std::vector<RangeMemory::Newest>& modes);
-  void take_calibration(const RangeMemory::Newest& newest);
   void move(const OdometryIncrement& odometry);
   void weigh(const RangeObservation& range);
   void normalize_weights(double left_out);
@@ -231,8 +223,8 @@ class BeaconMcl {
   double time_ = 0.0;
 
   std::optional<RangeMemory> memory_;
-  std::optional<KnownRangeErrors> known_;
-  double next_solution_ = 0.0;  // s
+  bool is_drawn_from_memory_ = false;  // the population, several times a second
+  double next_solution_ = 0.0;         // s
   bool solutions_are_deferred_ = false;
   std::optional<Solution> solution_;  // under way
 

@@ -22,6 +22,7 @@ constexpr std::size_t kRecentRanges = 24;
 }  // namespace
 
 void BeaconMcl::remember(const RangeObservation& range) {
+  if (finds_beacons()) return;
   if (!first_range_time_) first_range_time_ = time_;
   recent_.push_back({range, dead_reckoning_, time_});
   const double window = std::max(options_.recovery.window, options_.initialization.patience);

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kRounding = 1e-6;
 constexpr int kMostParticles = 10000000;
-constexpr double kLargestScale = 10.0;  // of a radio
 
 // What cannot be seen of a column by itself.
 std::string fault_of_weights(const BeaconMclParticles& particles) {
@@ -52,20 +51,6 @@ void describe(Archive& archive, BeaconMclParticles& particles) {
                                       });
 }
 
-void describe(Archive& archive, RangeCalibration& calibration) {
-  archive("scale", calibration.scale);
-  archive("bias", calibration.bias);
-  archive("sigma", calibration.sigma);
-}
-
-void describe(Archive& archive, KnownRangeErrors& known) {
-  archive("distance_scale", known.distance_scale);
-  archive("turn_scale", known.turn_scale);
-  archive("lever", known.lever);
-  archive("radios", known.radios);
-  archive("is_wrong", known.is_wrong);
-}
-
 void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("beacons", saved.beacons);
   archive("step", saved.step);
@@ -84,7 +69,7 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("particles", saved.particles);
   archive("memory", saved.memory);
   archive("memory_beacons", saved.memory_beacons);
-  archive("known", saved.known);
+  archive("is_drawn_from_memory", saved.is_drawn_from_memory);
   archive("next_solution", saved.next_solution);
 }
 
@@ -122,16 +107,8 @@ std::string fault_of(const SavedBeaconMcl& saved) {
     }
   }
   if (saved.memory && !fault_of(*saved.memory).empty()) return fault_of(*saved.memory);
-  const std::size_t beacons = saved.beacons.size();
-  const auto is_calibration = [](const RangeCalibration& radio) {
-    return radio.scale > 0.0 && std::abs(radio.scale) < kLargestScale;
-  };
-  if (saved.known &&
-      (saved.known->radios.size() != beacons || saved.known->is_wrong.size() != beacons ||
-       !std::all_of(saved.known->radios.begin(), saved.known->radios.end(), is_calibration) ||
-       !(std::abs(saved.known->distance_scale) < 0.5) ||
-       !(std::abs(saved.known->turn_scale) < 0.5))) {
-    return "what the memory knows of radios and wheels is out of range";
+  if (saved.is_drawn_from_memory && !(saved.memory && !saved.memory->modes().empty())) {
+    return "there is no memory that its particles are drawn from";
   }
   const auto radios = static_cast<Eigen::Index>(saved.calibration_times.size());
   const std::string fault = fault_of_columns(saved.particles, radios);
@@ -162,7 +139,7 @@ SavedBeaconMcl BeaconMcl::saved() const {
   saved.particles = particles_;
   saved.memory = memory_;
   if (memory_) saved.memory_beacons = memory_->beacons();
-  saved.known = known_;
+  saved.is_drawn_from_memory = is_drawn_from_memory_;
   saved.next_solution = next_solution_;
   return saved;
 }
@@ -216,7 +193,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   if (memory_) next_solution_ = time_;
   if (memory_ && saved.memory && memory_->resume(*saved.memory)) {
     next_solution_ = saved.next_solution;
-    known_ = saved.known;
+    is_drawn_from_memory_ = saved.is_drawn_from_memory;
   }
   start_ancestry();
   status_.effective_sample_size = effective_sample_size(particles_.weight);

@@ -37,10 +37,10 @@ struct SavedBeaconMcl {
   std::vector<double> calibration_times;  ///< s, per radio: when its variances are of
   std::vector<Range> ranges;              ///< the last ones, the oldest first
   BeaconMclParticles particles;
-  std::optional<RangeMemory> memory;      ///< under Renewal::redraw
-  std::vector<Beacon> memory_beacons;     ///< those whose place it knew at its start
-  std::optional<KnownRangeErrors> known;  ///< what was last taken from it
-  double next_solution = 0.0;             ///< s
+  std::optional<RangeMemory> memory;   ///< under Renewal::redraw
+  std::vector<Beacon> memory_beacons;  ///< those whose place it knew at its start
+  bool is_drawn_from_memory = false;   ///< the population
+  double next_solution = 0.0;          ///< s
 };
 
 /// As it is saved.
@@ -48,8 +48,6 @@ void describe(Archive& archive, SavedBeaconMcl& saved);
 void describe(Archive& archive, SavedBeaconMcl::Range& range);
 void describe(Archive& archive, BeaconMclParticles& particles);
 void describe(Archive& archive, Beacon& beacon);
-void describe(Archive& archive, KnownRangeErrors& known);
-void describe(Archive& archive, RangeCalibration& calibration);
 
 /// What is wrong with it, in words; nothing if all is well.
 std::string fault_of(const SavedBeaconMcl& saved);

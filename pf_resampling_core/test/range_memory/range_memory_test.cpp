@@ -59,9 +59,6 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
     return memory.modes().front().loose;
   };
   EXPECT_EQ(loose_after({}), LooseErrors{});
-  DriveAmongRadios ahead;
-  ahead.antenna = {0.4, 0.0};
-  EXPECT_TRUE(loose_after(ahead)[LooseError::antenna]);
   DriveAmongRadios long_wheels;
   long_wheels.distance_scale = 1.04;
   EXPECT_TRUE(loose_after(long_wheels)[LooseError::wheels]);

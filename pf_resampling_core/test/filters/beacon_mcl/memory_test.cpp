@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -38,6 +40,22 @@ TEST(BeaconMclMemory, FindsAnAntennaThatNobodyTold) {
   EXPECT_GT(filter.status().redraws, 10);
 }
 
+// Only a turn tells it from the pose.
+TEST(BeaconMclMemory, AnAntennaThatNobodyToldIsPartOfTheCovarianceBeforeTheFirstTurn) {
+  for (const double ahead : {0.5, -0.5}) {
+    DriveAmongRadios drive;
+    drive.straight = 6.0;
+    drive.antenna = {ahead, 0.0};
+    BeaconMcl filter(with_redraw(), drive.beacons, 1);
+    error_after(25.0, &drive, &filter);
+    ASSERT_GT(filter.status().redraws, 10);
+    const PoseEstimate estimate = filter.estimate();
+    const Eigen::Vector2d off(estimate.mean.x - drive.truth.x, estimate.mean.y - drive.truth.y);
+    const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
+    EXPECT_LT(off.dot(covariance.inverse() * off), 9.0) << ahead;
+  }
+}
+
 TEST(BeaconMclMemory, DoesWithoutTheBeaconThatIsElsewhere) {
   DriveAmongRadios drive;
   std::vector<Beacon> listed = drive.beacons;
@@ -47,7 +65,8 @@ TEST(BeaconMclMemory, DoesWithoutTheBeaconThatIsElsewhere) {
   for (const Beacon& beacon : listed) EXPECT_EQ(filter.leaves_out(beacon.id), beacon.id == 3);
 }
 
-// It has any heading until it moves, and least squares from a wrong one ends elsewhere.
+// It has any heading until it moves, and least squares from a wrong one ends elsewhere. While two
+// fit, both are drawn.
 TEST(BeaconMclMemory, ARobotThatStoodIsNotPutElsewhereWhenItMoves) {
   for (const double heading : {0.0, 1.5, 3.0, -1.5}) {
     DriveAmongRadios drive;
@@ -65,7 +84,10 @@ TEST(BeaconMclMemory, ARobotThatStoodIsNotPutElsewhereWhenItMoves) {
     drive.scale = 1.0;
     drive.bias = 0.0;
     for (int part = 0; part < 6; ++part) {
-      EXPECT_LT(error_after(3.0, &drive, &filter), 1.5) << heading << " " << part;
+      const double error = error_after(3.0, &drive, &filter);
+      const Eigen::Matrix3d covariance = filter.estimate().covariance;
+      EXPECT_LT(error, std::max(1.5, 2.0 * std::sqrt(covariance.topLeftCorner<2, 2>().trace())))
+          << heading << " " << part;
     }
   }
 }
