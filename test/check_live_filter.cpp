@@ -207,7 +207,7 @@ class LiveFilter : public testing::Test {
   void start(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "__name:=" + filter_);
     process_.emplace(std::string(kProgramsFolder) + "/" + filter_ + "_node", arguments);
-    ASSERT_TRUE(ros::service::waitForService("set_particles", ros::Duration(20.0)));
+    ASSERT_TRUE(ros::service::waitForService("checkpoint", ros::Duration(20.0)));
   }
   static void wait(double seconds) { ros::WallDuration(seconds).sleep(); }
 

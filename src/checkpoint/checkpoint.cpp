@@ -1,7 +1,5 @@
 #include "src/checkpoint/checkpoint.hpp"
 
-#include "pf_resampling_core/population/given_particles.hpp"
-
 namespace pf_resampling {
 namespace {
 

@@ -6,7 +6,6 @@
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/files/text_file.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
-#include "pf_resampling_core/population/given_particles.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/conversions.hpp"
 

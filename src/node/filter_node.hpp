@@ -1,7 +1,6 @@
 #pragma once
 
 #include <pf_resampling/Checkpoint.h>
-#include <pf_resampling/SetParticles.h>
 #include <std_srvs/Empty.h>
 
 #include <cstdio>
@@ -67,9 +66,6 @@ class FilterNode {
       pipeline_.guard("log", [this] { say_what_is_missing(); });
     });
     serve("reset", [this] { pipeline_.reset(); });
-    serve<SetParticles>("set_particles", [this](const auto& request) {
-      return pipeline_.set_particles(request.particles, request.weights);
-    });
     serve<Checkpoint>("checkpoint", [this](const auto& request) {
       // An empty name means checkpoint/file, which is the owner's choice.
       const std::string path =

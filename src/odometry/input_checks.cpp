@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "pf_resampling_core/population/given_particles.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "pf_resampling_core/population/given_particles.hpp"
-
 namespace pf_resampling {
 namespace {
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/FindingStatus.h>
@@ -100,11 +99,6 @@ class FilterPipeline {
 
   /// As after construction, but for what was counted.
   void reset();
-  /// Puts particles in place of the present ones; returns what was set in one line, or throws Error
-  /// with nothing changed.
-  std::string set_particles(const geometry_msgs::PoseArray& poses,
-                            const std::vector<double>& weights);
-
   /// All that is needed to go on as if nothing had happened, but for observations that wait;
   /// nothing while there is nothing to save. resume() goes on from there, or from such a file; it
   /// throws Error, with nothing changed, for a checkpoint that makes no sense or does not fit the

@@ -8,7 +8,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
-#include "src/pipeline/given_particles_message.hpp"
 
 namespace pf_resampling {
 
@@ -25,22 +24,6 @@ void FilterPipeline<Types>::reset() {
   imu_heading_.clear();
   forget_time({});
   start_anew();
-}
-
-template <typename Types>
-std::string FilterPipeline<Types>::set_particles(const geometry_msgs::PoseArray& poses,
-                                                 const std::vector<double>& weights) {
-  const GivenParticles particles = to_given_particles(poses, weights, options_.frames);
-  if (!filter_) {
-    throw Error(std::string("set_particles: ") + Types::kNames.needs +
-                " are not known yet; give them on the topic or in the configuration first");
-  }
-  const ros::Time stamp = stamp_of_given(poses.header.stamp, odometry_);
-  filter_->set_particles(particles);
-  odometry_.restart_at(stamp, noise());
-  take_new_belief();
-  carry_belief_forward();
-  return std::to_string(particles.poses.size()) + " particles set";
 }
 
 template <typename Types>

@@ -355,25 +355,11 @@ class Attack {
 
   void request(ros::Time now) {
     auto& pipeline = run_.pipeline;
-    switch (bytes_->below(5)) {
+    switch (bytes_->below(4)) {
       case 0:
         pipeline.guard("reset", [&] { pipeline.reset(); });
         return;
       case 1: {
-        geometry_msgs::PoseArray poses;
-        poses.header.frame_id = "map";
-        poses.header.stamp = bytes_->flip() ? now : moved(bytes_, now);
-        std::vector<double> weights;
-        const int count = bytes_->below(12);
-        for (int i = 0; i < count; ++i) {
-          poses.poses.push_back(to_pose_message(Drive::truth(now)));
-          if (bytes_->below(4) == 0) change(bytes_, &poses.poses.back());
-          if (bytes_->below(4) > 0) weights.push_back(bytes_->flip() ? 1.0 : bytes_->number());
-        }
-        ask("set_particles", [&] { return pipeline.set_particles(poses, weights); });
-        return;
-      }
-      case 2: {
         std::optional<typename decltype(run_.pipeline)::Checkpoint> saved;
         pipeline.guard("checkpoint", [&] { saved = pipeline.checkpoint(); });
         if (!saved) return;
@@ -385,7 +371,7 @@ class Attack {
         });
         return;
       }
-      case 3:
+      case 2:
         pipeline.guard("silence", [&] { pipeline.report_silence(moved(bytes_, now)); });
         return;
       default:

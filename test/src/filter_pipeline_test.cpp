@@ -469,13 +469,17 @@ TEST(FilterPipeline, TwoPlacesThatFitAreTwoHypotheses) {
   const Eigen::Vector2d beacon = BeaconMclDrive::beacons()[0].position.head<2>();
   const Pose2 there = BeaconMclDrive::truth(BeaconMclDrive::at(0.0));
   const Pose2 mirrored = {2.0 * beacon.x() - there.x, 2.0 * beacon.y() - there.y, 1.0};
-  geometry_msgs::PoseArray poses;
-  poses.header.frame_id = "map";
-  poses.header.stamp = BeaconMclDrive::at(0.0);
-  for (int i = 0; i < 400; ++i) {
-    poses.poses.push_back(to_pose_message(i < 244 ? there : mirrored));
+  run.pipeline.handle(initial_pose(BeaconMclDrive::at(0.0), there));
+  auto two_places = run.pipeline.checkpoint().value();
+  BeaconMclParticles& particles = two_places.filter.particles;
+  ASSERT_EQ(particles.size(), 400);
+  for (Eigen::Index i = 0; i < 400; ++i) {
+    const Pose2& pose = i < 244 ? there : mirrored;
+    particles.x[i] = pose.x;
+    particles.y[i] = pose.y;
+    particles.heading[i] = pose.heading;
   }
-  run.pipeline.set_particles(poses, {});
+  run.pipeline.resume(two_places);
   EXPECT_TRUE(run.out.statuses.empty() || run.out.statuses.back().hypotheses.size() < 2);
   nav_msgs::Odometry standing = BeaconMclDrive::odometry(BeaconMclDrive::at(0.0));
   for (int i = 1; i <= 10; ++i) {

@@ -242,8 +242,8 @@ TEST(AnyMessage, IsReadByItsType) {
   ros::Time::init();
   Bytes heard;
   heard.add(std::int16_t{3}).add(std::int16_t{0}).add(std::int32_t{4250});
-  const BeaconRange foreign = range_in(
-      heard.as("gtec_msgs/Ranging", "int16 anchorId\nint16 tagId\nint32 range\n"));
+  const BeaconRange foreign =
+      range_in(heard.as("gtec_msgs/Ranging", "int16 anchorId\nint16 tagId\nint32 range\n"));
   EXPECT_EQ(foreign.beacon, 3);
   EXPECT_EQ(foreign.range, 4.25);
   EXPECT_EQ(foreign.header.frame_id, "mast");

@@ -14,7 +14,6 @@
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
-#include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/range_memory/range_memory.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
@@ -98,12 +97,6 @@ class BeaconMcl {
   /// Starts anew about a pose; keeps what is known of calibration and yaw-rate bias. Throws Error,
   /// changing nothing, on what is not finite or has a negative variance.
   void initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance);
-
-  /// Puts other particles in place of the present ones, poses and weights as given; what is known
-  /// of calibration and bias is drawn for them from the present ones, by their weights. Another
-  /// number of them than the filter is to have is redrawn at the next update. Throws Error,
-  /// changing nothing, for what is no population.
-  void set_particles(const GivenParticles& particles);
 
   /// Starts anew over the whole area or from the latest ranges, as the options say; keeps
   /// calibration and bias.

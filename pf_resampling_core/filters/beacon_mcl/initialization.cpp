@@ -72,34 +72,6 @@ void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& co
   begin_population(first);
 }
 
-void BeaconMcl::set_particles(const GivenParticles& particles) {
-  check_given_particles(particles);
-  const auto count = static_cast<Eigen::Index>(particles.poses.size());
-  checks::check_estimates(options_.calibration.estimation, beacons_.size(), count);
-  ++step_;
-  const bool first = !is_initialized();
-  if (first) {
-    resize_columns(count, &particles_);
-  } else {
-    Resampler resampler;
-    const ResamplingResult drawn = resampler.resample(particles_.weight, static_cast<int>(count),
-                                                      stream(RandomPurpose::selection));
-    select_columns(drawn.ancestors, &particles_);
-  }
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
-    particles_.x[i] = pose.x;
-    particles_.y[i] = pose.y;
-    particles_.heading[i] = wrap_angle(pose.heading);
-  }
-  begin_population(first);
-  particles_.log_weight = log_weights_of(particles);
-  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
-  status_.effective_sample_size = summary.effective_sample_size;
-  status_.entropy_sample_size = summary.entropy_sample_size;
-  if (finds_beacons()) start_memory(estimate());
-}
-
 void BeaconMcl::initialize_uniform() {
   const bool first = !is_initialized();
   Eigen::Vector2d low = beacons_.front().position.head<2>();

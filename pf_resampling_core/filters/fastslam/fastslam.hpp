@@ -19,7 +19,6 @@
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
-#include "pf_resampling_core/population/given_particles.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 
@@ -161,13 +160,6 @@ class FastSlam {
   std::optional<PoseEstimate> recover(const std::vector<RangeBearingObservation>& observations,
                                       const Pose2& sensor, std::int64_t stamp, double lost);
 
-  /// Puts other particles in place of the present ones, poses and weights as given, in the frame of
-  /// the map. Each gets the map and the odometry's errors of one of the present particles, drawn by
-  /// their weights: what is known of the map stays, what tied it to the present poses is given up.
-  /// Another number of them than the filter is to have is redrawn at the next update. Throws Error,
-  /// changing nothing, for what is no population or more than MapOptions::max_estimates allows.
-  void set_particles(const GivenParticles& particles);
-
   /// Takes over other options. Particles, weights and maps stay bit-identical; another particle
   /// count takes effect at the next update, other odometry_errors at the next reset(). Throws
   /// Error, changing nothing, on options that make no sense, on data association by ids while there
@@ -175,10 +167,10 @@ class FastSlam {
   void set_options(const FastSlamOptions& options);
 
   const FastSlamOptions& options() const { return options_; }
-  /// Of the random streams: grows with every update(), set_poses() and set_particles().
+  /// Of the random streams: grows with every update() and set_poses().
   std::uint32_t step() const { return step_; }
   /// How often the filter was changed otherwise than by update(): reset(), load(), set_poses(),
-  /// set_particles(), set_options(), a recover() that found the robot.
+  /// set_options(), a recover() that found the robot.
   std::uint64_t interventions() const { return interventions_; }
   const FastSlamParticles& particles() const { return particles_; }
   /// Systematic errors of the odometry, of every particle.

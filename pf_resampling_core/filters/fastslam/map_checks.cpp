@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/population/given_particles.hpp"
 
 namespace pf_resampling {
 namespace map_checks {

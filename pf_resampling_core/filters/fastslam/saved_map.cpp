@@ -274,30 +274,4 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
 }
 
-void FastSlam::set_particles(const GivenParticles& particles) {
-  check_given_particles(particles);
-  check_map_size(static_cast<std::size_t>(status_.landmarks),
-                 static_cast<Eigen::Index>(particles.poses.size()), options_.map);
-  intervene();
-  ++step_;  // for a draw of its own
-  const int count = static_cast<int>(particles.poses.size());
-  draw_population(count);
-  sightings_.clear();
-  paths_.clear();
-  memory_.forget_drive();
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Pose2& pose = particles.poses[static_cast<std::size_t>(i)];
-    particles_.x[i] = pose.x;
-    particles_.y[i] = pose.y;
-    particles_.heading[i] = wrap_angle(pose.heading);
-  }
-  particles_.log_weight = log_weights_of(particles);
-  particles_.weight.resize(count);
-  const WeightSummary summary = normalize(particles_.log_weight, particles_.weight);
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, count - 1);
-  status_.particles = count;
-  status_.effective_sample_size = summary.effective_sample_size;
-  status_.entropy_sample_size = summary.entropy_sample_size;
-}
-
 }  // namespace pf_resampling

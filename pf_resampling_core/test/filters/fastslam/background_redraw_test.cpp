@@ -178,9 +178,6 @@ TEST(BackgroundRedraw, DoesNotUndoWhatIsDoneMeanwhile) {
       [](FastSlam* filter) { filter->reset(); },
       [&](FastSlam* filter) { filter->load(map); },
       [&](FastSlam* filter) { filter->set_poses(there); },
-      [&](FastSlam* filter) {
-        filter->set_particles({{there.mean}, {}});
-      },
       [&](FastSlam* filter) { filter->set_options(options); },
   };
   for (std::size_t change = 0; change < changes.size(); ++change) {
