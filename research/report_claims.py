@@ -107,10 +107,6 @@ def part_text(study, part, problem):
     return f'{measure(part["figure"]).heading}{where}: {" ".join(words)}{bound} {claimed}'
 
 
-def verdict_cell(finding):
-    return Cell(finding.verdict, KINDS[finding.verdict])
-
-
 def verdict_text(finding):
     """The verdict; where no difference was found, the interval of the part that fails, corrected as the p-value is."""
     if finding.verdict != NO_DIFFERENCE:

@@ -152,11 +152,6 @@ TEST(Configuration, LaterFilesWin) {
 
 TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("partcles: 3"), {"partcles", "particles"});
-  expect_words(error_of("population: {treshold: 0.5}"),
-               {"population/treshold", "population/threshold"});
-  expect_words(error_of("particles: many"), {"particles", "many", "[1, "});
-  expect_words(error_of("population: {resampling: {scheme: lottery}}"),
-               {"population/resampling/scheme", "lottery", "systematic", "killing"});
   expect_words(error_of("a: 1\nbeacons: {id: 1}"), {"file.yaml:2", "beacons", "list"});
   expect_words(error_of("beacons:\n- {id: 1, x: 0}"), {"file.yaml:2", "beacons", "'y'", "missing"});
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: .nan}"), {"file.yaml:2", "y", "finite"});
@@ -166,7 +161,6 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("beacons:\n- {id: 1, x: 0, y: 0, q: 1}"),
                {"'q'", "id, x, y and, if wanted, frame, sigma, z"});
   expect_words(error_of("calibration: [{beacon: 1, scale: 0}]"), {"scale", "above 0"});
-  expect_words(error_of("calibration: [{beacon: 1, sigma: -1}]"), {"sigma", "0 or more"});
   expect_words(error_of("beacons: [{id: 1, x: 0, y: 0, sigma: -1}]"), {"sigma", "0 or more"});
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
   expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});

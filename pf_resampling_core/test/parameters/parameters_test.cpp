@@ -12,7 +12,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/options.hpp"
-#include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
@@ -141,6 +140,8 @@ TEST(Parameters, RefusalsNameParameterValueAndRange) {
   expect_parts(refusal(list, "flag", "maybe"), {"flag", "'maybe'", "true, false"});
   expect_parts(refusal(list, "schedule", "sometimes"),
                {"schedule", "'sometimes'", "never, always, effective_sample_size, every_n"});
+  const ParameterList large = {integer_parameter("count", &sample.count, 1, 10000000, "A count.")};
+  expect_parts(refusal(large, "count", "0"), {"[1, 10000000]"});
 }
 
 // Whatever a configuration file has in a value or a name.
@@ -178,12 +179,6 @@ TEST(Parameters, WhatIsAllButAtItsLimitIsRefused) {
   EXPECT_EQ(sample.width, 1e-12);
 }
 
-TEST(Parameters, LargeRangesReadAsWholeNumbers) {
-  int count = 1;
-  const ParameterList list = {integer_parameter("count", &count, 1, 10000000, "A count.")};
-  expect_parts(refusal(list, "count", "0"), {"[1, 10000000]"});
-}
-
 TEST(Parameters, TheNearestNameIsSuggested) {
   BeaconMclOptions options;
   const ParameterList list = parameters_of(&options);
@@ -197,18 +192,8 @@ TEST(Parameters, TheNearestNameIsSuggested) {
     expect_parts(refusal(list, wrong, "1"), {std::string("parameter ") + wrong, right});
   }
   EXPECT_THROW(set_parameter({}, "anything", "1"), Error);
-}
-
-// A configuration from before FastSLAM's `threads` was taken away, which did nothing.
-TEST(Parameters, WhatIsLikeNoOtherIsToBeLeftOut) {
-  FastSlamOptions options;
-  EXPECT_EQ(refusal(parameters_of(&options), "threads", "2"),
-            "parameter threads is unknown; leave it out");
-}
-
-TEST(Parameters, OfAFormerOneTheFixedValueIsTold) {
-  BeaconMclOptions options;
-  EXPECT_EQ(refusal(parameters_of(&options), "recovery/window", "3"),
+  EXPECT_EQ(refusal(list, "undo", "2"), "parameter undo is unknown; leave it out");
+  EXPECT_EQ(refusal(list, "recovery/window", "3"),
             "parameter recovery/window is unknown; it is fixed at 6 s; leave it out");
 }
 
@@ -221,16 +206,6 @@ TEST(Parameters, TheBasicOnesComeFirst) {
   std::string order;
   for (const Parameter& parameter : basic_first(list)) order += parameter.name + " ";
   EXPECT_EQ(order, "group/count group/deep/width flag group/share schedule ");
-}
-
-TEST(Parameters, ManyAreSetAtOnce) {
-  Sample sample;
-  const ParameterList list = parameters_of(&sample);
-  set_parameters(list, {{"flag", "true"}, {"group/count", "3"}, {"schedule", "never"}});
-  EXPECT_TRUE(sample.flag);
-  EXPECT_EQ(sample.count, 3);
-  EXPECT_EQ(sample.schedule, Schedule::never);
-  EXPECT_THROW(set_parameters(list, {{"flag", "true"}, {"group/cuont", "3"}}), Error);
 }
 
 TEST(Parameters, RealNumbersSurviveTheWayThroughText) {
@@ -263,16 +238,6 @@ TEST(FilterParameters, NamesAreDifferentAndSpelledAlike) {
     EXPECT_EQ(parameter.help.find_first_of("\n|"), std::string::npos) << parameter.name;
   }
   EXPECT_GT(names.size(), 40u);
-}
-
-TEST(FilterParameters, DefaultsLieInTheirRangesAndSurviveTheWayThroughText) {
-  BeaconMclOptions options;
-  for (const Parameter& parameter : parameters_of(&options)) {
-    const std::string text = parameter.get();
-    EXPECT_NO_THROW(parameter.set_checked(text)) << parameter.name;
-    EXPECT_EQ(parameter.get(), text) << parameter.name;
-  }
-  EXPECT_NO_THROW(validate(options));
 }
 
 // A value other than the present one, from the parameter's own range.
@@ -375,21 +340,6 @@ TEST(FilterParameters, OffSurvivesReadersOfYaml11) {
   EXPECT_THROW(set_parameter(list, "population/schedule", "false"), Error);
 }
 
-TEST(FilterParameters, MarkdownHasARowForEach) {
-  BeaconMclOptions options;
-  const ParameterList list = parameters_of(&options);
-  std::istringstream lines(to_markdown(list));
-  std::string line;
-  std::getline(lines, line);
-  std::getline(lines, line);
-  for (const Parameter& parameter : list) {
-    ASSERT_TRUE(std::getline(lines, line)) << parameter.name;
-    EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 8) << line;
-    expect_parts(line, {"`" + parameter.name + "`", " " + parameter.get() + " ", parameter.help});
-  }
-  EXPECT_FALSE(std::getline(lines, line));
-}
-
 TEST(FilterParameters, CombinationsThatMakeNoSenseAreRefused) {
   const auto expect_refused = [](const BeaconMclOptions& options,
                                  const std::vector<std::string>& parts) {
@@ -397,6 +347,7 @@ TEST(FilterParameters, CombinationsThatMakeNoSenseAreRefused) {
     expect_parts(said, parts);
   };
   BeaconMclOptions options;
+  EXPECT_NO_THROW(validate(options));
   options.adaptive_count.minimum = 300;
   options.adaptive_count.maximum = 200;
   expect_refused(options, {"adaptive_count/minimum", "300", "adaptive_count/maximum", "200"});
