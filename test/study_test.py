@@ -216,7 +216,7 @@ class Folder(unittest.TestCase):
             block.write_text(text)
             self.refused('merge', folder, says=str(block))
         about = json.loads((folder / 'study.json').read_text())
-        for key, value in (('trials', 0), ('problems', 1), ('format', 2), ('filters', None)):
+        for key, value in (('problems', 1), ('format', 2), ('filters', None)):
             (folder / 'study.json').write_text(json.dumps(dict(about, **{key: value})))
             self.refused('merge', folder, says='study.json')
 
