@@ -32,7 +32,7 @@ struct FileKind {
 
 inline constexpr FileKind kMapFile = {"map file",
                                       "map",
-                                      "pf_resampling map 4",
+                                      "pf_resampling map 5",
                                       true,
                                       "give one that save_map wrote",
                                       "repair it, save the map again or take another copy"};

@@ -133,7 +133,7 @@ TEST(Checkpoint, FastSlamInALoadedMapGoesOnAsIfNothingHadHappened) {
   located.feed(messages);
   const int updates_of_map = mapped.pipeline.checkpoint()->filter.memory.updates;
   const MemoryState memory = located.pipeline.checkpoint()->filter.memory;
-  EXPECT_EQ(memory.landmark_ids.size(), 48u);
+  EXPECT_EQ(memory.landmarks.size(), 48u);
   EXPECT_GT(memory.updates, updates_of_map) << "it remembers the drive that made the map, too";
   expect_goes_on<FastSlamRig>(messages, options);
 }

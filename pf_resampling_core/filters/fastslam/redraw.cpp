@@ -24,7 +24,7 @@ constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are wit
 
 bool FastSlam::keeps_past() const {
   const int most = options_.strategy.redraw.max_landmarks;
-  const std::size_t remembered = memory_.state().landmark_ids.size();
+  const std::size_t remembered = memory_.state().landmarks.size();
   return options_.strategy.renewal == Renewal::redraw && !options_.map.frozen &&
          status_.landmarks <= most && remembered <= static_cast<std::size_t>(most);
 }
@@ -251,9 +251,9 @@ bool FastSlam::draw_from_memory(int size) {
   sightings_.move(compose(graph.newest(), origin));
   take_draw(size, memory_.path(), graph.newest(), graph.constants, drawn.odometry_given_path,
             drawn.deviations);
-  std::vector<std::int64_t> ids = memory_.state().landmark_ids;
-  for (std::size_t l = 0; l < ids.size(); ++l) {
-    if (memory_.state().is_dormant[l]) ids[l] = -1;
+  std::vector<std::int64_t> ids;
+  for (const RememberedLandmark& landmark : memory_.state().landmarks) {
+    ids.push_back(landmark.is_dormant ? -1 : landmark.id);
   }
   redraw_maps(size, drawn.deviations, {graph.landmarks, drawn.landmarks_given_path, ids},
               number_of);

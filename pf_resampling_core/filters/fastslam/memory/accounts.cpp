@@ -32,7 +32,7 @@ constexpr double kMostAgainst = 25.0;
 // Landmarks that are done without for one solution; the others wait for the
 // next.
 constexpr int kMostDropped = 5;
-constexpr int kMostTried = 2;
+constexpr std::size_t kMostTried = 2;
 // s: without a sighting for so long, where the robot arrives is in doubt; and
 // how long after that it is decided anew. How many arrivals are.
 constexpr double kBlindness = 5.0;
@@ -50,12 +50,6 @@ constexpr std::size_t kLargeMap = 60;
 constexpr double kMostMoved = 0.3;
 constexpr double kMostTurned = 0.03;
 
-// Updates from one arrival to the next, in scans.
-struct Visit {
-  int from = 0;
-  int to = 0;  // one more than the last
-};
-
 bool solve(double robust_width, Account* account) {
   std::unique_ptr<SegmentEquations> equations;
   account->solution = solve(robust_width, &account->graph, &equations);
@@ -67,7 +61,7 @@ bool solve(double robust_width, Account* account) {
 void forget_unseen(Account* account) {
   const std::vector<bool> are_seen = seen_landmarks(account->graph);
   for (std::size_t l = 0; l < are_seen.size(); ++l) {
-    if (!are_seen[l]) account->landmark_ids[l] = -1;
+    if (!are_seen[l]) account->landmarks[l].id = -1;
   }
 }
 
@@ -75,32 +69,25 @@ bool merge(const std::vector<std::pair<int, int>>& pairs, double robust_width, A
   std::vector<int> number(account->graph.landmarks.size());
   for (std::size_t l = 0; l < number.size(); ++l) number[l] = static_cast<int>(l);
   for (const auto& [older, newer] : pairs) {
-    const std::size_t first = static_cast<std::size_t>(older);
-    const std::size_t second = static_cast<std::size_t>(newer);
+    RememberedLandmark& first = account->landmarks[static_cast<std::size_t>(older)];
+    RememberedLandmark& second = account->landmarks[static_cast<std::size_t>(newer)];
     std::replace(number.begin(), number.end(), newer, older);
-    account->last_seen[first] = std::max(account->last_seen[first], account->last_seen[second]);
-    if (!account->is_dormant[second]) account->is_dormant[first] = false;
-    account->landmark_ids[second] = -1;
+    first.last_seen = std::max(first.last_seen, second.last_seen);
+    first.is_dormant = first.is_dormant && second.is_dormant;
+    second.id = -1;
   }
   return renumber(number, robust_width, &account->graph);
-}
-
-void add_landmark(std::int64_t id, int update, Account* account) {
-  account->landmark_ids.push_back(id);
-  account->last_seen.push_back(update);
-  account->is_dormant.push_back(false);
-  account->needed.push_back(0);
 }
 
 // By a later sighting than the last.
 void wake_seen(const Scans& scans, Account* account) {
   for (const SightingFactor& sighting : scans.sightings) {
     if (sighting.landmark < 0) continue;
-    const std::size_t landmark = static_cast<std::size_t>(sighting.landmark);
+    RememberedLandmark& landmark = account->landmarks[static_cast<std::size_t>(sighting.landmark)];
     const int update = scans.first_update + sighting.pose + 1;
-    if (update <= account->last_seen[landmark]) continue;
-    account->last_seen[landmark] = update;
-    account->is_dormant[landmark] = false;
+    if (update <= landmark.last_seen) continue;
+    landmark.last_seen = update;
+    landmark.is_dormant = false;
   }
 }
 
@@ -115,18 +102,12 @@ bool close_ranks(double robust_width, Account* account) {
     number.push_back(static_cast<int>(kept));
     if (!are_seen[l]) continue;
     account->graph.landmarks[kept] = account->graph.landmarks[l];
-    account->landmark_ids[kept] = account->landmark_ids[l];
-    account->last_seen[kept] = account->last_seen[l];
-    account->is_dormant[kept] = account->is_dormant[l];
-    account->needed[kept] = account->needed[l];
+    account->landmarks[kept] = account->landmarks[l];
     ++kept;
   }
   if (!renumber(number, robust_width, &account->graph)) return false;
   account->graph.landmarks.resize(kept);
-  account->landmark_ids.resize(kept);
-  account->last_seen.resize(kept);
-  account->is_dormant.resize(kept);
-  account->needed.resize(kept);
+  account->landmarks.resize(kept);
   return solve(robust_width, account);
 }
 
@@ -147,9 +128,9 @@ bool forget_seldom_seen(double robust_width, Account* account) {
     }
   }
   for (std::size_t l = 0; l < number.size(); ++l) {
-    if (!account->is_dormant[l] || sightings[l] >= kOftenSeen) continue;
+    if (!account->landmarks[l].is_dormant || sightings[l] >= kOftenSeen) continue;
     number[l] = -1;
-    account->landmark_ids[l] = -1;
+    account->landmarks[l].id = -1;
   }
   return renumber(number, robust_width, &account->graph);
 }
@@ -180,18 +161,17 @@ class Accounts {
         statistics_(statistics) {}
 
   bool decide(Account* account) {
-    const int first = decided_in(scans_of(undecided_));
-    const Visit since_last = {first, std::numeric_limits<int>::max()};
+    const int since_last = decided_in(scans_of(undecided_));
     bool is_solved = part_arrivals(account) && settle(since_last, account);
     if (!is_solved) {
       *account = undecided_;
       is_solved = settle(since_last, account);
     }
     if (!is_solved) return false;
-    for (const Visit& visit : doubtful_visits()) {
-      if (decide_anew(undecided_, visit, account)) break;
+    for (const int from : doubtful_visits()) {
+      if (decide_anew(from, account)) break;
     }
-    for (int i = 0; i < kMostDropped; ++i) {
+    for (int i = 0; i < kMostDropped && !is_part_of_large(*account); ++i) {
       if (!simplify(account)) break;
     }
     wake_seen(scans_of(*account), account);
@@ -265,7 +245,7 @@ class Accounts {
           graph.landmarks.push_back(graph.landmarks[static_cast<std::size_t>(sighting.landmark)]);
           last.push_back(0.0);
           taken.push_back(-1);
-          add_landmark((*next_id_)++, scans.first_update + sighting.pose + 1, account);
+          account->landmarks.push_back({(*next_id_)++, scans.first_update + sighting.pose + 1});
         }
         sighting.landmark = static_cast<int>(landmark);
       }
@@ -281,11 +261,12 @@ class Accounts {
     return true;
   }
 
-  // With the landmarks that the sightings have, then better ones.
-  bool settle(const Visit& in_question, Account* account) const {
+  // With the landmarks that the sightings have, then better ones. In question is what was seen from
+  // a scan on.
+  bool settle(int from, Account* account) const {
     if (!solve(options_.robust_width, account)) return false;
     for (int i = 0; i < kMostMergers; ++i) {
-      if (!merge_duplicates(in_question, account)) break;
+      if (!merge_duplicates(from, account)) break;
     }
     for (int i = 0; i < kMostReassociations; ++i) {
       if (!improve_associations(account)) break;
@@ -293,13 +274,12 @@ class Accounts {
     return true;
   }
 
-  bool merge_duplicates(const Visit& in_question, Account* account) const {
+  bool merge_duplicates(int from, Account* account) const {
     const Scans scans = scans_of(*account);
     std::vector<int> seen;
     for (const SightingFactor& sighting : scans.sightings) {
-      const bool is_asked = sighting.pose >= in_question.from && sighting.pose < in_question.to;
-      if ((is_asked || !is_part_of_large(*account)) && sighting.landmark >= 0)
-        seen.push_back(sighting.landmark);
+      const bool is_asked = sighting.pose >= from || !is_part_of_large(*account);
+      if (is_asked && sighting.landmark >= 0) seen.push_back(sighting.landmark);
     }
     std::sort(seen.begin(), seen.end());
     seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
@@ -331,80 +311,56 @@ class Accounts {
     return true;
   }
 
-  // The poses between whiles without a sighting, after which only odometry says
-  // where the robot arrives.
-  static std::vector<Visit> visits(const Scans& scans) {
-    std::vector<Visit> found;
-    double last = -std::numeric_limits<double>::infinity();
+  // What may have been taken for the wrong landmarks: what was seen from these scans on. The first
+  // that is new; the newest arrivals, after whiles without a sighting in which only odometry says
+  // where the robot is.
+  std::vector<int> doubtful_visits() const {
+    const Scans scans = scans_of(undecided_);
+    std::vector<int> found, arrivals;
+    const int decided = decided_in(scans);
+    if (decided > 0 && decided < static_cast<int>(scans.poses.size())) found.push_back(decided);
+    double last = std::numeric_limits<double>::infinity();
     for (const SightingFactor& sighting : scans.sightings) {
       if (sighting.landmark < 0) continue;
       const double time = scans.times[static_cast<std::size_t>(sighting.pose)];
-      if (time - last > kBlindness) found.push_back({sighting.pose, sighting.pose});
-      found.back().to = sighting.pose + 1;
+      const bool is_late = scans.times.back() - last <= kLatestDecisions;
+      if (time - last > kBlindness && is_late) arrivals.push_back(sighting.pose);
       last = time;
     }
+    const std::size_t newest = std::min(kMostArrivals, arrivals.size());
+    found.insert(found.end(), arrivals.rbegin(),
+                 arrivals.rbegin() + static_cast<std::ptrdiff_t>(newest));
     return found;
   }
 
-  // What may have been taken for the wrong landmarks: what is new, and what was
-  // seen since arrivals.
-  std::vector<Visit> doubtful_visits() const {
-    const Scans scans = scans_of(undecided_);
-    const int poses = static_cast<int>(scans.poses.size());
-    std::vector<Visit> found;
-    const int decided = decided_in(scans);
-    if (decided > 0 && decided < poses) found.push_back({decided, poses});
-    const std::vector<Visit> all = visits(scans);
-    for (std::size_t i = all.size(); i > 1 && i + kMostArrivals > all.size(); --i) {
-      const std::size_t before = static_cast<std::size_t>(all[i - 2].to - 1);
-      if (scans.times.back() - scans.times[before] > kLatestDecisions) break;
-      found.push_back({all[i - 1].from, poses});
-    }
-    return found;
-  }
-
-  // What was seen on a visit decided by all of it together, where it was
-  // decided bit by bit. True, in place of `best`, if that is clearly more
-  // probable.
-  bool decide_anew(const Account& before, const Visit& visit, Account* best) {
-    Account anew = before;
+  // What was seen on a visit decided by all of it together, where it was decided bit by bit. True,
+  // in place of `best`, if that is clearly more probable.
+  bool decide_anew(int from, Account* best) {
+    Account anew = undecided_;
     Scans scans = scans_of(anew);
-    if (!track_anew(options_, visit.from, visit.to, &scans, &anew.graph)) return false;
-    while (anew.landmark_ids.size() < anew.graph.landmarks.size()) {
-      add_landmark((*next_id_)++, scans.first_update + visit.from + 1, &anew);
+    if (!track_anew(options_, from, &scans, &anew.graph)) return false;
+    while (anew.landmarks.size() < anew.graph.landmarks.size()) {
+      anew.landmarks.push_back({(*next_id_)++, scans.first_update + from + 1});
     }
-    if (!take(scans, &anew) || !settle(visit, &anew)) return false;
+    if (!take(scans, &anew) || !settle(from, &anew)) return false;
     if (!(evidence_of(anew) < evidence_of(*best) - kSureLogOdds)) return false;
     *best = std::move(anew);
     return true;
   }
 
   // Without a landmark that can be done without, unless all that was seen shows that it is there:
-  // the likeliest, and one of the others in turn. Of a large map, what was tried in vain waits
-  // until these landmarks have been seen half as often again.
+  // the likeliest, and one of the others in turn.
   bool simplify(Account* account) const {
-    const Scans scans = scans_of(*account);
-    std::vector<Dispensable> candidates =
-        find_dispensable(options_, statistics_.redundancy, account->graph, scans, kMostGrowth);
-    const bool is_large = is_part_of_large(*account);
-    if (!is_large && candidates.size() > 2) {
+    std::vector<Dispensable> candidates = find_dispensable(
+        options_, statistics_.redundancy, account->graph, scans_of(*account), kMostGrowth);
+    if (candidates.size() > 2) {
       const std::size_t turn = static_cast<std::size_t>(times_.updates) % (candidates.size() - 1);
       std::swap(candidates[1], candidates[1 + turn]);
     }
-    std::vector<int> seen(account->graph.landmarks.size(), 0);
-    for (const SightingFactor& sighting : scans.sightings) {
-      if (sighting.landmark >= 0) ++seen[static_cast<std::size_t>(sighting.landmark)];
-    }
-    int tried = 0;
-    for (const Dispensable& candidate : candidates) {
-      const std::size_t landmark = static_cast<std::size_t>(candidate.landmark);
-      const int sightings = seen[landmark] + seen[static_cast<std::size_t>(candidate.other)];
-      if (is_large && 2 * sightings < 3 * account->needed[landmark]) continue;
-      if (do_without(candidate, account)) return true;
-      account->needed[landmark] = sightings;
-      if (++tried == kMostTried) break;
-    }
-    return false;
+    candidates.resize(std::min(candidates.size(), kMostTried));
+    return std::any_of(candidates.begin(), candidates.end(), [&](const Dispensable& candidate) {
+      return do_without(candidate, account);
+    });
   }
 
   // What it costs that two landmarks are one, as far as all is linear.
@@ -484,11 +440,7 @@ Account part_of(const Account& account, const LocalGraph& local) {
   Account part;
   part.graph = local.graph;
   for (const int landmark : local.landmarks) {
-    const std::size_t l = static_cast<std::size_t>(landmark);
-    part.landmark_ids.push_back(account.landmark_ids[l]);
-    part.last_seen.push_back(account.last_seen[l]);
-    part.is_dormant.push_back(account.is_dormant[l]);
-    part.needed.push_back(account.needed[l]);
+    part.landmarks.push_back(account.landmarks[static_cast<std::size_t>(landmark)]);
   }
   return part;
 }
@@ -497,18 +449,15 @@ bool put_back(const Account& part, const LocalGraph& local, std::size_t from, do
               Account* account) {
   SegmentGraph& graph = account->graph;
   std::vector<int> landmarks = local.landmarks;
-  while (landmarks.size() < part.landmark_ids.size()) {
+  while (landmarks.size() < part.landmarks.size()) {
     landmarks.push_back(static_cast<int>(graph.landmarks.size()));
     graph.landmarks.emplace_back(0.0, 0.0);
-    add_landmark(-1, 0, account);
+    account->landmarks.emplace_back();
   }
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const std::size_t l = static_cast<std::size_t>(landmarks[i]);
     graph.landmarks[l] = part.graph.landmarks[i];
-    account->landmark_ids[l] = part.landmark_ids[i];
-    account->last_seen[l] = part.last_seen[i];
-    account->is_dormant[l] = part.is_dormant[i];
-    account->needed[l] = part.needed[i];
+    account->landmarks[l] = part.landmarks[i];
   }
   // What the segments before have seen may have become others.
   std::vector<int> number(graph.landmarks.size());

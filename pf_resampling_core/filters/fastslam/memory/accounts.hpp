@@ -9,17 +9,20 @@
 
 namespace pf_resampling {
 
+/// A landmark of a drive.
+struct RememberedLandmark {
+  std::int64_t id = -1;         ///< -1: it is none any more
+  int last_seen = 0;            ///< update in which it was seen last
+  int fitted = 0, doubted = 0;  ///< sightings, where landmarks have ids
+  /// The particles have given it up, but it may be another seen elsewhere, of which the odometry
+  /// is too uncertain to tell.
+  bool is_dormant = false;
+};
+
 /// Of what all sightings of a drive are, where landmarks have no ids, and the solution under that.
 struct Account {
   SegmentGraph graph;
-  std::vector<std::int64_t> landmark_ids;  ///< of each landmark; -1: it is none any more
-  std::vector<int> last_seen;              ///< update in which each was seen last
-  /// Of landmarks that the particles have given up, but that may be others seen elsewhere, of which
-  /// the odometry is too uncertain to tell.
-  std::vector<bool> is_dormant;
-  /// How often each landmark had been seen, and the other that it may be, when it turned out that
-  /// the map cannot do without it; 0: that was not tried.
-  std::vector<int> needed;
+  std::vector<RememberedLandmark> landmarks;
   SegmentSolution solution;
   std::shared_ptr<const SegmentEquations> equations;  ///< factorised at the solution
 };
@@ -36,9 +39,9 @@ struct DriveTimes {
 /// another landmark, with an id from `next_id` on, until it is clear that it is not; landmarks that
 /// are one become one, under the number of the older; and sightings may change their landmarks, as
 /// long as that makes all of it more likely. What is new and what was seen since arrivals are
-/// decided anew, and landmarks that can be done without go. All this is tried on all of a small map
-/// (fewer than 60 landmarks); of a larger one on what is new, with a Gaussian of what the rest of
-/// the drive says. False, with the account as it was, if there is no solution.
+/// decided anew. All this is tried on all of a small map (fewer than 60 landmarks), of which
+/// landmarks that can be done without go, too; of a larger one on what is new, with a Gaussian of
+/// what the rest of the drive says. False, with the account as it was, if there is no solution.
 bool decide_associations(const ReassociationOptions& options, const DriveTimes& times,
                          std::int64_t* next_id, Account* account);
 

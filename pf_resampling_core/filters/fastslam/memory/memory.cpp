@@ -126,9 +126,14 @@ void Memory::forget_drive() {
 void Memory::resume(const MemoryState& state) {
   state_ = state;
   equations_.reset();
+  number_landmarks();
+}
+
+void Memory::number_landmarks() {
   numbers_.clear();
-  for (std::size_t l = 0; l < state.landmark_ids.size(); ++l) {
-    if (state.landmark_ids[l] >= 0) numbers_[state.landmark_ids[l]] = static_cast<int>(l);
+  for (std::size_t l = 0; l < state_.landmarks.size(); ++l) {
+    const std::int64_t id = state_.landmarks[l].id;
+    if (id >= 0) numbers_[id] = static_cast<int>(l);
   }
 }
 
@@ -160,14 +165,11 @@ bool Memory::start(const StartingBelief& belief) {
   state_.graph.landmarks = belief.landmarks;
   state_.graph.constants = belief.constants;
   state_.graph.constants_sigma.setConstant(kUnknown);
-  state_.landmark_ids = belief.landmark_ids;
-  state_.last_seen.assign(belief.landmark_ids.size(), 0);
-  state_.fitted.assign(belief.landmark_ids.size(), kFewFitted + 1);
-  state_.doubted.assign(belief.landmark_ids.size(), 0);
-  state_.is_dormant.assign(belief.landmark_ids.size(), false);
-  state_.needed.assign(belief.landmark_ids.size(), 0);
+  for (const std::int64_t id : belief.landmark_ids) {
+    state_.landmarks.push_back({id, 0, kFewFitted + 1});
+  }
   state_.begins = {0.0};
-  resume(MemoryState(state_));
+  number_landmarks();
   return true;
 }
 
@@ -181,33 +183,23 @@ void Memory::append(const MotionFactor& motion) {
 void Memory::append_sighting(std::int64_t landmark_id, SightingFactor sighting) {
   Segment& open = state_.open;
   const auto [found, is_new] =
-      numbers_.try_emplace(landmark_id, static_cast<int>(state_.landmark_ids.size()));
-  const int number = found->second;
-  if (is_new) {
-    state_.landmark_ids.push_back(landmark_id);
-    state_.last_seen.push_back(state_.updates);
-  }
+      numbers_.try_emplace(landmark_id, static_cast<int>(state_.landmarks.size()));
   sighting.pose = static_cast<int>(open.motions.size()) - 1;
-  add_sighting(number, sighting, &open);
-  if (is_new) {
-    state_.fitted.push_back(1);
-    state_.doubted.push_back(0);
-    state_.is_dormant.push_back(false);
-    state_.needed.push_back(0);
-    return;
-  }
-  ++state_.fitted[static_cast<std::size_t>(number)];
+  add_sighting(found->second, sighting, &open);
+  if (is_new) return state_.landmarks.push_back({landmark_id, state_.updates, 1});
+  RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
+  ++landmark.fitted;
   note_newest(-1);
-  int& last = state_.last_seen[static_cast<std::size_t>(number)];
-  state_.longest_absence = std::max(state_.longest_absence, state_.updates - last - 1);
-  last = state_.updates;
+  state_.longest_absence =
+      std::max(state_.longest_absence, state_.updates - landmark.last_seen - 1);
+  landmark.last_seen = state_.updates;
 }
 
 void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting) {
   const auto found = numbers_.find(landmark_id);
   if (found == numbers_.end()) return append_sighting(landmark_id, sighting);
-  const std::size_t number = static_cast<std::size_t>(found->second);
-  if (++state_.doubted[number] > std::max(kFewFitted, state_.fitted[number])) {
+  RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
+  if (++landmark.doubted > std::max(kFewFitted, landmark.fitted)) {
     forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
     return append_sighting(landmark_id, sighting);
   }
@@ -227,13 +219,14 @@ void Memory::append_unassigned(SightingFactor sighting) {
 
 void Memory::give_up_landmark(std::int64_t landmark_id) {
   const auto found = numbers_.find(landmark_id);
-  if (found != numbers_.end()) state_.is_dormant[static_cast<std::size_t>(found->second)] = true;
+  if (found == numbers_.end()) return;
+  state_.landmarks[static_cast<std::size_t>(found->second)].is_dormant = true;
 }
 
 void Memory::forget_landmark(std::int64_t landmark_id) {
   const auto found = numbers_.find(landmark_id);
   if (found == numbers_.end()) return;
-  state_.landmark_ids[static_cast<std::size_t>(found->second)] = -1;
+  state_.landmarks[static_cast<std::size_t>(found->second)].id = -1;
   numbers_.erase(found);
 }
 
@@ -255,11 +248,11 @@ bool Memory::belief_is_wrong() const {
       was_in_view = false;
       continue;
     }
-    const std::size_t number = static_cast<std::size_t>(found->second);
+    const RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
     ++row;
-    was_in_view |= state_.fitted[number] >= kFewestInView &&
-                   state_.updates - state_.last_seen[number] <= kInView;
-    if (state_.fitted[number] <= kFewFitted) continue;
+    was_in_view |=
+        landmark.fitted >= kFewestInView && state_.updates - landmark.last_seen <= kInView;
+    if (landmark.fitted <= kFewFitted) continue;
     ++doubts;
     doubted.insert(id);
     in_a_row.insert(id);
@@ -332,7 +325,7 @@ bool Memory::close_segments(double robust_width) {
     for (const std::size_t i : state_.open_doubts) {
       const SightingFactor& sighting = state_.open.sightings[i];
       const int landmark = state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)];
-      --state_.doubted[static_cast<std::size_t>(landmark)];  // it was not to blame
+      --state_.landmarks[static_cast<std::size_t>(landmark)].doubted;  // it was not to blame
     }
     state_.newest.clear();
   } else {
@@ -448,33 +441,15 @@ bool Memory::solve(const ReassociationOptions& options, std::int64_t* next_id) {
 bool Memory::decide(const ReassociationOptions& options, std::int64_t* next_id) {
   equations_.reset();
   if (!close_segments(options.robust_width) || state_.graph.segments.empty()) return false;
-  Account account;
-  account.graph = state_.graph;
-  account.landmark_ids = state_.landmark_ids;
-  account.last_seen = state_.last_seen;
-  account.is_dormant = state_.is_dormant;
-  account.needed = state_.needed;
+  Account account = {state_.graph, state_.landmarks, {}, nullptr};
   const DriveTimes times = {state_.begins, 0, state_.updates, state_.decided};
   if (!decide_associations(options, times, next_id, &account)) return false;
-  take(std::move(account));
-  return true;
-}
-
-// Landmarks have new numbers.
-void Memory::take(Account account) {
   equations_ = std::move(account.equations);
   state_.graph = std::move(account.graph);
-  state_.landmark_ids = std::move(account.landmark_ids);
-  state_.last_seen = std::move(account.last_seen);
-  state_.is_dormant = std::move(account.is_dormant);
-  state_.needed = std::move(account.needed);
-  state_.fitted.assign(state_.landmark_ids.size(), 0);
-  state_.doubted.assign(state_.landmark_ids.size(), 0);
+  state_.landmarks = std::move(account.landmarks);
   state_.decided = state_.updates;
-  numbers_.clear();
-  for (std::size_t l = 0; l < state_.landmark_ids.size(); ++l) {
-    if (state_.landmark_ids[l] >= 0) numbers_[state_.landmark_ids[l]] = static_cast<int>(l);
-  }
+  number_landmarks();
+  return true;
 }
 
 bool Memory::solve_carried(double robust_width, const Pose2& newest) {

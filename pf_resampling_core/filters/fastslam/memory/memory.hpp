@@ -42,14 +42,10 @@ struct Slip {
 /// What a memory holds, as it is saved.
 struct MemoryState {
   SegmentGraph graph;
-  std::vector<std::int64_t> landmark_ids;  ///< -1: it is no part of the map any more
-  std::vector<int> last_seen;              ///< update in which each landmark was seen last
-  std::vector<int> fitted, doubted;        ///< sightings of each landmark
-  std::vector<bool> is_dormant;            ///< of each landmark; see Account
-  std::vector<int> needed;                 ///< likewise
-  std::vector<double> begins;              ///< s since the start, of each segment
-  Segment open;                            ///< what came since the last of them, not condensed
-  std::vector<std::size_t> open_doubts;    ///< sightings of it that did not fit, ascending
+  std::vector<RememberedLandmark> landmarks;
+  std::vector<double> begins;            ///< s since the start, of each segment
+  Segment open;                          ///< what came since the last of them, not condensed
+  std::vector<std::size_t> open_doubts;  ///< sightings of it that did not fit, ascending
   /// Of the newest sightings, the newest last: the id of one that did not fit, -1 of one that did.
   std::vector<std::int64_t> newest;
   bool is_refused = false;     ///< whether the last time there was no solution
@@ -140,10 +136,10 @@ class Memory {
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;
   bool decide(const ReassociationOptions& options, std::int64_t* next_id);
-  void take(Account account);
+  void number_landmarks();
 
   MemoryState state_;
-  std::unordered_map<std::int64_t, int> numbers_;      // of landmark_ids
+  std::unordered_map<std::int64_t, int> numbers_;      // of landmarks, by their ids
   std::shared_ptr<const SegmentEquations> equations_;  // factorised at the last solution
 };
 

@@ -411,10 +411,9 @@ int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, 
   return changed;
 }
 
-bool track_anew(const ReassociationOptions& options, int from, int to, Scans* scans,
-                SegmentGraph* graph) {
+bool track_anew(const ReassociationOptions& options, int from, Scans* scans, SegmentGraph* graph) {
   std::vector<Pose2>& poses = scans->poses;
-  for (std::size_t i = static_cast<std::size_t>(from) + 1; i < static_cast<std::size_t>(to); ++i) {
+  for (std::size_t i = static_cast<std::size_t>(from) + 1; i < poses.size(); ++i) {
     poses[i] = compose(poses[i - 1], corrected_motion(scans->motions[i], graph->constants));
   }
   struct Track {
@@ -426,7 +425,7 @@ bool track_anew(const ReassociationOptions& options, int from, int to, Scans* sc
   bool has_room = true;
   for_each_scan(scans->sightings, [&](std::size_t first, std::size_t last) {
     SightingFactor* scan = &scans->sightings[first];
-    if (scan->pose < from || scan->pose >= to || !has_room) return;
+    if (scan->pose < from || !has_room) return;
     const Pose2& pose = poses[static_cast<std::size_t>(scan->pose)];
     const double now = scans->times[static_cast<std::size_t>(scan->pose)];
     const auto candidates = [&](const SightingFactor& sighting) {

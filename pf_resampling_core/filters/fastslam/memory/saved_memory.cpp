@@ -104,6 +104,14 @@ void describe(Archive& archive, Segment& segment) {
   }
 }
 
+void describe(Archive& archive, RememberedLandmark& landmark) {
+  archive("id", landmark.id);
+  archive("last_seen", landmark.last_seen);
+  archive("fitted", landmark.fitted);
+  archive("doubted", landmark.doubted);
+  archive("is_dormant", landmark.is_dormant);
+}
+
 void describe(Archive& archive, SegmentGraph& graph) {
   archive("segments", graph.segments);
   archive("bases", graph.bases);
@@ -117,12 +125,7 @@ void describe(Archive& archive, SegmentGraph& graph) {
 void describe(Archive& archive, MemoryState& memory) {
   if (!archive.something(!memory.graph.bases.empty())) return;
   archive("graph", memory.graph);
-  archive("landmark_ids", memory.landmark_ids);
-  archive("last_seen", memory.last_seen);
-  archive("fitted", memory.fitted);
-  archive("doubted", memory.doubted);
-  archive("is_dormant", memory.is_dormant);
-  archive("needed", memory.needed);
+  archive("landmarks", memory.landmarks);
   archive("begins", memory.begins);
   archive("open", memory.open);
   archive("open_doubts", memory.open_doubts);
@@ -145,12 +148,9 @@ std::string fault_of(const MemoryState& memory) {
   const SegmentGraph& graph = memory.graph;
   if (graph.bases.empty()) return {};
   const std::size_t segments = graph.segments.size();
-  const std::size_t landmarks = memory.landmark_ids.size();
+  const std::size_t landmarks = memory.landmarks.size();
   const bool fits = graph.bases.size() == segments + 1 && graph.motion_shares.size() == segments &&
-                    memory.begins.size() == segments && memory.last_seen.size() == landmarks &&
-                    memory.fitted.size() == landmarks && memory.doubted.size() == landmarks &&
-                    memory.is_dormant.size() == landmarks && memory.needed.size() == landmarks &&
-                    graph.landmarks.size() <= landmarks;
+                    memory.begins.size() == segments && graph.landmarks.size() <= landmarks;
   if (!fits) {
     return "the memory is inconsistent: every segment needs a base, and every landmark an id";
   }

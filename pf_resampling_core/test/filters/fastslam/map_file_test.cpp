@@ -106,7 +106,7 @@ TEST_F(MapFile, ComesBackToTheBit) {
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
- "format": "pf_resampling map 4",
+ "format": "pf_resampling map 5",
  "association": "mutual_exclusion",
  "frame": "map",
  "is_lost": false,
@@ -209,7 +209,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 4\"", "map 5\"", "is of the format \"pf_resampling map 5\""},
+      {"map 5\"", "map 6\"", "is of the format \"pf_resampling map 6\""},
       {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},
@@ -344,19 +344,14 @@ TEST_F(MapFile, RefusesAMemoryThatDoesNotFitTogether) {
   };
   const std::vector<std::function<void(MemoryState*)>> damages = {
       [](MemoryState* state) { state->graph.bases.pop_back(); },
-      [](MemoryState* state) { state->landmark_ids.pop_back(); },
+      [](MemoryState* state) { state->landmarks.pop_back(); },
       [](MemoryState* state) { state->graph.motion_shares.front() = 0.0; },
       [](MemoryState* state) { state->graph.noise.range = 21.0; },
       [](MemoryState* state) { state->graph.constants[0] = -0.9; },
       [](MemoryState* state) { state->open.landmarks.front() = 2; },
       [](MemoryState* state) { state->graph.landmarks.pop_back(); },
       [](MemoryState* state) {
-        state->landmark_ids.push_back(9);
-        state->last_seen.push_back(0);
-        state->fitted.push_back(1);
-        state->doubted.push_back(0);
-        state->is_dormant.push_back(false);
-        state->needed.push_back(0);
+        state->landmarks.push_back({9, 0, 1});
       },
       [](MemoryState* state) { state->open.sightings.front().pose = 99; },
       of_first([](Segment* segment) { segment->poses.pop_back(); }),

@@ -371,9 +371,11 @@ TEST(Redraw, KeepsWhatAllParticlesHaveGivenUp) {
   }
   ASSERT_EQ(filter.map().size(), 2u);
   const MemoryState& memory = filter.memory().state();
-  EXPECT_EQ(memory.landmark_ids.size(), 3u);
+  EXPECT_EQ(memory.landmarks.size(), 3u);
   EXPECT_TRUE(memory.open.unassigned.empty());
-  EXPECT_EQ(std::count(memory.is_dormant.begin(), memory.is_dormant.end(), true), 1);
+  EXPECT_EQ(std::count_if(memory.landmarks.begin(), memory.landmarks.end(),
+                          [](const RememberedLandmark& l) { return l.is_dormant; }),
+            1);
 }
 
 // A hundred updates since the last redraw: the map at the end is that of resampling unless it is
@@ -417,7 +419,7 @@ TEST(Redraw, LeavesAMapThatIsTooLargeToResampling) {
     }
     OdometryIncrement still;
     filter.update(still, scan);
-    EXPECT_EQ(filter.memory().state().landmark_ids.size(), scan.size());
+    EXPECT_EQ(filter.memory().state().landmarks.size(), scan.size());
     scan.front().id = most;
     filter.update(still, {scan.front()});
     for (int update = 0; update < 60; ++update) filter.update(still, {scan.front()});

@@ -225,7 +225,7 @@ TEST(Accounts, KeepsLandmarksThatWereSeenOften) {
   ASSERT_TRUE(drive.solve());
   const int number = drive.past.number_of(4);
   ASSERT_GE(number, 0);
-  EXPECT_TRUE(drive.past.state().is_dormant[static_cast<std::size_t>(number)]);
+  EXPECT_TRUE(drive.past.state().landmarks[static_cast<std::size_t>(number)].is_dormant);
   EXPECT_NEAR((drive.past.graph().landmarks[static_cast<std::size_t>(number)] - before).norm(), 0.0,
               1e-3);
   // Seen again under another id, it is the same, and awake.
@@ -236,8 +236,9 @@ TEST(Accounts, KeepsLandmarksThatWereSeenOften) {
   }
   ASSERT_TRUE(drive.solve());
   EXPECT_EQ(drive.past.number_of(50), -1);
-  ASSERT_GE(drive.past.number_of(4), 0);
-  EXPECT_FALSE(drive.past.state().is_dormant[static_cast<std::size_t>(drive.past.number_of(4))]);
+  const int anew = drive.past.number_of(4);
+  ASSERT_GE(anew, 0);
+  EXPECT_FALSE(drive.past.state().landmarks[static_cast<std::size_t>(anew)].is_dormant);
 }
 
 // Seventy metres of a row of landmarks, then back to its begin by odometry that may be 2 m off:

@@ -186,7 +186,7 @@ TEST(Memory, DoubtsTheOdometryOnceWhatIsInViewDoesNotFit) {
     EXPECT_EQ(memory.distrusts_odometry(), was_in_view);
     ASSERT_TRUE(memory.solve(kWidth));
     EXPECT_FALSE(memory.belief_is_wrong());
-    EXPECT_EQ(memory.state().doubted[5], was_in_view ? 0 : 3);
+    EXPECT_EQ(memory.state().landmarks[5].doubted, was_in_view ? 0 : 3);
     EXPECT_EQ(sightings_in(memory), was_in_view ? 63u : 60u);
     for (int time = 0; time < 16; ++time) memory.append(still);
     EXPECT_FALSE(memory.distrusts_odometry());
@@ -211,7 +211,7 @@ TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
   const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
   EXPECT_NEAR(place.x(), 9.0 * std::cos(-2.0), 0.3);
   EXPECT_NEAR(place.y(), 9.0 * std::sin(-2.0), 0.3);
-  EXPECT_EQ(memory.state().landmark_ids[static_cast<std::size_t>(before)], -1);
+  EXPECT_EQ(memory.state().landmarks[static_cast<std::size_t>(before)].id, -1);
 }
 
 // A landmark that was misread at first and seen at once where it is says nothing about the robot.
