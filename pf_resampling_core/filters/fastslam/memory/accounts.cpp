@@ -49,6 +49,7 @@ constexpr std::size_t kLargeMap = 60;
 // to stand for it.
 constexpr double kMostMoved = 0.3;
 constexpr double kMostTurned = 0.03;
+constexpr double kNowhere = 1e9;  // m
 
 bool solve(double robust_width, Account* account) {
   std::unique_ptr<SegmentEquations> equations;
@@ -149,13 +150,20 @@ bool condense_under_noise(double robust_width, SegmentGraph* graph) {
   return true;
 }
 
+// What is not in the graph on which accounts are tried.
+struct Past {
+  std::vector<Eigen::Vector2d> others;  // landmarks
+  Scans scans;  // that came before, with these landmarks; then those of the graph
+};
+
 // Tries accounts of a drive.
 class Accounts {
  public:
   Accounts(const ReassociationOptions& options, const DriveTimes& times, std::int64_t* next_id,
-           const SightingStatistics& statistics, const Account& undecided)
+           const SightingStatistics& statistics, const Account& undecided, const Past& past)
       : options_(options),
         times_(times),
+        past_(past),
         next_id_(next_id),
         undecided_(undecided),
         statistics_(statistics) {}
@@ -291,11 +299,37 @@ class Accounts {
         !solve(options_.robust_width, &merged)) {
       return false;
     }
-    const double log_odds =
-        duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
+    const double log_odds = duplicates.log_prior_odds -
+                            (merged.solution.cost - account->solution.cost) -
+                            cost_of_missed(*account, merged);
     if (!(log_odds >= kSureLogOdds)) return false;
     *account = std::move(merged);
     return true;
+  }
+
+  // What speaks against a robot that is elsewhere: landmarks that it should have seen there. Those
+  // that it did see may be alike, as aisles are.
+  double cost_of_missed(const Account& account, const Account& elsewhere) const {
+    const Pose2 moved = relative(account.graph.newest(), elsewhere.graph.newest());
+    if (std::hypot(moved.x, moved.y) < kMostMoved) return 0.0;
+    const ViewPassages before = passages_of(account);
+    const ViewPassages after = passages_of(elsewhere);
+    const double share = (before.missed + 1.0) / (before.all + 2.0);
+    return -std::log(share) * std::max(0, after.missed - before.missed);
+  }
+
+  ViewPassages passages_of(const Account& account) const {
+    const SegmentGraph& graph = account.graph;
+    std::vector<Eigen::Vector2d> places = past_.others;
+    const std::vector<bool> are_seen = seen_landmarks(graph);
+    for (std::size_t l = 0; l < are_seen.size(); ++l) {
+      places.push_back(are_seen[l] ? graph.landmarks[l] : Eigen::Vector2d::Constant(kNowhere));
+    }
+    Scans scans = scans_of(account);
+    for (SightingFactor& sighting : scans.sightings) {
+      if (sighting.landmark >= 0) sighting.landmark += static_cast<int>(past_.others.size());
+    }
+    return view_passages(places, {&past_.scans, &scans});
   }
 
   bool improve_associations(Account* account) const {
@@ -401,6 +435,7 @@ class Accounts {
 
   const ReassociationOptions& options_;
   const DriveTimes& times_;
+  const Past& past_;
   std::int64_t* next_id_;
   const Account& undecided_;
   const SightingStatistics statistics_;
@@ -490,6 +525,36 @@ bool has_bent(const SegmentGraph& part) {
          (tracks > 0 && moved.segment(3, tracks).lpNorm<Eigen::Infinity>() > kMostMoved);
 }
 
+// Of a drive whose segments from `from` on are in a local graph.
+Past past_of(const Account& account, const DriveTimes& times, std::size_t from,
+             const LocalGraph& local) {
+  const SegmentGraph& graph = account.graph;
+  Past past;
+  std::vector<bool> is_local(graph.landmarks.size(), false);
+  for (const int landmark : local.landmarks) is_local[static_cast<std::size_t>(landmark)] = true;
+  std::vector<int> number(graph.landmarks.size(), -1);
+  for (std::size_t l = 0; l < number.size(); ++l) {
+    if (is_local[l] || account.landmarks[l].id < 0) continue;
+    number[l] = static_cast<int>(past.others.size());
+    past.others.push_back(graph.landmarks[l]);
+  }
+  int next = static_cast<int>(past.others.size());
+  for (const int landmark : local.landmarks) number[static_cast<std::size_t>(landmark)] = next++;
+  past.scans = newest_scans(graph, times.begins, std::numeric_limits<int>::max());
+  const std::size_t first = past.scans.first_segment;
+  const int poses = from > first ? static_cast<int>(past.scans.ends[from - first - 1]) : 0;
+  std::vector<SightingFactor>& sightings = past.scans.sightings;
+  sightings.erase(
+      std::find_if(sightings.begin(), sightings.end(),
+                   [&](const SightingFactor& sighting) { return sighting.pose >= poses; }),
+      sightings.end());
+  for (SightingFactor& sighting : sightings) {
+    if (sighting.landmark < 0) continue;
+    sighting.landmark = number[static_cast<std::size_t>(sighting.landmark)];
+  }
+  return past;
+}
+
 bool decide_locally(const ReassociationOptions& options, const DriveTimes& times, std::size_t from,
                     const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
   const std::optional<LocalGraph> local = local_graph(account->graph, from);
@@ -502,8 +567,9 @@ bool decide_locally(const ReassociationOptions& options, const DriveTimes& times
   }
   const Account undecided = part_of(*account, *local);
   Account part = undecided;
-  const bool is_decided = Accounts(options, newest, next_id, statistics, undecided).decide(&part);
-  if (!is_decided) return false;
+  const Past past = past_of(*account, times, from, *local);
+  Accounts accounts(options, newest, next_id, statistics, undecided, past);
+  if (!accounts.decide(&part)) return false;
   Account whole = *account;
   if (!put_back(part, *local, from, options.robust_width, &whole) ||
       !solve(options.robust_width, &whole)) {
@@ -538,7 +604,7 @@ bool decide_associations(const ReassociationOptions& options, const DriveTimes& 
   const bool is_large = from > 0 && account->graph.landmarks.size() >= kLargeMap;
   const bool is_decided =
       (is_large && decide_locally(options, times, from, statistics, next_id, account)) ||
-      Accounts(options, times, next_id, statistics, undecided).decide(account);
+      Accounts(options, times, next_id, statistics, undecided, Past()).decide(account);
   if (is_decided && close_ranks(width, account)) return true;
   *account = undecided;
   return false;

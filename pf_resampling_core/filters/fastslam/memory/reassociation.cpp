@@ -238,8 +238,9 @@ bool contradict(const Places& best, const Duplicates& other, double sighting_var
   });
 }
 
-// Variances of landmarks' places, m^2, at most: as of the base of the newest segment that has seen
-// it and of a sighting together, which takes no covariance of them all.
+// Variances of landmarks' places, m^2, at most: as of the begin or the end of the newest segment
+// that has seen it, in which there may be a gap, and of a sighting together. That takes no
+// covariance of them all.
 std::vector<double> place_variances(const SegmentGraph& graph, const SegmentEquations& equations,
                                     const SightingStatistics& statistics,
                                     const std::vector<int>& landmarks) {
@@ -249,27 +250,28 @@ std::vector<double> place_variances(const SegmentGraph& graph, const SegmentEqua
       seen_in[static_cast<std::size_t>(landmark)] = s;
     }
   }
-  const double of_sighting = std::sqrt(2.0 * statistics.variance);
   std::map<std::size_t, Eigen::Matrix3d> of_bases;
+  const auto sigma_from = [&](std::size_t base, const Eigen::Vector2d& place) {
+    if (base == 0) return 0.0;
+    const auto [found, is_new] = of_bases.try_emplace(base);
+    if (is_new) found->second = equations.base_covariance(base);
+    const Pose2& pose = graph.bases[base];
+    Eigen::Matrix<double, 2, 3> by_base;
+    by_base << 1.0, 0.0, pose.y - place.y(), 0.0, 1.0, place.x() - pose.x;
+    return std::sqrt((by_base * found->second * by_base.transpose()).trace());
+  };
+  const double of_sighting = std::sqrt(2.0 * statistics.variance);
   std::vector<double> variances;
   for (const int landmark : landmarks) {
     const std::size_t l = static_cast<std::size_t>(landmark);
-    const std::size_t base = seen_in[l];
-    if (!graph.segments[base]->has_data()) {
+    const std::size_t s = seen_in[l];
+    if (!graph.segments[s]->has_data()) {
       variances.push_back(equations.covariance_of({landmark}).trace());
       continue;
     }
-    double of_base = 0.0;
-    if (base > 0) {
-      const auto [found, is_new] = of_bases.try_emplace(base);
-      if (is_new) found->second = equations.base_covariance(base);
-      const Pose2& pose = graph.bases[base];
-      Eigen::Matrix<double, 2, 3> by_base;
-      by_base << 1.0, 0.0, pose.y - graph.landmarks[l].y(),  //
-          0.0, 1.0, graph.landmarks[l].x() - pose.x;
-      of_base = std::sqrt((by_base * found->second * by_base.transpose()).trace());
-    }
-    variances.push_back((of_base + of_sighting) * (of_base + of_sighting));
+    const Eigen::Vector2d& place = graph.landmarks[l];
+    const double sigma = std::max(sigma_from(s, place), sigma_from(s + 1, place)) + of_sighting;
+    variances.push_back(sigma * sigma);
   }
   return variances;
 }

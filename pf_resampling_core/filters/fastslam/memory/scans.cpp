@@ -1,12 +1,21 @@
 #include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
 
 namespace pf_resampling {
 namespace {
+
+// Well within the view: a share of the range, rad, and m across; for so many scans, with no longer
+// gaps, s.
+constexpr double kInsideRange = 0.9;
+constexpr double kInsideBearing = 0.03;
+constexpr double kInsideAcross = 0.3;
+constexpr int kFewestLooks = 2;
+constexpr double kPassageEnd = 5.0;
 
 Eigen::Vector2d in_frame(const Pose2& base, const Eigen::Vector2d& place) {
   const Pose2 there = relative(base, {place.x(), place.y(), 0.0});
@@ -172,6 +181,60 @@ Together seen_together(const SegmentGraph& graph, const std::vector<int>& landma
     }
   }
   return together;
+}
+
+ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
+                           const std::vector<const Scans*>& parts) {
+  double range = 0.0;
+  double bearing = 0.0;
+  for (const Scans* scans : parts) {
+    for (const SightingFactor& sighting : scans->sightings) {
+      range = std::max(range, sighting.range);
+      bearing = std::max(bearing, std::abs(sighting.bearing));
+    }
+  }
+  struct Passage {
+    int looks = 0;
+    bool is_seen = false;
+    double last = 0.0;  // s
+  };
+  ViewPassages passages;
+  std::vector<Passage> open(places.size());
+  const auto close = [&](Passage* passage) {
+    if (passage->looks >= kFewestLooks) {
+      ++passages.all;
+      if (!passage->is_seen) ++passages.missed;
+    }
+    *passage = {};
+  };
+  const auto look = [&](const Pose2& eye, double now) {
+    for (std::size_t l = 0; l < places.size(); ++l) {
+      if (open[l].looks > 0 && now - open[l].last > kPassageEnd) close(&open[l]);
+      if (std::abs(places[l].x() - eye.x) > range) continue;
+      const Pose2 there = relative(eye, {places[l].x(), places[l].y(), 0.0});
+      const double distance = std::hypot(there.x, there.y);
+      const double widest = bearing - kInsideBearing - kInsideAcross / distance;
+      if (distance > kInsideRange * range || std::abs(std::atan2(there.y, there.x)) > widest) {
+        continue;
+      }
+      ++open[l].looks;
+      open[l].last = now;
+    }
+  };
+  for (const Scans* scans : parts) {
+    int pose = -1;
+    for (const SightingFactor& sighting : scans->sightings) {
+      const std::size_t i = static_cast<std::size_t>(sighting.pose);
+      if (sighting.pose != pose) look(compose(scans->poses[i], sighting.sensor), scans->times[i]);
+      pose = sighting.pose;
+      if (sighting.landmark < 0) continue;
+      Passage& passage = open[static_cast<std::size_t>(sighting.landmark)];
+      passage.is_seen = true;
+      passage.last = scans->times[i];
+    }
+  }
+  for (Passage& passage : open) close(&passage);
+  return passages;
 }
 
 bool renumber(const std::vector<int>& new_number, double robust_width, SegmentGraph* graph) {

@@ -45,6 +45,18 @@ std::vector<bool> seen_landmarks(const SegmentGraph& graph);
 using Together = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>;
 Together seen_together(const SegmentGraph& graph, const std::vector<int>& landmarks);
 
+/// Passages of landmarks through the view: how many there were, and on how many of them the
+/// landmark was not seen.
+struct ViewPassages {
+  int all = 0;
+  int missed = 0;
+};
+/// Of the landmarks at some places (map frame) in these scans, one after the other; before they
+/// were first seen, too. In view is what is well within the largest range and bearing of any
+/// sighting.
+ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
+                           const std::vector<const Scans*>& parts);
+
 /// Gives tracks of landmark l to new_number[l]; where that is -1, their sightings are of none. New
 /// numbers may be the same: the landmarks are one. The graph's landmarks keep their numbers.
 bool renumber(const std::vector<int>& new_number, double robust_width, SegmentGraph* graph);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -261,6 +262,45 @@ TEST(Accounts, WhatComesBackIntoViewOfALargeMapMayBeAnother) {
   drive.see(0, 2, drive.sighting_of(place(0)));
   ASSERT_TRUE(drive.solve());
   EXPECT_EQ(drive.landmark_of_last_sighting(), drive.past.number_of(0));
+}
+
+// Past landmarks on the left, with a sensor that sees them from 6 m, 1.2 rad to either side.
+void drive_past(const std::vector<Eigen::Vector2d>& landmarks, std::int64_t first_id,
+                Drive* drive) {
+  for (int i = 0; i < 40; ++i) {
+    drive->move(0.5, 0.0);
+    for (std::size_t l = 0; l < landmarks.size(); ++l) {
+      const SightingFactor sighting = drive->sighting_of(landmarks[l]);
+      if (sighting.range > 6.0 || std::abs(sighting.bearing) > 1.2) continue;
+      drive->see(static_cast<int>(first_id) + static_cast<int>(l),
+                 first_id + static_cast<std::int64_t>(l), sighting);
+    }
+  }
+}
+
+// Through an aisle, then by odometry 8 m beside its begin, which may be off by 4 m, and through an
+// aisle again. It is the first one, if all that stands there is seen. If four of five are missing,
+// it is another: all that is seen fits the first, but the others would have been seen.
+TEST(Accounts, AnAisleLikeAnotherIsAnother) {
+  std::vector<Eigen::Vector2d> all, every_fifth;
+  for (int i = 0; i < 20; ++i) all.emplace_back(i + 3.0, 3.0);
+  for (std::size_t i = 0; i < all.size(); i += 5) {
+    every_fifth.emplace_back(all[i] + Eigen::Vector2d(0.0, 8.0));
+  }
+  for (const bool is_back : {true, false}) {
+    Drive drive;
+    drive_past(all, 0, &drive);
+    ASSERT_TRUE(drive.solve());
+    drive.truth = {0.0, is_back ? 0.0 : 8.0, 0.0};
+    drive.past.append(motion({-20.0, 8.0, 0.0}, 20.0, 4.0));
+    drive_past(is_back ? all : every_fifth, 50, &drive);
+    ASSERT_TRUE(drive.solve());
+    EXPECT_NEAR(drive.past.graph().newest().y, drive.truth.y, 0.1);
+    const auto& landmarks = drive.past.state().landmarks;
+    EXPECT_EQ(std::count_if(landmarks.begin(), landmarks.end(),
+                            [](const RememberedLandmark& landmark) { return landmark.id >= 0; }),
+              is_back ? 20 : 24);
+  }
 }
 
 // A driver gone mad: no cost is finite. The memory begins anew, not for ever in vain.
