@@ -49,6 +49,9 @@ constexpr std::size_t kLargeMap = 60;
 // to stand for it.
 constexpr double kMostMoved = 0.3;
 constexpr double kMostTurned = 0.03;
+// Logarithm of the odds for a robot that is elsewhere in a large map, 400 to 1: there are many
+// places to be at.
+constexpr double kSureElsewhere = 6.0;
 constexpr double kNowhere = 1e9;  // m
 
 bool solve(double robust_width, Account* account) {
@@ -148,6 +151,11 @@ bool condense_under_noise(double robust_width, SegmentGraph* graph) {
     if (!relinearize(robust_width, s, graph)) return false;
   }
   return true;
+}
+
+bool is_elsewhere(const SegmentGraph& graph, const SegmentGraph& other) {
+  const Pose2 moved = relative(graph.newest(), other.newest());
+  return std::hypot(moved.x, moved.y) > kMostMoved;
 }
 
 // What is not in the graph on which accounts are tried.
@@ -291,27 +299,31 @@ class Accounts {
     }
     std::sort(seen.begin(), seen.end());
     seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-    const Duplicates duplicates =
-        find_duplicates(options_, statistics_, account->graph, *account->equations, seen);
-    if (duplicates.pairs.empty()) return false;
-    Account merged = *account;
-    if (!merge(duplicates.pairs, options_.robust_width, &merged) ||
-        !solve(options_.robust_width, &merged)) {
-      return false;
+    for (const Which which : {Which::all, Which::near}) {
+      const Duplicates duplicates =
+          find_duplicates(options_, statistics_, account->graph, *account->equations, seen, which);
+      if (duplicates.pairs.empty()) return false;
+      Account merged = *account;
+      if (!merge(duplicates.pairs, options_.robust_width, &merged) ||
+          !solve(options_.robust_width, &merged)) {
+        continue;
+      }
+      double log_odds = duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
+      double least = kSureLogOdds;
+      if (is_elsewhere(account->graph, merged.graph)) {
+        log_odds -= duplicates.log_odds_of_near + cost_of_missed(*account, merged);
+        if (is_part_of_large(*account)) least = kSureElsewhere;
+      }
+      if (!(log_odds >= least)) continue;
+      *account = std::move(merged);
+      return true;
     }
-    const double log_odds = duplicates.log_prior_odds -
-                            (merged.solution.cost - account->solution.cost) -
-                            cost_of_missed(*account, merged);
-    if (!(log_odds >= kSureLogOdds)) return false;
-    *account = std::move(merged);
-    return true;
+    return false;
   }
 
   // What speaks against a robot that is elsewhere: landmarks that it should have seen there. Those
   // that it did see may be alike, as aisles are.
   double cost_of_missed(const Account& account, const Account& elsewhere) const {
-    const Pose2 moved = relative(account.graph.newest(), elsewhere.graph.newest());
-    if (std::hypot(moved.x, moved.y) < kMostMoved) return 0.0;
     const ViewPassages before = passages_of(account);
     const ViewPassages after = passages_of(elsewhere);
     const double share = (before.missed + 1.0) / (before.all + 2.0);

@@ -519,7 +519,8 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
 
 Duplicates find_duplicates(const ReassociationOptions& options,
                            const SightingStatistics& statistics, const SegmentGraph& graph,
-                           const SegmentEquations& equations, const std::vector<int>& in_question) {
+                           const SegmentEquations& equations, const std::vector<int>& in_question,
+                           Which which) {
   const std::vector<int> compared = compared_landmarks(graph, equations, statistics, in_question);
   if (compared.size() < 2 || in_question.empty()) return {};
   const double log_density = log_density_of_places(options, statistics);
@@ -544,6 +545,15 @@ Duplicates find_duplicates(const ReassociationOptions& options,
       const Odds odds = odds_of(places, older, newer, log_density);
       if (odds.squared < kFarthest) candidates.push_back({older, newer, odds.log_odds()});
     }
+  }
+  const auto is_near = [&](const Candidate& c) {
+    return places.difference(c.older, c.newer).squaredNorm() <
+           2.0 * kFarthest * statistics.variance;
+  };
+  if (which == Which::near) {
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                    [&](const Candidate& c) { return !is_near(c); }),
+                     candidates.end());
   }
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     if (a.log_odds != b.log_odds) return a.log_odds > b.log_odds;
@@ -571,6 +581,12 @@ Duplicates find_duplicates(const ReassociationOptions& options,
         contradict(best.places, other, statistics.variance)) {
       return {};
     }
+  }
+  for (const Candidate& c : candidates) {
+    const auto& pairs = best.found.pairs;
+    const bool is_found =
+        std::find(pairs.begin(), pairs.end(), std::make_pair(c.older, c.newer)) != pairs.end();
+    if (is_found && is_near(c)) best.found.log_odds_of_near += std::max(0.0, c.log_odds);
   }
   for (auto& [older, newer] : best.found.pairs) {
     older = compared[static_cast<std::size_t>(older)];

@@ -279,11 +279,11 @@ struct Row {
     segment.beside = beside;
     graph.segments[0] = std::make_shared<const Segment>(segment);
   }
-  Duplicates found(const std::vector<int>& in_question) const {
+  Duplicates found(const std::vector<int>& in_question, Which which = Which::all) const {
     SegmentEquations equations(graph);
     equations.linearize(graph);
     EXPECT_TRUE(equations.factorize(0.0));
-    return find_duplicates(kReassociation, kStatistics, graph, equations, in_question);
+    return find_duplicates(kReassociation, kStatistics, graph, equations, in_question, which);
   }
 };
 
@@ -315,6 +315,19 @@ TEST(Reassociation, JoinsNothingOnTheStrengthOfOthers) {
     const Duplicates found = row.found(in_question);
     EXPECT_EQ(found.pairs, (std::vector<std::pair<int, int>>{{0, 1}}));
   }
+}
+
+// Both pairs are sure to be one (S = 2 cm² and 700 cm²), but only the first is as near as two
+// sightings of one landmark: 3.7 standard deviations of their distance are 0.35 m.
+TEST(Reassociation, TellsTracksOfOneLandmarkFromAnotherPlace) {
+  Eigen::MatrixXd covariance = 1e-4 * Eigen::MatrixXd::Identity(8, 8);
+  covariance.bottomRightCorner<4, 4>() = 0.035 * Eigen::Matrix4d::Identity();
+  const Row row({{4.0, 0.0}, {4.0, 0.01}, {7.0, 0.0}, {7.0, 0.37}}, covariance, {});
+  const Duplicates all = row.found({1, 3});
+  EXPECT_EQ(all.pairs, (std::vector<std::pair<int, int>>{{0, 1}, {2, 3}}));
+  const Duplicates near = row.found({1, 3}, Which::near);
+  EXPECT_EQ(near.pairs, (std::vector<std::pair<int, int>>{{0, 1}}));
+  EXPECT_NEAR(all.log_odds_of_near, near.log_odds, 1e-9);
 }
 
 // Two clusters of two, 2 m apart and alike, and one that was seen later from somewhere between: it
