@@ -153,7 +153,7 @@ std::vector<Finding> BeaconMclPipeline::findings() const {
   return findings;
 }
 
-// The ranges of such a beacon are left out: the pose does not suffer.
+// Its place or bias is free in the memory: the pose does not suffer.
 void BeaconMclPipeline::note_findings(ros::Time stamp) {
   const RangeMemory* memory = filter_->memory();
   if (memory == nullptr) return findings_.clear();

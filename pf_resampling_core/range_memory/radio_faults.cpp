@@ -14,12 +14,13 @@ namespace {
 using RadioOf = RadioUnknown;
 
 constexpr int kFewestRanges = 30;
-constexpr double kSuspiciousCost = 0.6;  // mean of a range; independent ones: 0.45
-constexpr double kPull = 3.0;            // gain of the cost if its place were free
-constexpr double kOwnBias = 2.0;         // standard deviations
-constexpr double kRigid = 60.0;          // s that odometry alone has the shape of the path
-constexpr int kRounds = 4;               // of faults and errors, one found in each
-constexpr double kLeastFault = 0.3;      // m
+constexpr double kSuspiciousCost = 0.6;    // mean of a range; independent ones: 0.45
+constexpr double kPull = 3.0;              // gain of the cost if its place were free
+constexpr double kOwnBias = 2.0;           // standard deviations
+constexpr double kRigid = 60.0;            // s that odometry alone has the shape of the path
+constexpr int kRounds = 4;                 // of faults and errors, one found in each
+constexpr double kLeastFault = 0.3;        // m
+constexpr std::size_t kMistakesTried = 4;  // of two radios
 // Along one line mirrored paths and places explain ranges as well as the true ones: no radio is
 // named.
 constexpr double kTurnedBeforeNaming = 1.0;  // rad, between headings of most ranges
@@ -59,15 +60,22 @@ void RangeMemory::judge_radios() {
       }
     }
     std::vector<std::optional<RangeMode>> others;
+    const std::vector<bool> is_suspicious = suspicious(mode);
+    // Two may be wrong where two others are right.
+    if (round == 0 && time_ < kRigid && !mode.past && radios_.size() >= 4) {
+      for (RangeMode& other : with_mistakes(mode, is_suspicious)) {
+        others.emplace_back(std::move(other));
+      }
+    }
     for (const int fault : faults) {
-      if (mode.accounts[static_cast<std::size_t>(fault)] == RadioAccount::as_listed) continue;
+      const RadioAccount account = mode.accounts[static_cast<std::size_t>(fault)];
+      if (account == RadioAccount::as_listed || account == RadioAccount::mistaken) continue;
       others.push_back(with_fault(mode, fault, RadioAccount::as_listed, fault));
       for (const int radio : listed) {
         others.push_back(with_fault(mode, radio, RadioAccount::elsewhere, fault));
       }
     }
     if (listed.size() >= 3) {
-      const std::vector<bool> is_suspicious = suspicious(mode);
       for (const int radio : listed) {
         if (!is_suspicious[static_cast<std::size_t>(radio)]) continue;
         others.push_back(with_fault(mode, radio, RadioAccount::elsewhere, -1));
@@ -143,6 +151,62 @@ std::optional<RangeMode> RangeMemory::with_other_error(const RangeMode& mode,
   return other;
 }
 
+// Where radios do not fit: all as listed, and with one at the place of another, or both at each
+// other's, those that fit best. The path without them may be far off, so each is looked for from
+// starts of its own.
+std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
+                                                  const std::vector<bool>& is_suspicious) const {
+  const RangeMode listed = as_listed();
+  const auto may_be_wrong = [&](std::size_t radio) {
+    return is_suspicious[radio] || mode.accounts[radio] != RadioAccount::as_listed;
+  };
+  const auto mistake = [&](std::size_t radio, std::size_t place, RangeMode* other) {
+    other->accounts[radio] = RadioAccount::mistaken;
+    for (Eigen::VectorXd* constants : {&other->prior.constants, &other->estimate.constants}) {
+      constants->segment<2>(radio_at(static_cast<int>(radio))) =
+          listed.prior.constants.segment<2>(radio_at(static_cast<int>(place)));
+    }
+  };
+  std::vector<std::pair<double, RangeMode>> pairs;
+  const auto consider = [&](const RangeMode& other) {
+    const auto poses = first_poses(other, 2);
+    if (!poses.empty()) pairs.emplace_back(poses.front().first, other);
+  };
+  for (std::size_t a = 0; a < radios_.size(); ++a) {
+    for (std::size_t b = 0; b < radios_.size(); ++b) {
+      if (a == b || !radios_[a].listed || !radios_[b].listed || !may_be_wrong(a)) continue;
+      RangeMode other = listed;
+      mistake(a, b, &other);
+      consider(other);
+      if (may_be_wrong(b) && b < a) continue;  // the other way round
+      mistake(b, a, &other);
+      consider(other);
+    }
+  }
+  if (pairs.empty()) return {};
+  std::sort(pairs.begin(), pairs.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (pairs.size() > kMistakesTried) pairs.resize(kMistakesTried);
+  pairs.emplace_back(0.0, listed);
+  std::vector<RangeMode> found;
+  for (const auto& [cost, pair] : pairs) {
+    RangeNoise noise = noise_;
+    std::vector<RangeMode> begun = starts(pair, kRefinedOfMany, &noise);
+    if (!begun.empty()) found.push_back(std::move(begun.front()));
+  }
+  // Where a mistake is taken to be there, a single fault is no step from it.
+  if (!has_mistake(mode) || found.empty() || has_mistake(found.back())) return found;
+  const RangeMode as_all_listed = found.back();
+  for (std::size_t radio = 0; radio < radios_.size(); ++radio) {
+    if (!radios_[radio].listed) continue;
+    for (const RadioAccount account : {RadioAccount::elsewhere, RadioAccount::biased}) {
+      auto other = with_fault(as_all_listed, static_cast<int>(radio), account, -1);
+      if (other) found.push_back(std::move(*other));
+    }
+  }
+  return found;
+}
+
 // The mode with one radio as `account` says, and another one (`cleared`; -1: none) as listed again;
 // nothing if that is no other mode. Looked for from the path without the ranges of both and, while
 // odometry alone has its shape, from a start without them.
@@ -169,8 +233,10 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
   if (solved(kIterations, &without).is_usable) paths.push_back(without);
   if (time_ < kRigid && !mode.past && account == RadioAccount::elsewhere) {
     RangeNoise noise = noise_;
-    std::vector<RangeMode> anew = starts(radio, &noise);
+    RangeMode listed = as_listed();
+    listed.estimate.takes_part[r] = false;
     // Only that radio is not as listed in these.
+    std::vector<RangeMode> anew = starts(listed, kRefinedOfMany, &noise);
     if (!anew.empty()) paths.push_back(std::move(anew.front()));
   }
   std::optional<RangeMode> best;

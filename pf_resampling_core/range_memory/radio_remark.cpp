@@ -12,14 +12,14 @@ std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& li
     std::snprintf(text, sizeof(text), " measures %.2f ± %.2f m too %s: give it a calibration",
                   std::abs(radio.calibration.bias), radio.bias_sigma,
                   radio.calibration.bias > 0.0 ? "long" : "short");
-    return name + text + "; its ranges are left out";
+    return name + text + "; until then, this is used";
   }
   if (radio.account != RadioAccount::elsewhere || radio.places.empty()) return "";
   if (radio.in_place_of >= 0) {
     std::snprintf(text, sizeof(text),
                   " seems to be at the place of beacon %d: swapped in the list, or repeated?",
                   radio.in_place_of);
-    return name + text + " Its ranges are left out";
+    return name + text + " Until it is settled, that place is used";
   }
   for (const Beacon& beacon : listed) {
     if (beacon.id != radio.id) continue;
@@ -31,7 +31,7 @@ std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& li
         (place.position - beacon.position.head<2>()).norm(), beacon.position.x(),
         beacon.position.y(), place.position.x(), place.position.y(),
         std::sqrt(0.5 * place.covariance.trace()));
-    return name + text + " Its ranges are left out";
+    return name + text + " Until it is settled, that place is used";
   }
   return "";
 }

@@ -155,7 +155,7 @@ std::optional<int> RangeMemory::radio_of(int id) {
   };
   for (RangeMode& mode : modes_) {
     mode.accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
-    mode.prior.constants = anew.constants;
+    append_to(&mode.prior.constants);
     mode.prior.constants_sigma = sigmas(mode.accounts, mode.loose);
     append_to_estimate(&mode.estimate);
     for (std::optional<RangePast>* past : {&mode.past, &mode.settled}) {
@@ -387,7 +387,10 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
       radio.fault += other.probability;
     }
   }
-  if (radio.fault > kNamed && has_turned_) radio.account = mode.accounts[r];
+  if (radio.fault > kNamed && has_turned_) {
+    const bool is_mistaken = mode.accounts[r] == RadioAccount::mistaken;
+    radio.account = is_mistaken ? RadioAccount::elsewhere : mode.accounts[r];
+  }
   if (mode.estimate.takes_part[r]) {
     const int at = radio_at(*number);
     radio.places.push_back(

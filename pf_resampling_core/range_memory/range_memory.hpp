@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -44,6 +45,7 @@ enum class RadioAccount {
   as_listed,
   elsewhere,  ///< its place is not the listed one
   biased,     ///< its ranges are too long or too short by more than radios differ
+  mistaken,   ///< it is where another one is listed: swapped with that, or repeating its ranges
   unlisted,   ///< nobody said where it is
 };
 
@@ -77,6 +79,11 @@ struct RangeMode {
   std::optional<RangePast> settled;  ///< from which on keyframes move between solutions of all
   double probability = 1.0;          ///< among the modes
 };
+
+inline bool has_mistake(const RangeMode& mode) {
+  return std::find(mode.accounts.begin(), mode.accounts.end(), RadioAccount::mistaken) !=
+         mode.accounts.end();
+}
 
 /// What is known of a radio.
 struct RadioKnowledge {
@@ -173,6 +180,8 @@ class RangeMemory {
   static constexpr int kKeyframe = KeyframeUnknown::count;
   static constexpr std::size_t kMostRadios = 40;  // that are heard at a time
   static constexpr int kRingPlaces = 32;
+  static constexpr std::size_t kRefined = 16;  // of first poses
+  static constexpr std::size_t kRefinedOfMany = 5;
   static constexpr double kSamePlace = 0.5;    // m, of two modes
   static constexpr double kModeMargin = 10.0;  // of the logarithm of the evidence
   static constexpr int kIterations = 8;
@@ -206,7 +215,10 @@ class RangeMemory {
   bool may_be_loose(LooseError::Index error) const;
   void set_account(int radio, RadioAccount account, RangeMode* mode) const;
   void start();
-  std::vector<RangeMode> starts(int excluded, RangeNoise* noise) const;
+  RangeMode as_listed() const;
+  std::vector<std::pair<double, Pose2>> first_poses(const RangeMode& mode, int coarseness) const;
+  std::vector<RangeMode> starts(const RangeMode& mode, std::size_t refined,
+                                RangeNoise* noise) const;
   void weigh_modes();
   std::vector<Fix> fixes(int radio, const RangeMode& mode) const;
   void let_radios_enter(RangeMode* mode);
@@ -218,6 +230,8 @@ class RangeMemory {
   std::optional<RangeMode> with_other_error(const RangeMode& mode, LooseError::Index error) const;
   std::optional<RangeMode> with_fault(const RangeMode& mode, int radio, RadioAccount account,
                                       int cleared) const;
+  std::vector<RangeMode> with_mistakes(const RangeMode& mode,
+                                       const std::vector<bool>& is_suspicious) const;
   double log_probability(const RangeMode& mode) const;
   bool try_noise();
   void find_doubt();

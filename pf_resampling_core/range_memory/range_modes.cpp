@@ -18,8 +18,6 @@ constexpr int kStartRadios = 3;
 constexpr double kPatience = 10.0;  // s with fewer radios
 constexpr int kStartRanges = 12;
 constexpr int kHeadings = 24;
-constexpr std::size_t kRefined = 16;
-constexpr std::size_t kRefinedOfMany = 5;
 constexpr double kSameHeading = 0.3;              // rad
 constexpr double kAnywhere = 0.5;                 // rad
 constexpr double kTolerance = 0.02;               // of the cost
@@ -47,7 +45,17 @@ constexpr double kLeastFactor = 0.01;
 constexpr double kNarrowest = 3.0;
 constexpr double kWidest = 8.0;
 constexpr double kSmallestStep = 1.15;
+constexpr double kLargestStep = 2.0;
 constexpr double kMedianOfNormal = 0.6745;
+
+// Keyframes as odometry has them, in the frame of the first.
+std::vector<Pose2> driven_by_odometry(const RangeGraph& graph) {
+  std::vector<Pose2> driven = {Pose2{}};
+  for (const OdometryIncrement& motion : graph.motions) {
+    driven.push_back(compose(driven.back(), motion.mean));
+  }
+  return driven;
+}
 
 }  // namespace
 
@@ -59,11 +67,7 @@ RangeBelief RangeMemory::solved(int iterations, RangeMode* mode) const {
   return mode->belief;
 }
 
-void RangeMemory::start() {
-  if (beacons_.size() >= 2 && !first_) {
-    modes_ = starts(-1, &noise_);
-    return weigh_modes();
-  }
+RangeMode RangeMemory::as_listed() const {
   RangeMode mode;
   mode.prior = prior();
   for (const Radio& radio : radios_) {
@@ -71,6 +75,15 @@ void RangeMemory::start() {
     mode.estimate.takes_part.push_back(radio.listed.has_value());
   }
   mode.estimate.constants = mode.prior.constants;
+  return mode;
+}
+
+void RangeMemory::start() {
+  RangeMode mode = as_listed();
+  if (beacons_.size() >= 2 && !first_) {
+    modes_ = starts(mode, kRefined, &noise_);
+    return weigh_modes();
+  }
   mode.estimate.keyframes = {mode.prior.first};
   for (const OdometryIncrement& motion : graph_.motions) {
     const KeyframeState& last = mode.estimate.keyframes.back();
@@ -81,17 +94,16 @@ void RangeMemory::start() {
   modes_ = {mode};
 }
 
-// On the ring of the first range to a listed radio, all headings; the best of them refined by least
-// squares. `noise`: the factor of the ranges' is found, unless a radio is excluded.
-std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) const {
+// On the ring of the first range to a radio that takes part, all headings: their cost, the least
+// first.
+std::vector<std::pair<double, Pose2>> RangeMemory::first_poses(const RangeMode& mode,
+                                                               int coarseness) const {
   std::set<int> heard;
   std::vector<const HeldRange*> ranges;
   std::vector<std::size_t> keyframes;
   for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
     for (const HeldRange& range : graph_.ranges[k]) {
-      if (!radios_[static_cast<std::size_t>(range.radio)].listed || range.radio == excluded) {
-        continue;
-      }
+      if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       heard.insert(range.radio);
       ranges.push_back(&range);
       keyframes.push_back(k);
@@ -100,33 +112,11 @@ std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) cons
   const bool is_enough = static_cast<int>(ranges.size()) >= kStartRanges && heard.size() >= 2 &&
                          (static_cast<int>(heard.size()) >= kStartRadios || time_ > kPatience);
   if (!is_enough) return {};
-
-  RangeMode mode;
-  mode.prior = prior();
-  mode.estimate.constants = mode.prior.constants;
-  for (std::size_t r = 0; r < radios_.size(); ++r) {
-    const bool is_listed = radios_[r].listed.has_value();
-    mode.accounts.push_back(is_listed ? RadioAccount::as_listed : RadioAccount::unlisted);
-    mode.estimate.takes_part.push_back(is_listed && static_cast<int>(r) != excluded);
-  }
-  // Keyframes as odometry has them, in the frame of the first.
-  std::vector<Pose2> driven = {Pose2{}};
-  for (const OdometryIncrement& motion : graph_.motions) {
-    driven.push_back(compose(driven.back(), motion.mean));
-  }
-  const auto placed_at = [&](const Pose2& first) {
-    std::vector<KeyframeState> states;
-    for (const Pose2& pose : driven) {
-      const Pose2 there = compose(first, pose);
-      states.emplace_back(there.x, there.y, there.heading, 0.0);
-    }
-    return states;
-  };
+  const std::vector<Pose2> driven = driven_by_odometry(graph_);
   const HeldRange& first = *ranges.front();
   const Pose2 first_heard = driven[keyframes.front()];
   const std::size_t stride = std::max<std::size_t>(1, ranges.size() / 60);
   std::vector<std::pair<double, Pose2>> candidates;
-  const int coarseness = excluded >= 0 ? 2 : 1;  // among many that are tried
   for (int i = 0; i < kRingPlaces; i += coarseness) {
     for (int h = 0; h < kHeadings; h += coarseness) {
       const double angle = 2.0 * kPi * i / kRingPlaces;
@@ -145,8 +135,8 @@ std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) cons
         const KeyframeState state(pose.x, pose.y, pose.heading, 0.0);
         // A coarse raster: a metre is nothing.
         const HeldRangeResidual residual =
-            residual_of(*ranges[r], *noise, state, mode.estimate.constants);
-        const double off = residual.value * noise->range * std::sqrt(ranges[r]->variance);
+            residual_of(*ranges[r], noise_, state, mode.estimate.constants);
+        const double off = residual.value * noise_.range * std::sqrt(ranges[r]->variance);
         cost += std::log1p(off * off);
       }
       candidates.emplace_back(cost, origin);
@@ -154,16 +144,28 @@ std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) cons
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
+  return candidates;
+}
+
+// The best first poses refined by least squares. `noise`: the factor of the ranges' is found, if
+// all are refined.
+std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t refined,
+                                           RangeNoise* noise) const {
+  const bool is_all = refined == kRefined;
+  const auto candidates = first_poses(mode, is_all ? 1 : 2);
+  const std::vector<Pose2> driven = driven_by_odometry(graph_);
   // The noise is not known yet: found from the first solution that is good.
   std::vector<RangeMode> found;
-  for (int round = 0; round < 2; ++round) {
+  for (int round = 0; round < (is_all ? 2 : 1); ++round) {
     found.clear();
-    for (std::size_t c = 0;
-         c < std::min(excluded >= 0 ? kRefinedOfMany : kRefined, candidates.size()); ++c) {
+    for (std::size_t c = 0; c < std::min(refined, candidates.size()); ++c) {
       RangeMode candidate = mode;
       const Pose2& origin = candidates[c].second;
       candidate.prior.first << origin.x, origin.y, origin.heading, 0.0;
-      candidate.estimate.keyframes = placed_at(origin);
+      for (const Pose2& pose : driven) {
+        const Pose2 there = compose(origin, pose);
+        candidate.estimate.keyframes.emplace_back(there.x, there.y, there.heading, 0.0);
+      }
       candidate.belief = pf_resampling::solve(graph_, candidate.prior, *noise, kManyIterations,
                                               kTolerance, nullptr, &candidate.estimate);
       if (candidate.belief.is_usable) found.push_back(candidate);
@@ -172,13 +174,15 @@ std::vector<RangeMode> RangeMemory::starts(int excluded, RangeNoise* noise) cons
     std::sort(found.begin(), found.end(), [](const RangeMode& a, const RangeMode& b) {
       return a.belief.log_evidence > b.belief.log_evidence;
     });
-    if (round > 0 || excluded >= 0) break;
+    if (round > 0 || !is_all) break;
     std::vector<double> residuals;
-    for (std::size_t r = 0; r < ranges.size(); ++r) {
-      residuals.push_back(
-          std::abs(residual_of(*ranges[r], noise_, found[0].estimate.keyframes[keyframes[r]],
-                               found[0].estimate.constants)
-                       .value));
+    for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+      for (const HeldRange& range : graph_.ranges[k]) {
+        if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
+        const RangeEstimate& best = found[0].estimate;
+        residuals.push_back(
+            std::abs(residual_of(range, noise_, best.keyframes[k], best.constants).value));
+      }
     }
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
     std::nth_element(residuals.begin(), middle, residuals.end());
@@ -207,6 +211,9 @@ double RangeMemory::log_probability(const RangeMode& mode) const {
     const bool is_fault = account == RadioAccount::elsewhere || account == RadioAccount::biased;
     if (is_fault) log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
   }
+  // One mistake swaps two.
+  if (has_mistake(mode))
+    log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
   const auto loose = std::count(mode.loose.begin(), mode.loose.end(), true);
   log_prior += static_cast<double>(loose) * std::log(kLooseOdds);
   return mode.belief.log_evidence / (doubt_ * doubt_) + log_prior;
@@ -377,12 +384,12 @@ double RangeMemory::log_prior_of_noise(const RangeNoise& noise) const {
 }
 
 // One of the noise's numbers, up and down: that under which the data are most probable. Steps
-// become smaller where neither is better.
+// become larger where one is better; else smaller, and the next number is tried.
 bool RangeMemory::try_noise() {
   RangeMode& mode = modes_.front();
   const std::array numbers = {&RangeNoise::range, &RangeNoise::translation, &RangeNoise::heading,
                               &RangeNoise::robust_width};
-  const std::size_t trial = static_cast<std::size_t>(next_trial_++) % numbers.size();
+  const std::size_t trial = static_cast<std::size_t>(next_trial_) % numbers.size();
   double& step = trial_steps_[trial];
   const RangeNoise before = noise_;
   const double best = mode.belief.log_evidence + log_prior_of_noise(noise_);
@@ -396,11 +403,13 @@ bool RangeMemory::try_noise() {
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
       mode = std::move(other);
       for (std::size_t m = 1; m < modes_.size(); ++m) solved(kIterations, &modes_[m]);
+      step = std::min(kLargestStep, step * step);
       return true;
     }
   }
   noise_ = before;
   step = std::max(kSmallestStep, std::sqrt(step));
+  ++next_trial_;
   return false;
 }
 

@@ -16,7 +16,7 @@ TEST(RadioRemark, SaysWhichRadioIsWrongAndHow) {
   radio.places.push_back({{30.0, 20.0}, 0.01 * Eigen::Matrix2d::Identity(), 1.0});
   EXPECT_EQ(remark_on(radio, {beacon}),
             "beacon 3 is listed 1.5 m from where its ranges put it (31.50, 20.00 -> 30.00, 20.00 ± "
-            "0.10): is the list right? Its ranges are left out");
+            "0.10): is the list right? Until it is settled, that place is used");
   radio.in_place_of = 2;
   EXPECT_NE(remark_on(radio, {beacon}).find("at the place of beacon 2"), std::string::npos);
   radio.account = RadioAccount::biased;

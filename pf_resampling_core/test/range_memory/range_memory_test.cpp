@@ -64,6 +64,25 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   EXPECT_TRUE(loose_after(long_wheels)[LooseError::wheels]);
 }
 
+// From two that are swapped, single steps lead to paths that are mirrored, with others accused.
+TEST(RangeMemory, NamesTwoThatAreSwappedAtOnce) {
+  for (const auto& [a, b] : {std::pair(0, 1), std::pair(1, 2)}) {
+    DriveAmongRadios drive;
+    std::vector<Beacon> listed = drive.beacons;
+    std::swap(listed[static_cast<std::size_t>(a)].position,
+              listed[static_cast<std::size_t>(b)].position);
+    RangeMemory memory({}, listed);
+    drive.drive(60.0, 3, &memory);
+    EXPECT_LT(drive.error(memory), 0.3) << a << b;
+    for (const RadioKnowledge& radio : memory.radios()) {
+      const bool is_swapped = radio.id == a + 1 || radio.id == b + 1;
+      EXPECT_EQ(radio.account, is_swapped ? RadioAccount::elsewhere : RadioAccount::as_listed)
+          << a << b << " " << radio.id;
+      EXPECT_EQ(radio.in_place_of, is_swapped ? a + b + 2 - radio.id : -1);
+    }
+  }
+}
+
 // On a circle, what radios differ by looks like a longer circle, seen by short wheels.
 TEST(RangeMemory, RadiosThatDifferAreNotTakenForShortWheels) {
   World world;
