@@ -20,7 +20,7 @@ constexpr std::size_t kMostSeeds = 20;
 // Sightings whose mean is where a landmark is while it is tracked.
 constexpr int kMostAveraged = 5;
 // Landmarks beside those in question, the nearest: their joint belief is dense.
-constexpr std::size_t kMostOthers = 60;
+constexpr std::size_t kMostCompared = 60;
 
 // A sighting's own part of the cost, were it of a landmark with this residual.
 double log_normalizer(const SightingFactor& sighting, const NoiseScales& noise) {
@@ -323,7 +323,7 @@ std::vector<int> compared_landmarks(const SegmentGraph& graph, const SegmentEqua
     }
   }
   std::sort(others.begin(), others.end());
-  others.resize(std::min(others.size(), kMostOthers));
+  others.resize(std::min(others.size(), kMostCompared));
   for (const auto& [distance, landmark] : others) compared.push_back(landmark);
   std::sort(compared.begin(), compared.end());
   return compared;
