@@ -305,6 +305,7 @@ class Accounts {
       double log_odds = duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
       double least = kSureLogOdds;
       if (is_elsewhere(account->graph, merged.graph)) {
+        // What moves the robot has to be sure without tracks of one landmark; these alone wait.
         log_odds -= duplicates.log_odds_of_near + cost_of_missed(*account, merged);
         if (is_part_of_large(*account)) least = kSureElsewhere;
       }
