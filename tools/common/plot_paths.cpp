@@ -1,17 +1,20 @@
 #include "tools/common/plot_paths.hpp"
 
+#include <fcntl.h>
+#include <spawn.h>
 #include <sys/mman.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <system_error>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/new_file.hpp"
@@ -25,11 +28,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPython = "/usr/bin/python3";
 
-/// Under which other processes can open an open file.
-std::string path_of(int descriptor) {
-  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor);
-}
-
 /// A file in memory that other processes can open by its path.
 class TemporaryFile {
  public:
@@ -40,7 +38,9 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  std::string path() const { return path_of(descriptor_); }
+  std::string path() const {
+    return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
+  }
 
  private:
   int descriptor_;
@@ -196,6 +196,33 @@ json plot_json(const PathPlot& plot) {
   return result;
 }
 
+/// Runs a program, its stdout to an open file and its stderr to another; returns its exit code, -1
+/// if it was killed.
+int run(const std::vector<std::string>& command, int out, const std::string& error_file) {
+  std::vector<char*> arguments;
+  std::vector<std::string> words = command;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(), O_WRONLY | O_TRUNC,
+                                   0);
+  pid_t child = 0;
+  const int failure =
+      posix_spawn(&child, command[0].c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failure != 0) {
+    throw Error(command[0] + ": " + std::generic_category().message(failure) +
+                "; install it for plots: sudo apt-get install python3-matplotlib");
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 std::string last_line(std::string text) {
   text.erase(text.find_last_not_of(" \n") + 1);
   const std::size_t end = text.find_last_of('\n');
@@ -221,13 +248,7 @@ void plot_paths(const PathPlot& plot, const std::string& path) {
   std::ofstream(data.path()) << plot_json(plot).dump(-1, ' ', false,
                                                      json::error_handler_t::replace);
   const std::string format = fs::path(path).extension().string().substr(1);
-  const auto quoted = [](const std::string& word) {
-    return "'" + std::regex_replace(word, std::regex("'"), "'\\''") + "'";
-  };
-  const std::string command = std::string(kPython) + " " + quoted(script) + " " + data.path() +
-                              " " + format + " > " + path_of(picture.descriptor()) + " 2> " +
-                              errors.path();
-  if (std::system(command.c_str()) != 0) {
+  if (run({kPython, script, data.path(), format}, picture.descriptor(), errors.path()) != 0) {
     throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));
   }
   picture.finish();
