@@ -403,7 +403,8 @@ bool RangeMemory::try_noise() {
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
       mode = std::move(other);
       for (std::size_t m = 1; m < modes_.size(); ++m) solved(kIterations, &modes_[m]);
-      step = std::min(kLargestStep, step * step);
+      // Few ranges fit better than they are: what grows may grow fast.
+      if (factor > 1.0) step = std::min(kLargestStep, step * step);
       return true;
     }
   }
