@@ -2,6 +2,7 @@
 
 RANGES = ("range_graph_test",)
 CROSS_VALIDATION = ("cross_validation_test",)
+FACTOR = ("multifrontal_cholesky_test",)
 
 BUGS = [
     # Among radios.
@@ -26,5 +27,12 @@ BUGS = [
         "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
         "return squares.both / kMeanSquareOfTwo + 0.0 * standard_error(blocks);",
         CROSS_VALIDATION,
+    ),
+    (
+        "factor: a block that stands twice in a term forgets what is between",
+        "smoothing/multifrontal_cholesky.cpp",
+        "for (std::size_t a = 0; a < rows.size(); ++a) {",
+        "for (std::size_t a = b; a < rows.size(); ++a) {",
+        FACTOR,
     ),
 ]
