@@ -162,8 +162,8 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
                                           double duration) {
   for (const RangeObservation& observation : used) {
     latest_ranges_[observation.beacon] = {stamp, observation.range, observation.antenna.z()};
-    if (!filter_->leaves_out(observation.beacon)) continue;
-    // It is heard, and nothing is expected of its ranges.
+    if (!filter_->is_not_as_listed(observation.beacon)) continue;
+    // It is heard; what is wrong with it is said as a finding.
     beacon_health_[observation.beacon] = BeaconHealth{};
     beacon_health_[observation.beacon].last = stamp;
   }

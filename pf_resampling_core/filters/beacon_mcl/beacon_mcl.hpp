@@ -137,8 +137,8 @@ class BeaconMcl {
   /// Solutions of all of it are made in a thread beside the filter, and taken over once they are
   /// there: no update waits, but what comes then depends on time. At first they are not.
   void set_deferred_solutions(bool deferred) { solutions_are_deferred_ = deferred; }
-  /// Whether this beacon's ranges are not used, as the memory says that it is not as listed.
-  bool leaves_out(int beacon) const;
+  /// Whether the memory says that this beacon is not as listed, in place or by a bias.
+  bool is_not_as_listed(int beacon) const;
   /// Errors of distances and turns of the odometry as the memory knows them: the motion without
   /// them.
   OdometryIncrement without_known_errors(OdometryIncrement odometry) const;

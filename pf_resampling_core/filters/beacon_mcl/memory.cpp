@@ -72,7 +72,7 @@ OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) co
   return odometry;
 }
 
-bool BeaconMcl::leaves_out(int beacon) const {
+bool BeaconMcl::is_not_as_listed(int beacon) const {
   if (!is_drawn_from_memory_) return false;
   const std::vector<RadioKnowledge> radios = memory_->radios();
   return std::any_of(radios.begin(), radios.end(), [&](const RadioKnowledge& radio) {

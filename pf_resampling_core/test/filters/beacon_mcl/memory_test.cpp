@@ -62,7 +62,7 @@ TEST(BeaconMclMemory, DoesWithoutTheBeaconThatIsElsewhere) {
   listed[2].position.x() += 3.0;
   BeaconMcl filter(with_redraw(), listed, 1);
   EXPECT_LT(error_after(120.0, &drive, &filter), 0.3);
-  for (const Beacon& beacon : listed) EXPECT_EQ(filter.leaves_out(beacon.id), beacon.id == 3);
+  for (const Beacon& beacon : listed) EXPECT_EQ(filter.is_not_as_listed(beacon.id), beacon.id == 3);
 }
 
 // It has any heading until it moves, and least squares from a wrong one ends elsewhere. While two
@@ -122,7 +122,7 @@ TEST(BeaconMclMemory, ASavedOneGoesOnToTheBit) {
     EXPECT_TRUE((whole.particles().scale == second.particles().scale).all());
     EXPECT_EQ(whole.memory()->time(), second.memory()->time());
   }
-  EXPECT_TRUE(second.leaves_out(3));
+  EXPECT_TRUE(second.is_not_as_listed(3));
   EXPECT_GT(second.status().redraws, 2);
   std::remove(path.c_str());
 }
@@ -153,7 +153,7 @@ TEST(BeaconMclMemory, BeginsAndEndsWhileTheFilterRuns) {
   EXPECT_GT(filter.status().redraws, 10);
   filter.set_options(options);
   EXPECT_EQ(filter.memory(), nullptr);
-  EXPECT_FALSE(filter.leaves_out(1));
+  EXPECT_FALSE(filter.is_not_as_listed(1));
   EXPECT_LT(error_after(10.0, &drive, &filter), 1.0);
 }
 
