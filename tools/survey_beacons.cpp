@@ -80,9 +80,11 @@ void print_findings(const RangeSolution& solution, const std::vector<Beacon>& li
               1.0 + newest.mean[distance], sigma_of(newest, distance), 1.0 + newest.mean[turn],
               sigma_of(newest, turn), newest.mean[KeyframeUnknown::yaw_rate_bias],
               sigma_of(newest, KeyframeUnknown::yaw_rate_bias));
-  std::printf("  antenna: %+.2f ± %.2f m ahead, %+.2f ± %.2f m to the left of where it is said\n",
-              newest.mean[lever], sigma_of(newest, lever), newest.mean[lever + 1],
-              sigma_of(newest, lever + 1));
+  std::printf(
+      "  antenna: %+.2f ± %.2f m ahead, %+.2f ± %.2f m to the left, %+.2f ± %.2f m above "
+      "where it is said\n",
+      newest.mean[lever], sigma_of(newest, lever), newest.mean[lever + 1],
+      sigma_of(newest, lever + 1), newest.mean[lever + 2], sigma_of(newest, lever + 2));
 }
 
 PathPlot picture_of(const std::string& title, const RangeSolution& solution,

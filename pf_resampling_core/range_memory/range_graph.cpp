@@ -402,8 +402,9 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   const Eigen::Vector2d place = Eigen::Vector2d(moved.x, moved.y) + arm;
   const Eigen::Vector2d from_radio =
       keyframe.head<2>() + turn * place - constants.segment<2>(radio + Radio::x);
+  const double height = range.height - constants[Common::lever_z];
   const double squared =
-      from_radio.squaredNorm() + range.height * range.height + constants[radio + Radio::height];
+      from_radio.squaredNorm() + height * height + constants[radio + Radio::height];
   HeldRangeResidual residual;
   residual.distance = std::sqrt(std::max(kLeastDistance * kLeastDistance, squared));
   const double stretch = 1.0 + constants[Common::scale] + constants[radio + Radio::scale];
@@ -432,6 +433,7 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   residual.by_common[Common::lever_x] = (by_body * Eigen::Vector2d(turn_cosine, turn_sine)).value();
   residual.by_common[Common::lever_y] =
       (by_body * Eigen::Vector2d(-turn_sine, turn_cosine)).value();
+  residual.by_common[Common::lever_z] = -scale * stretch / residual.distance * height;
   residual.by_radio << -by_place, scale * residual.distance, scale,
       scale * stretch / (2.0 * residual.distance);
   return residual;

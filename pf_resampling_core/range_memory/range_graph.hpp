@@ -24,6 +24,7 @@ struct CommonUnknown {
     turn_scale,      ///< measured over true turn, less 1
     lever_x,         ///< m, true less stated place of the antenna on the robot
     lever_y,
+    lever_z,
     count
   };
 };
@@ -133,7 +134,7 @@ struct HeldRangeResidual {
   Eigen::Matrix<double, 1, RadioUnknown::count> by_radio;
 };
 
-/// (1 + scale)·d + bias − range, d = √(|antenna − radio|² + height² + height unknown).
+/// (1 + scale)·d + bias − range, d = √(|antenna − radio|² + (height − lever_z)² + height unknown).
 HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
                               const KeyframeState& keyframe, const Eigen::VectorXd& constants);
 

@@ -261,11 +261,12 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
                             ? std::min(options_.height, kHeightOfArea * area.diagonal().norm())
                             : options_.height;
   const double lever = lever_is_stated_ ? options_.stated_lever : options_.lever;
+  const double lever_height = lever_is_stated_ ? options_.stated_lever : options_.lever_height;
   const double wheels = loose[LooseError::wheels] ? 1.0 : kTightWheels;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,
       beacons_.size() >= 2 ? wheels * options_.distance_scale : kFixedScale,
-      wheels * options_.turn_scale, lever, lever;
+      wheels * options_.turn_scale, lever, lever, lever_height;
   const double own = share(LooseError::radios);
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const bool is_planar = !radios_[i].listed || radios_[i].listed->is_planar;

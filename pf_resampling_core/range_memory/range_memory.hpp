@@ -32,6 +32,7 @@ struct RangeMemoryOptions {
   double yaw_rate = 0.01;         ///< rad/s
   double yaw_rate_walk = 1.3e-5;  ///< rad/s/sqrt(s)
   double lever = 0.3;             ///< m, of the antenna where it is said to be at the base's origin
+  double lever_height = 0.5;      ///< m, likewise
   double stated_lever = 0.01;     ///< m, where it is said to be elsewhere
   double noise_spread = 0.7;      ///< of the logarithm of the odometry's factors of noise
   double fault_odds = 1e-2;       ///< that a first radio is wrong, before there are data

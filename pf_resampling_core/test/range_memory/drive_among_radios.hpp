@@ -20,7 +20,7 @@ struct DriveAmongRadios {
   double bias = 0.1;  ///< m
   double distance_scale = 1.0;
   double yaw_rate_bias = 1e-3;                        ///< rad/s
-  Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m
   double reflected = 0.03;      ///< share of ranges, 1.5 m too long on average
   double straight = 0.0;        ///< m, before the first turn
   int radio_that_repeats = -1;  ///< its ranges are those of the first
@@ -88,9 +88,8 @@ struct DriveAmongRadios {
       const Pose2 place = compose(truth, {antenna.x(), antenna.y(), 0.0});
       RangeObservation range;
       range.beacon = beacons[radio].id;
-      range.range = scale * std::hypot(beacons[heard].position.x() - place.x,
-                                       beacons[heard].position.y() - place.y) +
-                    bias + sigma * normal(engine);
+      const Eigen::Vector3d from(place.x, place.y, antenna.z());
+      range.range = scale * (beacons[heard].position - from).norm() + bias + sigma * normal(engine);
       if (radio + 1 == beacons.size()) range.range += biased;
       if (uniform(engine) < reflected) range.range -= 1.5 * std::log(1.0 - uniform(engine));
       take(increment, range);

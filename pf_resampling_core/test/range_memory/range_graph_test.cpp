@@ -12,8 +12,8 @@ constexpr int kState = KeyframeUnknown::count;
 
 Eigen::VectorXd some_constants() {
   Eigen::VectorXd constants(radio_at(2));
-  constants << 0.02, 0.3, 0.03, -0.04, 0.2, -0.1,  //
-      5.0, 4.0, 0.01, -0.05, 0.7,                  //
+  constants << 0.02, 0.3, 0.03, -0.04, 0.2, -0.1, 0.3,  //
+      5.0, 4.0, 0.01, -0.05, 0.7,                       //
       -6.0, 3.0, -0.01, 0.08, 0.0;
   return constants;
 }

@@ -29,7 +29,11 @@ TEST(RangeMemory, FindsPoseCalibrationWheelsAndAntenna) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     DriveAmongRadios drive;
     drive.distance_scale = 1.03;
-    drive.antenna = {0.4, -0.1};
+    drive.antenna = {0.4, -0.1, 0.8};
+    for (Beacon& beacon : drive.beacons) {
+      beacon.is_planar = false;
+      beacon.position.z() = 2.0;
+    }
     RangeMemory memory({}, drive.beacons);
     drive.drive(240.0, seed, &memory);
     ASSERT_EQ(memory.modes().size(), 1U);
@@ -44,6 +48,7 @@ TEST(RangeMemory, FindsPoseCalibrationWheelsAndAntenna) {
     expect_constant(Common::distance_scale, 0.03, 0.02, "wheels");
     expect_constant(Common::lever_x, 0.4, 0.04, "lever x");
     expect_constant(Common::lever_y, -0.1, 0.04, "lever y");
+    expect_constant(Common::lever_z, 0.8, 0.15, "lever z");
     for (const RadioKnowledge& radio : memory.radios()) {
       EXPECT_EQ(radio.account, RadioAccount::as_listed) << "radio " << radio.id;
     }
@@ -309,7 +314,7 @@ RangeMemoryOptions with_most(int keyframes) {
 TEST(RangeMemory, OfALongDriveTheOldestLeave) {
   DriveAmongRadios drive;
   drive.distance_scale = 1.03;
-  drive.antenna = {0.4, -0.1};
+  drive.antenna = {0.4, -0.1, 0.0};
   RangeMemory whole({}, drive.beacons);
   RangeMemory some(with_most(120), drive.beacons);
   int steps = 0;

@@ -34,7 +34,7 @@ double error_after(double duration, DriveAmongRadios* drive, BeaconMcl* filter) 
 
 TEST(BeaconMclMemory, FindsAnAntennaThatNobodyTold) {
   DriveAmongRadios drive;
-  drive.antenna = {0.5, 0.0};
+  drive.antenna = {0.5, 0.0, 0.0};
   BeaconMcl filter(with_redraw(), drive.beacons, 1);
   EXPECT_LT(error_after(180.0, &drive, &filter), 0.25);
   EXPECT_GT(filter.status().redraws, 10);
@@ -45,7 +45,7 @@ TEST(BeaconMclMemory, AnAntennaThatNobodyToldIsPartOfTheCovarianceBeforeTheFirst
   for (const double ahead : {0.5, -0.5}) {
     DriveAmongRadios drive;
     drive.straight = 6.0;
-    drive.antenna = {ahead, 0.0};
+    drive.antenna = {ahead, 0.0, 0.0};
     BeaconMcl filter(with_redraw(), drive.beacons, 1);
     error_after(25.0, &drive, &filter);
     ASSERT_GT(filter.status().redraws, 10);
@@ -104,7 +104,7 @@ TEST(BeaconMclMemory, BeginsAnewWhereTheRobotIsPut) {
 
 TEST(BeaconMclMemory, ASavedOneGoesOnToTheBit) {
   DriveAmongRadios drive;
-  drive.antenna = {0.5, 0.0};
+  drive.antenna = {0.5, 0.0, 0.0};
   std::vector<Beacon> listed = drive.beacons;
   listed[2].position.x() += 3.0;
   BeaconMcl whole(with_redraw(), listed, 1);
@@ -143,7 +143,7 @@ TEST(BeaconMclMemory, IsNoPartOfAFilterThatResamples) {
 
 TEST(BeaconMclMemory, BeginsAndEndsWhileTheFilterRuns) {
   DriveAmongRadios drive;
-  drive.antenna = {0.5, 0.0};
+  drive.antenna = {0.5, 0.0, 0.0};
   BeaconMclOptions options = with_redraw();
   options.strategy.renewal = Renewal::resampling;
   BeaconMcl filter(options, drive.beacons, 1);
@@ -160,7 +160,7 @@ TEST(BeaconMclMemory, BeginsAndEndsWhileTheFilterRuns) {
 // In a thread beside it: the updates go on, and what they bring is not lost.
 TEST(BeaconMclMemory, ASolutionThatIsDeferredKeepsWhatComesMeanwhile) {
   DriveAmongRadios drive;
-  drive.antenna = {0.5, 0.0};
+  drive.antenna = {0.5, 0.0, 0.0};
   BeaconMcl filter(with_redraw(), drive.beacons, 1);
   filter.set_deferred_solutions(true);
   int ranges = 0;
