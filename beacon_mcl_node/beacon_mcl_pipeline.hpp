@@ -121,7 +121,6 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   void publish_map_if_due(ros::Time stamp) override;
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
-  std::vector<std::string> remarks() const;
   void note_findings(ros::Time stamp);
   std::string waits_for() const override;
   void add_health(HealthInputs* inputs) const override;

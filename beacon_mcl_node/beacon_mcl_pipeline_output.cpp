@@ -126,25 +126,15 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
   }
   status->yaw_rate_bias = yaw_rate_bias_.mean;
   status->yaw_rate_bias_sigma = yaw_rate_bias_.sigma;
-  for (const std::string& remark : remarks()) status->health_text += " " + remark + ".";
-}
-
-// Of beacons that are not as listed, one sentence each.
-std::vector<std::string> BeaconMclPipeline::remarks() const {
-  std::vector<std::string> remarks;
-  const RangeMemory* memory = filter_ ? filter_->memory() : nullptr;
-  if (memory == nullptr) return remarks;
+  if (!finds_beacons()) return;
   std::string ambiguous;
-  for (const RadioKnowledge& radio : memory->radios()) {
-    const std::string remark = remark_on(radio, filter_->beacons());
-    if (!remark.empty()) remarks.push_back(remark);
-    if (!finds_beacons() || radio.places.size() < 2) continue;
+  for (const RadioKnowledge& radio : filter_->memory()->radios()) {
+    if (radio.places.size() < 2) continue;
     ambiguous += (ambiguous.empty() ? "" : ", ") + std::to_string(radio.id);
   }
-  if (!ambiguous.empty()) {
-    remarks.push_back("more than one place fits beacon " + ambiguous + ": drive a turn near it");
-  }
-  return remarks;
+  if (ambiguous.empty()) return;
+  status->health_text +=
+      " more than one place fits beacon " + ambiguous + ": drive a turn near it.";
 }
 
 std::vector<Finding> BeaconMclPipeline::findings() const {
@@ -230,7 +220,6 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
               number_text(health.normalized_innovation), &status);
     add_value(beacon + ": last range [s ago]", number_text(silence), &status);
   }
-  for (const std::string& remark : remarks()) worsen(DiagnosticStatus::WARN, remark, &status);
   if (status.message.empty()) status.message = "fine";
   array->status.push_back(status);
 }

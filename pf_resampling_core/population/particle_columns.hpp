@@ -29,21 +29,14 @@ enum class ColumnKind {
 //
 // A column is an Eigen array with a row per particle.
 
-/// Whether a particle has one number in this column, rather than several side by side.
-template <typename Column>
-constexpr bool has_one_number = std::decay_t<Column>::ColsAtCompileTime == 1;
-
 /// Gives every column so many rows. Rows that are added hold copies, so that nothing in them is
 /// ever undefined.
 template <typename Particles>
 void resize_columns(Eigen::Index size, Particles* particles) {
   Particles::for_each_column(*particles, [size](const char*, ColumnKind, auto& column) {
     const Eigen::Index before = column.rows();
-    column.conservativeResize(size, column.cols());
-    if (column.cols() == 0) return;  // it has no address, so neither have its rows
-    for (Eigen::Index i = before; before > 0 && i < size; ++i) {
-      column.row(i) = column.row(i % before).eval();
-    }
+    column.conservativeResize(size);
+    for (Eigen::Index i = before; before > 0 && i < size; ++i) column[i] = column[i % before];
   });
 }
 
@@ -55,40 +48,31 @@ void select_columns(ConstIndices ancestors, Particles* particles) {
   const Eigen::Index after = ancestors.size();
   if (after > before) resize_columns(after, particles);
   Particles::for_each_column(*particles, [&](const char*, ColumnKind, auto& column) {
-    for (Eigen::Index number = 0; number < column.cols(); ++number) {
-      auto* values = column.col(number).data();
-      for (Eigen::Index i = 0; i < after; ++i) {
-        if (ancestors[i] != i) values[i] = values[ancestors[i]];
-      }
+    for (Eigen::Index i = 0; i < after; ++i) {
+      if (ancestors[i] != i) column[i] = column[ancestors[i]];
     }
   });
   if (after < before) resize_columns(after, particles);
 }
 
-/// What is wrong with the sizes of the columns, in words; nothing if all is well: a row per
-/// particle, and `several` numbers in it where it is not one.
+/// What is wrong with the sizes of the columns, in words; nothing if all is well.
 template <typename Particles>
-std::string fault_of_sizes(const Particles& particles, Eigen::Index several = 1) {
+std::string fault_of_sizes(const Particles& particles) {
   if (particles.size() < 1) return "there are no particles";
   std::string fault;
-  Particles::for_each_column(
-      particles, [&](const std::string& name, ColumnKind, const auto& column) {
-        const Eigen::Index wanted = has_one_number<decltype(column)> ? 1 : several;
-        if (!fault.empty()) return;
-        if (column.rows() != particles.size()) {
-          fault = "the particles' columns are not equally long: " + name;
-        } else if (column.cols() != wanted) {
-          fault = "a particle has " + std::to_string(column.cols()) + " numbers " + name +
-                  " instead of " + std::to_string(wanted);
-        }
-      });
+  Particles::for_each_column(particles,
+                             [&](const std::string& name, ColumnKind, const auto& column) {
+                               if (fault.empty() && column.rows() != particles.size()) {
+                                 fault = "the particles' columns are not equally long: " + name;
+                               }
+                             });
   return fault;
 }
 
 /// What is wrong with the columns: their sizes, and numbers that are not as their kind says.
 template <typename Particles>
-std::string fault_of_columns(const Particles& particles, Eigen::Index several = 1) {
-  std::string fault = fault_of_sizes(particles, several);
+std::string fault_of_columns(const Particles& particles) {
+  std::string fault = fault_of_sizes(particles);
   Particles::for_each_column(particles,
                              [&](const std::string& name, ColumnKind kind, const auto& column) {
                                using Number = typename std::decay_t<decltype(column)>::Scalar;

@@ -38,7 +38,7 @@ BUGS = [
     (
         "compensation: the calibration of the ranges is not blended",
         "renewal.cpp",
-        "blend_means(pairs, p.scale.col(radio));",
+        "blend_means(pairs, p.scale);",
         "",
         RENEWAL,
     ),

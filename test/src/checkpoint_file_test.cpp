@@ -101,8 +101,7 @@ void step(int t, BeaconMcl* filter) {
 // what the first one does, whatever it learns.
 TEST_F(CheckpointFile, BeaconMclGoesOnToTheBit) {
   for (const CalibrationEstimation estimation :
-       {CalibrationEstimation::off, CalibrationEstimation::shared,
-        CalibrationEstimation::per_beacon}) {
+       {CalibrationEstimation::off, CalibrationEstimation::shared}) {
     const BeaconMclOptions options = learning_options(estimation);
     for (const int cut : {10, 79, 101}) {
       BeaconMcl first(options, kBeacons, 3);
@@ -161,7 +160,6 @@ TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
       {refusal([](auto* s) { s->particles.heading.conservativeResize(7); }),
        "columns are not equally long"},
       {refusal([](auto* s) { s->particles.translation_factor[0] = 0.0; }), "is not above 0"},
-      {refusal([](auto* s) { s->calibration_times.push_back(0.0); }), "instead of 2"},
       {refusal([](auto* s) { s->slow_likelihood = INFINITY; }), "is not finite"},
   };
   for (const auto& [said, expected] : cases) {
@@ -169,7 +167,7 @@ TEST_F(CheckpointFile, BeaconMclRefusesWhatDoesNotFitAndStaysAsItIs) {
     EXPECT_FALSE(says(said, "\n"));
   }
   BeaconMclOptions other = options;
-  other.calibration.estimation = CalibrationEstimation::per_beacon;
+  other.calibration.estimation = CalibrationEstimation::off;
   BeaconMcl differently(other, kBeacons, 3);
   EXPECT_THROW(differently.load(good), Error);
   EXPECT_EQ(written(BeaconMclCheckpoint{some_progress(), filter.saved()}), before);
@@ -233,7 +231,7 @@ TEST_F(CheckpointFile, NothingIsWrittenThatCouldNotBeRead) {
       [&](auto* c) { c->progress.first_odometry = too_late; },
       [&](auto* c) { c->progress.last_observation = too_late; },
       [](auto* c) { c->progress.normalized_innovation = INFINITY; },
-      [](auto* c) { c->filter.calibration_times[0] = std::nan(""); },
+      [](auto* c) { c->filter.calibration_time = std::nan(""); },
       [](auto* c) { c->filter.ranges[0].time = INFINITY; },
       [](auto* c) { c->filter.ranges[0].pose.x = std::nan(""); },
   };

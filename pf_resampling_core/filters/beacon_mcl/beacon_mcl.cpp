@@ -39,7 +39,6 @@ BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacon
   validate(options_);
   checks::check_beacons(beacons_, finds_beacons() ? 0 : 1);
   checks::check_calibration(calibration);
-  checks::check_estimates(options_, beacons_.size());
   for (const Beacon& beacon : beacons_) {
     RangeCalibration nominal;
     for (const auto& [id, given] : calibration) {
@@ -83,8 +82,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   if (options.beacon_positions != options_.beacon_positions) {
     throw Error("parameter beacon_positions cannot change while the filter runs; start it anew");
   }
-  checks::check_estimates(options, beacons_.size());
-  const bool other_layout = options.calibration.estimation != options_.calibration.estimation;
+  const bool other_calibration = options.calibration.estimation != options_.calibration.estimation;
   const bool other_threads = options.threads != options_.threads;
   const bool other_yaw_rate_bias =
       options.yaw_rate_bias.estimate != options_.yaw_rate_bias.estimate;
@@ -99,7 +97,7 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
   if (other_count) requested_size_ = options.particles;
   if (other_memory) start_memory();
   if (!is_initialized()) return;
-  if (other_layout) start_calibration();
+  if (other_calibration) start_calibration();
   if (other_yaw_rate_bias) start_yaw_rate_bias();
   if (other_noise) start_noise_factors();
 }
@@ -177,20 +175,16 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   const double base_variance =
       difference.scale * difference.scale * observation_variance(observation);
   range.variance = range_variance_factor() * base_variance;
-  range.nominal_scale = nominal_[beacon].scale;
-  range.nominal_bias = nominal_[beacon].bias;
   range.inlier_share = 1.0 - model.outlier_share - tail_share;
-  range.floor_density = model.outlier_share / model.maximum_range;
-  range.tail_density = tail_share / model.non_line_of_sight_mean;
-  range.tail_rate = 1.0 / model.non_line_of_sight_mean;
+  range.floor_density = model.outlier_share / (difference.scale * model.maximum_range);
+  range.tail_rate = 1.0 / (difference.scale * model.non_line_of_sight_mean);
+  range.tail_density = tail_share * range.tail_rate;
 
-  const bool calibrates = options_.calibration.estimation != CalibrationEstimation::off;
-  const Eigen::Index column = radio_column(beacon);
-  if (calibrates) {
-    double& last = calibration_time_[static_cast<std::size_t>(column)];
-    range.scale_walk = std::pow(options_.calibration.scale_walk, 2) * (time_ - last);
-    range.bias_walk = std::pow(options_.calibration.bias_walk, 2) * (time_ - last);
-    last = time_;
+  if (calibrates()) {
+    const double since = time_ - calibration_time_;
+    range.scale_walk = std::pow(options_.calibration.scale_walk, 2) * since;
+    range.bias_walk = std::pow(options_.calibration.bias_walk, 2) * since;
+    calibration_time_ = time_;
   }
 
   const Eigen::Index count = particles_.size();
@@ -201,14 +195,10 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   double* innovations = work_.data();
   double* variances = innovations + count;
   pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
-    kernels::Calibration calibration{};
-    if (calibrates) {
-      calibration = {particles_.scale.col(column).data() + begin,
-                     particles_.bias.col(column).data() + begin,
-                     particles_.scale_variance.col(column).data() + begin,
-                     particles_.scale_bias_covariance.col(column).data() + begin,
-                     particles_.bias_variance.col(column).data() + begin};
-    }
+    const kernels::Calibration calibration = {
+        particles_.scale.data() + begin, particles_.bias.data() + begin,
+        particles_.scale_variance.data() + begin, particles_.scale_bias_covariance.data() + begin,
+        particles_.bias_variance.data() + begin};
     kernels::weigh(range, end - begin, particles_.x.data() + begin, particles_.y.data() + begin,
                    particles_.heading.data() + begin, calibration,
                    particles_.log_weight.data() + begin, innovations + begin, variances + begin,
@@ -323,25 +313,19 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
     }
     return estimates;
   }
-  const bool estimated =
-      options_.calibration.estimation != CalibrationEstimation::off && is_initialized();
-  if (!estimated) {
+  if (!calibrates() || !is_initialized()) {
     for (std::size_t i = 0; i < beacons_.size(); ++i) {
       estimates.push_back({beacons_[i].id, nominal_[i].scale, 0.0, nominal_[i].bias, 0.0});
     }
     return estimates;
   }
-  const bool all_alike =
-      options_.calibration.estimation == CalibrationEstimation::shared &&
-      std::all_of(nominal_.begin(), nominal_.end(), [&](const auto& nominal) {
-        return nominal.scale == nominal_[0].scale && nominal.bias == nominal_[0].bias;
-      });
+  const bool all_alike = std::all_of(nominal_.begin(), nominal_.end(), [&](const auto& nominal) {
+    return nominal.scale == nominal_[0].scale && nominal.bias == nominal_[0].bias;
+  });
+  const ScalarEstimate scale =
+      pooled(particles_.weight, particles_.scale, particles_.scale_variance);
+  const ScalarEstimate bias = pooled(particles_.weight, particles_.bias, particles_.bias_variance);
   for (std::size_t i = 0; i < (all_alike ? 1 : beacons_.size()); ++i) {
-    const Eigen::Index radio = radio_column(i);
-    const ScalarEstimate scale = pooled(particles_.weight, particles_.scale.col(radio),
-                                        particles_.scale_variance.col(radio));
-    const ScalarEstimate bias =
-        pooled(particles_.weight, particles_.bias.col(radio), particles_.bias_variance.col(radio));
     const RadioDifference difference = difference_of(i);
     estimates.push_back({all_alike ? kAllBeacons : beacons_[i].id, scale.mean / difference.scale,
                          scale.sigma / difference.scale,
@@ -376,21 +360,9 @@ std::size_t BeaconMcl::beacon_index(int id) const {
   throw Error("beacon " + std::to_string(id) + " is not known; known are " + known);
 }
 
-// The memory alone knows the radios that it finds.
-Eigen::Index BeaconMcl::radio_columns(CalibrationEstimation estimation) const {
-  return finds_beacons() ? 0 : checks::radios_of(estimation, beacons_.size());
-}
-
-Eigen::Index BeaconMcl::radio_column(std::size_t beacon) const {
-  return options_.calibration.estimation == CalibrationEstimation::per_beacon
-             ? static_cast<Eigen::Index>(beacon)
-             : 0;
-}
-
-// Errors shared by all radios are estimated as those of the first; what is known of how another
+// Errors of all radios are estimated as those of the first; what is known of how another
 // differs from it is taken out of that one's ranges.
 BeaconMcl::RadioDifference BeaconMcl::difference_of(std::size_t beacon) const {
-  if (options_.calibration.estimation != CalibrationEstimation::shared) return {};
   RadioDifference difference;
   difference.scale = nominal_[0].scale / nominal_[beacon].scale;
   difference.offset = nominal_[0].bias - difference.scale * nominal_[beacon].bias;

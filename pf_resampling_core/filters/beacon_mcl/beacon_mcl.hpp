@@ -154,7 +154,7 @@ class BeaconMcl {
     double time;  // s, since the start
   };
 
-  // A range of one radio, times scale plus offset, is what its column's radio would have measured.
+  // A range of one radio, times scale plus offset, is what the first would have measured.
   struct RadioDifference {
     double scale = 1.0;
     double offset = 0.0;  // m
@@ -168,6 +168,7 @@ class BeaconMcl {
     bool is_obsolete;  // the filter has begun another memory
   };
 
+  bool calibrates() const { return options_.calibration.estimation != CalibrationEstimation::off; }
   bool finds_beacons() const { return options_.beacon_positions == BeaconPositions::estimated; }
   void start_memory(const std::optional<PoseEstimate>& first = {});
   void start_memory(const std::vector<Beacon>& beacons, const std::optional<PoseEstimate>& first);
@@ -201,8 +202,6 @@ class BeaconMcl {
   void start_noise_factors();
   std::vector<Pose2> propose_from_ranges(int count);
   std::size_t beacon_index(int id) const;
-  Eigen::Index radio_columns(CalibrationEstimation estimation) const;
-  Eigen::Index radio_column(std::size_t beacon) const;
   RadioDifference difference_of(std::size_t beacon) const;
   double observation_variance(const RangeObservation& range) const;
   RandomStream stream(RandomPurpose purpose) const;
@@ -223,7 +222,7 @@ class BeaconMcl {
 
   BeaconMclParticles particles_;
   Ancestry ancestry_;
-  std::vector<double> calibration_time_;  // per radio: when its variances were last carried forward
+  double calibration_time_ = 0.0;  // when its variances were last carried forward
   Strategy strategy_;
   BeaconMclStatus status_;
   int requested_size_ = 0;

@@ -110,34 +110,4 @@ void check_calibration(const std::vector<std::pair<int, RangeCalibration>>& cali
   }
 }
 
-Eigen::Index radios_of(CalibrationEstimation estimation, std::size_t beacons) {
-  switch (estimation) {
-    case CalibrationEstimation::off:
-      return 0;
-    case CalibrationEstimation::shared:
-      return 1;
-    case CalibrationEstimation::per_beacon:
-      return static_cast<Eigen::Index>(beacons);
-  }
-  return 0;
-}
-
-void check_estimates(CalibrationEstimation estimation, std::size_t beacons,
-                     Eigen::Index particles) {
-  constexpr Eigen::Index kMostEstimates = 50000000;
-  const Eigen::Index radios = radios_of(estimation, beacons);
-  if (radios == 0 || particles <= kMostEstimates / radios) return;
-  throw Error("the errors of " + std::to_string(radios) + " radios in " +
-              std::to_string(particles) + " particles are " + std::to_string(radios * particles) +
-              " estimates, more than " + std::to_string(kMostEstimates) +
-              ": use fewer particles, or set calibration/estimation to shared or off");
-}
-
-void check_estimates(const BeaconMclOptions& options, std::size_t beacons) {
-  const AdaptiveCountOptions& adaptive = options.adaptive_count;
-  check_estimates(
-      options.calibration.estimation, beacons,
-      std::max(options.particles, adaptive.enabled ? adaptive.maximum : options.particles));
-}
-
 }  // namespace pf_resampling::checks

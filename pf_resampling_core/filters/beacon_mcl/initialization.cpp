@@ -123,7 +123,7 @@ void BeaconMcl::begin_population(bool first) {
     start_yaw_rate_bias();
     start_noise_factors();
   }
-  if (first || particles_.scale.rows() != particles_.size()) start_calibration();
+  if (first) start_calibration();
   // The robot is elsewhere than the path of all data has it.
   if (finds_beacons()) {
     start_memory(estimate());
@@ -158,19 +158,16 @@ void BeaconMcl::start_noise_factors() {
 }
 
 void BeaconMcl::start_calibration() {
-  const CalibrationOptions& calibration = options_.calibration;
-  const Eigen::Index radios = radio_columns(calibration.estimation);
   const Eigen::Index count = particles_.size();
-  particles_.scale.resize(count, radios);
-  particles_.bias.resize(count, radios);
-  for (Eigen::Index radio = 0; radio < radios; ++radio) {
-    particles_.scale.col(radio).setConstant(nominal_[static_cast<std::size_t>(radio)].scale);
-    particles_.bias.col(radio).setConstant(nominal_[static_cast<std::size_t>(radio)].bias);
-  }
-  particles_.scale_variance.setConstant(count, radios, std::pow(calibration.scale_sigma, 2));
-  particles_.scale_bias_covariance.setZero(count, radios);
-  particles_.bias_variance.setConstant(count, radios, std::pow(calibration.bias_sigma, 2));
-  calibration_time_.assign(static_cast<std::size_t>(radios), time_);
+  const RangeCalibration first = nominal_.empty() ? RangeCalibration{} : nominal_.front();
+  const double share = calibrates() ? 1.0 : 0.0;
+  particles_.scale.setConstant(count, first.scale);
+  particles_.bias.setConstant(count, first.bias);
+  particles_.scale_variance.setConstant(count,
+                                        share * std::pow(options_.calibration.scale_sigma, 2));
+  particles_.scale_bias_covariance.setZero(count);
+  particles_.bias_variance.setConstant(count, share * std::pow(options_.calibration.bias_sigma, 2));
+  calibration_time_ = time_;
 }
 
 // Poses that agree with the ranges of the last seconds: candidates on the ring of one of them, any
@@ -182,7 +179,6 @@ std::vector<Pose2> BeaconMcl::propose_from_ranges(int count) {
                              ? kMostCandidates
                              : std::max(kFewestCandidates, kCandidatesPerParticle * count);
   const RandomStream draws = stream(RandomPurpose::injection);
-  const bool calibrates = options_.calibration.estimation != CalibrationEstimation::off;
   const RangeModelOptions& model = options_.ranges;
 
   struct Ring {
@@ -197,7 +193,7 @@ std::vector<Pose2> BeaconMcl::propose_from_ranges(int count) {
     const std::size_t beacon = beacon_index(observation.beacon);
     const double distance = std::max(0.0, corrected_range(observation.beacon, observation.range));
     double variance = observation_variance(observation);
-    if (calibrates) {
+    if (calibrates()) {
       const CalibrationEstimate known = calibration_or_prior(beacon);
       variance += std::pow(known.scale_sigma * distance, 2) + std::pow(known.bias_sigma, 2);
     }

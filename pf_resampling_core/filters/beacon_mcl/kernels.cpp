@@ -85,26 +85,11 @@ PF_RESAMPLING_INLINE double distance_to_beacon(const Range& range, double x, dou
   return std::sqrt(dx * dx + dy * dy + dz * dz);
 }
 
-PF_RESAMPLING_INLINE void weigh_nominal(const Range& range, bool has_lever, std::int64_t count,
-                                        const double* x, const double* y, const double* heading,
-                                        double* log_weight, double* innovation,
-                                        double* innovation_variance, double* inlier) {
-  for (std::int64_t i = 0; i < count; ++i) {
-    const double distance = distance_to_beacon(range, x[i], y[i], heading[i], has_lever);
-    const double difference = range.range - (range.nominal_scale * distance + range.nominal_bias);
-    const Likelihood l = likelihood(range, difference, range.variance);
-    log_weight[i] += l.log;
-    inlier[i] = l.inlier;
-    innovation[i] = difference;
-    innovation_variance[i] = range.variance;
-  }
-}
-
-PF_RESAMPLING_INLINE void weigh_calibrating(const Range& range, bool has_lever, std::int64_t count,
-                                            const double* x, const double* y, const double* heading,
-                                            const Calibration& calibration, double* log_weight,
-                                            double* innovation, double* innovation_variance,
-                                            double* inlier) {
+PF_RESAMPLING_INLINE void weigh_all(const Range& range, bool has_lever, std::int64_t count,
+                                    const double* x, const double* y, const double* heading,
+                                    const Calibration& calibration, double* log_weight,
+                                    double* innovation, double* innovation_variance,
+                                    double* inlier) {
   double* __restrict scale = calibration.scale;
   double* __restrict bias = calibration.bias;
   double* __restrict scale_variance = calibration.scale_variance;
@@ -139,34 +124,18 @@ PF_RESAMPLING_INLINE void weigh_calibrating(const Range& range, bool has_lever, 
 }
 
 PF_RESAMPLING_VECTOR_CLONES
-void weigh_nominal_clones(const Range& range, bool has_lever, std::int64_t count,
-                          const double* __restrict x, const double* __restrict y,
-                          const double* __restrict heading, double* __restrict log_weight,
-                          double* __restrict innovation, double* __restrict innovation_variance,
-                          double* __restrict inlier) {
+void weigh_clones(const Range& range, bool has_lever, std::int64_t count,
+                  const double* __restrict x, const double* __restrict y,
+                  const double* __restrict heading, const Calibration& calibration,
+                  double* __restrict log_weight, double* __restrict innovation,
+                  double* __restrict innovation_variance, double* __restrict inlier) {
   const Range r = range;
   if (has_lever) {
-    weigh_nominal(r, true, count, x, y, heading, log_weight, innovation, innovation_variance,
-                  inlier);
+    weigh_all(r, true, count, x, y, heading, calibration, log_weight, innovation,
+              innovation_variance, inlier);
   } else {
-    weigh_nominal(r, false, count, x, y, heading, log_weight, innovation, innovation_variance,
-                  inlier);
-  }
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void weigh_calibrating_clones(const Range& range, bool has_lever, std::int64_t count,
-                              const double* __restrict x, const double* __restrict y,
-                              const double* __restrict heading, const Calibration& calibration,
-                              double* __restrict log_weight, double* __restrict innovation,
-                              double* __restrict innovation_variance, double* __restrict inlier) {
-  const Range r = range;
-  if (has_lever) {
-    weigh_calibrating(r, true, count, x, y, heading, calibration, log_weight, innovation,
-                      innovation_variance, inlier);
-  } else {
-    weigh_calibrating(r, false, count, x, y, heading, calibration, log_weight, innovation,
-                      innovation_variance, inlier);
+    weigh_all(r, false, count, x, y, heading, calibration, log_weight, innovation,
+              innovation_variance, inlier);
   }
 }
 
@@ -234,13 +203,8 @@ void weigh(const Range& range, std::int64_t count, const double* x, const double
            const double* heading, const Calibration& calibration, double* log_weight,
            double* innovation, double* innovation_variance, double* inlier) {
   const bool has_lever = range.antenna[0] != 0.0 || range.antenna[1] != 0.0;
-  if (calibration.scale == nullptr) {
-    weigh_nominal_clones(range, has_lever, count, x, y, heading, log_weight, innovation,
-                         innovation_variance, inlier);
-  } else {
-    weigh_calibrating_clones(range, has_lever, count, x, y, heading, calibration, log_weight,
-                             innovation, innovation_variance, inlier);
-  }
+  weigh_clones(range, has_lever, count, x, y, heading, calibration, log_weight, innovation,
+               innovation_variance, inlier);
 }
 
 NoiseSums noise_sums(double variance, std::int64_t count, const double* weight,

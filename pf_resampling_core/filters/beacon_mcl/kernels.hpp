@@ -48,11 +48,9 @@ void move(const Motion& motion, std::int64_t count, const double* z0, const doub
 /// What is common to all particles in a range.
 struct Range {
   double range;
-  double beacon[3];      // m, map frame
-  double antenna[3];     // m, on the robot
-  double variance;       // m^2, of the noise
-  double nominal_scale;  // where no calibration is estimated
-  double nominal_bias;
+  double beacon[3];   // m, map frame
+  double antenna[3];  // m, on the robot
+  double variance;    // m^2, of the noise
   double scale_walk;  // variance added to the calibration's since the radio's last range
   double bias_walk;
   double inlier_share;
@@ -61,7 +59,7 @@ struct Range {
   double tail_rate;      // 1/m
 };
 
-/// Columns of a radio's calibration; null where it is not estimated.
+/// Columns of the calibration.
 struct Calibration {
   double* scale;
   double* bias;

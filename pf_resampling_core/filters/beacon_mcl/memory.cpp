@@ -36,10 +36,9 @@ void BeaconMcl::start_memory(const std::vector<Beacon>& beacons,
   if (options_.strategy.renewal != Renewal::redraw) return;
   RangeMemoryOptions options;
   options.sigma = options_.ranges.sigma;
-  const bool calibrates = options_.calibration.estimation != CalibrationEstimation::off;
-  options.scale = calibrates ? std::max(kFixed, options_.calibration.scale_sigma) : kFixed;
-  options.bias = calibrates ? std::max(kFixed, options_.calibration.bias_sigma) : kFixed;
-  if (!calibrates) options.own_scale = options.own_bias = kFixed;
+  options.scale = calibrates() ? std::max(kFixed, options_.calibration.scale_sigma) : kFixed;
+  options.bias = calibrates() ? std::max(kFixed, options_.calibration.bias_sigma) : kFixed;
+  if (!calibrates()) options.own_scale = options.own_bias = kFixed;
   options.yaw_rate =
       options_.yaw_rate_bias.estimate ? std::max(1e-6, options_.yaw_rate_bias.sigma) : 1e-6;
   std::vector<std::pair<int, RangeCalibration>> calibration = calibration_;
@@ -175,20 +174,19 @@ void BeaconMcl::redraw(const std::vector<double>& shares,
     }
     begin = end;
   }
-  const std::vector<RadioKnowledge> radios = memory_->radios();
-  for (Eigen::Index column = 0; column < particles_.scale.cols(); ++column) {
-    const RadioKnowledge& radio = radios[static_cast<std::size_t>(column)];
-    particles_.scale.col(column) = radio.calibration.scale;
-    particles_.bias.col(column) = radio.calibration.bias;
-    particles_.scale_variance.col(column) = radio.scale_sigma * radio.scale_sigma;
-    particles_.scale_bias_covariance.col(column) = 0.0;
-    particles_.bias_variance.col(column) = radio.bias_sigma * radio.bias_sigma;
+  if (calibrates() && !beacons_.empty()) {
+    const RadioKnowledge radio = memory_->radios().front();
+    particles_.scale = radio.calibration.scale;
+    particles_.bias = radio.calibration.bias;
+    particles_.scale_variance = radio.scale_sigma * radio.scale_sigma;
+    particles_.scale_bias_covariance = 0.0;
+    particles_.bias_variance = radio.bias_sigma * radio.bias_sigma;
   }
   particles_.translation_factor.setConstant(memory_->noise().translation);
   particles_.heading_factor.setConstant(memory_->noise().heading);
   const double factor = memory_->noise().range_deviation();
   range_squares_ = factor * factor * range_count_;
-  for (double& time : calibration_time_) time = time_;
+  calibration_time_ = time_;
   reset_weights();
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
   start_ancestry();

@@ -15,9 +15,8 @@ const EnumNames<BeaconPositions>& names_of(BeaconPositions) {
 
 const EnumNames<CalibrationEstimation>& names_of(CalibrationEstimation) {
   static const EnumNames<CalibrationEstimation> names(
-      "calibration estimation", {{CalibrationEstimation::off, "off"},
-                                 {CalibrationEstimation::shared, "shared"},
-                                 {CalibrationEstimation::per_beacon, "per_beacon"}});
+      "calibration estimation",
+      {{CalibrationEstimation::off, "off"}, {CalibrationEstimation::shared, "shared"}});
   return names;
 }
 
@@ -57,7 +56,7 @@ ParameterList parameters_of(BeaconMclOptions* options) {
   CalibrationOptions& calibration = options->calibration;
   list.push_back(basic(choice_parameter("calibration/estimation", &calibration.estimation,
                                         "Online estimation of scale and bias of the ranges: off, "
-                                        "shared by all beacons, or per beacon.")));
+                                        "or shared by all beacons; redraw finds each's own.")));
 
   NoiseEstimationOptions& noise = options->noise_estimation;
   list.push_back(

@@ -13,11 +13,10 @@ enum class BeaconPositions {
 };
 const EnumNames<BeaconPositions>& names_of(BeaconPositions);
 
-/// Whether scale and bias of the ranges are estimated on line, and for whom.
+/// Whether scale and bias of the ranges are estimated on line.
 enum class CalibrationEstimation {
-  off,         ///< the given calibration is believed
-  shared,      ///< one scale and one bias for all radios
-  per_beacon,  ///< one of each per beacon
+  off,     ///< the given calibration is believed
+  shared,  ///< one scale and one bias for all radios
 };
 const EnumNames<CalibrationEstimation>& names_of(CalibrationEstimation);
 

@@ -6,8 +6,7 @@
 
 namespace pf_resampling {
 
-/// The population of BeaconMcl, structure of arrays: row i of every array belongs to particle i;
-/// the calibration has a column per radio (one where it is shared).
+/// The population of BeaconMcl, structure of arrays: row i of every array belongs to particle i.
 struct BeaconMclParticles {
   Eigen::ArrayXd x, y;                    ///< m, map frame
   Eigen::ArrayXd heading;                 ///< rad, in [-pi, pi]
@@ -18,8 +17,8 @@ struct BeaconMclParticles {
   Eigen::ArrayXd yaw_rate_bias_variance;  ///< and its variance
   /// Of the dead reckoning's standard deviations.
   Eigen::ArrayXd translation_factor, heading_factor;
-  Eigen::ArrayXXd scale, bias;  ///< means of the particle's Kalman filters
-  Eigen::ArrayXXd scale_variance, scale_bias_covariance, bias_variance;
+  Eigen::ArrayXd scale, bias;  ///< of the first radio: means of the particle's Kalman filters
+  Eigen::ArrayXd scale_variance, scale_bias_covariance, bias_variance;
 
   Eigen::Index size() const { return x.size(); }
 

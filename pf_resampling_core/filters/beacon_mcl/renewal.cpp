@@ -46,15 +46,11 @@ void BeaconMcl::blend(const std::vector<BlendPair>& pairs) {
                      pair.share_of_high() * std::log((*factor)[pair.high]));
     }
   }
-  for (Eigen::Index radio = 0; radio < p.scale.cols(); ++radio) {
-    const auto scale = p.scale.col(radio);
-    const auto bias = p.bias.col(radio);
-    blend_covariances(pairs, treatment, scale, scale, p.scale_variance.col(radio));
-    blend_covariances(pairs, treatment, scale, bias, p.scale_bias_covariance.col(radio));
-    blend_covariances(pairs, treatment, bias, bias, p.bias_variance.col(radio));
-    blend_means(pairs, p.scale.col(radio));
-    blend_means(pairs, p.bias.col(radio));
-  }
+  blend_covariances(pairs, treatment, p.scale, p.scale, p.scale_variance);
+  blend_covariances(pairs, treatment, p.scale, p.bias, p.scale_bias_covariance);
+  blend_covariances(pairs, treatment, p.bias, p.bias, p.bias_variance);
+  blend_means(pairs, p.scale);
+  blend_means(pairs, p.bias);
 }
 
 bool BeaconMcl::recovery_is_due() const {

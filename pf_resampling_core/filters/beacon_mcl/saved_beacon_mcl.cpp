@@ -64,7 +64,7 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("slow_likelihood", saved.slow_likelihood);
   archive("fast_likelihood", saved.fast_likelihood);
   archive("likelihoods", saved.likelihoods);
-  archive("calibration_times", saved.calibration_times);
+  archive("calibration_time", saved.calibration_time);
   archive("ranges", saved.ranges);
   archive("particles", saved.particles);
   archive("memory", saved.memory);
@@ -75,6 +75,7 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
 
 std::string fault_of(const SavedBeaconMcl& saved) {
   const double numbers[] = {saved.time,
+                            saved.calibration_time,
                             saved.dead_reckoning.x,
                             saved.dead_reckoning.y,
                             saved.dead_reckoning.heading,
@@ -110,8 +111,7 @@ std::string fault_of(const SavedBeaconMcl& saved) {
   if (saved.is_drawn_from_memory && !(saved.memory && !saved.memory->modes().empty())) {
     return "there is no memory that its particles are drawn from";
   }
-  const auto radios = static_cast<Eigen::Index>(saved.calibration_times.size());
-  const std::string fault = fault_of_columns(saved.particles, radios);
+  const std::string fault = fault_of_columns(saved.particles);
   return fault.empty() ? fault_of_weights(saved.particles) : fault;
 }
 
@@ -132,7 +132,7 @@ SavedBeaconMcl BeaconMcl::saved() const {
   saved.slow_likelihood = slow_likelihood_;
   saved.fast_likelihood = fast_likelihood_;
   saved.likelihoods = likelihoods_;
-  saved.calibration_times = calibration_time_;
+  saved.calibration_time = calibration_time_;
   for (const RecentRange& recent : recent_) {
     saved.ranges.push_back({recent.observation, recent.pose, recent.time});
   }
@@ -162,12 +162,11 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
     throw Error("population to load: it was saved without beacons, the filter has " +
                 std::to_string(beacons_.size()) + "; start without it");
   }
-  const auto radios = static_cast<std::size_t>(radio_columns(options_.calibration.estimation));
-  if (saved.calibration_times.size() != radios) {
-    throw Error("population to load: it holds " + std::to_string(saved.calibration_times.size()) +
-                " calibrations per particle, with calibration/estimation " +
-                to_string(options_.calibration.estimation) + " there are " +
-                std::to_string(radios) + "; set it to what it was, or start without the file");
+  const bool calibrated = (saved.particles.bias_variance > 0.0).any();
+  if (calibrated != calibrates()) {
+    throw Error("population to load: calibration/estimation is " +
+                to_string(options_.calibration.estimation) +
+                ", and was not; set it to what it was, or start without the file");
   }
 
   reset();
@@ -183,7 +182,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   slow_likelihood_ = saved.slow_likelihood;
   fast_likelihood_ = saved.fast_likelihood;
   likelihoods_ = saved.likelihoods;
-  calibration_time_ = saved.calibration_times;
+  calibration_time_ = saved.calibration_time;
   recent_.clear();
   for (const SavedBeaconMcl::Range& range : saved.ranges) {
     recent_.push_back({range.observation, range.pose, range.time});

@@ -34,8 +34,8 @@ struct SavedBeaconMcl {
   double slow_likelihood = 0.0;
   double fast_likelihood = 0.0;
   std::int64_t likelihoods = 0;
-  std::vector<double> calibration_times;  ///< s, per radio: when its variances are of
-  std::vector<Range> ranges;              ///< the last ones, the oldest first
+  double calibration_time = 0.0;  ///< s, when its variances are of
+  std::vector<Range> ranges;      ///< the last ones, the oldest first
   BeaconMclParticles particles;
   std::optional<RangeMemory> memory;   ///< under Renewal::redraw
   std::vector<Beacon> memory_beacons;  ///< those whose place it knew at its start

@@ -111,25 +111,5 @@ TEST(BeaconMclChecks, BeforeTheFirstRangesThereIsNoEstimate) {
   EXPECT_NO_THROW(filter.yaw_rate_bias());
 }
 
-TEST(BeaconMclChecks, EstimatesHaveToFitIntoMemory) {
-  EXPECT_NO_THROW(checks::check_estimates(CalibrationEstimation::per_beacon, 1000, 50000));
-  EXPECT_THROW(checks::check_estimates(CalibrationEstimation::per_beacon, 1000, 50001), Error);
-  EXPECT_NO_THROW(checks::check_estimates(CalibrationEstimation::off, 1000, 10000000));
-  BeaconMclOptions options = default_options_with(100);
-  options.calibration.estimation = CalibrationEstimation::per_beacon;
-  BeaconMcl filter(options, square_of_beacons(), 1);
-  options.adaptive_count.enabled = true;
-  options.adaptive_count.maximum = 10000000;
-  EXPECT_NO_THROW(filter.set_options(options));
-  std::vector<Beacon> many = square_of_beacons();
-  while (many.size() < 6) many.push_back({static_cast<int>(10 + many.size()), {0, 0, 0}, true});
-  try {
-    BeaconMcl too_large(options, many, 1);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("60000000 estimates"), std::string::npos);
-  }
-}
-
 }  // namespace
 }  // namespace pf_resampling

@@ -99,11 +99,8 @@ inline std::vector<double> all_numbers(const BeaconMcl& filter) {
   std::vector<double> numbers;
   for (const Eigen::ArrayXd* array :
        {&p.x, &p.y, &p.heading, &p.log_weight, &p.weight, &p.yaw_rate_bias,
-        &p.yaw_rate_bias_variance, &p.translation_factor, &p.heading_factor}) {
-    numbers.insert(numbers.end(), array->data(), array->data() + array->size());
-  }
-  for (const Eigen::ArrayXXd* array :
-       {&p.scale, &p.bias, &p.scale_variance, &p.scale_bias_covariance, &p.bias_variance}) {
+        &p.yaw_rate_bias_variance, &p.translation_factor, &p.heading_factor, &p.scale, &p.bias,
+        &p.scale_variance, &p.scale_bias_covariance, &p.bias_variance}) {
     numbers.insert(numbers.end(), array->data(), array->data() + array->size());
   }
   for (Eigen::Index i = 0; i < p.ancestor.size(); ++i) numbers.push_back(p.ancestor[i]);

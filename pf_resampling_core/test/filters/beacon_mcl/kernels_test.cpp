@@ -42,12 +42,9 @@ struct Particles {
     inlier.resize(kCount);
   }
 
-  void weigh(const kernels::Range& range, bool calibrates) {
-    kernels::Calibration calibration{};
-    if (calibrates) {
-      calibration = {scale.data(), bias.data(), scale_variance.data(), covariance.data(),
-                     bias_variance.data()};
-    }
+  void weigh(const kernels::Range& range) {
+    const kernels::Calibration calibration = {scale.data(), bias.data(), scale_variance.data(),
+                                              covariance.data(), bias_variance.data()};
     kernels::weigh(range, kCount, x.data(), y.data(), heading.data(), calibration,
                    log_weight.data(), innovation.data(), innovation_variance.data(), inlier.data());
   }
@@ -61,8 +58,6 @@ kernels::Range plain_range(double range) {
   r.beacon[2] = 3.5;
   r.antenna[2] = 0.5;
   r.variance = 0.3;
-  r.nominal_scale = 1.03;
-  r.nominal_bias = 0.2;
   r.inlier_share = 1.0;
   r.tail_rate = 1.0;
   return r;
@@ -115,7 +110,7 @@ Mixture mixture(const kernels::Range& range, double innovation, double variance)
 void expect_calibrating_update(const kernels::Range& range) {
   const Particles before;
   Particles after;
-  after.weigh(range, true);
+  after.weigh(range);
   for (std::size_t i = 0; i < kCount; ++i) {
     SCOPED_TRACE(i);
     const double distance = distance_of(range, before.x[i], before.y[i], before.heading[i]);
@@ -143,24 +138,6 @@ void expect_calibrating_update(const kernels::Range& range) {
     EXPECT_NEAR(after.scale_variance[i], expected(0, 0), 1e-14);
     EXPECT_NEAR(after.covariance[i], expected(0, 1), 1e-13);
     EXPECT_NEAR(after.bias_variance[i], expected(1, 1), 1e-12);
-  }
-}
-
-TEST(Weigh, LikelihoodWithTheGivenCalibration) {
-  for (const kernels::Range& range : {plain_range(14.0), full_range(14.0), full_range(30.0)}) {
-    const Particles before;
-    Particles after;
-    after.weigh(range, false);
-    for (std::size_t i = 0; i < kCount; ++i) {
-      const double distance = distance_of(range, before.x[i], before.y[i], before.heading[i]);
-      const double innovation = range.range - (1.03 * distance + 0.2);
-      const Mixture m = mixture(range, innovation, range.variance);
-      EXPECT_NEAR(after.log_weight[i], before.log_weight[i] + std::log(m.likelihood), 1e-10) << i;
-      EXPECT_NEAR(after.innovation[i], innovation, 1e-12) << i;
-      EXPECT_EQ(after.innovation_variance[i], 0.3);
-      EXPECT_NEAR(after.inlier[i], m.inlier, 1e-12) << i;
-    }
-    EXPECT_EQ(after.scale, before.scale);
   }
 }
 
@@ -193,7 +170,7 @@ TEST(Weigh, ManyRangesAreBayesianLinearRegression) {
   for (int k = 0; k < 60; ++k) {
     kernels::Range range = plain_range(5.0 + 0.5 * k + 0.3 * std::sin(7.0 * k));
     range.beacon[0] = 10.0 + 0.5 * k;
-    p.weigh(range, true);
+    p.weigh(range);
     for (std::size_t i = 0; i < kCount; ++i) {
       const Eigen::Vector2d row(distance_of(range, p.x[i], p.y[i], p.heading[i]), 1.0);
       information[i] += row * row.transpose() / range.variance;
@@ -218,7 +195,7 @@ TEST(Weigh, AbsurdRangesLeaveTheCalibrationAlone) {
     for (const kernels::Range& range : {full_range(absurd), plain_range(absurd)}) {
       const Particles before;
       Particles after;
-      after.weigh(range, true);
+      after.weigh(range);
       for (std::size_t i = 0; i < kCount; ++i) {
         SCOPED_TRACE(testing::Message() << "range " << absurd << ", particle " << i);
         ASSERT_TRUE(std::isfinite(after.log_weight[i]));
@@ -238,7 +215,7 @@ TEST(Weigh, AParticleAtTheBeacon) {
   p.y[3] = 7.0;
   kernels::Range range = plain_range(0.4);
   range.beacon[2] = range.antenna[2];
-  p.weigh(range, true);
+  p.weigh(range);
   EXPECT_TRUE(std::isfinite(p.log_weight[3]));
   EXPECT_NEAR(p.innovation[3], 0.4 - Particles().bias[3], 1e-15);
 }

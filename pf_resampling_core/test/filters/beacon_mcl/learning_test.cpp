@@ -95,33 +95,6 @@ TEST(Calibration, OneForAllIsALinearRegression) {
   }
 }
 
-TEST(Calibration, OnePerBeaconIsARegressionForEach) {
-  BeaconMclOptions options = calibrating(CalibrationEstimation::per_beacon);
-  options.calibration.bias_walk = 0.01;
-  const std::vector<std::pair<int, RangeCalibration>> nominal = {{-1, {1.0, 0.0, 0.0}},
-                                                                 {2, {1.05, 0.4, 0.2}}};
-  BeaconMcl filter(options, square_of_beacons(), 1, nominal);
-  std::vector<Regression> regressions(4, Regression({1.0, 0.0, 0.0}, 0.05, 0.5));
-  regressions[1] = Regression({1.05, 0.4, 0.0}, 0.05, 0.5);
-  std::vector<double> last(4, 0.0);
-  for (int i = 1; i <= 80; ++i) {
-    const std::size_t which = static_cast<std::size_t>((i * i) % 4 + (i % 8 == 2 ? 2 : 0));
-    const Beacon& beacon = filter.beacons()[which];
-    const double distance = distance_of(beacon, path(i));
-    const double range = (1.0 + 0.02 * static_cast<double>(which)) * distance + 0.1 +
-                         0.3 * noise(static_cast<std::uint64_t>(i));
-    filter.update(path_step(options), {range_of(beacon.id, range)});
-    regressions[which].walk(0.0, 0.01, 0.2 * i - last[which]);
-    last[which] = 0.2 * i;
-    regressions[which].add(distance, range, which == 1 ? 0.04 : 0.09);
-  }
-  ASSERT_EQ(filter.calibration().size(), 4u);
-  for (std::size_t which = 0; which < 4; ++which) {
-    EXPECT_EQ(filter.calibration()[which].beacon, static_cast<int>(which) + 1);
-    regressions[which].expect(filter.calibration()[which], 1e-6);
-  }
-}
-
 // Radios that are known to differ, and one error that all of them share on top (the firmware, the
 // temperature): each keeps its own difference.
 TEST(Calibration, OneForAllIsOnTopOfWhatIsKnownOfEach) {

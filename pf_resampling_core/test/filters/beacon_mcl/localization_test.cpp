@@ -74,7 +74,6 @@ TEST(Localization, HoldsUnderEveryKindOfError) {
   world.ranges.reflected_excess_mean = 2.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     BeaconMclOptions options;
-    options.calibration.estimation = CalibrationEstimation::per_beacon;
     options.ranges.non_line_of_sight_share = 0.05;
     options.ranges.non_line_of_sight_mean = 2.0;
     BeaconMcl filter(options, beacons_of(world), seed);

@@ -57,8 +57,7 @@ TEST(BeaconMclOptions, OtherCalibrationKeepsPosesAndWeights) {
   BeaconMcl filter = lived_in(options);
   const BeaconMclParticles before = filter.particles();
   for (const CalibrationEstimation estimation :
-       {CalibrationEstimation::per_beacon, CalibrationEstimation::off,
-        CalibrationEstimation::shared}) {
+       {CalibrationEstimation::off, CalibrationEstimation::shared}) {
     options.calibration.estimation = estimation;
     filter.set_options(options);
     EXPECT_TRUE((filter.particles().x == before.x).all());
