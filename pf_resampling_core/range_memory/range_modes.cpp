@@ -18,6 +18,7 @@ constexpr int kStartRadios = 3;
 constexpr double kPatience = 10.0;  // s with fewer radios
 constexpr int kStartRanges = 12;
 constexpr int kHeadings = 24;
+constexpr double kRaster = 0.5;                   // m, between first poses
 constexpr double kSameHeading = 0.3;              // rad
 constexpr double kAnywhere = 0.5;                 // rad
 constexpr double kTolerance = 0.02;               // of the cost
@@ -154,10 +155,19 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
   const bool is_all = refined == kRefined;
   const auto candidates = first_poses(mode, is_all ? 1 : 2);
   const std::vector<Pose2> driven = driven_by_odometry(graph_);
+  double least_sigma = kRaster;
+  for (const auto& ranges : graph_.ranges) {
+    for (const HeldRange& range : ranges) {
+      least_sigma = std::min(least_sigma, std::sqrt(range.variance));
+    }
+  }
   // The noise is not known yet: found from the first solution that is good.
   std::vector<RangeMode> found;
   for (int round = 0; round < (is_all ? 2 : 1); ++round) {
     found.clear();
+    // From between the points of the raster all ranges are wild, if they are exact.
+    RangeNoise coarse = *noise;
+    coarse.range = std::max(coarse.range, kRaster / least_sigma);
     for (std::size_t c = 0; c < std::min(refined, candidates.size()); ++c) {
       RangeMode candidate = mode;
       const Pose2& origin = candidates[c].second;
@@ -166,8 +176,10 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
         const Pose2 there = compose(origin, pose);
         candidate.estimate.keyframes.emplace_back(there.x, there.y, there.heading, 0.0);
       }
-      candidate.belief = pf_resampling::solve(graph_, candidate.prior, *noise, kManyIterations,
-                                              kTolerance, nullptr, &candidate.estimate);
+      for (const RangeNoise& stage : {coarse, *noise}) {
+        candidate.belief = pf_resampling::solve(graph_, candidate.prior, stage, kManyIterations,
+                                                kTolerance, nullptr, &candidate.estimate);
+      }
       if (candidate.belief.is_usable) found.push_back(candidate);
     }
     if (found.empty()) return {};
