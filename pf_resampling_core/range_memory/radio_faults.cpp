@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -186,7 +187,11 @@ std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
   if (pairs.empty()) return {};
   std::sort(pairs.begin(), pairs.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (pairs.size() > kMistakesTried) pairs.resize(kMistakesTried);
+  // A wrong pair explains a few ranges, too.
+  const int heard = std::accumulate(radios_.begin(), radios_.end(), 0,
+                                    [](int sum, const Radio& radio) { return sum + radio.ranges; });
+  const bool may_be_named = heard >= kFewestRanges * static_cast<int>(radios_.size());
+  pairs.resize(std::min(pairs.size(), may_be_named ? kMistakesTried : 0));
   pairs.emplace_back(0.0, listed);
   std::vector<RangeMode> found;
   for (const auto& [cost, pair] : pairs) {

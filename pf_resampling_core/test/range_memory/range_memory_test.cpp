@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/simulation/simulate.hpp"
@@ -84,6 +85,35 @@ TEST(RangeMemory, NamesTwoThatAreSwappedAtOnce) {
       EXPECT_EQ(radio.account, is_swapped ? RadioAccount::elsewhere : RadioAccount::as_listed)
           << a << b << " " << radio.id;
       EXPECT_EQ(radio.in_place_of, is_swapped ? a + b + 2 - radio.id : -1);
+    }
+  }
+}
+
+// Two that are swapped, and a robot that turns at once: others explain a few ranges as well.
+TEST(RangeMemory, NamesNobodyAfterAFewRanges) {
+  std::mt19937 engine(4);
+  std::normal_distribution<double> normal;
+  const DriveAmongRadios drive;
+  std::vector<Beacon> listed = drive.beacons;
+  std::swap(listed[0].position, listed[2].position);
+  RangeMemory memory({}, listed);
+  Pose2 truth = {-3.0, 2.0, 1.2};
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 motion = {0.05, 0.0, 0.04};
+    truth = compose(truth, motion);
+    OdometryIncrement increment;
+    append(OdometryNoise{}, motion, 0.1, &increment);
+    const Beacon& heard = drive.beacons[static_cast<std::size_t>(i % 4)];
+    RangeObservation range;
+    range.beacon = heard.id;
+    range.range = std::hypot(heard.position.x() - truth.x, heard.position.y() - truth.y) +
+                  0.1 * normal(engine);
+    range.variance = 0.01;
+    memory.add(increment, {range});
+    if (i % 3 == 0) memory.solve();
+    const std::vector<RadioKnowledge> radios = memory.radios();
+    for (const RadioKnowledge& radio : radios) {
+      ASSERT_EQ(radio.account, RadioAccount::as_listed) << "radio " << radio.id << ", range " << i;
     }
   }
 }
