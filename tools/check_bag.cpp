@@ -1,4 +1,4 @@
-// check_bag: what is in a bag, and which filters can run on it.
+// check_bag: which filters can run on a bag, and what is odd in it.
 #include <iostream>
 #include <string>
 #include <vector>
@@ -15,8 +15,8 @@ using namespace pf_resampling;
 CommandLine command_line() {
   CommandLine line(
       "check_bag",
-      "Reports what is in a bag (topics, rates, gaps, stamps, frames, beacons, landmarks) "
-      "and\nwhat each filter lacks. Exits with 0 if a filter can run on it, with 1 if none can.");
+      "Says which filter can use a bag and by which command, what the other lacks, and what is "
+      "odd in\nthe bag. Exits with 0 if a filter can run on it, with 1 if none can.");
   line.positional("in.bag", "the bag to check");
   const CheckedTopics usual;
   add_beacon_mcl_topics(&line);
@@ -40,9 +40,8 @@ int check_bag(const std::vector<std::string>& arguments) {
   const CheckedConfiguration configuration = configuration_of(line);
   const BagFindings found =
       naming(line.text("in.bag"), [&] { return findings_of(bag, topics, configuration); });
-  std::cout << found.text;
+  std::cout << line.text("in.bag") << ":\n";
   for (const std::string& remark : found.remarks) std::cout << "  remark: " << remark << "\n";
-  std::cout << "\n";
   for (const FilterVerdict& verdict : {found.beacon_mcl, found.fastslam}) {
     std::cout << verdict.text() << "\n";
     if (verdict.is_ready()) std::cout << "  " << verdict.command << "\n";

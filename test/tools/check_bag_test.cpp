@@ -86,10 +86,6 @@ TEST(CheckBag, AGoodBagIsReadyAndHasNoRemarks) {
   const BagFindings found = check_of(good_recording());
   EXPECT_EQ(found.beacon_mcl.text(), "ready for beacon_mcl: yes");
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
-  // Of beacon 1: ranges 2, 5, ..., 29.
-  EXPECT_TRUE(says(found.text, "  1       0.000  5.000  0.500      10   2.00     17.00  29.00\n"));
-  EXPECT_TRUE(says(found.text, "/ranges: antenna on base_link  0.250  0.000  0.500      0.0\n"));
-  EXPECT_TRUE(says(found.text, "  ground truth: geometry_msgs/PoseStamped\n"));
 }
 
 TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
@@ -98,12 +94,6 @@ TEST(CheckBag, ABagWithLandmarksIsReadyForFastSlam) {
   EXPECT_FALSE(found.beacon_mcl.is_ready());
   EXPECT_TRUE(found.is_ready_for_any());
   EXPECT_TRUE(found.remarks.empty()) << found.remarks.front();
-  EXPECT_TRUE(says(found.text, "/landmarks: sensor on base_link  0.100  0.000  0.300     28.6\n"));
-  // 18 observations in 9 scans, all with one of 2 ids; ranges 2, 3 (10 times), 4, ..., 10 m.
-  EXPECT_TRUE(says(found.text,
-                   "  9       18    2          0   2.00      3.00  10.00"
-                   "     -14.3    28.6\n"));
-  EXPECT_TRUE(says(found.text, "ground truth: geometry_msgs/PoseStamped, and of the landmarks\n"));
 }
 
 TEST(CheckBag, ABagCanBeReadyForBoth) {
@@ -233,8 +223,6 @@ TEST(CheckBag, NamesWhatIsMissingAndWhatIsThere) {
             "ready for fastslam: no: no /landmarks (needed: "
             "pf_resampling/LandmarkObservationArray)");
   EXPECT_FALSE(found.is_ready_for_any());
-  // What is there instead is in the table of topics.
-  EXPECT_TRUE(says(found.text, "  /ground_truth  geometry_msgs/PoseStamped"));
 }
 
 TEST(CheckBag, HintsAtTopicsOfTheRightType) {
@@ -253,8 +241,7 @@ TEST(CheckBag, FindsGapsAndCoverage) {
   Recording recording = good_recording();
   recording.odometry.erase(recording.odometry.begin() + 41, recording.odometry.begin() + 56);
   const BagFindings gap = check_of(recording);
-  // 1.6 s from 14 s on: one gap.
-  EXPECT_TRUE(says(gap.text, "1.600  14.000     1"));
+  EXPECT_TRUE(has(gap.remarks, "/odom: nothing came for 1.600 s after 14.000 s"));
 
   recording = good_recording();
   for (auto& range : recording.ranges) range.time += 100.0;
@@ -502,8 +489,6 @@ TEST(CheckBagProgram, ConfirmsItsOwnAdvice) {
   EXPECT_EQ(second.exit_code, 0) << second.out << second.error;
   EXPECT_TRUE(says(second.out, "ready for fastslam: yes\n  rosrun pf_resampling run_bag fastslam " +
                                    path + " out.bag" + advice + "\n"));
-  // What the tags say: ten sightings of one, 3 m ahead.
-  EXPECT_TRUE(says(second.out, "10       10    1          0   3.00      3.00   3.00"));
   EXPECT_TRUE(says(second.out, "is unknown"));  // to beacon_mcl
   EXPECT_EQ(run_program("check_bag " + path + " --set no_such=1").exit_code, 1);
   EXPECT_TRUE(
@@ -563,8 +548,8 @@ TEST(CheckBag, SeesOdometryOnTfAsAPoseAndTheImu) {
                                         " --set odometry_input/source=tf"
                                         " --set frames/base=base_footprint")
                                 .out;
-  EXPECT_TRUE(says(by_tf, "/tf (odometry): base_footprint in odom"));
   EXPECT_FALSE(says(by_tf, "no /odom"));
+  EXPECT_FALSE(says(by_tf, "nothing on /tf"));
   const std::string by_pose = run_program("check_bag " + path + " --odom /odom_combined").out;
   EXPECT_TRUE(says(by_pose, "frame 'odom_combined' instead of 'odom'"));
   EXPECT_FALSE(says(by_pose, "needed: nav_msgs"));

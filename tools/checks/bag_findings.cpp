@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "tools/checks/bag_survey.hpp"
-#include "tools/checks/bag_tables.hpp"
 #include "tools/checks/dry_run.hpp"
 #include "tools/checks/units.hpp"
 #include "tools/common/bag.hpp"
@@ -20,6 +19,7 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kLongDelay = 1.0;  // s, between stamp and bag time
+constexpr double kLongGap = 1.5;    // s, without odometry; recordings pause for a second
 const char* const kBeaconsType = "pf_resampling/BeaconArray";
 
 using Lines = std::vector<std::string>;
@@ -52,7 +52,7 @@ class Checker {
     }
     check_presence();
     for (const TopicSurvey* topic : {&survey_.odom, &survey_.ranges, &survey_.landmarks}) {
-      const double delay = topic->stamps.summary().largest_delay;
+      const double delay = topic->largest_delay;
       if (delay > kLongDelay) {
         remark(topic->topic + ": stamps and bag times differ by up to " + fixed(delay, 3) + " s");
       }
@@ -63,14 +63,11 @@ class Checker {
     if (beacon_mcl()->empty()) {
       take(dry_run(bag_, names_, configuration_.beacon_mcl), &result_.beacon_mcl);
     }
-    LandmarkSurvey seen;
     if (fastslam()->empty()) {
-      DryRun run = dry_run(bag_, names_.of_fastslam(), configuration_.fastslam);
+      const DryRun run = dry_run(bag_, names_.of_fastslam(), configuration_.fastslam);
       take(run, &result_.fastslam);
-      seen = std::move(run.seen);
-      check_landmarks(seen);
+      check_landmarks(run.seen);
     }
-    result_.text = tables_of(bag_, names_, survey_, seen);
     result_.beacon_mcl.command = command("beacon_mcl");
     result_.fastslam.command = command("fastslam");
     return std::move(result_);
@@ -122,7 +119,7 @@ class Checker {
     FilterVerdict* const fastslam = &result_.fastslam;
     if (configuration_.odometry_source() == OdometrySource::topic) {
       need(names_.odom, odometry_types(), "odom", {beacon_mcl, fastslam}, odometry_on_tf());
-    } else if (survey_.odom.stamps.summary().messages == 0) {
+    } else if (survey_.base_frames.empty()) {
       const std::string problem = "nothing on /tf says where " +
                                   quoted(configuration_.frames().base) + " is in " +
                                   quoted(configuration_.frames().odom);
@@ -220,6 +217,10 @@ class Checker {
       remark(survey_.odom.topic + " names no child_frame_id: it is taken as that of " +
              quoted(configuration_.frames().base) + " (frames/base)");
     }
+    if (survey_.odom.longest_gap > kLongGap) {
+      remark(survey_.odom.topic + ": nothing came for " + fixed(survey_.odom.longest_gap, 3) +
+             " s after " + fixed(survey_.odom.longest_gap_at, 3) + " s");
+    }
     if (survey_.turns.in_degrees()) {
       remark(survey_.odom.topic +
              ": it turns about 57 times as much as its path: is the heading in degrees? It has to "
@@ -261,10 +262,12 @@ class Checker {
   }
 
   void check_beacons() {
-    std::size_t known = 0;
-    for (const auto& [id, ranges] : survey_.ranges_by_beacon) known += survey_.beacons.count(id);
-    if (known > 0 && known < 3) {
-      remark("ranges to only " + std::to_string(known) +
+    std::set<std::int32_t> known;
+    for (const TimedRange& range : survey_.timed_ranges) {
+      if (survey_.beacons.count(range.beacon) > 0) known.insert(range.beacon);
+    }
+    if (!known.empty() && known.size() < 3) {
+      remark("ranges to only " + std::to_string(known.size()) +
              " known beacons: the pose may stay ambiguous");
     }
     if (const auto unit = unit_of_ranges(survey_.timed_ranges, survey_.beacons)) {
@@ -285,13 +288,13 @@ class Checker {
   }
 
   void check_landmarks(const LandmarkSurvey& seen) {
-    if (seen.ranges.empty()) return;
-    const std::size_t with_id = seen.with_id();
-    if (with_id == 0) {
+    if (seen.observations == 0) return;
+    if (seen.by_id.empty()) {
       remark(survey_.landmarks.topic +
              ": without ids; the filter associates them by their positions");
     }
-    if (with_id > 0 && seen.seen_once() == seen.by_id.size()) {
+    const auto is_seen_once = [](const auto& landmark) { return landmark.second == 1; };
+    if (!seen.by_id.empty() && std::all_of(seen.by_id.begin(), seen.by_id.end(), is_seen_once)) {
       remark(survey_.landmarks.topic +
              ": no id is seen twice, so no landmark can correct the odometry (association/method "
              "mutual_exclusion ignores ids)");

@@ -54,7 +54,6 @@ struct FilterVerdict {
 
 /// What a look at a bag has found.
 struct BagFindings {
-  std::string text;                  ///< tables for people, several lines
   std::vector<std::string> remarks;  ///< what is odd but does not hinder, a line each
   FilterVerdict beacon_mcl{"beacon_mcl", {}, {}, {}, 0};
   FilterVerdict fastslam{"fastslam", {}, {}, {}, 0};

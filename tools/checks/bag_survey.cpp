@@ -11,7 +11,7 @@
 #include "fastslam_node/tag_scans.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/messages/foreign_messages.hpp"
-#include "tools/common/bag_contents.hpp"
+#include "src/odometry/input_checks.hpp"
 #include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
@@ -39,21 +39,8 @@ class Surveyor {
   }
 
   BagSurvey survey() {
-    const BeaconMclPipelineOptions& beacon_mcl = configuration_.beacon_mcl;
-    note_beacons(to_message(beacon_mcl.beacons, ""));
-    for (const auto& [frame, place] : beacon_mcl.antennas) {
-      survey_.on_robot[frame] = Eigen::Isometry3d(Eigen::Translation3d(place));
-    }
-    for (const auto& [frame, place] : configuration_.fastslam.sensors) {
-      survey_.on_robot[frame] =
-          Eigen::Translation3d(place.x, place.y, 0.0) *
-          Eigen::Isometry3d(Eigen::AngleAxisd(place.heading, Eigen::Vector3d::UnitZ()));
-    }
+    note_beacons(to_message(configuration_.beacon_mcl.beacons, ""));
     read();
-    if (survey_.base_frames.size() == 1) survey_.base = *survey_.base_frames.begin();
-    for (const auto& [frame, pose] : read_frames_on_robot(bag_, survey_.base)) {
-      survey_.on_robot[frame] = pose;
-    }
     return std::move(survey_);
   }
 
@@ -82,7 +69,7 @@ class Surveyor {
 
   void note_header(const std_msgs::Header& header, const rosbag::MessageInstance& instance,
                    TopicSurvey* topic) {
-    topic->stamps.add(header.stamp, instance.getTime());
+    topic->add(header.stamp, instance.getTime());
     topic->frames.insert(without_slash(header.frame_id));
   }
 
@@ -104,14 +91,13 @@ class Surveyor {
 
   void note_range(const BeaconRange& range) {
     if (!std::isfinite(range.range) || range.range <= 0.0) return;
-    survey_.ranges_by_beacon[range.beacon].push_back(range.range);
     const double time = 1e-9 * static_cast<double>(range.header.stamp.toNSec());
     survey_.timed_ranges.push_back({time, range.beacon, range.range});
   }
 
   void note(const sensor_msgs::Range& message, const rosbag::MessageInstance& instance) {
     if (survey_.ranges.topic != names_.sensor_ranges) return;
-    survey_.ranges.stamps.add(message.header.stamp, instance.getTime());
+    survey_.ranges.add(message.header.stamp, instance.getTime());
     if (const auto range = read_range(message, beacon_names_).range) note_range(*range);
   }
 
@@ -157,6 +143,17 @@ class Surveyor {
 };
 
 }  // namespace
+
+void TopicSurvey::add(const ros::Time& stamp, const ros::Time& bag_time) {
+  if (check(stamp)) return;
+  const double time = stamp.toSec();
+  largest_delay = std::max(largest_delay, std::abs(time - bag_time.toSec()));
+  if (newest > 0.0 && time - newest > longest_gap) {
+    longest_gap = time - newest;
+    longest_gap_at = newest;
+  }
+  newest = std::max(newest, time);
+}
 
 const BagTopic* BagSurvey::topic_named(const std::string& name) const {
   const auto found = std::find_if(topics.begin(), topics.end(),

@@ -45,12 +45,8 @@ DryRun run(const rosbag::Bag& bag, Options options, typename Pipeline::Sinks sin
 }
 
 void note(const LandmarkScan& scan, LandmarkSurvey* all) {
-  ++all->scans;
+  all->observations += scan.observations.size();
   for (const RangeBearingObservation& seen : scan.observations) {
-    const bool is_first = all->ranges.empty();
-    all->least_bearing = is_first ? seen.bearing : std::min(all->least_bearing, seen.bearing);
-    all->largest_bearing = is_first ? seen.bearing : std::max(all->largest_bearing, seen.bearing);
-    all->ranges.push_back(seen.range);
     if (seen.id >= 0) ++all->by_id[seen.id];
   }
 }
@@ -74,17 +70,6 @@ DryRun dry_run(const rosbag::Bag& bag, const FastSlamTopics& topics,
   });
   said.seen = std::move(seen);
   return said;
-}
-
-std::size_t LandmarkSurvey::with_id() const {
-  std::size_t count = 0;
-  for (const auto& [id, times] : by_id) count += times;
-  return count;
-}
-
-std::size_t LandmarkSurvey::seen_once() const {
-  return static_cast<std::size_t>(std::count_if(
-      by_id.begin(), by_id.end(), [](const auto& landmark) { return landmark.second == 1; }));
 }
 
 }  // namespace pf_resampling

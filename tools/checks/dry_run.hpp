@@ -13,15 +13,8 @@ namespace pf_resampling {
 
 /// The landmark observations that FastSLAM used.
 struct LandmarkSurvey {
-  std::size_t scans = 0;
+  std::size_t observations = 0;
   std::map<std::int64_t, std::size_t> by_id;  ///< how often each id was seen
-  std::vector<double> ranges;                 ///< m, of all
-  double least_bearing = 0.0;                 ///< rad
-  double largest_bearing = 0.0;               ///< rad
-
-  std::size_t with_id() const;
-  /// How many ids were seen in no more than one observation.
-  std::size_t seen_once() const;
 };
 
 /// What a filter says of the messages of a bag.

@@ -14,8 +14,6 @@ class Table {
   /// Adds a row; missing cells at its end stay empty. Throws Error on more cells than headings.
   void add_row(std::vector<std::string> cells);
 
-  bool empty() const { return rows_.empty(); }
-
   /// The table, a line per row, each begun with `indent` spaces. Widths count UTF-8 characters.
   std::string text(std::size_t indent = 2) const;
 
