@@ -7,7 +7,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "pf_resampling_core/evaluation/particle_errors.hpp"
 #include "pf_resampling_core/evaluation/statistics.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/presets.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
@@ -127,8 +126,11 @@ std::vector<PointLandmark> true_map(const World& world) {
 struct Belief {
   PoseEstimate pose;
   std::vector<PointLandmark> map;
-  double feature_error = kNoFigure;  ///< eq. 5, m
-  double position_error = 0.0;       ///< eq. 6, m
+  /// Root mean square errors of what the particles hold, unweighted, m (Kwak eqs. 5 and 6): of the
+  /// landmarks, each of each particle counting the same, and of the positions. The spread of the
+  /// particles is part of them, so whatever shrinks the cloud lowers them.
+  double feature_error = kNoFigure;
+  double position_error = 0.0;
   double effective_sample_size = kNoFigure;
   double distinct = kNoFigure;
   double calls = kNoFigure;
@@ -137,19 +139,27 @@ struct Belief {
 Belief belief_of(const Step& step, const std::vector<PointLandmark>& truth, FastSlam* filter) {
   Belief belief;
   belief.pose = filter->estimate();
-  FeatureError error;
+  const FastSlamParticles& particles = filter->particles();
+  double squares = 0.0;
+  int count = 0;
   for (const LandmarkEstimate& landmark : filter->map()) {
     belief.map.push_back(
         {static_cast<std::int32_t>(landmark.id), landmark.mean, landmark.covariance});
   }
   for (const int row : filter->rows()) {
     const LandmarkRow landmark = filter->store().row(row);
-    error.add(truth[static_cast<std::size_t>(filter->id_of(row))].position, landmark.x, landmark.y,
-              landmark.held, static_cast<int>(filter->particles().size()));
+    const Eigen::Vector2d& place = truth[static_cast<std::size_t>(filter->id_of(row))].position;
+    for (Eigen::Index k = 0; k < particles.size(); ++k) {
+      if (landmark.held != nullptr && landmark.held[k] == 0) continue;
+      const double dx = landmark.x[k] - place.x();
+      const double dy = landmark.y[k] - place.y();
+      squares += dx * dx + dy * dy;
+      ++count;
+    }
   }
-  if (error.count() > 0) belief.feature_error = error.rms();
-  belief.position_error =
-      position_error({step.truth.x, step.truth.y}, filter->particles().x, filter->particles().y);
+  if (count > 0) belief.feature_error = std::sqrt(squares / count);
+  belief.position_error = std::sqrt(
+      ((particles.x - step.truth.x).square() + (particles.y - step.truth.y).square()).mean());
   const FastSlamStatus& status = filter->status();
   belief.effective_sample_size = status.effective_sample_size;
   belief.distinct = status.distinct_ancestors_since_start;
