@@ -114,6 +114,7 @@ void FastSlamPipeline::add_health(HealthInputs* inputs) const {
   inputs->needs_past = !options_.filter.map.frozen;
   inputs->renews_past = can_redraw();
   inputs->is_contradicted = filter_->memory().distrusts_odometry();
+  inputs->misses_landmarks = filter_->memory().misses_landmarks();
 }
 
 bool FastSlamPipeline::can_redraw() const {

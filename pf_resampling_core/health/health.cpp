@@ -50,6 +50,10 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
             "odometry and " + inputs.observations + " contradict each other: slipping, or carried?",
             "Drive on where there is something to see, and do not rely on the pose before."};
   }
+  if (inputs.misses_landmarks) {
+    return {Health::doubtful, "landmarks that should be in view are not seen",
+            "Do not rely on the pose or the map: a place was taken for one that looks alike."};
+  }
   if (!inputs.misfit.empty()) {
     return {Health::doubtful,
             inputs.misfit + " contradict the others: moved, reflected, or faulty?",

@@ -30,6 +30,7 @@ struct HealthInputs {
   double position_unknown = 0.0;  ///< probability that the position is; farther_probability()
   double heading_unknown = 0.0;   ///< and the heading; unknown_heading_probability()
   bool is_contradicted = false;   ///< by what was seen last, which is to be explained anew
+  bool misses_landmarks = false;  ///< those that should be in view are not seen, too many
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
   bool map_is_wrong = false;  ///< a finding is open: a landmark that is seen was moved
   /// Shares of the particles: N_eff, and those before the last renewal that have descendants, both

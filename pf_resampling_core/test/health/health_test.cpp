@@ -145,7 +145,7 @@ TEST(Health, SlownessIsSaidWhenNothingElseIsWrong) {
 
 // Reasons stand in the diagnostics, where another text is another alarm: they hold no figures.
 TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
-  std::vector<HealthInputs> ill(9);
+  std::vector<HealthInputs> ill(10);
   ill[0].has_belief = false;
   ill[0].waits_for = "odometry";
   ill[1].lost = 1.0;
@@ -157,6 +157,7 @@ TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
   ill[6].keeps_up = false;
   ill[7].misfit = "the ranges of a beacon";
   ill[8].map_is_wrong = true;
+  ill[9].misses_landmarks = true;
   std::set<std::string> reasons;
   std::set<Health> said = {Health::healthy};
   for (const HealthInputs& inputs : ill) {

@@ -52,6 +52,11 @@ constexpr double kLargeConstant = 3.0;  // standard deviations
 // its odometry there.
 constexpr std::size_t kSuspects = 15;
 constexpr double kCarriedShare = 1e-4;
+// Passages of landmarks that were missed, beyond those that were hardly seen, where the robot may
+// still be where it believes: so many, and this share of all.
+constexpr double kFewMissed = 3.0;
+constexpr double kMissedShare = 0.1;
+constexpr double kNowhere = 1e9;  // m
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
 
@@ -127,6 +132,8 @@ void Memory::resume(const MemoryState& state) {
   state_ = state;
   equations_.reset();
   number_landmarks();
+  misses_landmarks_ = false;
+  if (state_.decided > 0) look_for_missed();
 }
 
 void Memory::number_landmarks() {
@@ -449,7 +456,21 @@ bool Memory::decide(const ReassociationOptions& options, std::int64_t* next_id) 
   state_.landmarks = std::move(account.landmarks);
   state_.decided = state_.updates;
   number_landmarks();
+  look_for_missed();
   return true;
+}
+
+void Memory::look_for_missed() {
+  const SegmentGraph& graph = state_.graph;
+  std::vector<Eigen::Vector2d> places = graph.landmarks;
+  const std::vector<bool> are_seen = seen_landmarks(graph);
+  for (std::size_t l = 0; l < are_seen.size(); ++l) {
+    if (!are_seen[l]) places[l].setConstant(kNowhere);
+  }
+  const Scans scans = newest_scans(graph, state_.begins, std::numeric_limits<int>::max());
+  const ViewPassages passages = view_passages(places, {&scans});
+  misses_landmarks_ =
+      passages.missed - passages.hardly_seen > kFewMissed + kMissedShare * passages.all;
 }
 
 bool Memory::solve_carried(double robust_width, const Pose2& newest) {

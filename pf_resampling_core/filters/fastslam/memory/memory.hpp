@@ -100,6 +100,9 @@ class Memory {
   void note_refusal() { state_.is_refused = true; }
   /// Whether that was so a moment ago: wheels may be slipping.
   bool distrusts_odometry() const { return state_.time < state_.distrusted; }
+  /// Without ids: whether landmarks that should have been in view were not seen, more than the
+  /// sensor misses. Then the robot is not where it believes, or the map is wrong.
+  bool misses_landmarks() const { return misses_landmarks_; }
 
   /// Whether the last update saw a landmark that the `absence` updates before it did not see.
   bool closes_loop(int absence) const { return state_.longest_absence >= absence; }
@@ -137,8 +140,10 @@ class Memory {
   bool start_anew(double robust_width, SegmentGraph* graph) const;
   bool decide(const ReassociationOptions& options, std::int64_t* next_id);
   void number_landmarks();
+  void look_for_missed();
 
   MemoryState state_;
+  bool misses_landmarks_ = false;
   std::unordered_map<std::int64_t, int> numbers_;      // of landmarks, by their ids
   std::shared_ptr<const SegmentEquations> equations_;  // factorised at the last solution
 };

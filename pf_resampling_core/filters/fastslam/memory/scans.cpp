@@ -1,5 +1,6 @@
 #include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -195,7 +196,7 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
   }
   struct Passage {
     int looks = 0;
-    bool is_seen = false;
+    int sightings = 0;
     double last = 0.0;  // s
   };
   ViewPassages passages;
@@ -203,18 +204,23 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
   const auto close = [&](Passage* passage) {
     if (passage->looks >= kFewestLooks) {
       ++passages.all;
-      if (!passage->is_seen) ++passages.missed;
+      if (passage->sightings == 0) {
+        ++passages.missed;
+      } else if (2 * passage->sightings < passage->looks) {
+        ++passages.hardly_seen;
+      }
     }
     *passage = {};
   };
   const auto look = [&](const Pose2& eye, double now) {
+    const Eigen::Vector2d at(eye.x, eye.y);
+    const Eigen::Matrix2d to_eye = Eigen::Rotation2Dd(-eye.heading).toRotationMatrix();
     for (std::size_t l = 0; l < places.size(); ++l) {
       if (open[l].looks > 0 && now - open[l].last > kPassageEnd) close(&open[l]);
-      if (std::abs(places[l].x() - eye.x) > range) continue;
-      const Pose2 there = relative(eye, {places[l].x(), places[l].y(), 0.0});
-      const double distance = std::hypot(there.x, there.y);
+      const Eigen::Vector2d there = to_eye * (places[l] - at);
+      const double distance = there.norm();
       const double widest = bearing - kInsideBearing - kInsideAcross / distance;
-      if (distance > kInsideRange * range || std::abs(std::atan2(there.y, there.x)) > widest) {
+      if (distance > kInsideRange * range || std::abs(std::atan2(there.y(), there.x())) > widest) {
         continue;
       }
       ++open[l].looks;
@@ -229,7 +235,7 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
       pose = sighting.pose;
       if (sighting.landmark < 0) continue;
       Passage& passage = open[static_cast<std::size_t>(sighting.landmark)];
-      passage.is_seen = true;
+      ++passage.sightings;
       passage.last = scans->times[i];
     }
   }

@@ -45,11 +45,14 @@ std::vector<bool> seen_landmarks(const SegmentGraph& graph);
 using Together = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>;
 Together seen_together(const SegmentGraph& graph, const std::vector<int>& landmarks);
 
-/// Passages of landmarks through the view: how many there were, and on how many of them the
-/// landmark was not seen.
+/// Passages of landmarks through the view: how many there were, on how many of them the landmark
+/// was not seen, and on how many only in less than half of the scans. A sensor that misses
+/// landmarks has many of these; where the robot is not where it believes, landmarks are missed
+/// altogether.
 struct ViewPassages {
   int all = 0;
   int missed = 0;
+  int hardly_seen = 0;
 };
 /// Of the landmarks at some places (map frame) in these scans, one after the other; before they
 /// were first seen, too. In view is what is well within the largest range and bearing of any

@@ -296,11 +296,34 @@ TEST(Accounts, AnAisleLikeAnotherIsAnother) {
     drive_past(is_back ? all : every_fifth, 50, &drive);
     ASSERT_TRUE(drive.solve());
     EXPECT_NEAR(drive.past.graph().newest().y, drive.truth.y, 0.1);
+    EXPECT_FALSE(drive.past.misses_landmarks());
     const auto& landmarks = drive.past.state().landmarks;
     EXPECT_EQ(std::count_if(landmarks.begin(), landmarks.end(),
                             [](const RememberedLandmark& landmark) { return landmark.id >= 0; }),
               is_back ? 20 : 24);
   }
+}
+
+// The same, but odometry is sure that the robot is back in the first aisle: all that is seen fits,
+// and only what is missing tells.
+TEST(Accounts, TellsByWhatIsMissedThatTheRobotIsElsewhere) {
+  std::vector<Eigen::Vector2d> all, every_fifth;
+  for (int i = 0; i < 20; ++i) all.emplace_back(i + 3.0, 3.0);
+  for (std::size_t i = 0; i < all.size(); i += 5) {
+    every_fifth.emplace_back(all[i] + Eigen::Vector2d(0.0, 8.0));
+  }
+  Drive drive;
+  drive_past(all, 0, &drive);
+  ASSERT_TRUE(drive.solve());
+  EXPECT_FALSE(drive.past.misses_landmarks());
+  drive.truth = {0.0, 8.0, 0.0};
+  drive.past.append(motion({-20.0, 0.0, 0.0}, 20.0, 0.01));
+  drive_past(every_fifth, 50, &drive);
+  ASSERT_TRUE(drive.solve());
+  EXPECT_TRUE(drive.past.misses_landmarks());
+  Memory resumed;
+  resumed.resume(drive.past.state());
+  EXPECT_TRUE(resumed.misses_landmarks());
 }
 
 // A driver gone mad: no cost is finite. The memory begins anew, not for ever in vain.
