@@ -21,6 +21,20 @@ BUGS = [
         ACCOUNTS,
     ),
     (
+        "associations: a landmark that is missed altogether is one that is hardly seen",
+        "memory/scans.cpp",
+        "++passages.missed;",
+        "++passages.hardly_seen;",
+        ACCOUNTS,
+    ),
+    (
+        "memory: after a checkpoint nobody looks for what is missed",
+        "memory/memory.cpp",
+        "if (state_.decided > 0) look_for_missed();",
+        "",
+        ACCOUNTS,
+    ),
+    (
         "associations: after a gap in a segment nothing is another landmark",
         "memory/reassociation.cpp",
         "std::max(sigma_from(s, place), sigma_from(s + 1, place))",
