@@ -101,7 +101,6 @@ void FilterConnection::connect(const std::string& node) {
   ++generation_;
   jobs_.clear();
   news_ = FilterNews();
-  scene_ = Scene();
   wake_.notify_all();
 }
 
@@ -253,17 +252,6 @@ void FilterConnection::subscribe() {
           news_.statuses.push_back(*message);
         });
       }));
-  const auto see = [this, if_current](const auto& message) {
-    if_current([&] {
-      scene_.take(message);
-      news_.scene = scene_;
-    });
-  };
-  subscribers_.push_back(node_.subscribe<nav_msgs::Path>(
-      space + "path", 2, [see](const nav_msgs::Path::ConstPtr& message) { see(*message); }));
-  subscribers_.push_back(node_.subscribe<visualization_msgs::MarkerArray>(
-      space + "markers", 20,
-      [see](const visualization_msgs::MarkerArray::ConstPtr& message) { see(*message); }));
 }
 
 void FilterConnection::post(Job job) {

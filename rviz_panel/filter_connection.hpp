@@ -15,8 +15,6 @@
 #include <thread>
 #include <vector>
 
-#include "rviz_panel/view_fit.hpp"
-
 namespace pf_resampling {
 
 /// What a filter offers at present.
@@ -42,8 +40,7 @@ struct FilterNews {
   std::optional<dynamic_reconfigure::Config> values;
   std::vector<FilterStatus> statuses;
   std::vector<CallResult> results;
-  std::optional<Scene> scene;  ///< what there is to see, when that has changed
-  bool is_calling = false;     ///< a call is on its way
+  bool is_calling = false;  ///< a call is on its way
 };
 
 /// The connection to a filter's node for a program that must not wait: dynamic_reconfigure client
@@ -95,7 +92,6 @@ class FilterConnection {
   std::string filter_;  // node, resolved
   int generation_ = 0;  // of the filter: what was under way for others is dropped
   FilterNews news_;
-  Scene scene_;
   ros::ServiceClient call_;  // the one that is waited for
   ros::WallTime call_since_;
   bool is_calling_ = false, call_given_up_ = false;

@@ -1,15 +1,8 @@
 #include "rviz_panel/filter_panel.hpp"
 
-#include <OgreCamera.h>
-#include <OgreViewport.h>
-#include <rviz/properties/property.h>
-#include <rviz/view_controller.h>
-#include <rviz/view_manager.h>
-#include <rviz/visualization_manager.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <QAbstractItemView>
-#include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
 #include <QFileDialog>
@@ -20,10 +13,8 @@
 #include <QMessageBox>
 #include <QPushButton>
 #include <QScrollArea>
-#include <QSignalBlocker>
 #include <QTimer>
 #include <QVBoxLayout>
-#include <cmath>
 #include <cstdlib>
 
 #include "src/messages/conversions.hpp"
@@ -57,15 +48,6 @@ QString style_of(FilterHealth::Level level) {
   if (level == FilterHealth::Level::warning) colour = "#b35900";
   if (level == FilterHealth::Level::bad) colour = "#b3221c";
   return QString("background: %1; color: white; padding: 3px; font-weight: bold;").arg(colour);
-}
-
-// A property of a view as a number.
-double number_of(rviz::ViewController* view, const char* name) {
-  return view->subProp(name)->getValue().toDouble();
-}
-
-bool is_nearly(double a, double b) {
-  return std::abs(a - b) <= 1e-4 * (1.0 + std::abs(a) + std::abs(b));
 }
 
 }  // namespace
@@ -126,11 +108,6 @@ void FilterPanel::add_buttons(QVBoxLayout* layout) {
   };
   global_localization_button_ = add("Global localization", 0, 0);
   reset_button_ = add("Reset", 0, 1);
-  fit_view_ = new QCheckBox("Fit view");
-  fit_view_->setToolTip(
-      "The view from above (TopDownOrtho) shows landmarks, beacons, path and robot as they grow.\n"
-      "Moving the view ends this");
-  grid->addWidget(fit_view_, 0, 2);
   load_map_button_ = add("Load map…", 1, 0);
   save_map_button_ = add("Save map…", 1, 1);
   layout->addLayout(grid);
@@ -140,11 +117,6 @@ void FilterPanel::add_buttons(QVBoxLayout* layout) {
   connect(reset_button_, &QPushButton::clicked, this, [this] { ask_reset(); });
   connect(save_map_button_, &QPushButton::clicked, this, [this] { ask_save_map(); });
   connect(load_map_button_, &QPushButton::clicked, this, [this] { ask_load_map(); });
-  connect(fit_view_, &QCheckBox::clicked, this, [this] {
-    view_.reset();
-    fit_view();
-    Q_EMIT configChanged();
-  });
 }
 
 void FilterPanel::onInitialize() {
@@ -159,15 +131,12 @@ void FilterPanel::load(const rviz::Config& config) {
   rviz::Panel::load(config);
   QString node;
   if (config.mapGetString("Node", &node)) filter_ = node.toStdString();
-  bool fits = false;
-  if (config.mapGetBool("Fit View", &fits)) fit_view_->setChecked(fits);
   if (connection_) connect_to_filter();
 }
 
 void FilterPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Node", to_qt(filter_));
-  config.mapSetValue("Fit View", fit_view_->isChecked());
 }
 
 void FilterPanel::take_name() {
@@ -185,7 +154,6 @@ void FilterPanel::connect_to_filter() {
   health_.clear();
   last_status_ = ros::WallTime();
   presence_ = FilterPresence();
-  scene_ = Scene();
   show_result(true, "");
   connection_->connect(filter_);
   show_presence(presence_);
@@ -212,8 +180,6 @@ void FilterPanel::refresh() {
     show_health();
   }
   show_verdict();
-  if (news.scene) scene_ = *news.scene;
-  fit_view();
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
   if (was_calling_ && !news.is_calling && news.results.empty()) show_result(true, "");
@@ -358,40 +324,6 @@ void FilterPanel::ask_file(const QString& title, const QString& name, const QStr
   connect(dialog, &QInputDialog::textValueSelected, this,
           [take](const QString& file) { take(file.toStdString()); });
   dialog->open();
-}
-
-// ---- the view ---------------------------------------------------------------------------------
-
-void FilterPanel::fit_view() {
-  rviz::ViewManager* views = vis_manager_->getViewManager();
-  rviz::ViewController* view = views->getCurrent();
-  const Eigen::AlignedBox2d box = scene_.box();
-  if (!fit_view_->isChecked() || box.isEmpty() || view == nullptr ||
-      view->getClassId() != "rviz/TopDownOrtho") {
-    return;
-  }
-  // What is seen is placed in the fixed frame; a view that goes with another frame is left alone.
-  const QString target = view->subProp("Target Frame")->getValue().toString();
-  const std::string fixed = vis_manager_->getFixedFrame().toStdString();
-  if (without_slash(scene_.frame()) != without_slash(fixed) ||
-      (target != "<Fixed Frame>" && without_slash(target.toStdString()) != without_slash(fixed))) {
-    return;
-  }
-  const TopView now = {number_of(view, "X"), number_of(view, "Y"), number_of(view, "Scale")};
-  if (view_ && !(is_nearly(now.x, view_->x) && is_nearly(now.y, view_->y) &&
-                 is_nearly(now.scale, view_->scale))) {
-    fit_view_->setChecked(false);
-    return;
-  }
-  const Ogre::Viewport* window = view->getCamera()->getViewport();
-  const TopView next = fitted_view(box, window->getActualWidth(), window->getActualHeight(),
-                                   number_of(view, "Angle"), view_);
-  view_ = next;
-  // Nothing that rviz should ask about saving when it is closed.
-  const QSignalBlocker quiet(views);
-  view->subProp("X")->setValue(next.x);
-  view->subProp("Y")->setValue(next.y);
-  view->subProp("Scale")->setValue(next.scale);
 }
 
 }  // namespace pf_resampling

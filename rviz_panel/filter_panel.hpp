@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "rviz_panel/basic_table.hpp"
@@ -14,7 +13,6 @@
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
 
-class QCheckBox;
 class QComboBox;
 class QLabel;
 class QPushButton;
@@ -52,15 +50,11 @@ class FilterPanel : public rviz::Panel {
   /// hands its name to `take`.
   void ask_file(const QString& title, const QString& name, const QString& pattern, bool exists,
                 const std::function<void(const std::string&)>& take);
-  /// Has the view from above show what there is, until somebody moves it.
-  void fit_view();
 
   std::string filter_ = "beacon_mcl";  // its node
   std::unique_ptr<FilterConnection> connection_;
   FilterHealth health_;
   FilterPresence presence_;
-  Scene scene_;
-  std::optional<TopView> view_;  ///< as it was set last
   std::map<std::string, std::string> values_;
   ros::WallTime last_status_;
   bool was_calling_ = false;
@@ -71,7 +65,6 @@ class FilterPanel : public rviz::Panel {
   StripWidget* sample_size_strip_ = nullptr;
   QPushButton *global_localization_button_ = nullptr, *reset_button_ = nullptr,
               *save_map_button_ = nullptr, *load_map_button_ = nullptr;
-  QCheckBox* fit_view_ = nullptr;
   BasicTable* parameters_ = nullptr;
 };
 

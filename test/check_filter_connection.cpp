@@ -30,7 +30,6 @@ FilterNews wait_for(FilterConnection* connection, const Done& done) {
     all.is_calling = news.is_calling;
     if (news.description) all.description = news.description;
     if (news.values) all.values = news.values;
-    if (news.scene) all.scene = news.scene;
     all.statuses.insert(all.statuses.end(), news.statuses.begin(), news.statuses.end());
     all.results.insert(all.results.end(), news.results.begin(), news.results.end());
     if (done(all)) return all;
@@ -119,33 +118,6 @@ TEST(FilterConnection, ButtonsSayWhatCameOfThem) {
   EXPECT_FALSE(news.results[0].success);
   EXPECT_NE(news.results[0].text, "");
   std::filesystem::remove_all(folder);
-}
-
-TEST(FilterConnection, SeesWhatThereIsToShow) {
-  ros::NodeHandle node("/painter");
-  const ros::Publisher paths = node.advertise<nav_msgs::Path>("/path", 1, true);
-  const ros::Publisher markers =
-      node.advertise<visualization_msgs::MarkerArray>("/markers", 1, true);
-  nav_msgs::Path path;
-  path.header.frame_id = "map";
-  path.poses.resize(2);
-  path.poses[1].pose.position.x = 4.0;
-  paths.publish(path);
-  visualization_msgs::MarkerArray beacons;
-  beacons.markers.resize(1);
-  beacons.markers[0].header.frame_id = "map";
-  beacons.markers[0].ns = "beacons";
-  beacons.markers[0].pose.position.y = -3.0;
-  markers.publish(beacons);
-  FilterConnection connection;
-  connection.connect("/painter");
-  const Eigen::AlignedBox2d all = {Eigen::Vector2d(0.0, -3.0), Eigen::Vector2d(4.0, 0.0)};
-  Scene scene;
-  wait_for(&connection, [&](const auto& news) {
-    if (news.scene) scene = *news.scene;
-    return !scene.box().isEmpty() && scene.box().isApprox(all);
-  });
-  EXPECT_EQ(scene.frame(), "map");
 }
 
 TEST(FilterConnection, NobodyThereIsSaidAndNotWaitedFor) {
