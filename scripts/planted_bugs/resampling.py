@@ -26,7 +26,6 @@ BUGS = [
         "residual.cpp",
         "sorted_draws(stream, 0, left_over, left_over, weights.fraction_bits, work);",
         "sorted_draws(stream, 0, weights.copies, left_over, weights.fraction_bits, work);"
-        "for (int& below : work->draws_below) below = std::min(below, left_over);"
         "for (std::size_t i = static_cast<std::size_t>(left_over); i < work->thresholds.size(); ++i) {"
         "  work->thresholds[i] = 1e300;"
         "}",
@@ -95,15 +94,15 @@ BUGS = [
     (
         "tied weights get ranks in order of appearance",
         "rank_based.cpp",
-        "weights.weights[particle_of(words[end])] == weight) ++end;",
-        "weights.weights[particle_of(words[end])] == weight && ranked < 0) ++end;",
+        "order[end].first == order[first].first) ++end;",
+        "order[end].first == order[first].first && ranked < 0) ++end;",
         SCHEMES,
     ),
     (
         "particles of weight zero are ranked",
         "rank_based.cpp",
-        "const bool is_positive = weights[i] > 0.0;",
-        "const bool is_positive = weights[i] >= 0.0;",
+        "ranked += weights.weights[i] > 0.0 ? 1 : 0;",
+        "ranked += weights.weights[i] >= 0.0 ? 1 : 0;",
         SCHEMES,
     ),
     (
