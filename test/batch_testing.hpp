@@ -2,39 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/test/says.hpp"
-#include "tools/worlds/recording.hpp"
 
 namespace pf_resampling {
-
-/// The odometry of a recording as a path in a frame of its own.
-inline std::vector<EstimatedPose> odometry_of(const Recording& recording) {
-  std::vector<EstimatedPose> path;
-  for (const auto& odometry : recording.odometry) {
-    path.emplace_back();
-    path.back().time = odometry.time;
-    path.back().pose = odometry.pose;
-  }
-  return path;
-}
-
-/// The truth while there is odometry.
-inline std::vector<TruePose> truth_of(const Recording& recording) {
-  std::vector<TruePose> truth;
-  for (const auto& pose : recording.truth) {
-    if (pose.time < recording.odometry.front().time || pose.time > recording.odometry.back().time) {
-      continue;
-    }
-    truth.push_back({pose.time, pose.pose.x, pose.pose.y, std::nullopt});
-    if (std::isfinite(pose.pose.heading)) truth.back().heading = pose.pose.heading;
-  }
-  return truth;
-}
 
 /// Leaves out what is later than `end` (s).
 template <typename Entry>

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cmath>
 #include <string>
 
 #include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag.hpp"
-#include "tools/common/bag_contents.hpp"
-#include "tools/worlds/recording.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
@@ -18,30 +16,12 @@ inline Recording recorded_drive(const std::string& data_set, const std::string& 
   const ProgramResult made = run_program("dataset_to_bag " + data_set + " " + path + options);
   if (made.exit_code != 0) throw std::runtime_error(made.error);
   const rosbag::Bag bag = open_bag(path);
-  Recording recording;
-  for (const auto& pose : read_poses(bag, "/odom")) {
-    recording.odometry.push_back({pose.time, pose.pose, {}});
-  }
-  for (const auto& range : read_ranges(bag, "/ranges")) {
-    recording.ranges.push_back({range.time, range.beacon, range.range, 0.0, range.frame});
-  }
-  for (const Beacon& beacon : read_beacons(bag, "/beacons")) {
-    recording.beacons.push_back({beacon.id, beacon.position.x(), beacon.position.y(), {}});
-  }
-  for (const StampedScan& scan : read_landmark_scans(bag, "/landmarks")) {
-    for (const SeenLandmark& seen : scan.landmarks) {
-      recording.landmark_observations.push_back({scan.time, seen.id, seen.range, seen.bearing,
-                                                 seen.range_variance, seen.bearing_variance});
-    }
-  }
-  for (const PointLandmark& mark :
-       read_landmark_map(bag, "/ground_truth_landmarks").value_or(std::vector<PointLandmark>())) {
-    recording.landmarks.push_back({mark.id, mark.position.x(), mark.position.y()});
-  }
-  for (const TruePose& truth : read_truth(bag, "/ground_truth")) {
-    recording.truth.push_back(
-        {truth.time, {truth.x, truth.y, truth.heading.value_or(std::nan(""))}});
-  }
+  Recording recording = read_recording(bag, "/odom", "/ranges", "/landmarks");
+  recording.odometry_noise.reset();  // as these tests assume it
+  recording.beacons = read_beacons(bag, "/beacons");
+  recording.landmarks =
+      read_landmark_map(bag, "/ground_truth_landmarks").value_or(recording.landmarks);
+  recording.truth = truth_while_recording(read_truth(bag, "/ground_truth"), recording.odometry);
   return recording;
 }
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "pf_resampling_core/test/says.hpp"
+#include "test/bag_topics.hpp"
 #include "test/run_program.hpp"
-#include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/files.hpp"
 
@@ -41,12 +41,6 @@ inline void cut(const std::string& in, const std::string& out, double from, doub
     if (is_latched || is_within) writer.copy(message);
   }
   writer.finish();
-}
-
-inline std::map<std::string, std::uint64_t> counts_of(const std::string& path) {
-  std::map<std::string, std::uint64_t> counts;
-  for (const BagTopic& topic : topics_of(open_bag(path))) counts[topic.name] = topic.messages;
-  return counts;
 }
 
 inline double distance(const TruePose& truth, const EstimatedPose& pose) {

@@ -88,7 +88,9 @@ int simulate_bag(const std::vector<std::string>& arguments) {
   if (seed < 0) throw UsageError("--seed " + std::to_string(seed) + ": has to be 0 or above");
   Recording recording = simulated_recording(world_from(line), static_cast<std::uint64_t>(seed));
   if (line.get<bool>("unknown-ids")) {
-    for (auto& observation : recording.landmark_observations) observation.id = -1;
+    for (StampedScan& scan : recording.scans) {
+      for (SeenLandmark& seen : scan.landmarks) seen.id = -1;
+    }
   }
   write_and_report(recording, line.text("WORLD"), line.text("out.bag"));
   return 0;

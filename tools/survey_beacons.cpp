@@ -40,7 +40,7 @@ CommandLine command_line() {
   return line;
 }
 
-RangeDrive drive_of(const rosbag::Bag& bag, const CommandLine& line) {
+Recording drive_of(const rosbag::Bag& bag, const CommandLine& line) {
   BeaconMclPipelineOptions options;
   apply_filter_options(line, &options);
   const bool is_on_tf = options.odometry_input.source == OdometrySource::tf;
@@ -50,8 +50,10 @@ RangeDrive drive_of(const rosbag::Bag& bag, const CommandLine& line) {
   require_topics(
       bag, bag.getFileName(),
       {{odometry, types, "--odom"}, {line.topic("ranges"), recorded_range_types(), "--ranges"}});
-  RangeDrive drive = range_drive_of(bag, odometry, line.topic("ranges"), options.frames);
-  for (const auto& [frame, place] : options.antennas) drive.antennas[frame] = place;
+  Recording drive = read_recording(bag, odometry, line.topic("ranges"), "", options.frames);
+  for (const auto& [frame, place] : options.antennas) {
+    drive.frames[frame] = Eigen::Translation3d(place);
+  }
   if (line.get<bool>("unlisted")) return drive;
   drive.beacons = options.beacons;
   if (drive.beacons.empty()) drive.beacons = read_beacons(bag, line.topic("beacons"));
@@ -108,7 +110,7 @@ int survey_beacons(const std::vector<std::string>& arguments) {
   if (line.has("plot")) check_plot_file(line.text("plot"));
   const auto path = line.text("bag");
   const rosbag::Bag bag = open_bag(path);
-  const RangeDrive drive = drive_of(bag, line);
+  const Recording drive = drive_of(bag, line);
   const RangeSolution solution = solve_ranges(drive);
   std::printf("%s: ", path.c_str());
   print_findings(solution, drive.beacons);

@@ -36,15 +36,15 @@ Recording good_recording() {
   Recording recording;
   for (int i = 0; i <= 100; ++i) {
     const double time = 10.0 + 0.1 * i;
-    recording.odometry.push_back({time, {0.1 * i, 0.0, 0.0}});
-    recording.truth.push_back({time, {0.1 * i, 0.0, 0.0}});
+    recording.odometry.push_back({time, {0.1 * i, 0.0, 0.0}, Eigen::Matrix3d::Zero()});
+    recording.truth.push_back({time, 0.1 * i, 0.0, 0.0});
   }
   for (int i = 0; i < 30; ++i) {
-    recording.ranges.push_back({10.05 + i / 3.0, 1 + i % 3, 2.0 + i, 0.0, "antenna"});
+    recording.ranges.push_back({10.05 + i / 3.0, "antenna", 1 + i % 3, 2.0 + i});
   }
   recording.beacons = {
-      {1, 0.0, 5.0, std::nullopt}, {2, 5.0, 5.0, std::nullopt}, {3, 5.0, 0.0, std::nullopt}};
-  recording.frames = {{"antenna", 0.25, 0.0, 0.5, 0.0}};
+      {1, {0.0, 5.0, 0.5}, true}, {2, {5.0, 5.0, 0.5}, true}, {3, {5.0, 0.0, 0.5}, true}};
+  recording.frames["antenna"] = Eigen::Translation3d(0.25, 0.0, 0.5);
   return recording;
 }
 
@@ -54,12 +54,17 @@ Recording landmark_recording() {
   recording.ranges.clear();
   recording.beacons.clear();
   for (int i = 0; i < 9; ++i) {
-    recording.landmark_observations.push_back({11.05 + i, 7, 2.0 + i, 0.5, 0.0, 0.0});
-    recording.landmark_observations.push_back({11.05 + i, 8, 3.0, -0.25, 0.01, 0.0});
+    recording.scans.push_back(
+        {11.05 + i, "sensor", {{7, 2.0 + i, 0.5, 0.0, 0.0}, {8, 3.0, -0.25, 0.01, 0.0}}});
   }
-  recording.landmarks = {{7, 3.0, 4.0}, {8, 5.0, 6.0}};
-  recording.frames = {{"sensor", 0.1, 0.0, 0.3, 0.5}};
+  recording.frames.clear();
+  recording.frames["sensor"] = Eigen::Translation3d(0.1, 0.0, 0.3);
   return recording;
+}
+
+template <typename Next>
+void set_ids(StampedScan* scan, const Next& next) {
+  for (SeenLandmark& seen : scan->landmarks) seen.id = next();
 }
 
 BagFindings check_of(const Recording& recording, const CheckedTopics& topics = {}) {
@@ -100,7 +105,7 @@ TEST(CheckBag, ABagCanBeReadyForBoth) {
   Recording recording = landmark_recording();
   recording.ranges = good_recording().ranges;
   recording.beacons = good_recording().beacons;
-  recording.frames.push_back({"antenna", 0.25, 0.0, 0.5, 0.0});
+  recording.frames["antenna"] = Eigen::Translation3d(0.25, 0.0, 0.5);
   const BagFindings found = check_of(recording);
   EXPECT_TRUE(found.beacon_mcl.is_ready()) << found.beacon_mcl.text();
   EXPECT_TRUE(found.fastslam.is_ready()) << found.fastslam.text();
@@ -108,25 +113,27 @@ TEST(CheckBag, ABagCanBeReadyForBoth) {
 
 TEST(CheckBag, SaysWhetherLandmarksHaveIds) {
   Recording recording = landmark_recording();
-  for (std::size_t i = 0; i < 4; ++i) recording.landmark_observations[i].id = -1;
+  for (std::size_t i = 0; i < 2; ++i) set_ids(&recording.scans[i], [] { return -1; });
   BagFindings found = check_of(recording);
   EXPECT_TRUE(found.fastslam.is_ready());
-  for (auto& seen : recording.landmark_observations) seen.id = -1;
+  for (StampedScan& scan : recording.scans) set_ids(&scan, [] { return -1; });
   found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "/landmarks: without ids"));
   EXPECT_TRUE(found.fastslam.is_ready());
   std::int32_t id = 0;
-  for (auto& seen : recording.landmark_observations) seen.id = id++;
+  for (StampedScan& scan : recording.scans) set_ids(&scan, [&] { return id++; });
   EXPECT_TRUE(has(check_of(recording).remarks, "/landmarks: no id is seen twice"));
 }
 
 TEST(CheckBag, FindsWhatHindersFastSlam) {
   Recording recording = landmark_recording();
-  recording.landmark_observations[0].range = kNan;
+  recording.scans[0].landmarks[0].range = kNan;
   BagFindings found = check_of(recording);
   EXPECT_TRUE(has(found.remarks, "1 landmarks rejected, not_finite"));
   EXPECT_TRUE(found.fastslam.is_ready());
-  for (auto& seen : recording.landmark_observations) seen.bearing = kNan;
+  for (StampedScan& scan : recording.scans) {
+    for (SeenLandmark& seen : scan.landmarks) seen.bearing = kNan;
+  }
   EXPECT_TRUE(has(check_of(recording).fastslam.problems, "landmarks rejected, not_finite"));
 }
 
@@ -280,16 +287,17 @@ TEST(CheckBag, FindsBeaconsThatAreNotKnown) {
 Recording circle_among_beacons() {
   Recording recording;
   const double places[4][2] = {{-6.0, -6.0}, {6.0, -6.0}, {6.0, 6.0}, {-6.0, 6.0}};
-  for (int i = 0; i < 4; ++i) recording.beacons.push_back({i + 1, places[i][0], places[i][1], {}});
+  for (int i = 0; i < 4; ++i)
+    recording.beacons.push_back({i + 1, {places[i][0], places[i][1], 0.0}, true});
   for (int i = 0; i <= 600; ++i) {
     const double time = 10.0 + 0.1 * i;
     const double angle = 0.0125 * i;
     const double x = 4.0 * std::cos(angle);
     const double y = 4.0 * std::sin(angle);
-    recording.odometry.push_back({time, {x, y, angle + kPi / 2}});
+    recording.odometry.push_back({time, {x, y, angle + kPi / 2}, Eigen::Matrix3d::Zero()});
     const auto* beacon = places[i % 4];
     recording.ranges.push_back(
-        {time, 1 + i % 4, std::hypot(beacon[0] - x, beacon[1] - y), 0.0, "base_link"});
+        {time, "base_link", 1 + i % 4, std::hypot(beacon[0] - x, beacon[1] - y)});
   }
   return recording;
 }

@@ -38,22 +38,23 @@ SeenLandmark sighting(double range, double bearing) {
 struct Drive {
   FilterResult result{{pose(0.0, 0.0, 0.0, 0.0), pose(10.0, 10.0, 0.0, 0.0)},
                       {landmark(7, 4.0, 3.0), landmark(8, 6.0, 3.0), landmark(9, 12.0, 3.0)}};
-  std::vector<EstimatedPose> odometry;
-  std::map<std::string, Pose2> sensors{{"laser", {0.0, 0.0, std::acos(0.0)}}};
+  Recording recording;
 
   Drive() {
+    recording.frames["laser"] = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitZ());
     for (int i = 0; i <= 12; ++i) {
-      odometry.push_back(pose(i, 5.0, 0.9 * i, std::acos(0.0)));
+      recording.odometry.push_back(pose(i, 5.0, 0.9 * i, std::acos(0.0)));
     }
   }
 
   std::vector<int> ids_of(double time, const std::vector<SeenLandmark>& seen,
-                          const std::string& frame = "laser") const {
+                          const std::string& frame = "laser") {
     StampedScan scan;
     scan.time = time;
     scan.frame = frame;
     scan.landmarks = seen;
-    const std::vector<StampedScan> scans = associated_by(result, odometry, sensors, {scan});
+    recording.scans = {scan};
+    const std::vector<StampedScan> scans = associated_by(result, recording);
     std::vector<int> ids;
     for (const SeenLandmark& each : scans[0].landmarks) ids.push_back(each.id);
     return ids;
@@ -62,7 +63,7 @@ struct Drive {
 
 // At 5 s the robot is at 5 m, where the odometry alone would have it at 4.5.
 TEST(FilterAssociations, AreOfTheNearestLandmarkOfPathAndMap) {
-  const Drive drive;
+  Drive drive;
   const double range = std::hypot(1.0, 3.0);
   const double bearing = std::atan2(1.0, 3.0);
   EXPECT_EQ(drive.ids_of(5.0, {sighting(range, bearing), sighting(range, -bearing)}),
@@ -72,14 +73,14 @@ TEST(FilterAssociations, AreOfTheNearestLandmarkOfPathAndMap) {
 }
 
 TEST(FilterAssociations, AreOfNoneThatIsFarAndOfNoneTwice) {
-  const Drive drive;
+  Drive drive;
   // 0.3, 0.1 and 1.2 m from the landmark at (4, 3).
   EXPECT_EQ(drive.ids_of(4.0, {sighting(3.3, 0.0), sighting(3.1, 0.0), sighting(4.2, 0.0)}),
             (std::vector<int>{-1, 7, -1}));
 }
 
 TEST(FilterAssociations, OfAFrameThatIsNotOnTheRobotStayAsTheyAre) {
-  const Drive drive;
+  Drive drive;
   SeenLandmark seen = sighting(3.0, 0.0);
   seen.id = 3;
   EXPECT_EQ(drive.ids_of(4.0, {seen}, "camera"), (std::vector<int>{3}));
@@ -101,7 +102,7 @@ TEST(FilterAssociations, NeedAMapThatIsFiniteAndNotTooLarge) {
 }
 
 TEST(FilterAssociations, OfWhatIsNotFiniteAreOfNone) {
-  const Drive drive;
+  Drive drive;
   EXPECT_EQ(drive.ids_of(4.0, {sighting(std::nan(""), 0.0), sighting(3.0, 0.0)}),
             (std::vector<int>{-1, 7}));
 }

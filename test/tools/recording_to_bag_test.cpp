@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "pf_resampling_core/test/temporary_directory.hpp"
+#include "test/bag_topics.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -32,15 +33,19 @@ std::vector<Message> messages_of(const rosbag::Bag& bag, const std::string& topi
 
 Recording small_recording() {
   Recording recording;
-  recording.odometry = {
-      {10.0, {0.0, 0.0, 0.0}}, {10.5, {1.0, 0.0, kPi / 2}}, {11.0, {1.0, 1.0, kPi / 2}}};
-  recording.ranges = {{10.2, 4, 3.5, 0.0, "antenna"}, {10.5, 7, 2.5, 0.04, "antenna_2"}};
-  recording.beacons = {{4, 1.0, 2.0, std::nullopt}, {7, 3.0, 4.0, 5.0}};
-  recording.landmark_observations = {
-      {10.5, 1, 2.0, 0.1, 0.01, 0.02}, {10.5, -1, 3.0, -0.2}, {10.9, 2, 4.0, 0.3}};
-  recording.landmarks = {{1, 6.0, 7.0}};
-  recording.truth = {{10.0, {5.0, 6.0, kPi}}, {11.0, {4.0, 5.0, kPi}}};
-  recording.frames = {{"antenna", 0.1, 0.2, 0.3, kPi / 2}};
+  const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
+  recording.odometry = {{10.0, {0.0, 0.0, 0.0}, none},
+                        {10.5, {1.0, 0.0, kPi / 2}, none},
+                        {11.0, {1.0, 1.0, kPi / 2}, none}};
+  recording.odometry_noise = {0.1, 0.2, 0.3};
+  recording.ranges = {{10.2, "antenna", 4, 3.5}, {10.5, "antenna_2", 7, 2.5}};
+  recording.beacons = {{4, {1.0, 2.0, 0.3}, false}, {7, {3.0, 4.0, 5.0}, false}};
+  recording.scans = {{10.5, "sensor", {{1, 2.0, 0.1, 0.01, 0.02}, {-1, 3.0, -0.2}}},
+                     {10.9, "sensor", {{2, 4.0, 0.3}}}};
+  recording.landmarks = {{1, {6.0, 7.0}, Eigen::Matrix2d::Zero()}};
+  recording.truth = {{10.0, 5.0, 6.0, kPi}, {11.0, 4.0, 5.0, kPi}};
+  recording.frames["antenna"] =
+      Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(kPi / 2, Eigen::Vector3d::UnitZ());
   return recording;
 }
 
@@ -64,6 +69,10 @@ TEST(WriteRecording, EveryMessageComesBack) {
   EXPECT_DOUBLE_EQ(odometry[1].twist.twist.angular.z, kPi);
   EXPECT_NEAR(odometry[2].twist.twist.linear.x, 2.0, 1e-12);
   EXPECT_NEAR(odometry[2].twist.twist.linear.y, 0.0, 1e-12);
+  // Of means over half a second.
+  EXPECT_NEAR(odometry[2].twist.covariance[0], 0.02, 1e-12);
+  EXPECT_NEAR(odometry[2].twist.covariance[7], 0.08, 1e-12);
+  EXPECT_NEAR(odometry[2].twist.covariance[35], 0.18, 1e-12);
 
   const auto ranges = messages_of<BeaconRange>(bag, "/ranges");
   ASSERT_EQ(ranges.size(), 2U);
@@ -72,14 +81,14 @@ TEST(WriteRecording, EveryMessageComesBack) {
   EXPECT_EQ(ranges[1].header.frame_id, "antenna_2");
   EXPECT_EQ(ranges[1].beacon, 7);
   EXPECT_EQ(ranges[1].range, 2.5);
-  EXPECT_EQ(ranges[1].variance, 0.04);
+  EXPECT_EQ(ranges[1].variance, 0.0);
 
   const auto beacons = messages_of<BeaconArray>(bag, "/beacons");
   ASSERT_EQ(beacons.size(), 1U);
   EXPECT_EQ(beacons[0].header.frame_id, "map");
   ASSERT_EQ(beacons[0].beacons.size(), 2U);
   EXPECT_EQ(beacons[0].beacons[0].id, 4);
-  EXPECT_EQ(beacons[0].beacons[0].position.z, 0.3) << "without a height: the antenna's";
+  EXPECT_EQ(beacons[0].beacons[0].position.z, 0.3);
   EXPECT_EQ(beacons[0].beacons[1].position.z, 5.0);
 
   const auto scans = messages_of<LandmarkObservationArray>(bag, "/landmarks");
@@ -102,13 +111,11 @@ TEST(WriteRecording, EveryMessageComesBack) {
 
   const auto transforms = messages_of<tf2_msgs::TFMessage>(bag, "/tf_static");
   ASSERT_EQ(transforms.size(), 1U);
-  ASSERT_EQ(transforms[0].transforms.size(), 3U);  // antenna, and at base_link antenna_2, sensor
+  ASSERT_EQ(transforms[0].transforms.size(), 1U);
   EXPECT_EQ(transforms[0].transforms[0].header.frame_id, "base_link");
   EXPECT_EQ(transforms[0].transforms[0].child_frame_id, "antenna");
   EXPECT_EQ(transforms[0].transforms[0].transform.translation.y, 0.2);
   EXPECT_DOUBLE_EQ(transforms[0].transforms[0].transform.rotation.z, std::sqrt(0.5));
-  EXPECT_EQ(transforms[0].transforms[1].child_frame_id, "antenna_2");
-  EXPECT_EQ(transforms[0].transforms[2].child_frame_id, "sensor");
   EXPECT_EQ(messages_of<tf2_msgs::TFMessage>(bag, "/tf").size(), 3U);
 }
 
@@ -116,11 +123,8 @@ TEST(WriteRecording, MapsAreLatchedAndNothingElseIs) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("a.bag");
   write_recording(small_recording(), path);
-  std::string latched;
-  for (const BagTopic& topic : topics_of(open_bag(path))) {
-    if (topic.latched) latched += topic.name + " ";
-  }
-  EXPECT_EQ(latched, "/beacons /ground_truth_landmarks /tf_static ");
+  EXPECT_EQ(latched_in(path),
+            (std::set<std::string>{"/beacons", "/ground_truth_landmarks", "/tf_static"}));
 }
 
 TEST(WriteRecording, BagTimeIsTheStamp) {
@@ -141,7 +145,7 @@ TEST(WriteRecording, MapsAndFramesAreThereBeforeAllElse) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("a.bag");
   Recording recording = small_recording();
-  recording.ranges.insert(recording.ranges.begin(), {10.0, 3, 4.0, 0.0, "antenna"});
+  recording.ranges.insert(recording.ranges.begin(), {10.0, "antenna", 3, 4.0});
   write_recording(recording, path);
   const rosbag::Bag bag = open_bag(path);
   ros::Time last_static;

@@ -13,8 +13,8 @@
 
 #include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
+#include "test/bag_topics.hpp"
 #include "test/run_program.hpp"
-#include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/files.hpp"
 
@@ -52,19 +52,12 @@ class SimulateBag : public testing::Test {
 
 TEST_F(SimulateBag, WritesWhatTheWorldSays) {
   const std::string path = simulate("beacons_circle --duration 60", "circle.bag");
-  const rosbag::Bag bag = open_bag(path);
-  std::map<std::string, BagTopic> topics;
-  for (const BagTopic& topic : topics_of(bag)) topics[topic.name] = topic;
-  EXPECT_EQ(topics["/odom"].type, "nav_msgs/Odometry");
-  EXPECT_EQ(topics["/odom"].messages, 601u);  // 10 per second, and one at the start
-  EXPECT_EQ(topics["/ranges"].type, "pf_resampling/BeaconRange");
-  EXPECT_EQ(topics["/ranges"].messages, 360u);  // 6 per second
-  EXPECT_EQ(topics["/ground_truth"].type, "geometry_msgs/PoseStamped");
-  EXPECT_EQ(topics["/ground_truth"].messages, 601u);
-  EXPECT_EQ(topics["/beacons"].type, "pf_resampling/BeaconArray");
-  EXPECT_TRUE(topics["/beacons"].latched);
-  EXPECT_EQ(topics["/tf"].messages, 601u);
-  EXPECT_TRUE(topics["/tf_static"].latched);
+  auto counts = counts_of(path);
+  EXPECT_EQ(counts["/odom"], 601u);    // 10 per second, and one at the start
+  EXPECT_EQ(counts["/ranges"], 360u);  // 6 per second
+  EXPECT_EQ(counts["/ground_truth"], 601u);
+  EXPECT_EQ(counts["/tf"], 601u);
+  EXPECT_EQ(latched_in(path), (std::set<std::string>{"/beacons", "/tf_static"}));
 
   const auto arrays = messages<BeaconArray>(path, "/beacons");
   ASSERT_EQ(arrays.size(), 1u);

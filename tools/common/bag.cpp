@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 #include "pf_resampling_core/error.hpp"
@@ -50,38 +49,6 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
     same_time.push_back(message);
   }
   flush();
-}
-
-// The messages of each topic are counted in the index, which rosbag has by connection.
-class CountingView : public rosbag::View {
- public:
-  explicit CountingView(const rosbag::Bag& bag) : View(bag) {}
-
-  void count(std::map<std::string, BagTopic>* topics) const {
-    for (const rosbag::MessageRange* range : ranges_) {
-      (*topics)[range->connection_info->topic].messages +=
-          static_cast<std::uint64_t>(std::distance(range->begin, range->end));
-    }
-  }
-};
-
-// Without counts.
-std::map<std::string, BagTopic> topics_by_name(rosbag::View* everything) {
-  std::map<std::string, BagTopic> topics;
-  for (const rosbag::ConnectionInfo* connection : everything->getConnections()) {
-    BagTopic& topic = topics[connection->topic];
-    topic.name = connection->topic;
-    topic.type = connection->datatype;
-    const auto latching = connection->header->find("latching");
-    topic.latched = latching != connection->header->end() && latching->second == "1";
-  }
-  return topics;
-}
-
-std::vector<BagTopic> list_of_values(const std::map<std::string, BagTopic>& topics) {
-  std::vector<BagTopic> list;
-  for (const auto& [name, topic] : topics) list.push_back(topic);
-  return list;
 }
 
 std::string last_words;
@@ -175,17 +142,21 @@ rosbag::Bag open_bag(const std::string& path) {
 }
 
 std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
-  CountingView everything(bag);
-  std::map<std::string, BagTopic> topics = topics_by_name(&everything);
-  everything.count(&topics);
-  return list_of_values(topics);
+  rosbag::View everything(bag);
+  std::map<std::string, std::string> types;
+  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
+    types[connection->topic] = connection->datatype;
+  }
+  std::vector<BagTopic> topics;
+  for (const auto& [name, type] : types) topics.push_back({name, type});
+  return topics;
 }
 
 bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
-  rosbag::View everything(bag);
-  const std::map<std::string, BagTopic> topics = topics_by_name(&everything);
-  const auto found = topics.find(name);
-  return found != topics.end() && (type.empty() || found->second.type == type);
+  const std::vector<BagTopic> topics = topics_of(bag);
+  return std::any_of(topics.begin(), topics.end(), [&](const BagTopic& topic) {
+    return topic.name == name && (type.empty() || topic.type == type);
+  });
 }
 
 std::string list_of(const std::vector<BagTopic>& topics) {
@@ -196,15 +167,13 @@ std::string list_of(const std::vector<BagTopic>& topics) {
 
 void require_topics(const rosbag::Bag& bag, const std::string& path,
                     const std::vector<NeededTopic>& needed) {
-  rosbag::View everything(bag);
-  const std::map<std::string, BagTopic> topics = topics_by_name(&everything);
   for (const NeededTopic& need : needed) {
-    const auto found = topics.find(need.name);
-    const bool fits = found != topics.end() && std::find(need.types.begin(), need.types.end(),
-                                                         found->second.type) != need.types.end();
+    const bool fits =
+        std::any_of(need.types.begin(), need.types.end(),
+                    [&](const std::string& type) { return has_topic(bag, need.name, type); });
     if (fits) continue;
     throw Error(path + ": has no " + need.name + " of type " + joined(need.types, " or ") +
-                "; it has " + list_of(list_of_values(topics)) +
+                "; it has " + list_of(topics_of(bag)) +
                 (need.option.empty() ? "" : "; " + need.option + " names another topic"));
   }
 }

@@ -43,8 +43,6 @@ bool begins_like_a_bag(const std::string& path);
 struct BagTopic {
   std::string name;
   std::string type;  // for instance "nav_msgs/Odometry"
-  std::uint64_t messages = 0;
-  bool latched = false;
 };
 
 /// The topics of a bag, by name.

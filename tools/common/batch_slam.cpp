@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
@@ -28,15 +29,15 @@ GaussianPrior prior_of(const BatchNoise& noise) {
 /// The data of a drive up to a time, as a graph. Its first pose is the origin.
 class DriveAmongLandmarks {
  public:
-  DriveAmongLandmarks(const BatchProblem& problem, const BatchNoise& noise)
+  DriveAmongLandmarks(const Recording& recording, const BatchNoise& noise)
       : drive(
-            problem.odometry, [this](double from, double to) { return motion_between(from, to); },
+            recording.odometry, [this](double from, double to) { return motion_between(from, to); },
             prior_of(noise), kRobustSightingWidth),
-        problem_(problem),
+        recording_(recording),
         noise_(noise),
-        scans_(problem.scans) {
-    const double begin = problem.odometry.front().time;
-    const double end = problem.odometry.back().time;
+        scans_(recording.scans) {
+    const double begin = recording.odometry.front().time;
+    const double end = recording.odometry.back().time;
     const auto is_of_no_use = [&](StampedScan& scan) {
       std::vector<SeenLandmark>& seen = scan.landmarks;
       seen.erase(std::remove_if(seen.begin(), seen.end(),
@@ -55,7 +56,7 @@ class DriveAmongLandmarks {
     }
     std::stable_sort(scans_.begin(), scans_.end(),
                      [](const StampedScan& a, const StampedScan& b) { return a.time < b.time; });
-    check_size(problem.odometry, times());
+    check_size(recording.odometry, times());
     std::set<std::int32_t> known;
     for (const StampedScan& scan : scans_) {
       for (const SeenLandmark& seen : scan.landmarks) known.insert(seen.id);
@@ -71,8 +72,8 @@ class DriveAmongLandmarks {
 
   /// From the newest pose.
   void see(const StampedScan& scan) {
-    const auto sensor = problem_.sensors.find(scan.frame);
-    if (sensor == problem_.sensors.end()) {
+    const auto sensor = recording_.frames.find(scan.frame);
+    if (sensor == recording_.frames.end()) {
       throw Error("frame \"" + scan.frame + "\" of the landmarks is not connected to the robot: " +
                   "/tf_static in the bag has to connect it to base_link");
     }
@@ -88,7 +89,7 @@ class DriveAmongLandmarks {
           seen.range_variance > 0.0 ? seen.range_variance : range_sigma * range_sigma;
       sighting.bearing_variance =
           seen.bearing_variance > 0.0 ? seen.bearing_variance : noise_.bearing * noise_.bearing;
-      sighting.sensor = sensor->second;
+      sighting.sensor = to_pose2(sensor->second);
       if (is_new) {
         ids.push_back(seen.id);
         drive.graph.landmarks.push_back(place_of(sighting));
@@ -140,8 +141,8 @@ class DriveAmongLandmarks {
     const double duration = to - from;
     double along, across;
     double heading = noise_.heading * std::sqrt(duration);
-    if (problem_.odometry_noise) {
-      const StatedOdometryNoise& stated = *problem_.odometry_noise;
+    if (recording_.odometry_noise) {
+      const StatedOdometryNoise& stated = *recording_.odometry_noise;
       const double root = std::sqrt(duration);
       along = std::max(stated.along, kLeastNoise) * root;
       across = std::max(stated.across, kLeastNoise) * root;
@@ -174,10 +175,10 @@ class DriveAmongLandmarks {
 
  private:
   Pose2 odometry_at(double time) const {
-    return interpolate(problem_.odometry, time, std::numeric_limits<double>::infinity())->pose;
+    return interpolate(recording_.odometry, time, std::numeric_limits<double>::infinity())->pose;
   }
 
-  const BatchProblem& problem_;
+  const Recording& recording_;
   BatchNoise noise_;
   std::vector<StampedScan> scans_;  // in order of time, with at least one landmark each
   std::map<std::int32_t, int> numbers_;
@@ -185,13 +186,13 @@ class DriveAmongLandmarks {
 
 }  // namespace
 
-BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) {
-  DriveAmongLandmarks data(problem, noise);
+BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {
+  DriveAmongLandmarks data(recording, noise);
   for (const StampedScan& scan : data.scans()) {
     data.drive.drive_to(scan.time);
     data.see(scan);
   }
-  data.drive.drive_to(problem.odometry.back().time);
+  data.drive.drive_to(recording.odometry.back().time);
   data.place_landmarks();
   const SmoothingResult result = data.drive.solve_both_ways();
   if (result.fault != SmoothingFault::none) {
@@ -199,7 +200,7 @@ BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) 
   }
   const SmoothingGraph& graph = data.drive.graph;
   BatchSolution solution;
-  solution.path = data.drive.path_at(problem.odometry);
+  solution.path = data.drive.path_at(recording.odometry);
   for (std::size_t l = 0; l < data.ids.size(); ++l) {
     PointLandmark landmark;
     landmark.id = data.ids[l];
@@ -213,10 +214,10 @@ BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise) 
   return solution;
 }
 
-OnlineSolution solve_online(const BatchProblem& problem, const BatchNoise& noise, int window) {
-  DriveAmongLandmarks data(problem, noise);
+OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise, int window) {
+  DriveAmongLandmarks data(recording, noise);
   return solve_along(
-      problem.odometry, data.times(), [&](std::size_t i) { data.see(data.scans()[i]); },
+      recording.odometry, data.times(), [&](std::size_t i) { data.see(data.scans()[i]); },
       [&] { return data.outliers(data.drive.newest()) > 0; }, window, &data.drive);
 }
 

@@ -1,13 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "tools/common/bag_contents.hpp"
 #include "tools/common/batch_drive.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
@@ -28,14 +25,6 @@ struct BatchNoise {
   double yaw_scale = 0.1;       ///< prior of true over measured turn, about 1
 };
 
-/// Everything there is to know where robot and landmarks were.
-struct BatchProblem {
-  std::vector<EstimatedPose> odometry;                ///< in a frame of its own
-  std::optional<StatedOdometryNoise> odometry_noise;  ///< if the recording states it
-  std::vector<StampedScan> scans;        ///< landmarks with ids; those of -1 are left out
-  std::map<std::string, Pose2> sensors;  ///< where a scan's frame sits on the robot
-};
-
 struct BatchSolution {
   std::vector<EstimatedPose> path;  ///< at the stamps of the odometry; the first is the origin
   std::vector<PointLandmark> landmarks;
@@ -46,11 +35,11 @@ struct BatchSolution {
 };
 
 /// The path, map and scales of the odometry that fit all data best at once: one smoothing problem
-/// with a robust loss for misread ids. No filter can do better on the same model, as it knows the
-/// past only. Throws Error if there is no solution, no landmark with an id, a sensor frame that is
-/// nowhere on the robot, or more than memory can be expected to hold (check_size(); 5,000
-/// landmarks).
-BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise = {});
+/// with a robust loss for misread ids; landmarks without one are left out. No filter can do better
+/// on the same model, as it knows the past only. Throws Error if there is no solution, no landmark
+/// with an id, a sensor frame that is nowhere on the robot, or more than memory can be expected to
+/// hold (check_size(); 5,000 landmarks).
+BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise = {});
 
 /// What can be known while the robot drives, on the same model: solved anew after every scan with
 /// landmarks, from the last solution on, with all data up to then. The path is that of the newest
@@ -59,7 +48,7 @@ BatchSolution solve_batch(const BatchProblem& problem, const BatchNoise& noise =
 /// half as many poses more than `window`, the oldest are solved for no more, and what they say
 /// stays as a Gaussian: the default is more than half an hour at a pose every half second. Throws
 /// Error as solve_batch() does.
-OnlineSolution solve_online(const BatchProblem& problem, const BatchNoise& noise = {},
+OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise = {},
                             int window = 4000);
 
 }  // namespace pf_resampling

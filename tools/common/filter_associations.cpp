@@ -36,12 +36,9 @@ Pose2 pose_at(const std::vector<EstimatedPose>& path, const std::vector<Estimate
 
 }  // namespace
 
-std::vector<StampedScan> associated_by(const FilterResult& result,
-                                       const std::vector<EstimatedPose>& odometry,
-                                       const std::map<std::string, Pose2>& sensors,
-                                       std::vector<StampedScan> scans) {
+std::vector<StampedScan> associated_by(const FilterResult& result, const Recording& recording) {
   check_path(result.path, "path");
-  check_path(odometry, "odometry");
+  check_path(recording.odometry, "odometry");
   check_map(result.map, "map");
   if (result.map.size() > kMostBatchLandmarks) {  // the gate looks at all pairs
     throw Error("a map of " + std::to_string(result.map.size()) +
@@ -49,10 +46,12 @@ std::vector<StampedScan> associated_by(const FilterResult& result,
                 " at most; give a part of the recording (rosbag filter)");
   }
   const double gate = usual_gate(result.map);
+  std::vector<StampedScan> scans = recording.scans;
   for (StampedScan& scan : scans) {
-    const auto sensor = sensors.find(scan.frame);
-    if (sensor == sensors.end()) continue;
-    const Pose2 eye = compose(pose_at(result.path, odometry, scan.time), sensor->second);
+    const auto sensor = recording.frames.find(scan.frame);
+    if (sensor == recording.frames.end()) continue;
+    const Pose2 robot = pose_at(result.path, recording.odometry, scan.time);
+    const Pose2 eye = compose(robot, to_pose2(sensor->second));
     std::vector<PointLandmark> seen;
     for (SeenLandmark& landmark : scan.landmarks) {
       const double direction = eye.heading + landmark.bearing;

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <map>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
-#include "tools/common/bag_contents.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
@@ -19,12 +17,8 @@ struct FilterResult {
 /// The scans with ids of the landmarks that they are of by that path and map: each is of the
 /// nearest landmark within usual_gate() of the map, the nearest first, no landmark twice in a scan;
 /// others get -1. Between the path's poses the robot goes as the odometry says, and what is then
-/// missing to the next pose is added in proportion to the time. `sensors`: where a scan's frame
-/// sits on the robot; scans of other frames stay as they are. Throws Error for a path or odometry
-/// that is none.
-std::vector<StampedScan> associated_by(const FilterResult& result,
-                                       const std::vector<EstimatedPose>& odometry,
-                                       const std::map<std::string, Pose2>& sensors,
-                                       std::vector<StampedScan> scans);
+/// missing to the next pose is added in proportion to the time. Scans of frames that are not on the
+/// robot stay as they are. Throws Error for a path or odometry that is none.
+std::vector<StampedScan> associated_by(const FilterResult& result, const Recording& recording);
 
 }  // namespace pf_resampling

@@ -19,7 +19,7 @@ constexpr int kMostKeyframes = 4000;   // an hour at a metre per second
 constexpr int kSolutionsAtTheEnd = 5;  // in which the noise settles
 
 // What takes part, in order of time.
-void keep_what_is_of_use(RangeDrive* drive) {
+void keep_what_is_of_use(Recording* drive) {
   check_path(drive->odometry, "odometry");
   const double begin = drive->odometry.front().time;
   const double end = drive->odometry.back().time;
@@ -44,7 +44,7 @@ void keep_what_is_of_use(RangeDrive* drive) {
 /// The odometry between times that do not go back.
 class OdometrySteps {
  public:
-  OdometrySteps(const RangeDrive& drive, double begin) : drive_(drive) { start_at(begin); }
+  OdometrySteps(const Recording& drive, double begin) : drive_(drive) { start_at(begin); }
 
   void start_at(double time) {
     time_ = time;
@@ -76,21 +76,22 @@ class OdometrySteps {
     return interpolate(drive_.odometry, time, std::numeric_limits<double>::infinity())->pose;
   }
 
-  const RangeDrive& drive_;
+  const Recording& drive_;
   double time_ = 0.0;
   Pose2 last_;
 };
 
-RangeObservation observation_of(const RangeDrive& drive, const StampedRange& range) {
-  const auto antenna = drive.antennas.find(range.frame);
-  if (antenna == drive.antennas.end()) {
+RangeObservation observation_of(const Recording& drive, const StampedRange& range) {
+  const auto antenna = drive.frames.find(range.frame);
+  if (antenna == drive.frames.end() && !range.frame.empty()) {
     throw Error("frame \"" + range.frame + "\" of the ranges is not connected to the robot: " +
                 "/tf_static in the bag has to connect it to base_link");
   }
   RangeObservation observation;
   observation.beacon = range.beacon;
   observation.range = range.range;
-  observation.antenna = antenna->second;
+  observation.antenna =
+      range.frame.empty() ? Eigen::Vector3d::Zero().eval() : antenna->second.translation().eval();
   observation.antenna_is_stated = !range.frame.empty();
   return observation;
 }
@@ -108,7 +109,7 @@ Pose2 newest_pose(const RangeMemory& memory) {
 
 // From the keyframe before by odometry, and what is then missing to the keyframe after, in
 // proportion to the time.
-std::vector<EstimatedPose> path_of(const RangeDrive& drive, const RangeSolution& solution) {
+std::vector<EstimatedPose> path_of(const Recording& drive, const RangeSolution& solution) {
   const RangeMemory& memory = solution.memory;
   const RangeEstimate& estimate = memory.modes().front().estimate;
   const double begin = drive.odometry.front().time;
@@ -161,20 +162,7 @@ void count_ranges(RangeSolution* solution) {
 
 }  // namespace
 
-RangeDrive range_drive_of(const rosbag::Bag& bag, const std::string& odometry,
-                          const std::string& ranges, const FrameNames& frames) {
-  RangeDrive drive;
-  drive.odometry = read_odometry(bag, odometry, frames).poses;
-  drive.odometry_noise = read_odometry_noise(bag, odometry);
-  drive.ranges = read_ranges(bag, ranges);
-  for (const auto& [name, frame] : read_frames_on_robot(bag, frames.base)) {
-    drive.antennas[name] = frame.translation();
-  }
-  drive.antennas[""] = Eigen::Vector3d::Zero();
-  return drive;
-}
-
-RangeSolution solve_ranges(RangeDrive drive) {
+RangeSolution solve_ranges(Recording drive) {
   keep_what_is_of_use(&drive);
   RangeMemoryOptions options;
   options.most_keyframes = kMostKeyframes;

@@ -1,28 +1,12 @@
 #pragma once
 
-#include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/range_memory/range_memory.hpp"
-#include "tools/common/bag_contents.hpp"
 #include "tools/common/batch_drive.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
-
-/// What a robot measured that drove among radios.
-struct RangeDrive {
-  std::vector<EstimatedPose> odometry;                ///< in a frame of its own
-  std::optional<StatedOdometryNoise> odometry_noise;  ///< if the recording states it
-  std::vector<StampedRange> ranges;
-  std::map<std::string, Eigen::Vector3d> antennas;  ///< where a range's frame sits on the robot
-  std::vector<Beacon> beacons;                      ///< whose place is known; map frame
-};
-
-/// Of a bag: odometry, ranges, and what /tf_static says of antennas.
-RangeDrive range_drive_of(const rosbag::Bag& bag, const std::string& odometry,
-                          const std::string& ranges, const FrameNames& frames = {});
 
 struct RangeSolution {
   RangeMemory memory;  ///< with all data
@@ -38,6 +22,6 @@ struct RangeSolution {
 /// fit all data best at once: see RangeMemory. Ranges while there is no odometry are left out.
 /// Throws Error if there is no solution, no range, a range's frame that is nowhere on the robot, or
 /// more than memory can be expected to hold (check_size()).
-RangeSolution solve_ranges(RangeDrive drive);
+RangeSolution solve_ranges(Recording drive);
 
 }  // namespace pf_resampling

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
@@ -17,23 +16,15 @@
 namespace pf_resampling {
 namespace {
 
-BatchProblem batch_problem_of(const rosbag::Bag& bag, const EvaluationRequest& request) {
-  BatchProblem problem;
-  problem.odometry = read_odometry(bag, request.odom).poses;
-  problem.odometry_noise = read_odometry_noise(bag, request.odom);
-  problem.scans = read_landmark_scans(bag, request.landmarks);
-  for (const auto& [name, frame] : read_frames_on_robot(bag, "base_link")) {
-    problem.sensors[name] = to_pose2(frame);
-  }
-  problem.sensors["base_link"] = {};
-  return problem;
+Recording recording_of(const rosbag::Bag& bag, const EvaluationRequest& request) {
+  return read_recording(bag, request.odom, request.ranges, request.landmarks);
 }
 
 /// Where no observation has an id: those of the landmarks that it is of by the filter's last path
 /// and map. False if there are ids, or no such path and map.
 bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request,
-                        BatchProblem* problem) {
-  for (const StampedScan& scan : problem->scans) {
+                        Recording* recording) {
+  for (const StampedScan& scan : recording->scans) {
     for (const SeenLandmark& seen : scan.landmarks) {
       if (seen.id >= 0) return false;
     }
@@ -41,8 +32,7 @@ bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request
   const auto path = read_path(bag, request.path);
   const auto map = read_landmark_map(bag, request.landmark_map);
   if (!path || path->empty() || !map || map->empty()) return false;
-  problem->scans =
-      associated_by({*path, *map}, problem->odometry, problem->sensors, std::move(problem->scans));
+  recording->scans = associated_by({*path, *map}, *recording);
   return true;
 }
 
@@ -114,9 +104,9 @@ OnlineBound judge_online(const OnlineSolution& solution, const std::vector<Estim
 BatchComparison compare_with_landmarks(const rosbag::Bag& bag, const RecordedRun& run,
                                        const EvaluationRequest& request,
                                        const Evaluation& evaluation) {
-  BatchProblem problem = batch_problem_of(bag, request);
-  const bool has_ids_of_filter = take_ids_of_filter(bag, request, &problem);
-  BatchSolution solution = solve_batch(problem);
+  Recording recording = recording_of(bag, request);
+  const bool has_ids_of_filter = take_ids_of_filter(bag, request, &recording);
+  BatchSolution solution = solve_batch(recording);
   solution.path = path_of_place(solution.path, run.place);
   BatchComparison batch =
       judge_batch(solution, has_ids_of_filter, evaluation.frame, run, request.path_options);
@@ -126,7 +116,7 @@ BatchComparison compare_with_landmarks(const rosbag::Bag& bag, const RecordedRun
   }
   add_ratios(evaluation, &batch);
   if (request.with_online) {
-    const OnlineSolution online = solve_online(problem);
+    const OnlineSolution online = solve_online(recording);
     const std::vector<EstimatedPose> path = path_of_place(online.path, run.place);
     const FrameChoice frame = frame_of_solution(path, evaluation.frame, run, request.path_options);
     batch.online =
@@ -140,7 +130,7 @@ BatchComparison compare_with_ranges(const rosbag::Bag& bag, const RecordedRun& r
                                     const EvaluationRequest& request,
                                     const Evaluation& evaluation) {
   const PathErrorOptions& options = request.path_options;
-  RangeDrive drive = range_drive_of(bag, request.odom, request.ranges);
+  Recording drive = recording_of(bag, request);
   drive.beacons = run.beacons;
   const RangeSolution solution = solve_ranges(drive);
   const RangeMemory& memory = solution.memory;

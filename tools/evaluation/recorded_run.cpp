@@ -1,7 +1,6 @@
 #include "tools/evaluation/recorded_run.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/bag.hpp"
@@ -22,11 +21,6 @@ Pose2 place_of_truth(const rosbag::Bag& bag, const std::optional<std::string>& w
 }
 
 }  // namespace
-
-Pose2 to_pose2(const Eigen::Isometry3d& frame) {
-  const Eigen::Matrix3d turn = frame.linear();
-  return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
-}
 
 RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
   RecordedRun run;

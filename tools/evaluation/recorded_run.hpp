@@ -2,7 +2,6 @@
 
 #include <rosbag/bag.h>
 
-#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/evaluation_report.hpp"
+#include "tools/common/recording.hpp"
 #include "tools/evaluation/evaluation_request.hpp"
 
 namespace pf_resampling {
@@ -32,9 +32,6 @@ struct RecordedRun {
 
 /// All but the truth. Throws Error: the bag holds what makes no sense, or lacks a frame.
 RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request);
-
-/// In the plane.
-Pose2 to_pose2(const Eigen::Isometry3d& frame);
 
 /// The truth at the stamps of a path; not inside its gaps.
 std::vector<TruePose> truth_at(const std::vector<EstimatedPose>& path,

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
-#include <set>
 
 #include "src/messages/conversions.hpp"
 
@@ -25,20 +24,6 @@ namespace {
 // and a range whose antenna is not yet known is lost.
 constexpr double kHeadStart = 1e-3;
 
-/// The recording's frames; those that its observations name and it does not place, at base_link.
-std::vector<Recording::Frame> frames_of(const Recording& recording) {
-  std::vector<Recording::Frame> frames = recording.frames;
-  std::set<std::string> used;
-  for (const auto& range : recording.ranges) used.insert(range.frame);
-  if (!recording.landmark_observations.empty()) used.insert("sensor");
-  for (const std::string& name : used) {
-    const bool known = std::any_of(frames.begin(), frames.end(),
-                                   [&](const auto& frame) { return frame.name == name; });
-    if (!known) frames.push_back({name, 0.0, 0.0, 0.0, 0.0});
-  }
-  return frames;
-}
-
 template <typename Message>
 Message stamped(ros::Time stamp, const std::string& frame) {
   Message message;
@@ -47,21 +32,12 @@ Message stamped(ros::Time stamp, const std::string& frame) {
   return message;
 }
 
-/// The height of beacons that have none of their own.
-double height_of_antenna(const Recording& recording) {
-  for (const auto& frame : recording.frames) {
-    if (frame.name.compare(0, 7, "antenna") == 0) return frame.z;
-  }
-  return 0.0;
-}
-
 /// Makes the messages of one recording, each with its time shifted as a whole.
 class Writer {
  public:
   Writer(const Recording& recording, BagWriter* bag) : recording_(recording), bag_(bag) {
-    const double earliest =
-        std::min({time_of(recording.truth, 0), time_of(recording.odometry, 0),
-                  time_of(recording.ranges, 0), time_of(recording.landmark_observations, 0)});
+    const double earliest = std::min({time_of(recording.truth, 0), time_of(recording.odometry, 0),
+                                      time_of(recording.ranges, 0), time_of(recording.scans, 0)});
     // A stamp of zero means none.
     if (earliest < 10.0 * kHeadStart) shift_ = 1.0 - std::floor(earliest);
     start_ = stamp_of(earliest - kHeadStart);
@@ -79,7 +55,7 @@ class Writer {
       const double truth_time = time_of(recording_.truth, truth);
       const double odometry_time = time_of(recording_.odometry, odometry);
       const double range_time = time_of(recording_.ranges, range);
-      const double scan_time = time_of(recording_.landmark_observations, scan);
+      const double scan_time = time_of(recording_.scans, scan);
       const double next = std::min({truth_time, odometry_time, range_time, scan_time});
       if (std::isinf(next)) break;
       if (truth_time <= next) {
@@ -89,7 +65,7 @@ class Writer {
       } else if (range_time <= next) {
         write_range(range++);
       } else {
-        scan = write_scan(scan);
+        write_scan(scan++);
       }
     }
   }
@@ -104,25 +80,25 @@ class Writer {
 
   void write_static() {
     tf2_msgs::TFMessage transforms;
-    for (const auto& frame : frames_of(recording_)) {
+    for (const auto& [name, place] : recording_.frames) {
       auto transform = stamped<geometry_msgs::TransformStamped>(start_, "base_link");
-      transform.child_frame_id = frame.name;
-      transform.transform.translation.x = frame.x;
-      transform.transform.translation.y = frame.y;
-      transform.transform.translation.z = frame.z;
-      transform.transform.rotation = to_quaternion_message(frame.yaw);
+      transform.child_frame_id = name;
+      transform.transform.translation.x = place.translation().x();
+      transform.transform.translation.y = place.translation().y();
+      transform.transform.translation.z = place.translation().z();
+      transform.transform.rotation = to_quaternion_message(to_pose2(place).heading);
       transforms.transforms.push_back(transform);
     }
     if (!transforms.transforms.empty()) bag_->write_latched("/tf_static", start_, transforms);
 
     if (!recording_.beacons.empty()) {
       auto beacons = stamped<BeaconArray>(start_, "map");
-      for (const auto& beacon : recording_.beacons) {
+      for (const Beacon& beacon : recording_.beacons) {
         BeaconPosition position;
         position.id = beacon.id;
-        position.position.x = beacon.x;
-        position.position.y = beacon.y;
-        position.position.z = beacon.z.value_or(height_of_antenna(recording_));
+        position.position.x = beacon.position.x();
+        position.position.y = beacon.position.y();
+        position.position.z = beacon.position.z();
         beacons.beacons.push_back(position);
       }
       bag_->write_latched("/beacons", start_, beacons);
@@ -133,8 +109,8 @@ class Writer {
       for (const auto& landmark : recording_.landmarks) {
         Landmark message;
         message.id = landmark.id;
-        message.position.x = landmark.x;
-        message.position.y = landmark.y;
+        message.position.x = landmark.position.x();
+        message.position.y = landmark.position.y();
         map.landmarks.push_back(message);
       }
       bag_->write_latched("/ground_truth_landmarks", start_, map);
@@ -145,7 +121,7 @@ class Writer {
     const auto& truth = recording_.truth[index];
     const ros::Time stamp = stamp_of(truth.time);
     auto pose = stamped<geometry_msgs::PoseStamped>(stamp, "map");
-    pose.pose = to_pose_message(truth.pose);
+    pose.pose = to_pose_message(Pose2{truth.x, truth.y, truth.heading.value_or(0.0)});
     bag_->write("/ground_truth", stamp, pose);
   }
 
@@ -162,9 +138,13 @@ class Writer {
         message.twist.twist.linear.x = motion.x / duration;
         message.twist.twist.linear.y = motion.y / duration;
         message.twist.twist.angular.z = motion.heading / duration;
-        message.twist.covariance[0] = now.twist_variances[0];
-        message.twist.covariance[7] = now.twist_variances[1];
-        message.twist.covariance[35] = now.twist_variances[2];
+        if (recording_.odometry_noise) {
+          // Of the mean over the step.
+          const StatedOdometryNoise& noise = *recording_.odometry_noise;
+          message.twist.covariance[0] = noise.along * noise.along / duration;
+          message.twist.covariance[7] = noise.across * noise.across / duration;
+          message.twist.covariance[35] = noise.heading * noise.heading / duration;
+        }
       }
     }
     bag_->write("/odom", message.header.stamp, message);
@@ -185,26 +165,22 @@ class Writer {
     auto message = stamped<BeaconRange>(stamp_of(range.time), range.frame);
     message.beacon = range.beacon;
     message.range = range.range;
-    message.variance = range.variance;
     bag_->write("/ranges", message.header.stamp, message);
   }
 
-  /// Writes the scan that begins at `first`; returns where the next one begins.
-  std::size_t write_scan(std::size_t first) {
-    const auto& all = recording_.landmark_observations;
-    auto scan = stamped<LandmarkObservationArray>(stamp_of(all[first].time), "sensor");
-    std::size_t next = first;
-    for (; next < all.size() && all[next].time <= all[first].time; ++next) {
-      LandmarkObservation message;
-      message.id = all[next].id;
-      message.range = all[next].range;
-      message.bearing = all[next].bearing;
-      message.range_variance = all[next].range_variance;
-      message.bearing_variance = all[next].bearing_variance;
-      scan.observations.push_back(message);
+  void write_scan(std::size_t index) {
+    const StampedScan& scan = recording_.scans[index];
+    auto message = stamped<LandmarkObservationArray>(stamp_of(scan.time), scan.frame);
+    for (const SeenLandmark& seen : scan.landmarks) {
+      LandmarkObservation observation;
+      observation.id = seen.id;
+      observation.range = seen.range;
+      observation.bearing = seen.bearing;
+      observation.range_variance = seen.range_variance;
+      observation.bearing_variance = seen.bearing_variance;
+      message.observations.push_back(observation);
     }
-    bag_->write("/landmarks", scan.header.stamp, scan);
-    return next;
+    bag_->write("/landmarks", message.header.stamp, message);
   }
 
   const Recording& recording_;

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "pf_resampling_core/simulation/world.hpp"
-#include "tools/worlds/recording.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <rosbag/bag.h>
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "src/frames/frame_names.hpp"
+#include "tools/common/bag_contents.hpp"
+
+namespace pf_resampling {
+
+/// What a robot recorded on a drive, of a bag or a simulation. Times in s, on one clock; each list
+/// in order of time.
+struct Recording {
+  std::vector<EstimatedPose> odometry;                ///< in a frame of its own
+  std::optional<StatedOdometryNoise> odometry_noise;  ///< if it is stated
+  std::vector<StampedRange> ranges;
+  std::vector<Beacon> beacons;                      ///< whose place is known; map frame
+  std::vector<StampedScan> scans;                   ///< of landmarks; ids of -1 are unknown
+  std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
+  std::vector<TruePose> truth;                      ///< map frame, if it is known, as these:
+  std::vector<PointLandmark> landmarks;             ///< without covariances
+};
+
+/// Of a bag: odometry, ranges and scans of these topics, as far as they are there, and the frames
+/// of /tf_static. Throws Error without odometry.
+Recording read_recording(const rosbag::Bag& bag, const std::string& odometry,
+                         const std::string& ranges, const std::string& landmarks,
+                         const FrameNames& frames = {});
+
+/// In the plane.
+Pose2 to_pose2(const Eigen::Isometry3d& frame);
+
+/// The recording's counts, duration and rates, a line each.
+std::string report(const Recording& recording);
+
+}  // namespace pf_resampling
