@@ -82,8 +82,7 @@ bool BeaconMcl::is_not_as_listed(int beacon) const {
 void BeaconMcl::solve_memory() {
   const bool is_taken = take_solution();
   if (!is_taken && time_ < next_solution_) return;
-  const bool draws = finds_beacons() || is_drawn_from_memory_;
-  next_solution_ = time_ + (draws ? kDrawingPeriod : kSolutionPeriod);
+  next_solution_ = time_ + (finds_beacons() ? kDrawingPeriod : kSolutionPeriod);
   is_drawn_from_memory_ = false;
   bool is_of_all = is_taken;
   if (!solutions_are_deferred_) {
@@ -117,6 +116,7 @@ void BeaconMcl::solve_memory() {
   }
   redraw(shares, modes);
   is_drawn_from_memory_ = true;
+  next_solution_ = time_ + kDrawingPeriod;
 }
 
 // Where no thread can be had it is made when it is asked for.

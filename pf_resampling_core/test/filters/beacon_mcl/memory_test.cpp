@@ -40,6 +40,14 @@ TEST(BeaconMclMemory, FindsAnAntennaThatNobodyTold) {
   EXPECT_GT(filter.status().redraws, 10);
 }
 
+// Once it is drawn from the memory ranges weigh no particles.
+TEST(BeaconMclMemory, IsDrawnSeveralTimesASecondFromTheFirstTimeOn) {
+  DriveAmongRadios drive;
+  BeaconMcl filter(with_redraw(), drive.beacons, 1);
+  error_after(8.0, &drive, &filter);
+  EXPECT_GT(filter.status().redraws, 5);
+}
+
 // Only a turn tells it from the pose.
 TEST(BeaconMclMemory, AnAntennaThatNobodyToldIsPartOfTheCovarianceBeforeTheFirstTurn) {
   for (const double ahead : {0.5, -0.5}) {
