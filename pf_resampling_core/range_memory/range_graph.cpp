@@ -100,6 +100,24 @@ class Elimination {
     }
   }
 
+  /// Of each keyframe from the first on, given all data.
+  std::vector<Eigen::Matrix2d> position_covariances() const {
+    std::vector<Eigen::Matrix2d> all;
+    Eigen::MatrixXd next = covariance();
+    for (auto step = steps_.rbegin();; ++step) {
+      all.emplace_back(next.topLeftCorner<2, 2>());
+      if (step == steps_.rend()) break;
+      const Eigen::Matrix4d root =
+          step->root.triangularView<Eigen::Lower>().solve(Eigen::Matrix4d::Identity());
+      const auto gain = (step->coupling * root).eval();
+      const auto cross = (next.selfadjointView<Eigen::Lower>() * gain).eval();
+      next.topLeftCorner<kState, kState>() = root.transpose() * root + gain.transpose() * cross;
+      next.bottomLeftCorner(size_ - kState, kState) = -cross.bottomRows(size_ - kState);
+    }
+    std::reverse(all.begin(), all.end());
+    return all;
+  }
+
   double log_determinant() const { return log_determinant_; }
   Eigen::MatrixXd covariance() const {
     return last_.solve(Eigen::MatrixXd::Identity(size_, size_));
@@ -325,6 +343,14 @@ RangePast without_radio(int radio, const RangePrior& prior, RangePast past) {
   past.gradient.segment<Radio::count>(at).setZero();
   past.information = information;
   return past;
+}
+
+std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const RangePrior& prior,
+                                                  const RangeNoise& noise, const RangePast* past,
+                                                  const RangeEstimate& estimate) {
+  Elimination elimination(graph, prior, noise, past);
+  if (!elimination.run(estimate, 0.0)) return {};
+  return elimination.position_covariances();
 }
 
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,

@@ -176,6 +176,12 @@ struct RangePast {
 /// with its prior of then.
 RangePast without_radio(int radio, const RangePrior& prior, RangePast past);
 
+/// m^2, of the position of each keyframe (with a past, from its keyframe on), given all data. Empty
+/// if they are not enough.
+std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const RangePrior& prior,
+                                                  const RangeNoise& noise, const RangePast* past,
+                                                  const RangeEstimate& estimate);
+
 /// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
 /// the newest (block tridiagonal with a border of the constants), O(keyframes · constants²). Ends
 /// when the cost falls by less than `tolerance`. `past`, if any: in place of the data before its

@@ -22,7 +22,7 @@ constexpr double kRaster = 0.5;                   // m, between first poses
 constexpr double kSameHeading = 0.3;              // rad
 constexpr double kAnywhere = 0.5;                 // rad
 constexpr double kTolerance = 0.02;               // of the cost
-constexpr double kSolvedAllEvery = 5.0;           // s
+constexpr double kSolvedAllEvery = 2.0;           // s
 constexpr double kSolvedAllGrowth = 0.25;         // of the drive so far
 constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are found
 constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
@@ -40,6 +40,7 @@ constexpr double kLooseOdds = 0.4;      // of an error that may be there, before
 constexpr double kBlock = 10.0;        // s, of means of residuals
 constexpr double kExplained = 3.0;     // standard deviations
 constexpr double kWild = 13.8;         // of the square of such a mean
+constexpr double kFollowed = 0.8;      // share of it that the path follows: the rest says nothing
 constexpr double kPriorBlocks = 10.0;  // with a square of 1
 constexpr double kLeastFactor = 0.01;
 // Of the loss: narrower, it would take the differences of radios for wild ranges.
@@ -300,7 +301,7 @@ void RangeMemory::solve_all() {
   try_other_places(&best);
   find_doubt();
   judge_radios();
-  for (int i = 0; i < kNoiseTrials; ++i) try_noise();
+  for (int failed = 0; failed < kNoiseTrials;) failed = try_noise() ? 0 : failed + 1;
   weigh_modes();
   if (modes_.empty()) return;
   while (is_too_large()) let_oldest_leave();
@@ -426,40 +427,48 @@ bool RangeMemory::try_noise() {
   return false;
 }
 
-// Errors that last show in means of residuals over a while, not in single ones.
+// Errors that last show in means of residuals over a while, not in single ones. Where ranges are
+// dear the path follows those that err alike: it takes its share of their mean.
 void RangeMemory::find_doubt() {
   const RangeMode& mode = modes_.front();
+  const std::vector<Eigen::Matrix2d> positions = position_covariances(
+      graph_, mode.prior, noise_, mode.past ? &*mode.past : nullptr, mode.estimate);
+  if (positions.empty()) return;
   const std::size_t count = radios_.size();
   std::vector<double> sums(count, 0.0), weights(count, 0.0);
+  std::vector<Eigen::Vector2d> directions(count, Eigen::Vector2d::Zero());
   double squares = kPriorBlocks;
   double blocks = kPriorBlocks;
-  double begin = times_.front();
-  const auto end_block = [&] {
+  std::size_t begin = 0;
+  const auto end_block = [&](std::size_t end) {
+    const Eigen::Matrix2d& position = positions[(begin + end) / 2];
     for (std::size_t r = 0; r < count; ++r) {
       if (weights[r] > 1.0) {
-        squares += std::min(kWild, sums[r] * sums[r] / weights[r]);
+        const double followed = directions[r].dot(position * directions[r]) / weights[r];
+        const double left = followed < kFollowed ? 1.0 - followed : 1.0;
+        squares += std::min(kWild, sums[r] * sums[r] / (left * weights[r]));
         blocks += 1.0;
       }
       sums[r] = weights[r] = 0.0;
+      directions[r].setZero();
     }
+    begin = end;
   };
   const RangeLoss loss(noise_);
   for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
-    if (times_[k] - begin > kBlock) {
-      end_block();
-      begin = times_[k];
-    }
+    if (times_[k] - times_[begin] > kBlock) end_block(k);
     for (const HeldRange& range : graph_.ranges[k]) {
       const auto radio = static_cast<std::size_t>(range.radio);
       if (!mode.estimate.takes_part[radio]) continue;
-      const double value =
-          residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
-      const double weight = loss.at(value, range.variance).weight;
-      sums[radio] += weight * value;
+      const HeldRangeResidual residual =
+          residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants);
+      const double weight = loss.at(residual.value, range.variance).weight;
+      directions[radio] += weight * residual.by_keyframe.head<2>();
+      sums[radio] += weight * residual.value;
       weights[radio] += weight * weight;
     }
   }
-  end_block();
+  end_block(graph_.ranges.size());
   doubt_ = std::sqrt(std::max(1.0, squares / blocks));
 }
 

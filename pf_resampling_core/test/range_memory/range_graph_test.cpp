@@ -194,10 +194,19 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
     }
   }
   const int rest = kState + radio_at(2);
-  const Eigen::MatrixXd expected = hessian.inverse().bottomRightCorner(rest, rest);
+  const Eigen::MatrixXd all = hessian.inverse();
+  const Eigen::MatrixXd expected = all.bottomRightCorner(rest, rest);
   for (int i = 0; i < rest; ++i) {
     const double sigma = std::sqrt(expected(i, i));
     EXPECT_NEAR(std::sqrt(belief.covariance(i, i)), sigma, 0.05 * sigma) << i;
+  }
+  const std::vector<Eigen::Matrix2d> positions =
+      position_covariances(problem.graph, problem.prior, problem.noise, nullptr, problem.estimate);
+  ASSERT_EQ(positions.size(), problem.graph.ranges.size());
+  for (int k = 0; k < problem.graph.keyframes(); ++k) {
+    const Eigen::Matrix2d position = all.block<2, 2>(kState * k, kState * k);
+    const Eigen::Matrix2d off = positions[static_cast<std::size_t>(k)] - position;
+    EXPECT_LT(off.norm(), 0.1 * position.norm()) << k;
   }
 }
 

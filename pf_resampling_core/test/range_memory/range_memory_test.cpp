@@ -189,6 +189,24 @@ TEST(RangeMemory, FindsHowWildRangesAre) {
   EXPECT_LT(width_after(0.1), 4.0);
 }
 
+// The path follows them, and their residuals are small.
+TEST(RangeMemory, DoubtsRangesThatErrAlikeForAWhile) {
+  const auto doubt_after = [](double error) {
+    DriveAmongRadios drive;
+    drive.sigma = 0.5;
+    RangeMemory memory({}, drive.beacons);
+    int steps = 0;
+    drive.drive(240.0, 3, [&](const OdometryIncrement& increment, RangeObservation range) {
+      range.range += error * std::sin(0.01 * steps * range.beacon);
+      memory.add(increment, steps % 3 == 0 ? std::vector{range} : std::vector<RangeObservation>{});
+      if (++steps % 50 == 0) memory.solve();
+    });
+    return memory.doubt();
+  };
+  EXPECT_LT(doubt_after(0.0), 1.1);
+  EXPECT_GT(doubt_after(0.5), 1.5);
+}
+
 TEST(RangeMemory, NamesTheRadioThatIsElsewhere) {
   for (const double off : {1.5, 2.0, 5.0}) {
     DriveAmongRadios drive;
