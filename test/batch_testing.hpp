@@ -6,8 +6,16 @@
 
 #include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/test/says.hpp"
+#include "tools/worlds/simulated_recording.hpp"
 
 namespace pf_resampling {
+
+/// A drive through a world, which does not say how good its odometry is.
+inline Recording drive_through(const World& world, std::uint64_t seed) {
+  Recording recording = simulated_recording(world, seed);
+  recording.odometry_noise.reset();
+  return recording;
+}
 
 /// Leaves out what is later than `end` (s).
 template <typename Entry>

@@ -1,5 +1,4 @@
 // Both filters on a path with truth, by the measures of Mahmoud et al. (2012, Tables 1 to 3).
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,9 +6,12 @@
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
-#include "research/studies/recorded_drive.hpp"
 #include "research/studies/study_trials.hpp"
+#include "tools/common/bag.hpp"
+#include "tools/common/bag_contents.hpp"
+#include "tools/common/filter_topics.hpp"
 #include "tools/worlds/recording_to_bag.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
@@ -45,12 +47,58 @@ class TemporaryFolder {
   std::string path_;
 };
 
+/// What the filter of a study is given on a drive, in its order, and what it is judged by.
+struct PathDrive {
+  std::vector<BeaconMclMessage> of_beacons;
+  std::vector<FastSlamMessage> of_landmarks;
+  std::vector<EstimatedPose> odometry;
+  std::vector<TruePose> truth;
+  std::vector<Beacon> beacons;
+  std::vector<PointLandmark> landmarks;
+};
+
+template <typename Message>
+std::vector<Message> messages_in(const rosbag::Bag& bag,
+                                 const std::vector<FilterInput<Message>>& inputs) {
+  std::vector<Message> messages;
+  for_each_in_order(bag, bag.getFileName(), names_of(inputs),
+                    [&](const rosbag::MessageInstance& instance) {
+                      if (auto message = to_message(instance, inputs)) {
+                        messages.push_back(std::move(*message));
+                      }
+                    });
+  return messages;
+}
+
+/// Of a bag with the usual topics. Throws Error that names the file and what is missing.
+PathDrive read_drive(const std::string& path, StudiedFilter filter) {
+  const rosbag::Bag bag = open_bag(path);
+  const bool is_of_beacons = filter == StudiedFilter::beacon_mcl;
+  const NeededTopic observations = is_of_beacons ? NeededTopic{"/ranges", range_types(), ""}
+                                                 : NeededTopic{"/landmarks", landmark_types(), ""};
+  require_topics(
+      bag, path,
+      {{"/odom", odometry_types(), ""}, {"/ground_truth", truth_types(), ""}, observations});
+  PathDrive drive;
+  const std::string base = FrameNames().base;
+  if (is_of_beacons) {
+    drive.of_beacons = messages_in(bag, BeaconMclTopics().inputs(base, base));
+  } else {
+    drive.of_landmarks = messages_in(bag, FastSlamTopics().inputs(base));
+  }
+  drive.odometry = read_poses(bag, "/odom");
+  drive.truth = truth_while_recording(read_truth(bag, "/ground_truth"), drive.odometry);
+  drive.beacons = read_beacons(bag, "/beacons");
+  drive.landmarks = read_landmark_map(bag, "/ground_truth_landmarks").value_or(drive.landmarks);
+  return drive;
+}
+
 /// Through a bag, so that a simulated drive comes to the filter as a recorded one does.
-RecordedDrive simulated_drive(const World& world, std::uint64_t seed) {
+PathDrive simulated_drive(const World& world, std::uint64_t seed, StudiedFilter filter) {
   const TemporaryFolder folder;
   const std::string bag = folder.file("drive.bag");
   write_recording(simulated_recording(world, seed), bag);
-  return read_drive(bag);
+  return read_drive(bag, filter);
 }
 
 /// As the world has it.
@@ -82,8 +130,8 @@ void count(const Filter* filter, PathRun* run) {
   run->renewals = static_cast<double>(filter->status().renewals);
 }
 
-template <typename Pipeline, typename Sinks, typename Options>
-PathRun run_pipeline(const RecordedDrive& drive, const Options& options) {
+template <typename Pipeline, typename Sinks, typename Message, typename Options>
+PathRun run_pipeline(const std::vector<Message>& messages, const Options& options) {
   PathRun run;
   Sinks sinks;
   sinks.estimate = [&run](ros::Time stamp, const PoseEstimate& estimate) {
@@ -91,18 +139,7 @@ PathRun run_pipeline(const RecordedDrive& drive, const Options& options) {
   };
   const double begin = processor_seconds();
   Pipeline pipeline(options, sinks);
-  for (const DriveMessage& message : drive.messages) {
-    std::visit(
-        [&](const auto& given) {
-          using Given = std::decay_t<decltype(given)>;
-          constexpr bool kIsOfBeacons =
-              std::is_same_v<Given, BeaconRange> || std::is_same_v<Given, BeaconArray>;
-          constexpr bool kIsOfLandmarks = std::is_same_v<Given, LandmarkObservationArray>;
-          constexpr bool kTakesBeacons = std::is_same_v<Pipeline, BeaconMclPipeline>;
-          if constexpr (!(kTakesBeacons ? kIsOfLandmarks : kIsOfBeacons)) pipeline.handle(given);
-        },
-        message);
-  }
+  for (const Message& message : messages) handle(message, &pipeline);
   run.processor_ms = 1e3 * (processor_seconds() - begin);
   count(filter_of(pipeline), &run);
   std::stable_sort(run.path.begin(), run.path.end(),
@@ -113,28 +150,8 @@ PathRun run_pipeline(const RecordedDrive& drive, const Options& options) {
 /// Laid on the truth where it starts: the frame of a map is that of the robot's start.
 std::vector<EstimatedPose> laid_on_truth(const std::vector<EstimatedPose>& path,
                                          const std::vector<TruePose>& truth) {
-  std::vector<EstimatedPose> laid = align_at_start(path, truth);
-  const double turn = laid.front().pose.heading - path.front().pose.heading;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(turn).toRotationMatrix();
-  for (EstimatedPose& pose : laid) {
-    pose.covariance = (rotation * pose.covariance * rotation.transpose()).eval();
-  }
-  return laid;
-}
-
-std::vector<EstimatedPose> odometry_of(const RecordedDrive& drive) {
-  std::vector<EstimatedPose> odometry;
-  for (const DriveMessage& message : drive.messages) {
-    const auto* given = std::get_if<nav_msgs::Odometry>(&message);
-    if (given == nullptr) continue;
-    const auto& pose = given->pose.pose;
-    const double heading = 2.0 * std::atan2(pose.orientation.z, pose.orientation.w);
-    odometry.push_back({given->header.stamp.toSec(),
-                        {pose.position.x, pose.position.y, wrap_angle(heading)},
-                        Eigen::Matrix3d::Zero()});
-  }
-  return odometry;
+  const Pose2 start = align_at_start(path, truth).front().pose;
+  return moved(path, compose(start, relative(path.front().pose, {})));
 }
 
 std::vector<double> figures_of(const PathErrors& errors, bool states_belief) {
@@ -162,7 +179,7 @@ std::vector<std::string> figure_names() {
 }
 
 /// A run that never gave a pose is lost, and has no errors.
-Trial judged(const RecordedDrive& drive, const PathRun& run, const PathErrorOptions& options,
+Trial judged(const PathDrive& drive, const PathRun& run, const PathErrorOptions& options,
              bool states_belief) {
   Trial trial;
   const bool has_errors = !run.path.empty() && run.path.back().time >= drive.truth.front().time;
@@ -225,14 +242,14 @@ std::vector<Options> options_of(const StudyDefinition& study, const StudyProblem
 
 Experiment path_experiment(const StudyDefinition& study, const StudyProblem& problem) {
   World world;
-  RecordedDrive recorded;
+  PathDrive recorded;
   if (!problem.world.empty()) {
     world = load_world(problem.world);
     if (problem.duration > 0.0) world.duration = problem.duration;
     if (world.beacons.empty()) throw Error("world " + world.name + " has no beacons");
-    recorded = simulated_drive(world, 1);
+    recorded = simulated_drive(world, 1, study.filter);
   } else {
-    recorded = read_drive(problem.bag);
+    recorded = read_drive(problem.bag, study.filter);
   }
   const bool is_of_beacons = study.filter == StudiedFilter::beacon_mcl;
   std::vector<BeaconMclPipelineOptions> beacon_mcl;
@@ -265,10 +282,11 @@ Experiment path_experiment(const StudyDefinition& study, const StudyProblem& pro
         {"landmark", std::to_string(landmark.id), landmark.position.x(), landmark.position.y()});
   }
   const bool is_world = !problem.world.empty();
-  experiment.run = [=, filters = study.filters](std::uint64_t seed, std::vector<DrawnPath>* paths) {
-    RecordedDrive simulated;
-    if (is_world) simulated = simulated_drive(world, seed);
-    const RecordedDrive& drive = is_world ? simulated : recorded;
+  experiment.run = [=, filter = study.filter, filters = study.filters](
+                       std::uint64_t seed, std::vector<DrawnPath>* paths) {
+    PathDrive simulated;
+    if (is_world) simulated = simulated_drive(world, seed, filter);
+    const PathDrive& drive = is_world ? simulated : recorded;
     if (paths != nullptr) paths->push_back(drawn_truth(drive.truth));
     std::vector<Trial> trials;
     for (std::size_t f = 0; f < filters.size(); ++f) {
@@ -280,16 +298,16 @@ Experiment path_experiment(const StudyDefinition& study, const StudyProblem& pro
       PathRun run;
       const bool is_filter = filters[f].estimator == Estimator::filter;
       if (!is_filter) {
-        run.path = align_at_start(odometry_of(drive), drive.truth);
+        run.path = align_at_start(drive.odometry, drive.truth);
       } else if (is_of_beacons) {
         BeaconMclPipelineOptions options = beacon_mcl[f];
         options.seed = static_cast<int>(seed);
         options.filter.threads = 1;
-        run = run_pipeline<BeaconMclPipeline, BeaconMclSinks>(drive, options);
+        run = run_pipeline<BeaconMclPipeline, BeaconMclSinks>(drive.of_beacons, options);
       } else {
         FastSlamPipelineOptions options = fastslam[f];
         options.seed = static_cast<int>(seed);
-        run = run_pipeline<FastSlamPipeline, FastSlamSinks>(drive, options);
+        run = run_pipeline<FastSlamPipeline, FastSlamSinks>(drive.of_landmarks, options);
         if (!run.path.empty()) run.path = laid_on_truth(run.path, drive.truth);
       }
       trials.push_back(judged(drive, run, errors, is_filter));

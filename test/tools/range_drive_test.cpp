@@ -11,18 +11,10 @@
 #include "test/batch_testing.hpp"
 #include "test/places.hpp"
 #include "test/recorded_drive.hpp"
-#include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
 namespace {
-
-/// A drive through a world, which does not say how good its odometry is.
-Recording drive_through(const World& world, std::uint64_t seed) {
-  Recording drive = simulated_recording(world, seed);
-  drive.odometry_noise.reset();
-  return drive;
-}
 
 /// Two minutes among beacons, without noise: the radios and the odometry have constant errors.
 World exact_world() {
