@@ -105,12 +105,6 @@ struct Grid {
     return column(x, y) << 16 |
            static_cast<std::uint64_t>(std::clamp<std::int64_t>(bin, 0, bins - 1));
   }
-  bool touch(std::uint64_t a, std::uint64_t b) const {
-    const auto difference =
-        std::abs(static_cast<std::int64_t>(a & 0xffffu) - static_cast<std::int64_t>(b & 0xffffu));
-    return difference <= 1 || difference >= bins - 1;
-  }
-
   Pose2 middle;
   double length_x, length_y;
   std::int64_t bins;
@@ -135,25 +129,6 @@ class Sets {
   std::vector<std::size_t> parent_;
 };
 
-// Joins what touches of the cells of two columns, each from its first cell on; both are in order.
-void join_columns(const std::vector<std::uint64_t>& cells, const Grid& grid, std::size_t first,
-                  std::size_t second, Sets* sets) {
-  const std::uint64_t column = cells[first] >> 16;
-  const std::uint64_t other = cells[second] >> 16;
-  std::size_t from = second;
-  std::size_t end = second;
-  while (end < cells.size() && cells[end] >> 16 == other) ++end;
-  for (std::size_t i = first; i < cells.size() && cells[i] >> 16 == column; ++i) {
-    while (from < end && (cells[from] & 0xffffu) + 1 < (cells[i] & 0xffffu)) ++from;
-    for (std::size_t k = from; k < end && k < from + 3; ++k) {
-      if (grid.touch(cells[i], cells[k])) sets->join(i, k);
-    }
-    // Around +-pi.
-    if (grid.touch(cells[i], cells[second])) sets->join(i, second);
-    if (grid.touch(cells[i], cells[end - 1])) sets->join(i, end - 1);
-  }
-}
-
 /// Sets of particles whose cells touch one another.
 std::vector<Indices> components(const View& all, const Indices& members, const Grid& grid) {
   std::vector<std::pair<std::uint64_t, Eigen::Index>> sorted;
@@ -166,22 +141,18 @@ std::vector<Indices> components(const View& all, const Indices& members, const G
   for (const auto& [cell, k] : sorted) {
     if (cells.empty() || cells.back() != cell) cells.push_back(cell);
   }
-  std::vector<std::size_t> columns;  // where they begin
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i == 0 || cells[i] >> 16 != cells[i - 1] >> 16) columns.push_back(i);
-  }
   Sets sets(cells.size());
-  // Half of the neighbours; the others have this one as theirs.
-  const std::array<std::uint64_t, 5> offsets = {0, 1, (1ull << 22) - 1, 1ull << 22,
-                                                (1ull << 22) + 1};
-  for (const std::uint64_t offset : offsets) {
-    std::size_t other = 0;
-    for (const std::size_t column : columns) {
-      const std::uint64_t wanted = (cells[column] >> 16) + offset;
-      while (other < columns.size() && cells[columns[other]] >> 16 < wanted) ++other;
-      if (other == columns.size()) break;
-      if (cells[columns[other]] >> 16 == wanted) {
-        join_columns(cells, grid, column, columns[other], &sets);
+  // Neighbours are fixed numbers away: half of the columns, whose others have this one as theirs,
+  // and the headings beside each; the last and the first touch, too.
+  const std::int64_t last = grid.bins - 1;
+  for (const std::int64_t column : {0, 1, (1 << 22) - 1, 1 << 22, (1 << 22) + 1}) {
+    for (const std::int64_t turn :
+         {-last, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}, last}) {
+      const auto offset = static_cast<std::uint64_t>(column * (1 << 16) + turn);
+      std::size_t other = 0;
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        while (other < cells.size() && cells[other] < cells[i] + offset) ++other;
+        if (other < cells.size() && cells[other] == cells[i] + offset) sets.join(i, other);
       }
     }
   }
