@@ -31,7 +31,7 @@ coverage: ## which lines and branches of the core and the pipelines no test runs
 fresh: ## as root: the two commands on machines made for it that have nothing but git and make
 	@scripts/fresh_machine
 
-bench: ## install what is missing, build and run the benchmarks beside MRPT, BFL and plain loops (QUICK=yes: for a moment)
+bench: ## install what is missing, build and run the benchmarks beside MRPT and plain loops (QUICK=yes: for a moment)
 	@scripts/set_up build bench
 	@scripts/bench $(if $(QUICK),--quick)
 

@@ -11,18 +11,6 @@ enum class MrptScheme { multinomial, residual, stratified, systematic };
 void mrpt_resample(MrptScheme scheme, const std::vector<double>& log_weights,
                    std::vector<std::size_t>* ancestors);
 
-/// BFL: linear weights to samples by Ripley's algorithm.
-class BflResampling {
- public:
-  explicit BflResampling(const std::vector<double>& weights);
-  ~BflResampling();
-  void resample();
-
- private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
-};
-
 /// MRPT's CMonteCarloLocalization2D with a CBeaconMap: one step of motion, ranges to all beacons
 /// and systematic resampling.
 struct BeaconPosition {

@@ -9,9 +9,9 @@
 #include "pf_resampling_core/strategy/resampling.hpp"
 
 /// Every scheme from linear and from log-weights to counts and ancestor indices, beside a plain
-/// loop, MRPT (log-weights to indices) and BFL (linear weights to samples). Weights are drawn from
-/// (0, 1) and normalised. Not the same work: ours also gives the counts, and keeps survivors in
-/// their slots; MRPT allocates its results in every call.
+/// loop and MRPT (log-weights to indices). Weights are drawn from (0, 1) and normalised. Not the
+/// same work: ours also gives the counts, and keeps survivors in their slots; MRPT allocates its
+/// results in every call.
 namespace pf_resampling {
 namespace {
 
@@ -19,7 +19,6 @@ struct Input {
   Eigen::ArrayXd weights;
   Eigen::ArrayXd log_weights;
   std::vector<double> log_weights_for_peers;
-  std::vector<double> weights_for_peers;
 };
 
 std::shared_ptr<Input> make_input(int particles) {
@@ -28,7 +27,6 @@ std::shared_ptr<Input> make_input(int particles) {
   RandomStream(1, RandomPurpose::test, 0).fill_uniform(0, particles, input->weights.data());
   input->weights /= input->weights.sum();
   input->log_weights = input->weights.log();
-  input->weights_for_peers.assign(input->weights.begin(), input->weights.end());
   input->log_weights_for_peers.assign(input->log_weights.begin(), input->log_weights.end());
   return input;
 }
@@ -140,12 +138,6 @@ void measure_all(int particles) {
       measure(linear, row, "plain loop", particles,
               [=] { loop(input->weights.data(), particles, plain.get()); });
     }
-#if defined(PF_RESAMPLING_WITH_BFL)
-    if (scheme == ResamplingScheme::multinomial) {
-      const auto bfl = std::make_shared<BflResampling>(input->weights_for_peers);
-      measure(linear, row, "BFL (Ripley)", particles, [=] { bfl->resample(); });
-    }
-#endif
   }
   for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
     const std::string row = to_string(scheme);
