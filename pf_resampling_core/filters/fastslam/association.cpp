@@ -33,8 +33,7 @@ void FastSlam::associate(const std::vector<RangeBearingObservation>& observation
     association.starts.setZero(particles_.size());
   }
   for (const RangeBearingObservation& observation : observations) {
-    view_range_ = std::max(view_range_, observation.range);
-    view_bearing_ = std::max(view_bearing_, std::abs(wrap_angle(observation.bearing)));
+    view_.add(observation.range, observation.bearing);
   }
   if (association_ == DataAssociation::known) {
     for (std::size_t k = 0; k < observations.size(); ++k) associate_known(observations, k);
@@ -119,7 +118,7 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
 // Of new landmarks, anywhere in view, per m and rad.
 double FastSlam::log_density_of_new() const {
   constexpr double kNarrowest = 1e-3;  // m, rad: all that was seen yet may be of one place
-  const double view = std::max(kNarrowest, view_range_) * 2.0 * std::max(kNarrowest, view_bearing_);
+  const double view = std::max(kNarrowest, view_.range) * 2.0 * std::max(kNarrowest, view_.bearing);
   return std::log(options_.association.new_landmark_share / view);
 }
 
@@ -224,10 +223,10 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
 
   const double range =
       kSureShare *
-      (options_.sensor.maximum_range > 0.0 ? options_.sensor.maximum_range : view_range_);
+      (options_.sensor.maximum_range > 0.0 ? options_.sensor.maximum_range : view_.range);
   const double bearing =
       kSureShare *
-      (options_.sensor.field_of_view > 0.0 ? 0.5 * options_.sensor.field_of_view : view_bearing_);
+      (options_.sensor.field_of_view > 0.0 ? 0.5 * options_.sensor.field_of_view : view_.bearing);
   const Pose2 eye = compose(
       {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
   std::vector<int> near;

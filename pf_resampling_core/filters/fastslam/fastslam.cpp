@@ -112,7 +112,7 @@ void FastSlam::reset() {
   memory_.clear();
   is_lost_ = false;
   redraw_is_untested_ = false;
-  view_range_ = view_bearing_ = 0.0;
+  view_ = {};
 }
 
 void FastSlam::set_options(const FastSlamOptions& options) {
@@ -167,7 +167,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
     before = particles_;
     errors_before = odometry_errors_;
   }
-  const auto association_before = std::make_tuple(association_, view_range_, view_bearing_);
+  const auto association_before = std::make_pair(association_, view_);
   association_ = method;
   ++step_;
   const bool is_kept = keeps_past() && (!memory_.is_empty() || start_past());
@@ -195,7 +195,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
       odometry_errors_ = errors_before;
       --step_;
     }
-    std::tie(association_, view_range_, view_bearing_) = association_before;
+    std::tie(association_, view_) = association_before;
     throw;
   }
   if (redraw_is_untested_) test_redraw(observations, sensor);

@@ -11,6 +11,7 @@
 #include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/sensor_view.hpp"
 #include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
@@ -294,8 +295,7 @@ class FastSlam {
   std::vector<ObservationOutcome> outcomes_;
   RecentSightings sightings_;
   std::vector<Association> associations_;
-  double view_range_ = 0.0;    // m, farthest anything was seen
-  double view_bearing_ = 0.0;  // rad, widest
+  SensorView view_;
 
   std::vector<CandidatePair> pairs_;
   std::vector<std::uint8_t> decided_;

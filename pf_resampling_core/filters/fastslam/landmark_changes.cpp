@@ -29,11 +29,7 @@ constexpr double kPerOpinion = 4.0;
 constexpr double kMoved = 0.01;
 constexpr double kSure = 0.9;
 constexpr double kOpen = 10.0;  // s after the last sighting
-// In view is what is so far inside of what was ever seen from the sensor: share of the range, rad,
-// and m across. The belief has to fit so many sightings of the last s.
-constexpr double kInsideRange = 0.93;
-constexpr double kInsideBearing = 0.03;
-constexpr double kInsideAcross = 0.1;
+// The belief has to fit so many sightings of the last s.
 constexpr double kFits = 5.0;
 constexpr int kFewestFits = 3;
 constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
@@ -94,8 +90,7 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
     take(time, sighting, {eye.x, eye.y});
     if (!sighting.is_believed) continue;
     const Pose2 there = relative(eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
-    view_range_ = std::max(view_range_, std::hypot(there.x, there.y));
-    view_bearing_ = std::max(view_bearing_, std::abs(std::atan2(there.y, there.x)));
+    view_.add(std::hypot(there.x, there.y), std::atan2(there.y, there.x));
   }
   look(time, eye);
   for (auto id = pending_.begin(); id != pending_.end();) {
@@ -206,17 +201,14 @@ bool LandmarkChanges::belief_fits(double time) const {
 
 void LandmarkChanges::look(double time, const Pose2& eye) {
   if (!belief_fits(time)) return;
-  const double farthest = kInsideRange * view_range_;
   std::vector<int> near;
-  index_.near({eye.x, eye.y}, farthest, &near);
+  index_.near({eye.x, eye.y}, view_.range, &near);
   for (const int row : near) {
     const std::int64_t id = ids_[static_cast<std::size_t>(row)];
     Landmark& landmark = landmarks_[id];
     const Eigen::Vector2d& home = landmark.home().position;
     const Pose2 there = relative(eye, {home.x(), home.y(), 0.0});
-    const double range = std::hypot(there.x, there.y);
-    const double widest = view_bearing_ - kInsideBearing - kInsideAcross / range;
-    if (std::abs(std::atan2(there.y, there.x)) > widest) continue;
+    if (!view_.covers({there.x, there.y})) continue;
     // An id that was seen a few times may have been misread.
     const int sightings = landmark.home().sightings;
     if (!landmark.is_given && sightings < kFewestSightings) continue;

@@ -10,6 +10,7 @@
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/sensor_view.hpp"
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/health/finding.hpp"
 
@@ -87,7 +88,7 @@ class LandmarkChanges {
   std::vector<std::int64_t> ids_;   // by row of the index
   std::set<std::int64_t> pending_;  // in view, or seen where nothing has confirmed it
   std::deque<Outcome> latest_;
-  double view_range_ = 0.0, view_bearing_ = 0.0;  // m, rad: how far and wide anything was seen
+  SensorView view_;
   double now_ = 0.0;
   int believed_ = 0, not_believed_ = 0;  // sightings
   int visits_ = 0, missed_ = 0;

@@ -42,8 +42,8 @@ struct LandmarkSensorOptions {
   /// redraw alone. 0: free of it.
   double range_scale_sigma = 0.0;   ///< of measured over true range, less one
   double bearing_bias_sigma = 0.0;  ///< rad, measured less true bearing
-  double maximum_range = 0.0;       ///< m; 0: as far as anything was seen yet
-  double field_of_view = 0.0;       ///< rad, about its x axis; 0: as wide as anything was seen yet
+  double maximum_range = 0.0;       ///< m; 0: as far as it is found to see
+  double field_of_view = 0.0;       ///< rad, about its x axis; 0: as wide as it is found to see
 };
 
 /// m^2 and rad^2, of an observation: its own where it has one, else the model's.

@@ -128,8 +128,8 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   const bool is_open = filter->association_ == DataAssociation::automatic && filter->has_landmarks_;
   map.association = is_open ? DataAssociation::known : filter->association_;
   map.pose = filter->estimate();
-  map.view_range = filter->view_range_;
-  map.view_bearing = filter->view_bearing_;
+  map.view_range = filter->view_.range;
+  map.view_bearing = filter->view_.bearing;
   map.step = filter->step_;
   map.next_id = filter->next_id_;
   map.observations_since_renewal = filter->strategy_.observations_since_renewal();
@@ -218,8 +218,7 @@ void FastSlam::take_map(const SavedMap& map) {
   next_id_ = map.next_id;
   if (!map.landmarks.empty()) next_id_ = std::max(next_id_, map.landmarks.back().estimate.id + 1);
   step_ = map.step;
-  view_range_ = map.view_range;
-  view_bearing_ = map.view_bearing;
+  view_ = {map.view_range, map.view_bearing};
   strategy_.resume(map.observations_since_renewal, map.observations_since_redraw);
   // Of a map with ids alone the first observations decide whether these are used.
   const bool leaves_open = is_shared && ids_are_known;

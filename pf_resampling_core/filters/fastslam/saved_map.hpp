@@ -37,8 +37,8 @@ struct SavedMap {
   /// order of discovery.
   DataAssociation association = DataAssociation::automatic;
   PoseEstimate pose;
-  double view_range = 0.0;    ///< m, farthest anything was seen
-  double view_bearing = 0.0;  ///< rad, widest
+  double view_range = 0.0;    ///< m, how far the sensor sees
+  double view_bearing = 0.0;  ///< rad, how wide to both sides
   std::uint32_t step = 0;     ///< of the random streams
   std::int64_t next_id = 0;   ///< of the next landmark that is discovered
   std::int64_t observations_since_renewal = 0;

@@ -6,15 +6,12 @@
 #include <utility>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_solver.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/sensor_view.hpp"
 
 namespace pf_resampling {
 namespace {
 
-// Well within the view: a share of the range, rad, and m across; for so many scans, with no longer
-// gaps, s.
-constexpr double kInsideRange = 0.9;
-constexpr double kInsideBearing = 0.03;
-constexpr double kInsideAcross = 0.3;
+// A passage lasts so many scans at least, with no longer gaps, s.
 constexpr int kFewestLooks = 2;
 constexpr double kPassageEnd = 5.0;
 
@@ -186,12 +183,10 @@ Together seen_together(const SegmentGraph& graph, const std::vector<int>& landma
 
 ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
                            const std::vector<const Scans*>& parts) {
-  double range = 0.0;
-  double bearing = 0.0;
+  SensorView view;
   for (const Scans* scans : parts) {
     for (const SightingFactor& sighting : scans->sightings) {
-      range = std::max(range, sighting.range);
-      bearing = std::max(bearing, std::abs(sighting.bearing));
+      view.add(sighting.range, sighting.bearing);
     }
   }
   struct Passage {
@@ -217,12 +212,7 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
     const Eigen::Matrix2d to_eye = Eigen::Rotation2Dd(-eye.heading).toRotationMatrix();
     for (std::size_t l = 0; l < places.size(); ++l) {
       if (open[l].looks > 0 && now - open[l].last > kPassageEnd) close(&open[l]);
-      const Eigen::Vector2d there = to_eye * (places[l] - at);
-      const double distance = there.norm();
-      const double widest = bearing - kInsideBearing - kInsideAcross / distance;
-      if (distance > kInsideRange * range || std::abs(std::atan2(there.y(), there.x())) > widest) {
-        continue;
-      }
+      if (!view.covers(to_eye * (places[l] - at))) continue;
       ++open[l].looks;
       open[l].last = now;
     }

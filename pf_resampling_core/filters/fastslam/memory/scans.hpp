@@ -55,8 +55,7 @@ struct ViewPassages {
   int hardly_seen = 0;
 };
 /// Of the landmarks at some places (map frame) in these scans, one after the other; before they
-/// were first seen, too. In view is what is well within the largest range and bearing of any
-/// sighting.
+/// were first seen, too. In view is what all these sightings together say: see SensorView.
 ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
                            const std::vector<const Scans*>& parts);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -103,6 +104,38 @@ TEST(OddObservations, ComingBackFindsTheMapAgain) {
     EXPECT_EQ(filter.map().size(), 3u) << "seed " << seed;
     const Pose2 pose = filter.estimate().mean;
     EXPECT_LT(std::hypot(pose.x, pose.y), 0.4) << "seed " << seed;
+  }
+}
+
+// Along a row of landmarks and half of the way back, with a sensor that sees 5 m far, now and then
+// something at 60 m: what is still too far away was not missed.
+TEST(OddObservations, AWildReadingTakesNoLandmarkAway) {
+  FastSlam filter(some_options(30), 1);
+  std::vector<Eigen::Vector2d> places;
+  for (int k = 0; k < 10; ++k) places.emplace_back(2.0 * k + 1.0, k % 2 == 0 ? 1.0 : -1.5);
+  Pose2 truth;
+  for (int t = 0; t < 150; ++t) {
+    OdometryIncrement odometry;
+    odometry.duration = 0.5;
+    odometry.mean = t == 100 ? Pose2{0.0, 0.0, kPi} : Pose2{0.2, 0.0, 0.0};
+    odometry.covariance.diagonal() << 1e-6, 1e-6, 1e-6;
+    truth = compose(truth, odometry.mean);
+    std::vector<RangeBearingObservation> scan;
+    for (const Eigen::Vector2d& place : places) {
+      const Pose2 there = relative(truth, {place.x(), place.y(), 0.0});
+      if (there.x > 0.0 && std::hypot(there.x, there.y) < 5.0) {
+        scan.push_back(seen(there.x, there.y, -1));
+      }
+    }
+    if (t % 40 == 20) scan.push_back(seen(60.0, 10.0, -1));
+    filter.update(odometry, scan);
+  }
+  for (const Eigen::Vector2d& place : places) {
+    double nearest = HUGE_VAL;
+    for (const LandmarkEstimate& landmark : filter.map()) {
+      nearest = std::min(nearest, (landmark.mean - place).norm());
+    }
+    EXPECT_LT(nearest, 0.5) << place.transpose();
   }
 }
 
