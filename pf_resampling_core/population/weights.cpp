@@ -1,6 +1,7 @@
 #include "pf_resampling_core/population/weights.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "pf_resampling_core/error.hpp"
@@ -13,28 +14,57 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t kBlock = 256;  // a multiple of kLanes
 
-// The largest value; +infinity when some are NaN or +infinity.
-PF_RESAMPLING_VECTOR_CLONES
-double maximum_if_usable(const double* values, std::int64_t size) {
-  Doubles maxima = Doubles{} - kInfinity;
-  Doubles lanes;
-  Integers unusable = {};  // NaN and +infinity are what is not below infinity
-  double last[kLanes];
-  for (std::int64_t i = 0; i < size; i += kLanes) {
-    if (i + kLanes <= size) {
-      load(values + i, &lanes);
-    } else {
-      std::fill(std::copy(values + i, values + size, last), last + kLanes, -kInfinity);
-      load(last, &lanes);
-    }
-    maxima = lanes > maxima ? lanes : maxima;
-    unusable |= ~(lanes < kInfinity);
-  }
-  store(maxima, last);
-  double maximum = *std::max_element(last, last + kLanes);
-  for (int lane = 0; lane < kLanes; ++lane) maximum = unusable[lane] != 0 ? kInfinity : maximum;
-  return maximum;
+// The last values, fewer than eight, filled up.
+PF_RESAMPLING_INLINE void fill_up(const double* values, std::int64_t size, double filling,
+                                  double* lanes) {
+  for (int lane = 0; lane < kLanes; ++lane) lanes[lane] = lane < size ? values[lane] : filling;
 }
+
+template <typename R>
+struct Examined {
+  typename R::Doubles maximum[R::kParts];
+  typename R::Integers unusable[R::kParts];
+};
+
+template <typename R>
+PF_RESAMPLING_INLINE void examine(const double* values, Examined<R>* all) {
+#pragma GCC unroll 4
+  for (int part = 0; part < R::kParts; ++part) {
+    typename R::Doubles lanes;
+    std::memcpy(&lanes, values + part * R::kWidth, sizeof lanes);
+    all->maximum[part] = lanes > all->maximum[part] ? lanes : all->maximum[part];
+    // NaN and +infinity are what is not below infinity.
+    all->unusable[part] |= ~(lanes < kInfinity);
+  }
+}
+
+template <int kBytes>
+PF_RESAMPLING_INLINE void maximum_in(const double* values, std::int64_t size, double* maximum) {
+  using R = Registers<kBytes>;
+  Examined<R> all;
+  for (int part = 0; part < R::kParts; ++part) {
+    all.maximum[part] = typename R::Doubles{} - kInfinity;
+    all.unusable[part] = typename R::Integers{};
+  }
+  std::int64_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) examine<R>(values + i, &all);
+  if (i < size) {
+    double lanes[kLanes];
+    fill_up(values + i, size - i, -kInfinity, lanes);
+    examine<R>(lanes, &all);
+  }
+  double maxima[kLanes];
+  std::int64_t unusable[kLanes];
+  std::memcpy(maxima, all.maximum, sizeof maxima);
+  std::memcpy(unusable, all.unusable, sizeof unusable);
+  *maximum = *std::max_element(maxima, maxima + kLanes);
+  for (const std::int64_t lane : unusable) *maximum = lane != 0 ? kInfinity : *maximum;
+}
+
+// The largest value; +infinity when some are NaN or +infinity.
+PF_RESAMPLING_BY_WIDTH(maximum_if_usable, maximum_in,
+                       (const double* values, std::int64_t size, double* maximum),
+                       (values, size, maximum))
 
 struct Sums {
   double weights[kLanes] = {};
@@ -42,28 +72,40 @@ struct Sums {
   double weighted_logs[kLanes] = {};
 };
 
-// Adds the sums over a block, filled up with zeros to a multiple of kLanes.
-PF_RESAMPLING_VECTOR_CLONES
-void add_block(const double* weights, const double* logs, std::int64_t size, Sums* all) {
-  Doubles sum = {};
-  Doubles squares = {};
-  Doubles weighted_logs = {};
+// Adds the sums over a block, whose arrays are filled up with zeros to a multiple of kLanes.
+template <int kBytes>
+PF_RESAMPLING_INLINE void add_block_in(const double* weights, const double* logs, std::int64_t size,
+                                       Sums* sums) {
+  using R = Registers<kBytes>;
+  typename R::Doubles sum[R::kParts] = {};
+  typename R::Doubles squares[R::kParts] = {};
+  typename R::Doubles weighted_logs[R::kParts] = {};
   for (std::int64_t i = 0; i < size; i += kLanes) {
-    Doubles weight;
-    Doubles log;
-    load(weights + i, &weight);
-    load(logs + i, &log);
-    sum += weight;
-    squares += weight * weight;
-    // A weight of zero may have a logarithm of -infinity.
-    weighted_logs += weight > 0.0 ? weight * log : Doubles{};
+#pragma GCC unroll 4
+    for (int part = 0; part < R::kParts; ++part) {
+      typename R::Doubles weight;
+      typename R::Doubles log;
+      std::memcpy(&weight, weights + i + part * R::kWidth, sizeof weight);
+      std::memcpy(&log, logs + i + part * R::kWidth, sizeof log);
+      sum[part] += weight;
+      squares[part] += weight * weight;
+      // A weight of zero may have a logarithm of -infinity.
+      const typename R::Doubles product = weight * log;
+      weighted_logs[part] += weight > 0.0 ? product : typename R::Doubles{};
+    }
   }
-  for (int lane = 0; lane < kLanes; ++lane) {
-    all->weights[lane] += sum[lane];
-    all->squares[lane] += squares[lane];
-    all->weighted_logs[lane] += weighted_logs[lane];
-  }
+  double lanes[kLanes];
+  std::memcpy(lanes, sum, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->weights[lane] += lanes[lane];
+  std::memcpy(lanes, squares, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->squares[lane] += lanes[lane];
+  std::memcpy(lanes, weighted_logs, sizeof lanes);
+  for (int lane = 0; lane < kLanes; ++lane) sums->weighted_logs[lane] += lanes[lane];
 }
+
+PF_RESAMPLING_BY_WIDTH(add_block, add_block_in,
+                       (const double* weights, const double* logs, std::int64_t size, Sums* sums),
+                       (weights, logs, size, sums))
 
 PF_RESAMPLING_VECTOR_CLONES
 void exponentials_of_block(const double* log_weights, double shift, std::int64_t size,
@@ -79,17 +121,19 @@ void exponentials_of_block(const double* log_weights, double shift, std::int64_t
 void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
                   Sums* sums) {
   double shifted[kBlock];
+  double last[kLanes];
+  double last_shifted[kLanes];
   for (std::int64_t begin = 0; begin < size; begin += kBlock) {
     const std::int64_t count = std::min(kBlock, size - begin);
     const std::int64_t whole = count / kLanes * kLanes;
     double* out = linear + begin;
     exponentials_of_block(log_weights + begin, shift, count, shifted, out);
     add_block(out, shifted, whole, sums);
-    double last[kLanes] = {};
-    double last_shifted[kLanes] = {};
-    std::copy(out + whole, out + count, last);
-    std::copy(shifted + whole, shifted + count, last_shifted);
-    if (whole < count) add_block(last, last_shifted, kLanes, sums);
+    if (whole < count) {
+      fill_up(out + whole, count - whole, 0.0, last);
+      fill_up(shifted + whole, count - whole, 0.0, last_shifted);
+      add_block(last, last_shifted, kLanes, sums);
+    }
   }
 }
 
@@ -102,16 +146,31 @@ void rescale(double inverse_sum, double log_sum, std::int64_t size, double* line
   }
 }
 
-PF_RESAMPLING_VECTOR_CLONES
-double sum_of_squares(const double* values, std::int64_t size) {
-  double squares[kLanes] = {};
-  std::int64_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) squares[lane] += values[i + lane] * values[i + lane];
+template <int kBytes>
+PF_RESAMPLING_INLINE void squares_in(const double* values, std::int64_t size, double* result) {
+  using R = Registers<kBytes>;
+  typename R::Doubles squares[R::kParts] = {};
+  double lanes[kLanes];
+  for (std::int64_t i = 0; i < size; i += kLanes) {
+    const double* from = values + i;
+    if (i + kLanes > size) {
+      fill_up(from, size - i, 0.0, lanes);
+      from = lanes;
+    }
+#pragma GCC unroll 4
+    for (int part = 0; part < R::kParts; ++part) {
+      typename R::Doubles value;
+      std::memcpy(&value, from + part * R::kWidth, sizeof value);
+      squares[part] += value * value;
+    }
   }
-  for (; i < size; ++i) squares[i % kLanes] += values[i] * values[i];
-  return sum_of_lanes(squares);
+  std::memcpy(lanes, squares, sizeof lanes);
+  *result = sum_of_lanes(lanes);
 }
+
+PF_RESAMPLING_BY_WIDTH(sum_of_squares, squares_in,
+                       (const double* values, std::int64_t size, double* result),
+                       (values, size, result))
 
 bool is_finite(double value) {
   return value > -kInfinity && value < kInfinity;
@@ -120,7 +179,9 @@ bool is_finite(double value) {
 }  // namespace
 
 bool is_normalizable(ConstArray log_weights) {
-  return is_finite(maximum_if_usable(log_weights.data(), log_weights.size()));
+  double maximum = kInfinity;
+  maximum_if_usable(log_weights.data(), log_weights.size(), &maximum);
+  return is_finite(maximum);
 }
 
 WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
@@ -129,7 +190,8 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
                 std::to_string(linear.size()) + " weights; give arrays of one size");
   }
   const std::int64_t size = log_weights.size();
-  const double shift = maximum_if_usable(log_weights.data(), size);
+  double shift = kInfinity;
+  maximum_if_usable(log_weights.data(), size, &shift);
   if (!is_finite(shift)) {
     throw Error(
         "normalize: there are no log-weights, or one is NaN or +infinity, or all are -infinity; "
@@ -165,7 +227,9 @@ double temper(double share, ConstArray before, MutableArray log_weights) {
 }
 
 double effective_sample_size(ConstArray linear) {
-  return 1.0 / sum_of_squares(linear.data(), linear.size());
+  double squares = 0.0;
+  sum_of_squares(linear.data(), linear.size(), &squares);
+  return 1.0 / squares;
 }
 
 }  // namespace pf_resampling

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/parameters/parameters.hpp"
@@ -81,18 +80,21 @@ struct ResamplingResult {
 
 /// Working space of the schemes: grows to the largest size met, never shrinks.
 struct ResamplingWorkspace {
-  std::vector<double> rescaled;        ///< weights brought into range
-  std::vector<double> rescaled_inner;  ///< the same for the inner scheme
-  std::vector<double> inner_weights;   ///< what the scheme inside partial and rank_based sees
-  std::vector<double> log_after;       ///< log-weight of a copy of each particle
-  std::vector<int> moderate;           ///< partial: 1 for those that do not take part
-  double shared_mass = 0.0;            ///< partial: S_hl, weight of those that take part
-  int sharing = 0;                     ///< partial: how many take part
-  std::vector<double> uniforms;        ///< draws
-  std::vector<std::int64_t> sums;      ///< sorted draws: running sum of the spacings
-  std::vector<double> thresholds;      ///< sorted draws
-  std::vector<std::pair<double, int>> order;  ///< ranking: weights and particles
-  std::vector<int> own_counts;                ///< what own_scheme fills in, until it is checked
+  std::vector<double> rescaled;           ///< weights brought into range
+  std::vector<double> rescaled_inner;     ///< the same for the inner scheme
+  std::vector<double> inner_weights;      ///< what the scheme inside partial and rank_based sees
+  std::vector<double> log_after;          ///< log-weight of a copy of each particle
+  std::vector<int> moderate;              ///< partial: 1 for those that do not take part
+  double shared_mass = 0.0;               ///< partial: S_hl, weight of those that take part
+  int sharing = 0;                        ///< partial: how many take part
+  std::vector<double> uniforms;           ///< draws
+  std::vector<std::int64_t> sums;         ///< sorted draws: running sum of the spacings
+  std::vector<double> thresholds;         ///< sorted draws
+  std::vector<int> cells;                 ///< copy into which each falls
+  std::vector<int> draws_below;           ///< number of draws before each copy
+  std::vector<std::uint64_t> sort_words;  ///< ranking
+  std::vector<std::uint64_t> sort_words_swap;
+  std::vector<int> own_counts;  ///< what own_scheme fills in, until it is checked
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the
@@ -109,8 +111,7 @@ class Resampler {
   /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
   /// nothing, on weights that are empty, negative, not finite or sum to zero, on a size that
   /// the scheme cannot give, and on counts of own_scheme that are negative or do not sum to `size`.
-  /// What own_scheme throws is passed on, and changes nothing, either. O(N + M), rank_based
-  /// O(N log N).
+  /// What own_scheme throws is passed on, and changes nothing, either. O(N + M).
   ///
   /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it

@@ -22,8 +22,8 @@ BUGS = [
     (
         "weights: the last, fewer than eight, are left out",
         "weights.cpp",
-        "if (whole < count) add_block(",
-        "if (whole > count) add_block(",
+        "if (whole < count) {",
+        "if (whole > count) {",
         WEIGHTS,
     ),
     (
@@ -51,8 +51,8 @@ BUGS = [
     (
         "survivors do not keep their own slots",
         "ancestry.cpp",
-        "const int copies = counts[*ancestor] - (*ancestor < own ? 1 : 0);",
-        "const int copies = counts[*ancestor] - (*ancestor < own ? 1 : 0); if (copies > 0) ancestors[*ancestor] = *free.data();",
+        "for (int i = 0; i < pairs; ++i) out[free_slots.items[i]] = copies.items[i];",
+        "for (int i = 0; i < pairs; ++i) out[free_slots.items[i]] = copies.items[pairs - 1 - i];",
         ANCESTRY,
     ),
     # Means.

@@ -26,6 +26,7 @@ BUGS = [
         "residual.cpp",
         "sorted_draws(stream, 0, left_over, left_over, weights.fraction_bits, work);",
         "sorted_draws(stream, 0, weights.copies, left_over, weights.fraction_bits, work);"
+        "for (int& below : work->draws_below) below = std::min(below, left_over);"
         "for (std::size_t i = static_cast<std::size_t>(left_over); i < work->thresholds.size(); ++i) {"
         "  work->thresholds[i] = 1e300;"
         "}",
@@ -94,15 +95,15 @@ BUGS = [
     (
         "tied weights get ranks in order of appearance",
         "rank_based.cpp",
-        "order[end].first == order[first].first) ++end;",
-        "order[end].first == order[first].first && ranked < 0) ++end;",
+        "weights.weights[particle_of(words[end])] == weight) ++end;",
+        "weights.weights[particle_of(words[end])] == weight && ranked < 0) ++end;",
         SCHEMES,
     ),
     (
         "particles of weight zero are ranked",
         "rank_based.cpp",
-        "ranked += weights.weights[i] > 0.0 ? 1 : 0;",
-        "ranked += weights.weights[i] >= 0.0 ? 1 : 0;",
+        "const bool is_positive = weights[i] > 0.0;",
+        "const bool is_positive = weights[i] >= 0.0;",
         SCHEMES,
     ),
     (

@@ -24,7 +24,7 @@ int mark_survivors(const ScaledWeights& weights, const double* uniforms, int* co
 // an independent draw. E[count_k] = w_k / max w + (M - sum w / max w) w_k = M w_k needs M = N.
 void killing(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
              ResamplingWorkspace* work, int* counts) {
-  reserve_sorted_draws(weights.copies, work);
+  reserve_sorted_draws(weights.copies, weights.copies, work);
   double* uniforms = grow(&work->uniforms, weights.size);
   stream.fill_uniform(0, weights.size, uniforms);
   const int dead = weights.copies - mark_survivors(weights, uniforms, counts);

@@ -30,7 +30,7 @@ int take_whole_copies(const ScaledWeights& weights, int* counts) {
 // first particles; here the number left over is drawn anew over the whole of the left-overs.
 void residual(const ScaledWeights& weights, const ResamplingOptions&, const RandomStream& stream,
               ResamplingWorkspace* work, int* counts) {
-  reserve_sorted_draws(weights.copies, work);
+  reserve_sorted_draws(weights.copies, weights.copies, work);
   const int left_over = weights.copies - take_whole_copies(weights, counts);
   if (left_over == 0) return;
   sorted_draws(stream, 0, left_over, left_over, weights.fraction_bits, work);

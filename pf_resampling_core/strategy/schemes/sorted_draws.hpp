@@ -4,8 +4,9 @@
 
 namespace pf_resampling {
 
-/// Room that sorted_draws() needs for `draws`, so that a first call makes it for all later ones.
-void reserve_sorted_draws(std::int64_t draws, ResamplingWorkspace* work);
+/// Room that sorted_draws() needs for `draws` among `copies`, so that a first call makes it for all
+/// later ones.
+void reserve_sorted_draws(std::int64_t draws, int copies, ResamplingWorkspace* work);
 
 /// `draws` independent uniforms in [0, copies · 2^fraction_bits), in ascending order, from uniforms
 /// number `first` to first + draws of the stream, into work->thresholds. O(draws), no sorting.

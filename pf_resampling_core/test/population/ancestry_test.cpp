@@ -47,30 +47,48 @@ TEST(CountsToAncestors, KeepsSurvivorsInTheirSlots) {
 
 TEST(CountsToAncestors, IsTheDefinitionForAllSizesAndSpreads) {
   std::uint32_t step = 0;
-  for (const int particles : {1, 2, 63, 1000, 3000}) {
-    // From all survive to a few with very many copies.
-    for (const double power : {0.0, 0.1, 1.0, 3.0, 30.0}) {
+  for (const int particles : {1, 2, 63, 64, 65, 255, 256, 257, 511, 512, 513, 1000, 3000}) {
+    for (int spread = 0; spread < 8; ++spread) {
       for (int trial = 0; trial < 10; ++trial) {
-        Eigen::ArrayXd uniforms(particles);
-        RandomStream(1, RandomPurpose::test, step++).fill_uniform(0, particles, uniforms.data());
-        Eigen::ArrayXi counts = ((1.0 + power) * uniforms.pow(power)).cast<int>();
+        const RandomStream stream(1, RandomPurpose::test, step++);
+        Eigen::ArrayXi counts(particles);
+        for (int i = 0; i < particles; ++i) {
+          const double u = stream.uniform(static_cast<std::uint64_t>(i));
+          // From all survive to a few with very many copies.
+          counts[i] = spread == 0   ? 1
+                      : spread == 1 ? static_cast<int>(u * 3.0)
+                      : spread == 2 ? static_cast<int>(u * u * 5.0)
+                      : spread == 3 ? static_cast<int>(u * 40.0)
+                      : spread == 4 ? (u < 0.99 ? 0 : 300)
+                      : spread == 5 ? (u < 0.9 ? 0 : 17)
+                      : spread == 6 ? (u < 0.9 ? 2 : 0)
+                                    : (u < 0.3 ? 0 : 1);
+        }
         if (counts.sum() == 0) counts[0] = particles;
-        ASSERT_NO_FATAL_FAILURE(expect_definition(counts)) << particles << " " << power;
+        ASSERT_NO_FATAL_FAILURE(expect_definition(counts)) << particles << " " << spread;
       }
     }
   }
 }
 
 TEST(CountsToAncestors, HandlesOneAncestorOfAll) {
-  for (const int particles : {1, 5, 1000}) {
+  for (const int particles : {1, 5, 256, 1000, 100000}) {
     for (const int hot : {0, particles / 2, particles - 1}) {
       for (const int slots : {particles, 1, 3 * particles}) {
         Eigen::ArrayXi counts = Eigen::ArrayXi::Zero(particles);
         counts[hot] = slots;
-        ASSERT_NO_FATAL_FAILURE(expect_definition(counts));
+        Eigen::ArrayXi ancestors(slots);
+        counts_to_ancestors(counts, ancestors);
+        ASSERT_TRUE((ancestors == hot).all());
       }
     }
   }
+}
+
+TEST(CountsToAncestors, LeavesAllWhereTheyAreWhenAllSurvive) {
+  Eigen::ArrayXi ancestors(777);
+  counts_to_ancestors(Eigen::ArrayXi::Ones(777), ancestors);
+  EXPECT_TRUE((ancestors == Eigen::ArrayXi::LinSpaced(777, 0, 776)).all());
 }
 
 TEST(CountDistinct, CountsDifferentValues) {

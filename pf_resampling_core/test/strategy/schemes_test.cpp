@@ -438,6 +438,48 @@ TEST(RankBased, GivesTheProbabilitiesOfEquationThree) {
   }
 }
 
+// Against ranks found by std::sort, for weights that share many digits, differ in the last one, or
+// tie.
+TEST(RankBased, RanksAsSortingDoes) {
+  for (std::uint32_t trial = 0; trial < 60; ++trial) {
+    const int size = trial < 50 ? 1 + static_cast<int>(trial * 7) : 5000;
+    Eigen::ArrayXd weights(size);
+    RandomStream(13, RandomPurpose::test, trial).fill_uniform(0, size, weights.data());
+    if (trial % 5 == 1) weights = 1.0 + (weights * 4.0).floor() * 0x1p-52;
+    if (trial % 5 == 2) weights = (weights * 1e-300) * 1e-15;
+    if (trial % 5 == 3) weights = (weights * 700.0 - 350.0).exp();
+    if (trial % 5 == 4) weights = (weights < 0.5).select(0.0, weights);
+    if (weights.sum() == 0.0) weights[0] = 1.0;
+    std::vector<double> positive;
+    for (const double weight : weights) {
+      if (weight > 0.0) positive.push_back(weight);
+    }
+    std::sort(positive.begin(), positive.end(), std::greater<double>());
+    const double n = static_cast<double>(positive.size());
+
+    std::vector<double> rescaled;
+    ResamplingWorkspace work;
+    ResamplingOptions options;
+    Eigen::ArrayXi counts(size);
+    const ScaledWeights scaled = scale_weights(weights.data(), size, size, &rescaled);
+    if (scaled.weights != weights.data()) continue;  // brought into range: others may be lost
+    rank_based(scaled, options, test_stream(1), &work, counts.data());
+    for (int k = 0; k < size; ++k) {
+      double expected = 0.0;
+      if (weights[k] > 0.0) {
+        const auto range =
+            std::equal_range(positive.begin(), positive.end(), weights[k], std::greater<double>());
+        const double before = static_cast<double>(range.first - positive.begin());
+        const double through = static_cast<double>(range.second - positive.begin());
+        const double rank = 0.5 * (before + 1.0 + through);
+        expected = n > 1 ? (1.5 - (rank - 1.0) / (n - 1.0)) / n : 1.0;
+      }
+      ASSERT_NEAR(work.inner_weights.at(static_cast<std::size_t>(k)), expected, 1e-15)
+          << trial << " " << k;
+    }
+  }
+}
+
 TEST(RankBased, LeavesWeightsOverProbabilities) {
   Eigen::ArrayXd weights(4);
   weights << 0.1, 0.4, 0.2, 0.3;
