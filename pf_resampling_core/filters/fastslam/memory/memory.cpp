@@ -55,7 +55,7 @@ constexpr double kCarriedShare = 1e-4;
 // Passages of landmarks that were missed, beyond those that were hardly seen, where the robot may
 // still be where it believes: so many, and this share of all.
 constexpr double kFewMissed = 3.0;
-constexpr double kMissedShare = 0.1;
+constexpr double kMissedShare = 0.04;
 constexpr double kNowhere = 1e9;  // m
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
