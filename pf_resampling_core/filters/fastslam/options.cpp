@@ -70,12 +70,11 @@ ParameterList parameters_of(FastSlamOptions* options) {
                                 "rad",
                                 "Prior standard deviation of an offset common to all bearings, "
                                 "which redraw estimates. 0: none."));
-  list.push_back(
-      real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
-                     "Maximum range of the sensor; 0: the largest range of a landmark so far."));
+  list.push_back(real_parameter("sensor/maximum_range", &sensor.maximum_range, 0.0, 1e6, "m",
+                                "Maximum range of the sensor; 0: as far as it is found to see."));
   list.push_back(real_parameter(
       "sensor/field_of_view", &sensor.field_of_view, 0.0, 6.3, "rad",
-      "Field of view about the x axis of the sensor; 0: the widest bearings of landmarks so far."));
+      "Field of view about the x axis of the sensor; 0: as wide as it is found to see."));
 
   DataAssociationOptions& association = options->association;
   list.push_back(
