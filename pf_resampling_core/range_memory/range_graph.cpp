@@ -18,6 +18,9 @@ constexpr double kLeastYawRateSigma = 1e-7;  // rad/s
 constexpr double kLeastDistance = 1e-3;      // m
 constexpr double kFirstDamping = 1e-6;
 constexpr double kLargestDamping = 1e6;
+// Wheels slip: a motion's errors are of Student's distribution, with this number less 3 degrees of
+// freedom.
+constexpr double kMotionTail = 10.0;
 constexpr double kFloor = 0.05 / 200.0;  // 1/m: one range in twenty is anywhere within 200 m
 
 // In heading and place, of a motion that was measured by the true one, of each error's unit.
@@ -181,9 +184,15 @@ class Elimination {
   // Of info_ the lower triangle counts.
   bool eliminate(int k, const RangeEstimate& estimate, double damping) {
     const auto at = static_cast<std::size_t>(k);
-    const HeldMotionResidual motion =
+    HeldMotionResidual motion =
         residual_of(graph_.motions[at], noise_, prior_.yaw_rate_walk, estimate.keyframes[at],
                     estimate.keyframes[at + 1], estimate.constants);
+    const double root_weight =
+        1.0 / std::sqrt(1.0 + motion.value.head<3>().squaredNorm() / kMotionTail);
+    motion.value.head<3>() *= root_weight;
+    motion.by_from.topRows<3>() *= root_weight;
+    motion.by_to.topRows<3>() *= root_weight;
+    motion.by_scales.topRows<3>() *= root_weight;
     constexpr int kScales = kState + Common::distance_scale;
     Step& step = steps_[static_cast<std::size_t>(k - first_)];
     Eigen::Matrix4d own = motion.by_from.transpose() * motion.by_from;
@@ -293,9 +302,12 @@ double cost_of_data(const RangeGraph& graph, const RangePrior& prior, const Rang
       cost += loss.at(value, range.variance).cost;
     }
     if (k >= graph.motions.size()) continue;
-    cost += 0.5 * residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
-                              estimate.keyframes[k + 1], estimate.constants)
-                      .value.squaredNorm();
+    const Eigen::Vector4d value =
+        residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
+                    estimate.keyframes[k + 1], estimate.constants)
+            .value;
+    cost += 0.5 * (kMotionTail * std::log1p(value.head<3>().squaredNorm() / kMotionTail) +
+                   value[3] * value[3]);
   }
   return cost;
 }
@@ -366,6 +378,7 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
   RangeBelief belief;
   belief.cost = cost_at(*estimate);
   double damping = 0.0;
+  bool is_at_solution = false;  // what is eliminated, but for a step that does not matter
   for (int i = 0; i < iterations; ++i) {
     RangeEstimate moved = *estimate;
     double cost = std::numeric_limits<double>::infinity();
@@ -374,6 +387,7 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
       cost = cost_at(moved);
     }
     if (!(cost < belief.cost)) {
+      is_at_solution = damping == 0.0 && cost < belief.cost + tolerance;
       if (cost < belief.cost + tolerance) break;
       damping = std::max(kFirstDamping, 10.0 * damping);
       if (damping > kLargestDamping) break;
@@ -382,10 +396,12 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
     const double gain = belief.cost - cost;
     *estimate = std::move(moved);
     belief.cost = cost;
-    damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
+    is_at_solution = damping == 0.0 && gain < tolerance;
     if (gain < tolerance) break;
+    damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
   }
-  if (!std::isfinite(belief.cost) || !elimination.run(*estimate, 0.0, kept)) return belief;
+  if (!std::isfinite(belief.cost)) return belief;
+  if ((!is_at_solution || kept != nullptr) && !elimination.run(*estimate, 0.0, kept)) return belief;
   belief.covariance = elimination.covariance();
   belief.is_usable = belief.covariance.allFinite();
   const double before = past == nullptr ? 0.0 : past->log_evidence;

@@ -28,7 +28,7 @@ constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are 
 constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
 constexpr std::size_t kMostModes = 6;
 constexpr int kNoiseTrials = 4;
-constexpr int kNewest = 60;          // keyframes that move in between
+constexpr int kNewest = 20;          // keyframes that move in between
 constexpr int kShareThatLeaves = 4;  // of the keyframes, when there are too many
 constexpr int kFewestKeyframes = 100;
 constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes · constants²
@@ -282,6 +282,10 @@ bool RangeMemory::may_head_anywhere() const {
 bool RangeMemory::follow() {
   for (RangeMode& mode : modes_) {
     const std::optional<RangePast>& past = mode.settled ? mode.settled : mode.past;
+    if (graph_.keyframes() - (past ? past->keyframe : 0) > 2 * kNewest) {
+      settle(&mode);
+      continue;
+    }
     mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kTolerance,
                                        past ? &*past : nullptr, &mode.estimate);
   }
@@ -305,7 +309,10 @@ void RangeMemory::solve_all() {
   weigh_modes();
   if (modes_.empty()) return;
   while (is_too_large()) let_oldest_leave();
-  for (RangeMode& mode : modes_) settle(&mode);
+  for (RangeMode& mode : modes_) {
+    mode.settled.reset();
+    settle(&mode);
+  }
   before_ = modes_.front().estimate;
   const bool are_listed = std::all_of(radios_.begin(), radios_.end(),
                                       [](const Radio& radio) { return radio.listed.has_value(); });
@@ -360,14 +367,13 @@ void RangeMemory::let_oldest_leave() {
 }
 
 void RangeMemory::settle(RangeMode* mode) const {
-  mode->settled.reset();
   const int keyframe = graph_.keyframes() - kNewest;
   if (keyframe <= 0) return;
   RangePast settled;
   settled.keyframe = keyframe;
-  mode->belief =
-      pf_resampling::solve(graph_, mode->prior, noise_, 1, kTolerance,
-                           mode->past ? &*mode->past : nullptr, &mode->estimate, &settled);
+  const std::optional<RangePast>& past = mode->settled ? mode->settled : mode->past;
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, kIterations, kTolerance,
+                                      past ? &*past : nullptr, &mode->estimate, &settled);
   if (mode->belief.is_usable) mode->settled = std::move(settled);
 }
 
@@ -411,6 +417,10 @@ bool RangeMemory::try_noise() {
     double& number = noise_.*numbers[trial];
     number = std::max(kLeastFactor, number * factor);
     noise_.robust_width = std::min(kWidest, std::max(kNarrowest, noise_.robust_width));
+    // A narrower loss has a smaller scale: apart, neither is better from where they are.
+    if (numbers[trial] == &RangeNoise::robust_width) {
+      noise_.range *= before.range_deviation() / noise_.range_deviation();
+    }
     RangeMode other = mode;
     if (solved(kIterations, &other).is_usable &&
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {

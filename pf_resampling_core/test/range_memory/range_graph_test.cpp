@@ -165,6 +165,30 @@ TEST(Solve, ScalesOfTheOdometryHaveNoEvidenceOfTheirOwn) {
   EXPECT_NEAR(log_evidence_of(-0.05), log_evidence_of(0.05), 0.1);
 }
 
+TEST(Solve, RangesOverruleAMotionThatWasNone) {
+  SmallProblem problem = small_problem();
+  problem.noise.range = 0.3;
+  for (OdometryIncrement& motion : problem.graph.motions) {
+    motion.covariance = 4e-4 * Eigen::Matrix3d::Identity();
+    motion.slip_covariance.setZero();
+  }
+  for (auto& ranges : problem.graph.ranges) {
+    for (std::size_t i = 0; i < 10; ++i) ranges.push_back(HeldRange(ranges[i]));
+  }
+  problem.prior.constants_sigma.setConstant(1e-3);
+  const std::vector<KeyframeState> truth = problem.estimate.keyframes;
+  problem.graph.motions[2].mean.x += 1.0;
+  for (std::size_t k = 3; k < truth.size(); ++k) {
+    const KeyframeState& before = problem.estimate.keyframes[k - 1];
+    const Pose2 pose = compose(pose_of(before), problem.graph.motions[k - 1].mean);
+    problem.estimate.keyframes[k] << pose.x, pose.y, pose.heading, 0.0;
+  }
+  solve(problem.graph, problem.prior, problem.noise, 50, 1e-6, nullptr, &problem.estimate);
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    EXPECT_LT((problem.estimate.keyframes[k] - truth[k]).head<2>().norm(), 0.3) << k;
+  }
+}
+
 // The elimination against the inverse of the whole, dense Hessian, by differences of the cost.
 TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
   SmallProblem problem = small_problem();
