@@ -5,7 +5,7 @@ namespace pf_resampling {
 const std::map<std::string, std::string>& former_parameters() {
   static const std::map<std::string, std::string> parameters = {
       {"ranges/maximum_range", "200 m"},
-      {"ranges/non_line_of_sight_mean", "1 m"},
+      {"ranges/non_line_of_sight_share", "0"},
       {"calibration/scale_sigma", "0.05"},
       {"calibration/bias_sigma", "0.5 m"},
       {"calibration/scale_walk", "0.0001 per sqrt(s)"},
@@ -26,10 +26,6 @@ const std::map<std::string, std::string>& former_parameters() {
       {"recovery/maximum_share", "0.5"},
       {"recovery/window", "6 s"},
       {"population/redraw/window", "the whole drive"},
-      {"adaptive_count/error", "0.05"},
-      {"adaptive_count/quantile", "2.326"},
-      {"adaptive_count/bin_position", "0.5 m"},
-      {"adaptive_count/bin_heading", "0.1745 rad"},
       {"excitation/keep_variance", "false"},
       {"excitation/duplicates_only", "false"},
       {"odometry_errors/distance_scale", "0.05"},

@@ -14,13 +14,6 @@ BUGS = [
         RANGES,
     ),
     (
-        "beacon_mcl: a range that is too short is taken for a reflected one",
-        "beacon_mcl/kernels.cpp",
-        "innovation > 0.0 ? range.tail_density * exp_vector(-range.tail_rate * excess) : 0.0;",
-        "range.tail_density * exp_vector(-range.tail_rate * excess);",
-        RANGES,
-    ),
-    (
         "beacon_mcl: the drawn turn does not teach the yaw-rate bias",
         "beacon_mcl/kernels.cpp",
         "yaw_rate_bias[i] -= gain * (turn + m.sensitivity[2] * yaw_rate_bias[i]);",

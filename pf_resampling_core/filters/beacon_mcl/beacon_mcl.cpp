@@ -58,7 +58,6 @@ void BeaconMcl::reset() {
   particles_ = BeaconMclParticles{};
   strategy_ = Strategy(options_.strategy);
   status_ = BeaconMclStatus{};
-  requested_size_ = options_.particles;
   dead_reckoning_ = Pose2{};
   recent_.clear();
   first_range_time_.reset();
@@ -88,13 +87,10 @@ void BeaconMcl::set_options(const BeaconMclOptions& options) {
       options.yaw_rate_bias.estimate != options_.yaw_rate_bias.estimate;
   const bool other_noise = options.noise_estimation.odometry != options_.noise_estimation.odometry;
   const bool other_memory = options.strategy.renewal != options_.strategy.renewal;
-  const bool other_count = options.particles != options_.particles ||
-                           (options_.adaptive_count.enabled && !options.adaptive_count.enabled);
   // Threads may not be had: then all stays as it is.
   if (other_threads) pool_ = std::make_unique<WorkerPool>(options.threads);
   strategy_.set_options(options.strategy);
   options_ = options;
-  if (other_count) requested_size_ = options.particles;
   if (other_memory) start_memory();
   if (!is_initialized()) return;
   if (other_calibration) start_calibration();
@@ -162,7 +158,6 @@ void BeaconMcl::move(const OdometryIncrement& odometry) {
 void BeaconMcl::weigh(const RangeObservation& observation) {
   const std::size_t beacon = beacon_index(observation.beacon);
   const RangeModelOptions& model = options_.ranges;
-  const double tail_share = model.non_line_of_sight_share;
 
   kernels::Range range{};
   const RadioDifference difference = difference_of(beacon);
@@ -175,10 +170,8 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
   const double base_variance =
       difference.scale * difference.scale * observation_variance(observation);
   range.variance = range_variance_factor() * base_variance;
-  range.inlier_share = 1.0 - model.outlier_share - tail_share;
+  range.inlier_share = 1.0 - model.outlier_share;
   range.floor_density = model.outlier_share / (difference.scale * model.maximum_range);
-  range.tail_rate = 1.0 / (difference.scale * model.non_line_of_sight_mean);
-  range.tail_density = tail_share * range.tail_rate;
 
   if (calibrates()) {
     const double since = time_ - calibration_time_;

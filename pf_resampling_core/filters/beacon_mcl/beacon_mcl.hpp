@@ -188,7 +188,6 @@ class BeaconMcl {
                          ConstArray innovation_variance, ConstArray inlier);
   double range_variance_factor() const;
   void vary_noise_factors();
-  void adapt_count();
   void remember(const RangeObservation& range);
   void initialize_when_possible();
   void initialize_uniform();
@@ -225,7 +224,6 @@ class BeaconMcl {
   double calibration_time_ = 0.0;  // when its variances were last carried forward
   Strategy strategy_;
   BeaconMclStatus status_;
-  int requested_size_ = 0;
 
   Pose2 dead_reckoning_;
   std::deque<RecentRange> recent_;

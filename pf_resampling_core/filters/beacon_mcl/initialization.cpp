@@ -57,7 +57,7 @@ void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& co
   checks::check_pose(mean, covariance);
   ++step_;
   const bool first = !is_initialized();
-  resize_columns(requested_size_, &particles_);
+  resize_columns(options_.particles, &particles_);
   const Eigen::Matrix3d root = lower_root(covariance);
   const RandomStream normals = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
@@ -87,7 +87,7 @@ void BeaconMcl::initialize_uniform() {
     low[axis] -= is_flat ? options_.ranges.maximum_range : margin;
     high[axis] += is_flat ? options_.ranges.maximum_range : margin;
   }
-  resize_columns(requested_size_, &particles_);
+  resize_columns(options_.particles, &particles_);
   const RandomStream uniforms = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
     const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
@@ -100,8 +100,8 @@ void BeaconMcl::initialize_uniform() {
 
 void BeaconMcl::initialize_from_ranges() {
   const bool first = !is_initialized();
-  const std::vector<Pose2> poses = propose_from_ranges(requested_size_);
-  resize_columns(requested_size_, &particles_);
+  const std::vector<Pose2> poses = propose_from_ranges(options_.particles);
+  resize_columns(options_.particles, &particles_);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Index slot = static_cast<Eigen::Index>(i);
     particles_.x[slot] = poses[i].x;

@@ -59,10 +59,7 @@ PF_RESAMPLING_INLINE Likelihood likelihood(const Range& range, double innovation
   const double exponent = -0.5 * innovation * innovation / variance;
   const double gaussian =
       range.inlier_share * kInverseSqrtTwoPi / std::sqrt(variance) * exp_vector(exponent);
-  const double excess = innovation > 0.0 ? innovation : 0.0;
-  const double tail =
-      innovation > 0.0 ? range.tail_density * exp_vector(-range.tail_rate * excess) : 0.0;
-  const double total = gaussian + tail + range.floor_density;
+  const double total = gaussian + range.floor_density;
   const double bounded = total > kSmallestLikelihood ? total : kSmallestLikelihood;
   return {log_vector(bounded), gaussian / bounded};
 }

@@ -55,8 +55,6 @@ struct Range {
   double bias_walk;
   double inlier_share;
   double floor_density;  // 1/m, of an outlier times its share
-  double tail_density;   // 1/m, at zero excess, of a detour times its share
-  double tail_rate;      // 1/m
 };
 
 /// Columns of the calibration.

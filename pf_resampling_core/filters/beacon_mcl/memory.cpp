@@ -109,8 +109,8 @@ void BeaconMcl::solve_memory() {
     shares.push_back(mode.probability);
     modes.push_back(newest);
   }
-  if (particles_.size() != requested_size_) {
-    resize_columns(requested_size_, &particles_);
+  if (particles_.size() != options_.particles) {
+    resize_columns(options_.particles, &particles_);
     start_yaw_rate_bias();
     start_calibration();
   }

@@ -49,9 +49,6 @@ ParameterList parameters_of(BeaconMclOptions* options) {
       "Standard deviation of a range, if neither the message nor the calibration gives one.")));
   list.push_back(real_parameter("ranges/outlier_share", &ranges.outlier_share, 0.0, 0.9, "",
                                 "Probability that a range is an outlier."));
-  list.push_back(
-      real_parameter("ranges/non_line_of_sight_share", &ranges.non_line_of_sight_share, 0.0, 0.9,
-                     "", "Probability that a range is too long because the signal was reflected."));
 
   CalibrationOptions& calibration = options->calibration;
   list.push_back(basic(choice_parameter("calibration/estimation", &calibration.estimation,
@@ -87,32 +84,12 @@ ParameterList parameters_of(BeaconMclOptions* options) {
   list.push_back(basic(boolean_parameter(
       "recovery/enabled", &recovery.enabled,
       "When the ranges become unlikely, inject particles where the latest ranges fit.")));
-
-  AdaptiveCountOptions& adaptive = options->adaptive_count;
-  list.push_back(boolean_parameter("adaptive_count/enabled", &adaptive.enabled,
-                                   "Adapt the number of particles (KLD-sampling, Fox 2003)."));
-  list.push_back(integer_parameter("adaptive_count/minimum", &adaptive.minimum, 1, 10000000,
-                                   "Minimum number of particles."));
-  list.push_back(integer_parameter("adaptive_count/maximum", &adaptive.maximum, 1, 10000000,
-                                   "Maximum number of particles."));
   return list;
 }
 
 void validate(const BeaconMclOptions& options) {
   BeaconMclOptions copy = options;
   for (const Parameter& parameter : parameters_of(&copy)) parameter.set_checked(parameter.get());
-  if (options.adaptive_count.minimum > options.adaptive_count.maximum) {
-    throw Error("parameter adaptive_count/minimum is " +
-                std::to_string(options.adaptive_count.minimum) +
-                ", has to be at most adaptive_count/maximum, which is " +
-                std::to_string(options.adaptive_count.maximum));
-  }
-  if (options.ranges.outlier_share + options.ranges.non_line_of_sight_share >= 1.0) {
-    throw Error("parameters ranges/outlier_share and ranges/non_line_of_sight_share are " +
-                std::to_string(options.ranges.outlier_share) + " and " +
-                std::to_string(options.ranges.non_line_of_sight_share) +
-                ", have to add up to less than 1");
-  }
   if (options.beacon_positions == BeaconPositions::estimated &&
       options.strategy.renewal != Renewal::redraw) {
     throw Error("parameter beacon_positions is estimated, which needs population/renewal redraw");

@@ -28,14 +28,12 @@ enum class Initialization {
 };
 const EnumNames<Initialization>& names_of(Initialization);
 
-/// Likelihood of a range r at distance d: a Gaussian about scale * d + bias, a uniform floor for
-/// outliers and a one-sided exponential tail for ranges that took a detour.
+/// Likelihood of a range r at distance d: a Gaussian about scale * d + bias, and a uniform floor
+/// for outliers.
 struct RangeModelOptions {
   double sigma = 1.0;  ///< m, where neither message nor calibration has it; learnt from there
   double outlier_share = 0.05;
   double maximum_range = 200.0;  ///< m, width of the uniform floor
-  double non_line_of_sight_share = 0.0;
-  double non_line_of_sight_mean = 1.0;  ///< m, mean excess
 };
 
 /// Given a pose, a range is linear in scale and bias: each particle carries a Kalman filter for
@@ -93,17 +91,6 @@ struct RecoveryOptions {
   static constexpr double window = 6.0;
 };
 
-/// Particle count by the Kullback-Leibler distance to the discretised belief (Fox 2003).
-struct AdaptiveCountOptions {
-  bool enabled = false;
-  int minimum = 200;
-  int maximum = 5000;
-  static constexpr double error = 0.05;  ///< bound of the distance, as in Fox 2003
-  double quantile = 2.326;      ///< of the standard normal: the bound holds with this certainty
-  double bin_position = 0.5;    ///< m
-  double bin_heading = 0.1745;  ///< rad
-};
-
 /// Everything BeaconMcl can be told, with the only defaults there are. Names, units and ranges:
 /// parameters_of().
 struct BeaconMclOptions {
@@ -118,7 +105,6 @@ struct BeaconMclOptions {
   YawRateBiasOptions yaw_rate_bias;
   InitializationOptions initialization;
   RecoveryOptions recovery;
-  AdaptiveCountOptions adaptive_count;
 };
 
 /// Every parameter that a filter can change, bound to `options`, which must outlive the list.

@@ -17,8 +17,6 @@ const std::map<std::string, std::string> kMahmoud2012 = {
     {"excitation/method", "none"},
     {"excitation/bandwidth_scale", "1"},  // Silverman's own
     {"ranges/outlier_share", "0"},
-    {"ranges/non_line_of_sight_share", "0"},
-    {"adaptive_count/enabled", "false"},
     {"recovery/enabled", "false"},
     {"calibration/estimation", "off"},
     {"yaw_rate_bias/estimate", "false"},

@@ -1,9 +1,7 @@
 // Renewal of the population: selection or compensation, excitation, injection where the robot was
-// carried off, and how many particles there are to be.
+// carried off.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <set>
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
@@ -17,7 +15,7 @@ void BeaconMcl::renew() {
   // In a cloud that is all wrong every particle fits as badly as the others: their weights stay
   // equal, and N_eff says that all is well. So recovery may renew before it is due.
   const RenewalOutcome outcome = strategy_.renew(
-      status_.effective_sample_size, requested_size_, recovery_is_due(),
+      status_.effective_sample_size, options_.particles, recovery_is_due(),
       [this](RandomPurpose purpose) { return stream(purpose); },
       population_of(&particles_, select,
                     [this](const std::vector<BlendPair>& pairs) { blend(pairs); }));
@@ -28,7 +26,6 @@ void BeaconMcl::renew() {
   status_.distinct_ancestors_since_start = ancestry_.distinct();
   inject();
   vary_noise_factors();
-  if (options_.adaptive_count.enabled) adapt_count();
 }
 
 // Pose, and what the particle has learnt: its Kalman filters, and its factors of the noise, which
@@ -80,28 +77,6 @@ void BeaconMcl::inject() {
     particles_.heading[slot] = proposals[i].heading;
   }
   status_.injected += static_cast<std::int64_t>(proposals.size());
-}
-
-// Fox (2003), eq. 7: so many particles that, with the wanted certainty, the distance between the
-// sampled and the true distribution over k occupied bins is below the bound.
-void BeaconMcl::adapt_count() {
-  const AdaptiveCountOptions& adaptive = options_.adaptive_count;
-  std::set<std::array<std::int64_t, 3>> bins;
-  for (Eigen::Index i = 0; i < particles_.size(); ++i) {
-    bins.insert(
-        {static_cast<std::int64_t>(std::floor(particles_.x[i] / adaptive.bin_position)),
-         static_cast<std::int64_t>(std::floor(particles_.y[i] / adaptive.bin_position)),
-         static_cast<std::int64_t>(std::floor(particles_.heading[i] / adaptive.bin_heading))});
-  }
-  double wanted = adaptive.minimum;
-  if (bins.size() > 1) {
-    const double degrees = static_cast<double>(bins.size() - 1);
-    const double a = 2.0 / (9.0 * degrees);
-    wanted =
-        degrees / (2.0 * adaptive.error) * std::pow(1.0 - a + std::sqrt(a) * adaptive.quantile, 3);
-  }
-  requested_size_ = static_cast<int>(
-      std::min<double>(adaptive.maximum, std::max<double>(adaptive.minimum, std::ceil(wanted))));
 }
 
 }  // namespace pf_resampling

@@ -12,7 +12,6 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kRounding = 1e-6;
-constexpr int kMostParticles = 10000000;
 
 // What cannot be seen of a column by itself.
 std::string fault_of_weights(const BeaconMclParticles& particles) {
@@ -56,7 +55,6 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("step", saved.step);
   archive("time", saved.time);
   archive("updates_since_renewal", saved.updates_since_renewal);
-  archive("requested_particles", saved.requested_particles);
   archive("dead_reckoning", saved.dead_reckoning);
   archive("first_range_time", saved.first_range_time);
   archive("range_squares", saved.range_squares);
@@ -88,9 +86,8 @@ std::string fault_of(const SavedBeaconMcl& saved) {
                    [](double number) { return std::isfinite(number); })) {
     return "a number of the filter is not finite";
   }
-  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0 || saved.requested_particles < 1 ||
-      saved.requested_particles > kMostParticles) {
-    return "a count of the filter is negative or too large";
+  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0) {
+    return "a count of the filter is negative";
   }
   try {
     checks::check_beacons(saved.beacons, 0);
@@ -124,7 +121,6 @@ SavedBeaconMcl BeaconMcl::saved() const {
   saved.step = step_;
   saved.time = time_;
   saved.updates_since_renewal = strategy_.observations_since_renewal();
-  saved.requested_particles = requested_size_;
   saved.dead_reckoning = dead_reckoning_;
   saved.first_range_time = first_range_time_.value_or(time_);
   saved.range_squares = range_squares_;
@@ -173,8 +169,6 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   step_ = saved.step;
   time_ = saved.time;
   strategy_.resume(saved.updates_since_renewal);
-  requested_size_ =
-      options_.adaptive_count.enabled ? saved.requested_particles : options_.particles;
   dead_reckoning_ = saved.dead_reckoning;
   first_range_time_ = saved.first_range_time;
   range_squares_ = saved.range_squares;

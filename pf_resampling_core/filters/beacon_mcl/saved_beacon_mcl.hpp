@@ -26,8 +26,7 @@ struct SavedBeaconMcl {
   std::uint32_t step = 0;  ///< of the random streams
   double time = 0.0;       ///< s, since the start
   std::int64_t updates_since_renewal = 0;
-  int requested_particles = 0;  ///< that an adaptive count wants next
-  Pose2 dead_reckoning;         ///< since the start
+  Pose2 dead_reckoning;  ///< since the start
   double first_range_time = 0.0;
   double range_squares = 0.0;  ///< of the ranges' noise, in units of the nominal variance
   double range_count = 0.0;    ///< and of how many

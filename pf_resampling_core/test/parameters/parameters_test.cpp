@@ -348,14 +348,6 @@ TEST(FilterParameters, CombinationsThatMakeNoSenseAreRefused) {
   };
   BeaconMclOptions options;
   EXPECT_NO_THROW(validate(options));
-  options.adaptive_count.minimum = 300;
-  options.adaptive_count.maximum = 200;
-  expect_refused(options, {"adaptive_count/minimum", "300", "adaptive_count/maximum", "200"});
-  options = {};
-  options.ranges.outlier_share = 0.6;
-  options.ranges.non_line_of_sight_share = 0.4;
-  expect_refused(options, {"ranges/outlier_share", "0.6", "ranges/non_line_of_sight_share", "0.4"});
-  options = {};
   options.particles = 0;
   expect_refused(options, {"particles", "'0'", "[1, "});
   options = {};

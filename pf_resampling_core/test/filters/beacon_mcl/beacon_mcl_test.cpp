@@ -24,8 +24,6 @@ TEST(BeaconMcl, WeightsAreTheProductOfLikelihoods) {
   BeaconMclOptions options = plain_options();
   options.ranges.outlier_share = 0.1;
   options.ranges.maximum_range = 50.0;
-  options.ranges.non_line_of_sight_share = 0.2;
-  options.ranges.non_line_of_sight_mean = 1.5;
   options.ranges.sigma = 0.8;
   const std::vector<Beacon> beacons = {{7, {0.0, 0.0, 4.0}, false}, {8, {20.0, 5.0, 0.0}, true}};
   BeaconMcl filter(options, beacons, 3, {{-1, {1.1, 0.3, 0.0}}, {8, {0.9, -0.2, 1.2}}});
@@ -39,8 +37,7 @@ TEST(BeaconMcl, WeightsAreTheProductOfLikelihoods) {
   for (Eigen::Index i = 0; i < start.size(); ++i) {
     const Pose2 at = compose({start.x[i], start.y[i], start.heading[i]}, {0.5, -0.2, 0.0});
     const auto likelihood = [&](double innovation, double sigma) {
-      return 0.7 * normal_density(innovation, sigma) + 0.1 / 50.0 +
-             (innovation > 0.0 ? 0.2 / 1.5 * std::exp(-innovation / 1.5) : 0.0);
+      return 0.9 * normal_density(innovation, sigma) + 0.1 / 50.0;
     };
     const double high = std::sqrt(at.x * at.x + at.y * at.y + 9.0);
     const double level = std::hypot(20.0 - at.x, 5.0 - at.y);
@@ -71,27 +68,6 @@ TEST(BeaconMcl, TemperingTakesUpAShareOfTheLikelihood) {
   const Eigen::ArrayXd power = whole.particles().weight.pow(0.3);
   EXPECT_LT((tempered.particles().weight - power / power.sum()).abs().maxCoeff(), 1e-12);
   EXPECT_NEAR(tempered.status().log_likelihood, whole.status().log_likelihood, 1e-9);
-}
-
-// One place, so that the likelihood of the filter is that of the place.
-TEST(BeaconMcl, DetoursAreLikelyOnOneSideOnly) {
-  BeaconMclOptions options = known_pose_options();
-  options.ranges.outlier_share = 0.05;
-  options.ranges.maximum_range = 100.0;
-  options.ranges.non_line_of_sight_share = 0.3;
-  options.ranges.non_line_of_sight_mean = 2.0;
-  options.ranges.sigma = 0.5;
-  const double distance = std::hypot(8.0, 9.0);
-  const auto log_likelihood = [&](double excess) {
-    BeaconMcl filter(options, square_of_beacons(), 1);
-    filter.update({}, {range_of(1, distance + excess)});
-    return filter.status().log_likelihood;
-  };
-  const double floor = 0.05 / 100.0;
-  EXPECT_NEAR(log_likelihood(6.0), std::log(0.3 / 2.0 * std::exp(-3.0) + floor), 1e-9);
-  EXPECT_NEAR(log_likelihood(-6.0), std::log(floor), 1e-9);
-  EXPECT_NEAR(log_likelihood(0.0), std::log(0.65 * normal_density(0.0, 0.5) + floor), 1e-9);
-  EXPECT_NEAR(log_likelihood(-0.5), std::log(0.65 * normal_density(-0.5, 0.5) + floor), 1e-9);
 }
 
 TEST(BeaconMcl, OneWildRangeMovesNothing) {

@@ -59,19 +59,16 @@ kernels::Range plain_range(double range) {
   r.antenna[2] = 0.5;
   r.variance = 0.3;
   r.inlier_share = 1.0;
-  r.tail_rate = 1.0;
   return r;
 }
 
-// With an outlier floor, a detour tail of mean 2 m, a lever arm and a random walk.
+// With an outlier floor, a lever arm and a random walk.
 kernels::Range full_range(double range) {
   kernels::Range r = plain_range(range);
   r.antenna[0] = 0.4;
   r.antenna[1] = -0.3;
-  r.inlier_share = 0.85;
+  r.inlier_share = 0.95;
   r.floor_density = 0.05 / 200.0;
-  r.tail_density = 0.10 / 2.0;
-  r.tail_rate = 1.0 / 2.0;
   r.scale_walk = 3e-5;
   r.bias_walk = 2e-3;
   return r;
@@ -95,13 +92,10 @@ struct Mixture {
   double inlier;
 };
 
-// The likelihood of a range, RangeModelOptions: a Gaussian, plus a uniform floor, plus a one-sided
-// exponential.
+// The likelihood of a range, RangeModelOptions: a Gaussian, plus a uniform floor.
 Mixture mixture(const kernels::Range& range, double innovation, double variance) {
   const double gaussian = range.inlier_share * normal_density(innovation, variance);
-  const double tail =
-      innovation > 0.0 ? range.tail_density * std::exp(-range.tail_rate * innovation) : 0.0;
-  const double total = gaussian + tail + range.floor_density;
+  const double total = gaussian + range.floor_density;
   return {total, gaussian / total};
 }
 

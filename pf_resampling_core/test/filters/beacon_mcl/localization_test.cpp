@@ -74,8 +74,6 @@ TEST(Localization, HoldsUnderEveryKindOfError) {
   world.ranges.reflected_excess_mean = 2.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     BeaconMclOptions options;
-    options.ranges.non_line_of_sight_share = 0.05;
-    options.ranges.non_line_of_sight_mean = 2.0;
     BeaconMcl filter(options, beacons_of(world), seed);
     double largest = 0.0;
     run_drive(simulate(world, seed), &filter, [&](double time, const Pose2& truth) {
@@ -186,23 +184,6 @@ TEST(Localization, InjectsLittleWhileAllIsWell) {
     EXPECT_LT(static_cast<double>(filter.status().injected - at_half), 0.01 * 1000.0 * renewals)
         << seed;
   }
-}
-
-TEST(Localization, AdaptiveCountFallsAsTheRobotIsFound) {
-  const World world = circle_among_six_beacons(1.03, 0.1, 60.0);
-  BeaconMclOptions options;
-  options.particles = 5000;
-  options.initialization.method = Initialization::uniform;
-  options.adaptive_count.enabled = true;
-  BeaconMcl filter(options, beacons_of(world), 1);
-  Eigen::Index at_start = 0;
-  run_drive(simulate(world, 1), &filter, [&](double time, const Pose2&) {
-    if (time < 0.5) at_start = std::max(at_start, filter.particles().size());
-  });
-  EXPECT_EQ(at_start, 5000);
-  EXPECT_LT(filter.particles().size(), 1500);
-  EXPECT_GE(filter.particles().size(), options.adaptive_count.minimum);
-  EXPECT_LT(position_error(filter, simulate(world, 1).odometry.back().truth), 1.0);
 }
 
 // Every scheme with every excitation: nothing non-finite, weights that add up, and the robot found

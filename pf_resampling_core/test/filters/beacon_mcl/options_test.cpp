@@ -43,7 +43,6 @@ TEST(BeaconMclOptions, OtherStrategiesLeaveParticlesAndWeightsAsTheyAre) {
     options.threads = 2;
     expect_unchanged("another thread count");
     options.recovery.enabled = false;
-    options.adaptive_count.enabled = true;
     options.yaw_rate_bias.walk = 1e-3;
     options.ranges.sigma = 3.0;
     options.odometry.slip_per_distance = 0.5;
@@ -126,23 +125,6 @@ TEST(BeaconMclOptions, ImpossibleOptionsChangeNothing) {
   bad = options;
   bad.strategy.threshold = 0.0;
   expect_refused(bad, "population/threshold");
-  bad = options;
-  bad.adaptive_count.minimum = 10000;
-  expect_refused(bad, "adaptive_count/minimum");
-}
-
-// The count that was adapted is not what the user asked for: switching the adaption off goes back.
-TEST(BeaconMclOptions, SwitchingTheAdaptiveCountOffGoesBackToTheGivenCount) {
-  BeaconMclOptions options = default_options_with(600);
-  options.adaptive_count.enabled = true;
-  options.adaptive_count.minimum = 50;
-  options.strategy.schedule = Schedule::always;
-  BeaconMcl filter = lived_in(options, 40);
-  ASSERT_NE(filter.particles().size(), 600);
-  options.adaptive_count.enabled = false;
-  filter.set_options(options);
-  filter.update({}, {range_of(1, 14.0)});
-  EXPECT_EQ(filter.particles().size(), 600);
 }
 
 // What is switched off afterwards is not estimated any more, what is switched on is.

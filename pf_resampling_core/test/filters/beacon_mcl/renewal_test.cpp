@@ -209,59 +209,5 @@ TEST(BeaconMclRenewal, CompensationBlendsTheWeakWithTheStrong) {
   EXPECT_TRUE(all_finite(blended));
 }
 
-// --- Particle count
-// --------------------------------------------------------------------------------
-
-// Fox (2003), eq. 7, with k bins occupied: n = (k-1)/(2 e) (1 - 2/(9(k-1)) + sqrt(2/(9(k-1))) z)^3.
-// The bins are counted here, from the particles that the filter had.
-TEST(BeaconMclRenewal, AdaptiveCountIsFoxsFormula) {
-  BeaconMclOptions options = default_options_with(3000);
-  options.strategy.schedule = Schedule::always;
-  options.initialization.method = Initialization::uniform;
-  AdaptiveCountOptions& adaptive = options.adaptive_count;
-  adaptive.enabled = true;
-  adaptive.minimum = 50;
-  adaptive.maximum = 4000;
-  adaptive.quantile = 2.326;
-  adaptive.bin_position = 0.7;
-  adaptive.bin_heading = 0.2;
-  BeaconMcl filter(options, square_of_beacons(), 8);
-  Eigen::Index largest = 0;
-  Eigen::Index smallest = 10000;
-  double wanted = 3000.0;
-  for (int i = 0; i < 60; ++i) {
-    const Eigen::Vector3d beacon = square_of_beacons()[static_cast<std::size_t>(i % 4)].position;
-    filter.update(step_of(options.odometry, {}, 0.1),
-                  {range_of(1 + i % 4, std::hypot(beacon.x() - 8.0, beacon.y() - 9.0), 0.04)});
-    const BeaconMclParticles& p = filter.particles();
-    ASSERT_EQ(static_cast<double>(p.size()), wanted) << "update " << i;
-    std::set<std::array<double, 3>> bins;
-    for (Eigen::Index j = 0; j < p.size(); ++j) {
-      bins.insert(
-          {std::floor(p.x[j] / 0.7), std::floor(p.y[j] / 0.7), std::floor(p.heading[j] / 0.2)});
-    }
-    const double k1 = static_cast<double>(bins.size()) - 1.0;
-    const double root = 1.0 - 2.0 / (9.0 * k1) + std::sqrt(2.0 / (9.0 * k1)) * 2.326;
-    wanted = k1 > 0.0 ? std::ceil(k1 / 0.1 * root * root * root) : 50.0;
-    wanted = std::min(4000.0, std::max(50.0, wanted));
-    largest = std::max(largest, p.size());
-    smallest = std::min(smallest, p.size());
-  }
-  EXPECT_EQ(largest, 4000);
-  EXPECT_LT(smallest, 3000);
-}
-
-// One bin holds everything: as few as allowed.
-TEST(BeaconMclRenewal, AdaptiveCountOfOneBinIsTheMinimum) {
-  BeaconMclOptions options = known_pose_options();
-  options.particles = 500;
-  options.strategy.schedule = Schedule::always;
-  options.adaptive_count.enabled = true;
-  options.adaptive_count.minimum = 17;
-  BeaconMcl filter(options, square_of_beacons(), 8);
-  for (int i = 0; i < 2; ++i) filter.update({}, {range_of(1, 12.0)});
-  EXPECT_EQ(filter.particles().size(), 17);
-}
-
 }  // namespace
 }  // namespace pf_resampling

@@ -57,14 +57,12 @@ TEST(Mahmoud2012, InheritsNothingThatThePaperDoesNotHave) {
   EXPECT_EQ(options.strategy.excitation.method, Excitation::none);
   EXPECT_EQ(options.strategy.excitation.bandwidth_scale, 1.0);
   EXPECT_EQ(options.ranges.outlier_share, 0.0);
-  EXPECT_EQ(options.ranges.non_line_of_sight_share, 0.0);
   EXPECT_EQ(options.calibration.estimation, CalibrationEstimation::off);
   EXPECT_EQ(options.initialization.method, Initialization::uniform);
   EXPECT_FALSE(options.recovery.enabled);
   EXPECT_FALSE(options.yaw_rate_bias.estimate);
   EXPECT_FALSE(options.noise_estimation.ranges);
   EXPECT_FALSE(options.noise_estimation.odometry);
-  EXPECT_FALSE(options.adaptive_count.enabled);
 }
 
 }  // namespace
