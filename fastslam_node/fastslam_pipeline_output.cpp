@@ -45,11 +45,7 @@ void FastSlamPipeline::publish_map_if_due(ros::Time stamp) {
 void FastSlamPipeline::publish_map(ros::Time stamp) {
   map_.clear();
   for (const LandmarkEstimate& landmark : filter_->map()) {
-    if (!landmark.mean.allFinite() || !landmark.covariance.allFinite()) {
-      publisher_.hold_back();
-    } else if (landmark.held >= options_.map_min_held - kRounding) {
-      map_.push_back(landmark);
-    }
+    if (landmark.held >= options_.map_min_held - kRounding) map_.push_back(landmark);
   }
   if (!landmark_map_) return;
   LandmarkMap message;

@@ -59,12 +59,7 @@ inline bool same_particles(const FastSlamParticles& a, const FastSlamParticles& 
 
 inline bool all_finite(const FastSlamOutputs& out) {
   bool finite = all_finite(static_cast<const Outputs&>(out));
-  for (const LandmarkMap& map : out.maps) {
-    for (const Landmark& landmark : map.landmarks) {
-      finite = finite && std::isfinite(landmark.position.x) && std::isfinite(landmark.position.y);
-      for (const double number : landmark.covariance) finite = finite && std::isfinite(number);
-    }
-  }
+  for (const LandmarkMap& map : out.maps) finite = finite && is_finite(map);
   return finite;
 }
 

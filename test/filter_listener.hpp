@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "src/messages/conversions.hpp"
+#include "test/pipeline_outputs.hpp"
 
 /// What the launch tests of both nodes share: they hear what a node publishes while a bag is
 /// played, and compare it with the truth in the bag.
@@ -77,42 +78,19 @@ class FilterListener {
                                          }),
         listen<sensor_msgs::PointCloud2>(
             node, "particles", [this](const auto& m) { note("particles", is_finite(m)); }),
-        listen<visualization_msgs::MarkerArray>(
-            node, "markers",
-            [this](const auto& m) {
-              for (const auto& marker : m.markers) {
-                bool good = is_finite(marker.pose) &&
-                            std::isfinite(marker.scale.x + marker.scale.y + marker.scale.z);
-                for (const auto& point : marker.points) {
-                  good = good && std::isfinite(point.x + point.y + point.z);
-                }
-                note("markers", good);
-              }
-            }),
+        listen<visualization_msgs::MarkerArray>(node, "markers",
+                                                [this](const auto& m) {
+                                                  for (const auto& marker : m.markers)
+                                                    note("markers", is_finite(marker));
+                                                }),
         listen<FilterStatus>(node, "status",
                              [this](const auto& m) {
-                               bool good = std::isfinite(
-                                   m.effective_sample_size + m.entropy_sample_size +
-                                   m.log_likelihood + m.innovation + m.innovation_sigma +
-                                   m.update_time + m.yaw_rate_bias + m.yaw_rate_bias_sigma);
-                               for (const auto& radio : m.calibration) {
-                                 good = good && std::isfinite(radio.scale + radio.scale_sigma +
-                                                              radio.bias + radio.bias_sigma);
-                               }
-                               note("status", good);
+                               note("status", is_finite(m));
                                status = m;
                              }),
         listen<LandmarkMap>(node, "landmark_map",
                             [this](const auto& m) {
-                              bool good = true;
-                              for (const Landmark& landmark : m.landmarks) {
-                                good = good && std::isfinite(landmark.position.x) &&
-                                       std::isfinite(landmark.position.y);
-                                for (const double number : landmark.covariance) {
-                                  good = good && std::isfinite(number);
-                                }
-                              }
-                              note("landmark_map", good);
+                              note("landmark_map", is_finite(m));
                               map = m;
                             }),
         listen<LandmarkMap>(node, "ground_truth_landmarks",

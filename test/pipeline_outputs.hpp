@@ -1,8 +1,12 @@
 #pragma once
 
+#include <pf_resampling/LandmarkMap.h>
 #include <ros/serialization.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -70,6 +74,59 @@ inline std::string value_of(const diagnostic_msgs::DiagnosticArray& array, const
   return "";
 }
 
+inline bool is_finite(const geometry_msgs::Point& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+}
+
+inline bool is_finite(const visualization_msgs::Marker& marker) {
+  return is_finite(marker.pose) &&
+         std::isfinite(marker.scale.x + marker.scale.y + marker.scale.z) &&
+         std::all_of(marker.points.begin(), marker.points.end(),
+                     [](const geometry_msgs::Point& point) { return is_finite(point); });
+}
+
+/// Five numbers and the ancestor are a particle.
+inline bool is_finite(const sensor_msgs::PointCloud2& cloud) {
+  for (std::size_t at = 0; at < cloud.data.size(); at += cloud.point_step) {
+    std::array<float, 5> numbers{};
+    std::memcpy(numbers.data(), &cloud.data[at], sizeof numbers);
+    for (const float number : numbers) {
+      if (!std::isfinite(number)) return false;
+    }
+  }
+  return true;
+}
+
+inline bool is_finite(const LandmarkMap& map) {
+  bool finite = true;
+  for (const Landmark& landmark : map.landmarks) {
+    finite = finite && is_finite(landmark.position);
+    for (const double number : landmark.covariance) finite = finite && std::isfinite(number);
+  }
+  return finite;
+}
+
+inline bool is_finite(const FilterStatus& status) {
+  double sum = status.effective_sample_size + status.entropy_sample_size +
+               status.range_noise_scale + status.bearing_noise_scale + status.odometry_noise_scale +
+               status.log_likelihood + status.innovation + status.innovation_sigma +
+               status.update_time + status.latency + status.lost + status.normalized_innovation +
+               status.other_weight + status.yaw_rate_bias + status.yaw_rate_bias_sigma +
+               status.redraw_time + status.redraw_innovation;
+  for (const CalibrationStatus& radio : status.calibration) {
+    sum += radio.scale + radio.scale_sigma + radio.bias + radio.bias_sigma;
+  }
+  for (const FindingStatus& finding : status.findings) {
+    sum += finding.place.x + finding.place.y + finding.size + finding.sigma;
+  }
+  bool finite = std::isfinite(sum);
+  for (const PoseHypothesis& hypothesis : status.hypotheses) {
+    finite = finite && std::isfinite(hypothesis.weight) && is_finite(hypothesis.pose.pose) &&
+             to_covariance3(hypothesis.pose.covariance).allFinite();
+  }
+  return finite;
+}
+
 inline bool all_finite(const Outputs& out) {
   bool finite = true;
   for (const auto& pose : out.poses) {
@@ -84,22 +141,14 @@ inline bool all_finite(const Outputs& out) {
   }
   for (const auto& cloud : out.clouds) finite = finite && is_finite(cloud);
   for (const auto& array : out.markers) {
-    for (const auto& marker : array.markers) {
-      finite = finite && is_finite(marker) &&
-               std::isfinite(marker.scale.x + marker.scale.y + marker.scale.z);
-    }
+    for (const auto& marker : array.markers) finite = finite && is_finite(marker);
   }
   for (const auto& transform : out.transforms) {
     finite = finite && std::isfinite(transform.transform.translation.x) &&
              std::isfinite(transform.transform.translation.y) &&
              is_unit(transform.transform.rotation);
   }
-  for (const auto& status : out.statuses) {
-    finite = finite && std::isfinite(status.log_likelihood) && std::isfinite(status.innovation) &&
-             std::isfinite(status.innovation_sigma) &&
-             std::isfinite(status.effective_sample_size) &&
-             std::isfinite(status.entropy_sample_size);
-  }
+  for (const auto& status : out.statuses) finite = finite && is_finite(status);
   return finite;
 }
 

@@ -166,18 +166,6 @@ sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pos
   return cloud;
 }
 
-bool is_finite(const sensor_msgs::PointCloud2& cloud) {
-  for (std::size_t i = 0; i + sizeof(CloudPoint) <= cloud.data.size(); i += sizeof(CloudPoint)) {
-    CloudPoint point;
-    std::memcpy(&point, &cloud.data[i], sizeof(CloudPoint));
-    if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.yaw) ||
-        !std::isfinite(point.weight)) {
-      return false;
-    }
-  }
-  return true;
-}
-
 std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, double start) {
   std::vector<FindingStatus> messages;
   for (const Finding& finding : findings) {
@@ -201,7 +189,6 @@ std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, dou
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters) {
   std::vector<PoseHypothesis> hypotheses;
   for (const PoseCluster& cluster : clusters.clusters) {
-    if (!is_finite(cluster.pose.mean) || !cluster.pose.covariance.allFinite()) continue;
     PoseHypothesis hypothesis;
     hypothesis.weight = cluster.weight;
     hypothesis.pose.pose = to_pose_message(cluster.pose.mean);

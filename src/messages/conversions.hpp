@@ -76,13 +76,10 @@ geometry_msgs::PoseArray to_pose_array(const ParticleView& particles, const Pose
 /// (uint32). Header to be set by the caller.
 sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pose2& motion);
 
-/// Whether a cloud made by to_point_cloud holds finite numbers only.
-bool is_finite(const sensor_msgs::PointCloud2& cloud);
-
 /// As in FilterStatus; times of `findings` are stamps, those of texts count from `start`, s.
 std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, double start);
 
-/// As in FilterStatus, what of `clusters` is finite.
+/// As in FilterStatus.
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters);
 
 }  // namespace pf_resampling

@@ -11,8 +11,6 @@ namespace {
 
 constexpr int kEllipseSegments = 72;
 
-// Of 2 sigma of the position.
-
 }  // namespace
 
 visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::string& name, int id,
@@ -105,13 +103,6 @@ visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
   }
   *shown = count;
   return array;
-}
-
-bool is_finite(const visualization_msgs::Marker& marker) {
-  return is_finite(marker.pose) &&
-         std::all_of(marker.points.begin(), marker.points.end(), [](const auto& point) {
-           return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
-         });
 }
 
 }  // namespace pf_resampling

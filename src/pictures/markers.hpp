@@ -36,6 +36,4 @@ visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
                                                    const PoseClusters& clusters, double width,
                                                    double height, std::size_t* shown);
 
-bool is_finite(const visualization_msgs::Marker& marker);
-
 }  // namespace pf_resampling

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/pictures/markers.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -11,32 +11,6 @@ namespace {
 // Poses of paths per second that are given out at most, 16 kB: all of the path each time, its
 // volume would grow with the square of the time.
 constexpr double kMostPathPoses = 200.0;
-
-bool is_finite(const FilterStatus& status) {
-  bool finite = true;
-  for (const double number :
-       {status.effective_sample_size, status.entropy_sample_size, status.range_noise_scale,
-        status.bearing_noise_scale, status.odometry_noise_scale, status.log_likelihood,
-        status.innovation, status.innovation_sigma, status.update_time, status.latency, status.lost,
-        status.normalized_innovation, status.other_weight, status.yaw_rate_bias,
-        status.yaw_rate_bias_sigma, status.redraw_time, status.redraw_innovation}) {
-    finite = finite && std::isfinite(number);
-  }
-  for (const CalibrationStatus& radio : status.calibration) {
-    finite = finite && std::isfinite(radio.scale) && std::isfinite(radio.scale_sigma) &&
-             std::isfinite(radio.bias) && std::isfinite(radio.bias_sigma);
-  }
-  for (const PoseHypothesis& hypothesis : status.hypotheses) {
-    finite = finite && std::isfinite(hypothesis.weight) &&
-             pf_resampling::is_finite(hypothesis.pose.pose) &&
-             to_covariance3(hypothesis.pose.covariance).allFinite();
-  }
-  for (const FindingStatus& finding : status.findings) {
-    finite = finite && std::isfinite(finding.place.x) && std::isfinite(finding.place.y) &&
-             std::isfinite(finding.size) && std::isfinite(finding.sigma);
-  }
-  return finite;
-}
 
 }  // namespace
 
@@ -67,7 +41,10 @@ double heading_sigma(const PoseEstimate& estimate) {
 }
 
 void BeliefPublisher::publish_pose(ros::Time stamp, const PoseEstimate& belief, const Pose2& base) {
-  if (!is_finite(belief.mean) || !belief.covariance.allFinite()) return hold_back();
+  if (!is_finite(belief.mean) || !belief.covariance.allFinite()) {
+    ++held_back_;
+    return;
+  }
   if (sinks_->estimate) sinks_->estimate(stamp, belief);
   if (sinks_->pose) {
     geometry_msgs::PoseWithCovarianceStamped message;
@@ -101,22 +78,13 @@ void BeliefPublisher::publish_clouds(ros::Time stamp, const ParticleView& partic
     geometry_msgs::PoseArray cloud = to_pose_array(particles, motion);
     cloud.header.stamp = stamp;
     cloud.header.frame_id = frames_.map;
-    if (std::all_of(cloud.poses.begin(), cloud.poses.end(),
-                    [](const geometry_msgs::Pose& pose) { return is_finite(pose); })) {
-      sinks_->particlecloud(cloud);
-    } else {
-      hold_back();
-    }
+    sinks_->particlecloud(cloud);
   }
   if (sinks_->particles) {
     sensor_msgs::PointCloud2 cloud = to_point_cloud(particles, motion);
     cloud.header.stamp = stamp;
     cloud.header.frame_id = frames_.map;
-    if (is_finite(cloud)) {
-      sinks_->particles(cloud);
-    } else {
-      hold_back();
-    }
+    sinks_->particles(cloud);
   }
 }
 
@@ -142,30 +110,8 @@ void BeliefPublisher::publish_path(ros::Time stamp, const std::vector<ros::Time>
   if (!sinks_->path || stamps.empty() || !is_path_due(stamp)) return;
   const std::vector<Pose2> all = poses();
   PathRecorder path(options_.path_spacing, options_.path_length);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!is_finite(all[i])) return hold_back();
-    path.add(stamps[i], frames_.map, all[i]);
-  }
+  for (std::size_t i = 0; i < all.size(); ++i) path.add(stamps[i], frames_.map, all[i]);
   give_out(path.path());
-}
-
-void BeliefPublisher::publish_markers(const visualization_msgs::MarkerArray& markers) {
-  if (!sinks_->markers) return;
-  visualization_msgs::MarkerArray finite;
-  for (const visualization_msgs::Marker& marker : markers.markers) {
-    if (is_finite(marker)) {
-      finite.markers.push_back(marker);
-    } else {
-      hold_back();
-    }
-  }
-  sinks_->markers(finite);
-}
-
-void BeliefPublisher::publish_status(const FilterStatus& status) {
-  if (!sinks_->status) return;
-  if (!is_finite(status)) return hold_back();
-  sinks_->status(status);
 }
 
 }  // namespace pf_resampling

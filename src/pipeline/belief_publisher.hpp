@@ -37,8 +37,8 @@ double position_sigma(const PoseEstimate& estimate);
 /// And of the heading, rad.
 double heading_sigma(const PoseEstimate& estimate);
 
-/// Gives out a filter's belief: pose, map -> odom, path, particle clouds, markers and status. What
-/// is not finite (of the markers: each that is not) is held back and counted.
+/// Gives out a filter's belief: pose, map -> odom, path and particle clouds. A pose that is not
+/// finite, by which somebody would drive, is held back and counted.
 class BeliefPublisher {
  public:
   /// The sinks have to outlive it.
@@ -61,14 +61,10 @@ class BeliefPublisher {
   /// before than path_spacing are left out.
   void publish_path(ros::Time stamp, const std::vector<ros::Time>& stamps,
                     const std::function<std::vector<Pose2>()>& poses);
-  void publish_markers(const visualization_msgs::MarkerArray& markers);
-  void publish_status(const FilterStatus& status);
   /// The next path is due, whenever the last one was.
   void hurry_path() { last_path_ = ros::Time(); }
 
   void clear_path() { path_.clear(); }
-  /// Counts a message that was not given out for being not finite.
-  void hold_back() { ++held_back_; }
   std::uint64_t held_back() const { return held_back_; }
 
  private:

@@ -30,7 +30,7 @@ void FilterPipeline<Types>::publish_pictures(ros::Time stamp) {
   if (sinks_.markers && filter_ && is_due(options_.output.marker_period, stamp, &last_markers_)) {
     visualization_msgs::MarkerArray array = markers(stamp);
     add_hypotheses(stamp, &array);
-    publisher_.publish_markers(array);
+    sinks_.markers(array);
   }
   publish_path(stamp);
   report_silence(stamp);
@@ -81,7 +81,7 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   message.queued = static_cast<std::uint32_t>(waiting_.size());
   message.rejects = to_messages(rejects_);
   if (filter_) fill_in(&message);
-  publisher_.publish_status(message);
+  if (sinks_.status) sinks_.status(message);
 }
 
 template <typename Types>
@@ -165,9 +165,9 @@ diagnostic_msgs::DiagnosticStatus FilterPipeline<Types>::belief_diagnostic() {
   reported_findings_ = found.size();
   add_value("findings", found.empty() ? "none" : list, &entry);
   if (publisher_.held_back() > 0) {
-    worsen(DiagnosticStatus::ERROR, "messages with NaN or infinity were not published", &entry);
+    worsen(DiagnosticStatus::ERROR, "poses with NaN or infinity were not published", &entry);
   }
-  add_value("messages not published", std::to_string(publisher_.held_back()), &entry);
+  add_value("poses not published", std::to_string(publisher_.held_back()), &entry);
   if (entry.message.empty()) entry.message = "fine";
   return entry;
 }

@@ -146,7 +146,7 @@ TEST(FastSlamPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
       }
       EXPECT_TRUE(all_finite(run.out));
       EXPECT_EQ(run.out.poses.size(), 61u);
-      EXPECT_EQ(value_of(run.out.diagnostics.back(), "messages not published"), "0");
+      EXPECT_EQ(value_of(run.out.diagnostics.back(), "poses not published"), "0");
       EXPECT_NO_THROW(run.pipeline.save_map(directory.file("map")));
 
       run.pipeline.handle(initial_pose({}, {absurd, 0.0, 0.0}, absurd));

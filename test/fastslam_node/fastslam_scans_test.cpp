@@ -414,7 +414,7 @@ TEST(FastSlamScans, StatusAndDiagnosticsSayHowTheFilterIs) {
   EXPECT_EQ(diagnostics.status[1].message, "fine");
   EXPECT_EQ(value_of(diagnostics, "landmarks"), std::to_string(run.out.statuses.back().landmarks));
   EXPECT_EQ(value_of(diagnostics, "updates"), "100");
-  EXPECT_EQ(value_of(diagnostics, "messages not published"), "0");
+  EXPECT_EQ(value_of(diagnostics, "poses not published"), "0");
   run.pipeline.report_silence(Drive::at(40.0));
   EXPECT_TRUE(says(run.out.diagnostics.back().status[1].message, "no odometry for 20.000 s"));
 }

@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <limits>
 #include <vector>
 
 #include "src/messages/conversions.hpp"
 #include "test/pipeline_outputs.hpp"
 
-// What a robot is driven by must be a number: whatever is not is held back, and counted.
 namespace pf_resampling {
 namespace {
 
@@ -59,46 +57,6 @@ TEST(BeliefPublisher, APoseThatIsNotFiniteIsHeldBackAndCounted) {
   EXPECT_EQ(publisher.estimates, 1);
 }
 
-TEST(BeliefPublisher, OneParticleThatIsNotFiniteHoldsBothCloudsBack) {
-  OutputOptions options;
-  options.cloud_period = 0.0;
-  Publisher publisher(options);
-  const Eigen::ArrayXd good = Eigen::ArrayXd::Constant(4, 0.25);
-  Eigen::ArrayXd bad = good;
-  bad[2] = kNan;
-  const Eigen::ArrayXi ancestors = Eigen::ArrayXi::Zero(4);
-  publisher.belief.publish_clouds(ros::Time(1.0), {good, bad, good, good, ancestors}, {});
-  EXPECT_EQ(publisher.belief.held_back(), 2u);
-  EXPECT_TRUE(publisher.out.pose_arrays.empty());
-  EXPECT_TRUE(publisher.out.clouds.empty());
-  // Weights are in one of them only.
-  publisher.belief.publish_clouds(ros::Time(2.0), {good, good, good, bad, ancestors}, {});
-  EXPECT_EQ(publisher.belief.held_back(), 3u);
-  EXPECT_EQ(publisher.out.pose_arrays.size(), 1u);
-  EXPECT_TRUE(publisher.out.clouds.empty());
-  publisher.belief.publish_clouds(ros::Time(3.0), {good, good, good, good, ancestors}, {});
-  EXPECT_EQ(publisher.belief.held_back(), 3u);
-  EXPECT_EQ(publisher.out.clouds.size(), 1u);
-}
-
-TEST(BeliefPublisher, AMarkerThatIsNotFiniteIsLeftOut) {
-  Publisher publisher;
-  visualization_msgs::MarkerArray array;
-  array.markers.resize(3);
-  for (std::size_t i = 0; i < 3; ++i) {
-    array.markers[i].id = static_cast<int>(i);
-    array.markers[i].pose = to_pose_message(kThere);
-    array.markers[i].points.resize(2);
-  }
-  array.markers[0].pose.position.z = kNan;
-  array.markers[2].points[1].y = kInfinity;
-  publisher.belief.publish_markers(array);
-  EXPECT_EQ(publisher.belief.held_back(), 2u);
-  ASSERT_EQ(publisher.out.markers.size(), 1u);
-  ASSERT_EQ(publisher.out.markers[0].markers.size(), 1u);
-  EXPECT_EQ(publisher.out.markers[0].markers[0].id, 1);
-}
-
 // As of a map of two hours where simulated time begins anew.
 TEST(BeliefPublisher, AFindingOfBeforeTimeBeganHasNoTime) {
   Finding finding;
@@ -107,64 +65,6 @@ TEST(BeliefPublisher, AFindingOfBeforeTimeBeganHasNoTime) {
   const std::vector<FindingStatus> messages = to_messages({finding}, 0.0);
   EXPECT_EQ(messages[0].begin, ros::Time());
   EXPECT_EQ(messages[0].end, ros::Time(10.0));
-}
-
-TEST(BeliefPublisher, AStatusWithANumberThatIsNoneIsHeldBack) {
-  const std::vector<std::function<void(FilterStatus*)>> faults = {
-      [](FilterStatus* status) { status->effective_sample_size = kNan; },
-      [](FilterStatus* status) { status->entropy_sample_size = kNan; },
-      [](FilterStatus* status) { status->range_noise_scale = kNan; },
-      [](FilterStatus* status) { status->bearing_noise_scale = kNan; },
-      [](FilterStatus* status) { status->odometry_noise_scale = kInfinity; },
-      [](FilterStatus* status) { status->log_likelihood = -kInfinity; },
-      [](FilterStatus* status) { status->innovation = kNan; },
-      [](FilterStatus* status) { status->innovation_sigma = kInfinity; },
-      [](FilterStatus* status) { status->update_time = kNan; },
-      [](FilterStatus* status) { status->latency = kNan; },
-      [](FilterStatus* status) { status->lost = kNan; },
-      [](FilterStatus* status) { status->normalized_innovation = kInfinity; },
-      [](FilterStatus* status) { status->other_weight = kNan; },
-      [](FilterStatus* status) { status->redraw_time = kNan; },
-      [](FilterStatus* status) {
-        status->findings.resize(1);
-        status->findings[0].size = kNan;
-      },
-      [](FilterStatus* status) { status->redraw_innovation = kNan; },
-      [](FilterStatus* status) { status->yaw_rate_bias = kNan; },
-      [](FilterStatus* status) { status->yaw_rate_bias_sigma = kNan; },
-      [](FilterStatus* status) { status->calibration.back().scale = kNan; },
-      [](FilterStatus* status) { status->calibration.back().scale_sigma = kNan; },
-      [](FilterStatus* status) { status->calibration.back().bias = kNan; },
-      [](FilterStatus* status) { status->calibration.back().bias_sigma = kNan; },
-      [](FilterStatus* status) { status->hypotheses.back().weight = kNan; },
-      [](FilterStatus* status) { status->hypotheses.back().pose.pose.position.x = kNan; },
-      [](FilterStatus* status) { status->hypotheses.back().pose.covariance[0] = kNan; },
-  };
-  FilterStatus good;
-  good.calibration.resize(2);
-  good.hypotheses.resize(2);
-  Publisher publisher;
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    FilterStatus bad = good;
-    faults[i](&bad);
-    publisher.belief.publish_status(bad);
-    EXPECT_EQ(publisher.belief.held_back(), i + 1) << "fault " << i;
-  }
-  EXPECT_TRUE(publisher.out.statuses.empty());
-  publisher.belief.publish_status(good);
-  EXPECT_EQ(publisher.out.statuses.size(), 1u);
-}
-
-TEST(BeliefPublisher, APathThatIsNotFiniteIsHeldBack) {
-  OutputOptions options;
-  options.path_period = 0.0;
-  Publisher publisher(options);
-  const std::vector<ros::Time> stamps = {ros::Time(1.0), ros::Time(2.0)};
-  publisher.belief.publish_path(ros::Time(2.0), stamps, [] {
-    return std::vector<Pose2>{kThere, {kNan, 0.0, 0.0}};
-  });
-  EXPECT_EQ(publisher.belief.held_back(), 1u);
-  EXPECT_TRUE(publisher.out.paths.empty());
 }
 
 // 2 h at 1 m/s are 7200 poses 1 m apart: a path with 200 n of them comes n s after the one before.
