@@ -9,9 +9,9 @@
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
 /// One full step of range-beacon localization: motion with noise, likelihood of six ranges,
-/// normalisation, systematic resampling, estimate. Beside it a plain structure-of-arrays loop, and
-/// MRPT's CMonteCarloLocalization2D with a CBeaconMap. The drive is the same circle for all, and
-/// every filter has to be where the robot is at the end.
+/// normalisation, systematic resampling, estimate. Beside it MRPT's CMonteCarloLocalization2D with
+/// a CBeaconMap. The drive is the same circle for both, and every filter has to be where the robot
+/// is at the end.
 namespace pf_resampling {
 namespace {
 
@@ -44,80 +44,6 @@ struct Drive {
       }
     }
   }
-};
-
-// What one writes by hand.
-class PlainFilter {
- public:
-  PlainFilter(int size, const Drive& drive)
-      : drive_(drive),
-        size_(static_cast<std::size_t>(size)),
-        x_(size_),
-        y_(size_),
-        heading_(size_),
-        weight_(size_),
-        index_(size_) {}
-
-  void step(int step) {
-    const std::vector<double>& ranges = drive_.ranges[static_cast<std::size_t>(step)];
-    double largest = -1e300;
-    for (std::size_t i = 0; i < size_; ++i) {
-      const double forward = drive_.length + kSigmaPosition * normal_(random_);
-      const double left = kSigmaPosition * normal_(random_);
-      const double cosine = std::cos(heading_[i]);
-      const double sine = std::sin(heading_[i]);
-      x_[i] += cosine * forward - sine * left;
-      y_[i] += sine * forward + cosine * left;
-      heading_[i] += drive_.turn + kSigmaHeading * normal_(random_);
-      double log_weight = 0.0;
-      for (std::size_t beacon = 0; beacon < ranges.size(); ++beacon) {
-        const double dx = drive_.beacons[beacon].x - x_[i];
-        const double dy = drive_.beacons[beacon].y - y_[i];
-        const double error = (ranges[beacon] - std::sqrt(dx * dx + dy * dy)) / kSigma;
-        log_weight -= 0.5 * error * error;
-      }
-      weight_[i] = log_weight;
-      largest = std::max(largest, log_weight);
-    }
-    double sum = 0.0;
-    for (double& weight : weight_) sum += weight = std::exp(weight - largest);
-    double mean_x = 0.0;
-    double mean_y = 0.0;
-    for (std::size_t i = 0; i < size_; ++i) {
-      weight_[i] /= sum;
-      mean_x += weight_[i] * x_[i];
-      mean_y += weight_[i] * y_[i];
-    }
-    mean_x_ = mean_x;
-    mean_y_ = mean_y;
-    const double u = uniform_(random_);
-    double running = weight_[0];
-    std::size_t i = 0;
-    for (std::size_t slot = 0; slot < size_; ++slot) {
-      const double threshold = (static_cast<double>(slot) + u) / static_cast<double>(size_);
-      while (running < threshold && i + 1 < size_) running += weight_[++i];
-      index_[slot] = i;
-    }
-    for (std::vector<double>* values : {&x_, &y_, &heading_}) {
-      scratch_.resize(size_);
-      for (std::size_t slot = 0; slot < size_; ++slot) scratch_[slot] = (*values)[index_[slot]];
-      values->swap(scratch_);
-    }
-  }
-
-  double mean_x() const { return mean_x_; }
-  double mean_y() const { return mean_y_; }
-
- private:
-  const Drive& drive_;
-  std::size_t size_;
-  std::vector<double> x_, y_, heading_, weight_, scratch_;
-  std::vector<std::size_t> index_;
-  double mean_x_ = 0.0;
-  double mean_y_ = 0.0;
-  std::mt19937_64 random_{1};
-  std::normal_distribution<double> normal_;
-  std::uniform_real_distribution<double> uniform_{0.0, 1.0};
 };
 
 // Ours with the same work: calibration known, noise known, resampling at every step.
@@ -241,7 +167,6 @@ int main(int argc, char** argv) {
     learning.particles = particles;
     learning.initialization = same_work(particles, 1).initialization;
     measure_filter("ours, as shipped", particles, std::make_shared<Ours>(learning, drive), drive);
-    measure_filter("plain loop", particles, std::make_shared<PlainFilter>(particles, drive), drive);
 #if defined(PF_RESAMPLING_WITH_MRPT)
     measure_filter("MRPT", particles, std::make_shared<Mrpt>(particles, drive), drive);
 #endif
