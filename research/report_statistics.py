@@ -2,7 +2,6 @@
 
 All p-values are two-sided.
 """
-import functools
 import math
 from collections import namedtuple
 
@@ -14,22 +13,6 @@ LEVEL = 0.01  # a corrected p-value below it decides
 # mean: of the differences. p: two-sided, that the true mean is zero. low, high: the 99 % interval. discordant: for runs that
 # are lost or not, (only lost in the first, only lost in the second).
 Difference = namedtuple("Difference", "mean standard_error count p low high discordant")
-
-
-def t_two_sided(t, degrees):
-    """Probability that Student's t with so many degrees of freedom is farther from zero than t."""
-    return 2.0 * stats.t.sf(abs(t), degrees)
-
-
-@functools.lru_cache(maxsize=None)
-def t_quantile(probability, degrees):
-    """The t that is exceeded with probability 1 - `probability` (above one half)."""
-    return stats.t.isf(1.0 - probability, degrees)
-
-
-def normal_quantile(probability):
-    """The same of the normal distribution."""
-    return stats.norm.ppf(probability)
 
 
 def mean_and_error(values):
@@ -50,10 +33,10 @@ def interval(mean, error, count, discordant=None, times=1.0):
     number of claims: it widens the interval likewise, so that zero is inside if the corrected p-value is above 0.01."""
     upper = 1.0 - 0.5 * (1.0 - CONFIDENCE) / times
     if discordant is None:
-        reach = t_quantile(upper, count - 1) * error if count > 1 else math.inf
+        reach = stats.t.isf(1.0 - upper, count - 1) * error if count > 1 else math.inf
         return mean - reach, mean + reach
     more, less = ((pairs + 1.0) / (count + 2.0) for pairs in discordant)
-    reach = normal_quantile(upper) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
+    reach = stats.norm.ppf(upper) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
     return max(-1.0, more - less - reach), min(1.0, more - less + reach)
 
 
@@ -67,7 +50,7 @@ def t_difference(differences):
         return Difference(mean, 0.0, count, 1.0, -math.inf, math.inf, None)
     if error == 0.0:  # the same difference with every seed
         return Difference(mean, 0.0, count, 0.0 if mean else 1.0, mean, mean, None)
-    p = t_two_sided(mean / error, count - 1)
+    p = 2.0 * stats.t.sf(abs(mean / error), count - 1)
     return Difference(mean, error, count, p, *interval(mean, error, count), None)
 
 
