@@ -6,7 +6,6 @@
 #include "beacon_mcl_node/beacon_file.hpp"
 #include "beacon_mcl_node/beacon_markers.hpp"
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/files/new_file.hpp"
 #include "src/messages/conversions.hpp"
 #include "src/odometry/input_checks.hpp"
@@ -25,8 +24,6 @@ constexpr double kWildInnovation = 100.0;
 // Of a range that is beyond three sigma, or is not, in the share of those that are.
 constexpr double kMisfitRate = 0.05;
 constexpr double kThreeSigmaSquared = 9.0;
-// Of the ids of beacons in a sentence, letters.
-constexpr std::size_t kLongestIds = 100;
 
 bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& second) {
   return std::equal(first.begin(), first.end(), second.begin(), second.end(),
@@ -212,22 +209,6 @@ OdometryIncrement BeaconMclPipeline::motion_since_update() const {
 
 double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
   return extent_of(places());
-}
-
-// The ids are for people; the places make the difference.
-std::string BeaconMclPipeline::lasting_map() const {
-  std::vector<Beacon> beacons = filter_->beacons();
-  // Another run would begin with a frame of its own.
-  if (finds_beacons() && beacons.size() < 2) return "";
-  std::string ids;
-  for (Beacon& beacon : beacons) {
-    if (beacon.is_planar) beacon.position.z() = 0.0;
-    if (ids.size() < kLongestIds) ids += (ids.empty() ? "" : ", ") + std::to_string(beacon.id);
-  }
-  Archive archive(kPoseFile);
-  describe(archive, beacons);
-  return "the beacons " + ids + " (" + std::to_string(beacons.size()) + ", " +
-         checksum_of(archive.bytes()) + ")";
 }
 
 void BeaconMclPipeline::save_filter(BeaconMclCheckpoint* checkpoint) {

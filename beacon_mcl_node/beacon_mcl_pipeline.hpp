@@ -110,7 +110,6 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   void put_robot(const PoseEstimate& there) override;
   OdometryIncrement motion_since_update() const override;
   double extent(const PoseEstimate& belief) const override;
-  std::string lasting_map() const override;
   void save_filter(BeaconMclCheckpoint* checkpoint) override;
   void load_filter(const BeaconMclCheckpoint& checkpoint) override;
 

@@ -10,7 +10,7 @@ ParameterList parameters_of(BeaconMclPipelineOptions* options) {
   list.push_back(basic(choice_parameter("beacon_positions", &options->filter.beacon_positions,
                                         "Where beacons are: known, all as listed, or estimated, "
                                         "those that are not listed as well.")));
-  add_input_parameters(kRangeNames, options, &list);
+  add_input_parameters(options, &list);
   list.push_back(pattern_parameter(
       "range_input/frame_pattern", &options->frame_pattern,
       "sensor_ranges: regular expression whose group is the id of the beacon in frame_id."));

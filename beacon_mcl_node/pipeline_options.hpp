@@ -12,10 +12,7 @@
 
 namespace pf_resampling {
 
-inline constexpr ObservationNames kRangeNames = {"ranges",
-                                                 "ranges",
-                                                 "range_input",
-                                                 "the beacons",
+inline constexpr ObservationNames kRangeNames = {"ranges", "ranges", "the beacons",
                                                  "they come on the topic beacons (beacons:= names "
                                                  "another), or as the list `beacons` of the "
                                                  "configuration",

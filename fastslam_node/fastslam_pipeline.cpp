@@ -78,7 +78,6 @@ void FastSlamPipeline::restart_filter() {
   filter_->reset();
   if (start_map_) filter_->load(*start_map_);
   loaded_map_ = start_map_ ? options_.map_file : "";
-  note_map_of_file(loaded_map_);
   if (start_map_) {
     log(LogLevel::info, "map " + options_.map_file + ": " +
                             std::to_string(start_map_->landmarks.size()) + " landmarks" +
@@ -456,7 +455,6 @@ void FastSlamPipeline::save_filter(FastSlamCheckpoint* checkpoint) {
 void FastSlamPipeline::load_filter(const FastSlamCheckpoint& checkpoint) {
   filter_->load(checkpoint.filter);
   loaded_map_.clear();
-  note_map_of_file("");
   note_given_map();
   scene_ = checkpoint.scene;
 }

@@ -126,7 +126,6 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   double extent(const PoseEstimate& belief) const override;
   PoseEstimate place() const override { return filter_->place(); }
   double noise_doubt() const override { return filter_->noise_doubt(); }
-  std::string lasting_map() const override { return lasting_map_; }
   void save_filter(FastSlamCheckpoint* checkpoint) override;
   void load_filter(const FastSlamCheckpoint& checkpoint) override;
 
@@ -152,7 +151,6 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   bool watches_landmarks() const;
   void note_scene(const ScanPicture& scan);
   void note_given_map();
-  void note_map_of_file(const std::string& path);
   bool can_redraw() const;
   void recover(ros::Time stamp, const LandmarkScan& scan);
   void publish_map(ros::Time stamp);
@@ -170,7 +168,6 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::optional<GlobalSearch> search_;       // while it is not known where in the map the robot is
   bool begins_search_ = false;               // with the next belief
   std::string loaded_map_;                   // its file; empty: the filter has a map of its own
-  std::string lasting_map_;                  // see lasting_map()
   std::string start_problem_;  // why there is none although one was given; until one is loaded
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path

@@ -1,6 +1,4 @@
 // How FastSlamPipeline saves its map, and goes on from one.
-#include <filesystem>
-
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
@@ -33,13 +31,6 @@ void move(const OdometryIncrement& motion, std::uint64_t seed, SavedMap* map) {
 
 }  // namespace
 
-// A map and its copy in a file have one frame, whichever was there first.
-void FastSlamPipeline::note_map_of_file(const std::string& path) {
-  std::error_code trouble;
-  const std::filesystem::path file = std::filesystem::weakly_canonical(path, trouble);
-  lasting_map_ = path.empty() ? "" : "the map " + (trouble ? path : file.string());
-}
-
 std::string FastSlamPipeline::save_map(const std::string& path) {
   SavedMap map = saved_map(filter_.get(), options_.map_file_particles);
   if (!odometry_.empty() && odometry_.used() != odometry_.newest()) {
@@ -51,7 +42,6 @@ std::string FastSlamPipeline::save_map(const std::string& path) {
   }
   map.frame = options_.frames.map;
   write_map_file(path, map);
-  note_map_of_file(path);
   return std::to_string(map.landmarks.size()) + " landmarks and " +
          std::to_string(map.particles.size()) + " particles written to " + path;
 }
@@ -69,7 +59,6 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   }
   options_.filter = options;
   loaded_map_ = path;
-  note_map_of_file(path);
   start_problem_.clear();
   take_new_belief();
   note_given_map();

@@ -13,7 +13,7 @@ FastSlamPipelineOptions::FastSlamPipelineOptions(const std::string& preset_name)
 ParameterList parameters_of(FastSlamPipelineOptions* options) {
   ParameterList list = {preset_parameter(fastslam_presets(), &options->preset)};
   for (Parameter& parameter : parameters_of(&options->filter)) list.push_back(std::move(parameter));
-  add_input_parameters(kScanNames, options, &list);
+  add_input_parameters(options, &list);
   list.push_back(
       pattern_parameter("landmark_input/tag_pattern", &options->tag_pattern,
                         "Use tags on /tf as landmarks: regular expression whose group is the id in "

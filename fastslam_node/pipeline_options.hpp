@@ -10,8 +10,7 @@
 
 namespace pf_resampling {
 
-inline constexpr ObservationNames kScanNames = {"landmarks", "scans", "landmark_input",
-                                                "",          "",      "mapping"};
+inline constexpr ObservationNames kScanNames = {"landmarks", "scans", "", "", "mapping"};
 
 inline constexpr const char* kDefaultFastSlamPreset = "balanced";
 

@@ -52,13 +52,6 @@ class Robot {
     begin_ = ros::Time::now();
   }
 
-  /// From now on it stays where it is; moves on from there.
-  void stand() { stands_since_ = ros::Time::now().toNSec(); }
-  void drive_on() {
-    stood_for_ += ros::Time::now().toNSec() - stands_since_;
-    stands_since_ = 0;
-  }
-
   /// True pose at a time, where the filter has its frame.
   Pose2 truth(ros::Time stamp) const {
     return is_fastslam_ ? FastSlamDrive::truth(in_drive(stamp))
@@ -89,17 +82,12 @@ class Robot {
 
  private:
   ros::Time in_drive(ros::Time stamp) const {
-    const std::uint64_t until = stands_since_;
-    if (until > 0) stamp = std::min(stamp, ros::Time().fromNSec(until));
-    const auto stood = static_cast<std::int64_t>(stood_for_.load());
-    return ros::Time(BeaconMclDrive::kStart) + (stamp - begin_) - ros::Duration().fromNSec(stood);
+    return ros::Time(BeaconMclDrive::kStart) + (stamp - begin_);
   }
 
   bool is_fastslam_;
   ros::Publisher odom_, observations_, beacons_;
   ros::Time begin_;
-  std::atomic<std::uint64_t> stands_since_{0};  // ns; 0: it drives
-  std::atomic<std::uint64_t> stood_for_{0};     // ns, before that
 };
 
 /// Publishes odometry at 50 Hz and observations at a rate of choice, by a thread of its own.
@@ -280,56 +268,6 @@ TEST_F(LiveFilter, Checkpoint) {
   EXPECT_TRUE(process_->is_running());
 }
 
-// Killed while the robot stands, and there again: right with the first odometry, before it has seen
-// anything. Then the robot is driven on while the node is away: the pose is refused.
-TEST_F(LiveFilter, SavedPose) {
-  const TemporaryDirectory directory;
-  std::vector<std::string> arguments = {"_map_file/directory:=" + directory.path(),
-                                        "_pose/save_every:=0.3"};
-  if (filter_ == "fastslam") {
-    std::string list = "id,x,y,sigma\n";
-    int id = 0;
-    for (const Eigen::Vector2d& place : FastSlamDrive::landmarks()) {
-      list += std::to_string(id++) + "," + std::to_string(place.x()) + "," +
-              std::to_string(place.y()) + ",0.02\n";
-    }
-    arguments.push_back("_map_file/load:=" + directory.write("survey.csv", list));
-    arguments.push_back("_map/frozen:=true");
-  }
-  const std::string file = directory.file(filter_ + ".pose");
-  ASSERT_NO_FATAL_FAILURE(start(arguments));
-  Driving driving(&robot_);
-  wait(10.0);
-  EXPECT_EQ(started("saved pose"), "fine; started no pose was saved");
-  robot_.stand();
-  wait(2.5);
-  process_->kill_it();
-  EXPECT_TRUE(std::filesystem::exists(file));
-  wait(1.0);
-  driving.set_observation_rate(0.001);
-  wait(0.5);
-  heard_.poses();
-  heard_.diagnostics();
-  ASSERT_NO_FATAL_FAILURE(start(arguments));
-  wait(3.0);
-  const std::vector<HeardPose> after = heard_.poses();
-  ASSERT_GT(after.size(), 50u);
-  std::printf("errors without any observation: first %.3f m, largest %.3f m\n", after.front().error,
-              worst_error(after));
-  EXPECT_LT(worst_error(after), 0.3);
-  EXPECT_EQ(started("saved pose"), "fine; started the saved pose was taken");
-
-  process_->kill_it();
-  robot_.drive_on();
-  wait(2.0);
-  heard_.diagnostics();
-  ASSERT_NO_FATAL_FAILURE(start(arguments));
-  wait(3.0);
-  const std::string refused = started("saved pose");
-  EXPECT_TRUE(says(refused, "was not taken: the odometry read"));
-  EXPECT_TRUE(process_->is_running());
-}
-
 /// What a service answers to the name of a file.
 template <typename Service>
 std::pair<bool, std::string> ask(const std::string& service, const std::string& file) {
@@ -495,7 +433,6 @@ int main(int argc, char** argv) {
   const auto check = ros::NodeHandle("~").param<std::string>("check", "checkpoint");
   testing::GTEST_FLAG(filter) = check == "overload"   ? "*.Overload"
                                 : check == "services" ? "*.ServicesOfFiles"
-                                : check == "pose"     ? "*.SavedPose"
                                                       : "*.Checkpoint";
   return RUN_ALL_TESTS();
 }

@@ -42,12 +42,6 @@ inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              false,
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};
-inline constexpr FileKind kPoseFile = {"pose file",
-                                       "pose",
-                                       "pf_resampling pose 2",
-                                       false,
-                                       "remove it: the node writes another",
-                                       "remove it: the node writes another"};
 
 /// A tree of named values that structs are written to, or read from. A struct that is saved has one
 /// description for both directions:

@@ -59,7 +59,7 @@ const std::map<std::string, std::string>& former_parameters() {
       {"map_file/particles", "1000"},
       {"restart_after_jump_back", "true"},
       {"checkpoint/resume", "true (the file is removed to start from nothing)"},
-      {"pose/file", "NODE.pose in map_file/directory"},
+      {"pose/save_every", "0 (map_file/global_localization or a checkpoint finds the robot)"},
       {"output/marker_period", "0.5 s"},
       {"output/path_period", "2 s"},
       {"output/path_spacing", "0.5 m"},

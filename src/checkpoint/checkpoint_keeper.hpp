@@ -3,12 +3,16 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
+#include <chrono>
+#include <cstdint>
 #include <functional>
+#include <future>
 #include <string>
+#include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
-#include "src/checkpoint/periodic_writer.hpp"
+#include "src/diagnostics/log_level.hpp"
 
 namespace pf_resampling {
 
@@ -25,20 +29,25 @@ void add_parameters(CheckpointOptions* options, ParameterList* list);
 /// diagnostics.
 class CheckpointKeeper {
  public:
-  using Write = PeriodicWriter::Write;
-  using Log = PeriodicWriter::Log;
+  /// Writes what it holds to the file of this name. Throws Error when that cannot be.
+  using Write = std::function<void(const std::string& path)>;
+  using Log = std::function<void(LogLevel, const std::string&)>;
 
-  CheckpointKeeper(const CheckpointOptions& options, const Log& log)
-      : log_(log), writer_(options.file, options.period, log) {}
+  CheckpointKeeper(CheckpointOptions options, Log log)
+      : options_(std::move(options)), log_(std::move(log)), last_(Clock::now()) {}
+  /// Waits for what is being written.
+  ~CheckpointKeeper();
+  CheckpointKeeper(const CheckpointKeeper&) = delete;
+  CheckpointKeeper& operator=(const CheckpointKeeper&) = delete;
 
-  /// If there is a file: `resume` goes on from it, or throws with nothing changed;
-  /// then the node starts anew. What a killed process has left unfinished is removed. Returns
-  /// whether it goes on from the file.
-  bool start(const std::function<void(const std::string& path)>& resume);
+  /// If there is a file: `resume` goes on from it, or throws with nothing changed; then the node
+  /// starts anew, which is told of until the next one is written.
+  void start(const std::function<void(const std::string& path)>& resume);
 
-  /// See PeriodicWriter.
-  bool is_due() { return writer_.is_due(); }
-  void write(Write write) { writer_.write(std::move(write)); }
+  /// Whether it should be written again: the period has gone by, and the last is done.
+  bool is_due();
+  /// Has it written by a thread of its own, which `write` has to be fit for.
+  void write(Write write);
   /// Writes at once, to `path`, or to the file of the options if that is empty; returns what was
   /// done in one line, or throws Error.
   std::string write_now(const std::string& path, const Write& write);
@@ -66,12 +75,20 @@ class CheckpointKeeper {
   /// Adds the entry called `name` to the diagnostics, if there is anything to tell.
   void report(const std::string& name, diagnostic_msgs::DiagnosticArray* array);
   diagnostic_msgs::DiagnosticStatus diagnostic(const std::string& name);
-  bool is_used() const { return writer_.is_used(); }
+  bool is_used() const { return !options_.file.empty(); }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  void take_result(bool wait);
+
+  CheckpointOptions options_;
   Log log_;
-  PeriodicWriter writer_;
   std::string start_ = "from nothing";  // how the node started
+  Clock::time_point last_;              // when the last was begun
+  std::future<std::string> writing_;    // what went wrong; empty if nothing did
+  std::string problem_;                 // the last, not yet put right by a file that was written
+  std::uint64_t written_ = 0, failed_ = 0;
 };
 
 }  // namespace pf_resampling

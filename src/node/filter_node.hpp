@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "src/checkpoint/checkpoint_keeper.hpp"
-#include "src/checkpoint/pose_keeper.hpp"
 #include "src/node/any_message.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
@@ -35,10 +34,6 @@ class FilterNode {
         pipeline_(options, connected(sinks, options.name)),
         checkpoints_(options.checkpoint, publishers_.log()),
         folder_(options.directory),
-        pose_(
-            options.saved_pose,
-            [&] { return folder_.path_of(file_name_of(options.name) + ".pose"); },
-            publishers_.log()),
         parameters_(
             ros::NodeHandle("~"), [this] { return pipeline_.live_parameters(); },
             [this](const auto& values) {
@@ -53,11 +48,7 @@ class FilterNode {
             if (!now.isZero()) pipeline_.report_silence(now);
           });
         }) {
-    const bool goes_on =
-        checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
-    if (const auto pose = pose_.read(); pose && !goes_on) {
-      pipeline_.offer_pose(*pose, pose_.file());
-    }
+    checkpoints_.start([this](const std::string& path) { pipeline_.resume(path); });
     base_ = options.frames.base;
     for_each_input<Pipeline>(
         [this](const auto& input, const char* topic) { subscribe(input, topic); });
@@ -109,17 +100,11 @@ class FilterNode {
   bool process_next() {
     bool was_one = false;
     pipeline_.guard("checkpoint", [&] { checkpoints_.write_when_due(&pipeline_); });
-    pipeline_.guard("pose", [&] { pose_.write_when_due(&pipeline_); });
     pipeline_.guard(Pipeline::kObservations, [&] { was_one = pipeline_.process_next(); });
     if (was_one && !std::exchange(is_running_, true)) {
       ROS_INFO("received the first %s: the filter runs", Pipeline::kObservations);
     }
     return was_one;
-  }
-
-  /// Before the node ends in order.
-  void finish() {
-    pipeline_.guard("pose", [&] { pose_.write_now(&pipeline_); });
   }
 
   Pipeline& pipeline() { return pipeline_; }
@@ -129,7 +114,6 @@ class FilterNode {
     publishers_.connect(&sinks);
     sinks.more_diagnostics = [this, name](diagnostic_msgs::DiagnosticArray* array) {
       checkpoints_.report(name + ": checkpoint", array);
-      pose_.report(name + ": saved pose", pipeline_.offer(), array);
     };
     return sinks;
   }
@@ -220,7 +204,6 @@ class FilterNode {
   Pipeline pipeline_;
   CheckpointKeeper checkpoints_;
   ServiceFolder folder_;
-  PoseKeeper pose_;
   std::string base_;
   std::vector<HeardInput> inputs_;
   bool is_running_ = false;
@@ -249,7 +232,6 @@ int run_filter_node(int argc, char** argv, const char* name, const Connect& conn
     FilterNode<Pipeline> node(&handle, options, sinks);
     serve(&node);
     spin([&] { return node.process_next(); });
-    node.finish();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s_node: %s\n", name, error.what());
     return 1;

@@ -67,10 +67,4 @@ std::string ServiceFolder::path_to_write(const std::string& name, const FileKind
   return path;
 }
 
-std::string file_name_of(const std::string& node) {
-  std::string name = node;
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
-
 }  // namespace pf_resampling

@@ -28,7 +28,4 @@ class ServiceFolder {
   std::string folder_;
 };
 
-/// A name for a file of a node of this name, which may be in a namespace: "robot1_fastslam".
-std::string file_name_of(const std::string& node);
-
 }  // namespace pf_resampling

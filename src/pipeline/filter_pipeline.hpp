@@ -21,7 +21,6 @@
 #include "pf_resampling_core/health/lost_detector.hpp"
 #include "pf_resampling_core/health/unknown_place.hpp"
 #include "pf_resampling_core/population/pose_clusters.hpp"
-#include "src/checkpoint/saved_pose.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/frames/static_frames.hpp"
 #include "src/messages/rejects.hpp"
@@ -107,15 +106,6 @@ class FilterPipeline {
   void resume(const Checkpoint& checkpoint);
   void resume(const std::string& path) { resume(Types::read_checkpoint(path)); }
 
-  /// Where the robot is, to be found again by another run; nothing while that is not known, or in a
-  /// map that no other run would know.
-  std::optional<SavedPose> pose_to_save() const;
-  /// At the first odometry the robot is put where it was, unless there is a reason against it, or
-  /// somebody says before where the robot is. `file`: where it is from, for the log.
-  void offer_pose(const SavedPose& pose, const std::string& file);
-  /// What has become of that pose, in words.
-  const std::string& offer() const { return offer_; }
-
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next
   /// observation that odometry covers; when more than one waits, those older than max_latency are
@@ -197,9 +187,6 @@ class FilterPipeline {
   virtual PoseEstimate place() const { return *belief_; }
   /// By what factor its deviations may be larger; at least 1.
   virtual double noise_doubt() const { return 1.0; }
-  /// The map that poses are in, in words that another run uses for the same: "the map /lab.map";
-  /// empty if no other run would know it. The filter is there.
-  virtual std::string lasting_map() const = 0;
   virtual void save_filter(Checkpoint* checkpoint) = 0;
   /// Throws Error, with nothing changed, if it cannot go on from there.
   virtual void load_filter(const Checkpoint& checkpoint) = 0;
@@ -249,10 +236,6 @@ class FilterPipeline {
   void note_preset() const;
   void note_exception(const char* input, const char* what) noexcept;
   void start_about(const PoseEstimate& there, ros::Time stamp);
-  void put_at(const PoseEstimate& there, ros::Time stamp, const std::string& taken);
-  void note_reading();
-  void take_offered_pose();
-  void refuse_offered_pose(const std::string& reason);
   void drop_far_ahead();
   void drop_oldest();
   void drop_late();
@@ -281,15 +264,7 @@ class FilterPipeline {
   std::deque<Message> used_;     // of which another may come that is not too old
   std::uint64_t used_count_ = 0;
   std::optional<std::pair<PoseEstimate, ros::Time>> pending_start_;  // before there is a filter
-  /// Of an earlier run; until odometry and filter are there.
-  struct OfferedPose {
-    SavedPose pose;
-    std::string file;
-  };
-  std::optional<OfferedPose> offered_pose_;
-  std::string offer_ = "no pose was saved";
-  std::optional<StampedOdometry> first_reading_;  // of the odometry
-  StampedOdometry rest_;                          // where the robot stands, and since when
+  ros::Time first_odometry_;
   UpdateTiming timing_;
   RecentMean sample_size_, descendants_;  // shares of the particles
   double update_time_ = 0.0;              // s, of the last

@@ -111,8 +111,7 @@ void FilterPipeline<Types>::take_odometry(const nav_msgs::Odometry& message) {
   }
   if (taken.time_jumped) forget_time(taken);
   drop_far_ahead();
-  note_reading();
-  take_offered_pose();
+  if (first_odometry_.isZero()) first_odometry_ = odometry_.newest();
   hand_over_observations();
   process_ready();
   carry_belief_forward();
@@ -239,10 +238,8 @@ void FilterPipeline<Types>::start(std::unique_ptr<Filter> filter) {
   filter_ = std::move(filter);
   forget_observations();
   odometry_.restart_at_oldest(noise());
-  const auto offered = std::exchange(offered_pose_, std::nullopt);
   take_new_belief();
-  offered_pose_ = offered;
-  if (!pending_start_) return take_offered_pose();
+  if (!pending_start_) return;
   const auto [there, stamp] = *pending_start_;
   pending_start_.reset();
   start_about(there, stamp);
@@ -251,21 +248,15 @@ void FilterPipeline<Types>::start(std::unique_ptr<Filter> filter) {
 template <typename Types>
 void FilterPipeline<Types>::start_about(const PoseEstimate& there, ros::Time stamp) {
   try {
-    put_at(there, stamp, "initial pose taken");
+    put_robot(there);
   } catch (const Error& error) {
-    reject("initialpose", {RejectReason::filter_error, error.what()});
+    return reject("initialpose", {RejectReason::filter_error, error.what()});
   }
-}
-
-template <typename Types>
-void FilterPipeline<Types>::put_at(const PoseEstimate& there, ros::Time stamp,
-                                   const std::string& taken) {
-  put_robot(there);
   odometry_.restart_at(stamp, noise());
   take_new_belief();
   carry_belief_forward();
-  log(LogLevel::info, taken + ": the robot is put at (" + number_text(there.mean.x) + ", " +
-                          number_text(there.mean.y) + ") m, heading " +
+  log(LogLevel::info, "initial pose taken: the robot is put at (" + number_text(there.mean.x) +
+                          ", " + number_text(there.mean.y) + ") m, heading " +
                           number_text(there.mean.heading) + " rad");
 }
 
@@ -277,7 +268,6 @@ void FilterPipeline<Types>::start_anew() {
 
 template <typename Types>
 void FilterPipeline<Types>::take_new_belief() {
-  refuse_offered_pose("another initial pose was given before the first odometry");
   places_ = PoseClusters();
   lost_.reset();
   sample_size_.reset();

@@ -86,7 +86,7 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
 
 template <typename Types>
 std::vector<FindingStatus> FilterPipeline<Types>::findings_in_words() const {
-  return to_messages(findings(), first_reading_ ? first_reading_->stamp.toSec() : 0.0);
+  return to_messages(findings(), first_odometry_.toSec());
 }
 
 template <typename Types>

@@ -36,8 +36,7 @@ Parameter directory_parameter(PipelineOptions* options) {
       "Live: the only folder in which services read and write files; created if missing.");
 }
 
-void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
-                          ParameterList* list) {
+void add_input_parameters(PipelineOptions* options, ParameterList* list) {
   for (Parameter& parameter : parameters_of(&options->odometry_input)) {
     list->push_back(std::move(parameter));
   }
@@ -45,13 +44,10 @@ void add_input_parameters(const ObservationNames& names, PipelineOptions* option
       basic(integer_parameter("seed", &options->seed, 0, 2147483647,
                               "Seed of all random numbers; the same seed gives the same result.")));
   add_frame_parameters(&options->frames, list);
-  const std::string group = std::string(names.parameters) + "/";
-  const std::string needs = *names.needs != '\0' ? std::string(" or for ") + names.needs : "";
 }
 
 void add_output_parameters(PipelineOptions* options, ParameterList* list) {
   add_parameters(&options->checkpoint, list);
-  add_parameters(&options->saved_pose, list);
   add_parameters(&options->output, list);
 }
 

@@ -5,7 +5,6 @@
 
 #include "pf_resampling_core/parameters/presets.hpp"
 #include "src/checkpoint/checkpoint_keeper.hpp"
-#include "src/checkpoint/pose_keeper.hpp"
 #include "src/configuration/configuration.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/odometry/odometry_buffer.hpp"
@@ -15,12 +14,11 @@ namespace pf_resampling {
 
 /// What the observations of a filter are called.
 struct ObservationNames {
-  const char* topic;       ///< "ranges"
-  const char* plural;      ///< in sentences: "ranges"
-  const char* parameters;  ///< group of the parameters about them: "range_input"
-  const char* needs;       ///< what has to be known before the first: "the beacons"; "": nothing
-  const char* remedy;      ///< how it becomes known
-  const char* task;        ///< what the filter does with them, in the diagnostics: "localization"
+  const char* topic;   ///< "ranges"
+  const char* plural;  ///< in sentences: "ranges"
+  const char* needs;   ///< what has to be known before the first: "the beacons"; "": nothing
+  const char* remedy;  ///< how it becomes known
+  const char* task;    ///< what the filter does with them, in the diagnostics: "localization"
 };
 
 /// What can be configured about every filter under ROS, apart from the filter itself.
@@ -39,7 +37,6 @@ struct PipelineOptions {
   bool deferred = false;     ///< observations wait for process_next(), and no pose for a redraw
 
   CheckpointOptions checkpoint;
-  SavedPoseOptions saved_pose;
   std::string directory = "~/.ros/pf_resampling";  ///< of the files of services
   OutputOptions output;
 };
@@ -56,8 +53,7 @@ Parameter directory_parameter(PipelineOptions* options);
 
 /// Adds them as parameters: what is about input, and what is about output. Between them a filter
 /// adds what it alone knows about its input.
-void add_input_parameters(const ObservationNames& names, PipelineOptions* options,
-                          ParameterList* list);
+void add_input_parameters(PipelineOptions* options, ParameterList* list);
 void add_output_parameters(PipelineOptions* options, ParameterList* list);
 
 }  // namespace pf_resampling

@@ -1,9 +1,7 @@
-// Checkpoints of both filters, and saved poses: what is read can be written, read again and gone on
-// from.
+// Checkpoints of both filters: what is read can be written, read again and gone on from.
 #include "src/checkpoint/checkpoint.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "src/checkpoint/saved_pose.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
 #include "test/fuzz/fuzz_target.hpp"
@@ -52,26 +50,6 @@ void read_and_resume(const std::string& path, const Read& read) {
   resume<AnyRig>(checkpoint);
 }
 
-void read_and_offer(const std::string& path) {
-  SavedPose saved;
-  try {
-    saved = read_saved_pose(path);
-  } catch (const Error& error) {
-    require_one_line(error);
-    return;
-  }
-  const std::string copy = new_file("copy");
-  write_saved_pose(copy, saved);
-  require(read_saved_pose(copy).stamp == saved.stamp, "a pose that was read is written otherwise");
-  auto options = Rig::Drive::options();
-  options.filter.particles = 20;
-  options.saved_pose.oldest = 1e9;
-  Rig run(options);
-  run.pipeline.offer_pose(saved, path);
-  run.feed(Rig::Drive::messages(0.0, 1.0));
-  require(all_finite(run.out), "a pose that was taken makes something that is not finite");
-}
-
 }  // namespace
 
 void checkpoint(const std::uint8_t* bytes, std::size_t size) {
@@ -79,7 +57,6 @@ void checkpoint(const std::uint8_t* bytes, std::size_t size) {
   const std::string path = file_of(with_first_line(kCheckpointFile, content));
   read_and_resume<BeaconMclResumed>(path, read_beacon_mcl_checkpoint);
   read_and_resume<FastSlamResumed>(path, read_fastslam_checkpoint);
-  read_and_offer(file_of(with_first_line(kPoseFile, content)));
 }
 
 }  // namespace pf_resampling::fuzz

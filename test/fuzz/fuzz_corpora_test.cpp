@@ -7,7 +7,6 @@
 
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "src/checkpoint/checkpoint.hpp"
-#include "src/checkpoint/saved_pose.hpp"
 #include "test/fuzz/fuzz_target.hpp"
 #include "test/places.hpp"
 #include "tools/common/files.hpp"
@@ -64,7 +63,6 @@ TEST(FuzzCorporaFolder, WholeMapsAndCheckpointsAreOfThePresentFormat) {
   EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_fastslam")));
   EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_redraw")));
   EXPECT_NO_THROW(read_beacon_mcl_checkpoint(whole("checkpoint/of_beacon_mcl")));
-  EXPECT_NO_THROW(read_saved_pose(whole("checkpoint/of_pose")));
 }
 
 }  // namespace

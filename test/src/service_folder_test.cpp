@@ -103,10 +103,5 @@ TEST(ServiceFolder, AFolderThatCannotBeMadeIsNamedWithTheParameter) {
   EXPECT_TRUE(says(said, "; set map_file/directory to one that can"));
 }
 
-TEST(ServiceFolder, NodesInNamespacesHaveFilesOfTheirOwn) {
-  EXPECT_EQ(file_name_of("fastslam"), "fastslam");
-  EXPECT_EQ(file_name_of("robot1/fastslam"), "robot1_fastslam");
-}
-
 }  // namespace
 }  // namespace pf_resampling
