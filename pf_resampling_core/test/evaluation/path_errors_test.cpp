@@ -7,7 +7,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "pf_resampling_core/test/says.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -322,23 +321,6 @@ TEST(PathErrors, RefusesWhatItCannotJudge) {
   auto broken = estimate;
   broken[3].covariance(0, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(evaluate_path(truth, broken), Error);
-}
-
-TEST(PathErrors, NamesTheOptionItsValueAndWhatItHasToBe) {
-  const auto said = [](const PathErrorOptions& options) {
-    return refusal([&] { check_options(options); });
-  };
-  PathErrorOptions options;
-  EXPECT_EQ(said(options), "");
-  options.clip = 1.5;
-  EXPECT_EQ(said(options),
-            "clip is 1.500000: it is the share of the time that is left out, in [0, 1)");
-  options = {};
-  options.max_gap = -0.5;
-  EXPECT_EQ(said(options), "max_gap is -0.500000 s: it has to be >= 0");
-  options = {};
-  options.lost_error = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(said(options), "lost_error is nan m: it has to be >= 0");
 }
 
 }  // namespace

@@ -69,22 +69,6 @@ TEST(WorkerPool, ManyRoundsFollowEachOther) {
   }
 }
 
-TEST(WorkerPool, ResultsAreVisibleWhenItReturns) {
-  WorkerPool pool(4);
-  std::vector<std::int64_t> values(static_cast<std::size_t>(5 * kBlock));
-  for (std::int64_t round = 1; round <= 200; ++round) {
-    pool.for_each_block(5 * kBlock, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) values[static_cast<std::size_t>(i)] += i;
-    });
-    const std::size_t probe = static_cast<std::size_t>((round * 977) % (5 * kBlock));
-    ASSERT_EQ(values[probe], round * static_cast<std::int64_t>(probe));
-  }
-}
-
-TEST(WorkerPool, StopsWithoutEverHavingWorked) {
-  for (int i = 0; i < 50; ++i) WorkerPool pool(1 + i % 4);
-}
-
 TEST(WorkerPool, RefusesAnImpossibleNumberOfThreads) {
   for (const int threads : {0, -1, 1025}) {
     const std::string said = refusal([&] { WorkerPool pool(threads); });

@@ -157,16 +157,6 @@ TEST(Parameters, RefusalsAreOneLine) {
   }
 }
 
-TEST(Parameters, OfALongTextTheBeginningIsTold) {
-  Sample sample;
-  const ParameterList list = parameters_of(&sample);
-  const std::string text(1000000, 'x');
-  for (const std::string& told : {refusal(list, "group/count", text), refusal(list, text, "1")}) {
-    EXPECT_LT(told.size(), 300u);
-    EXPECT_TRUE(says(told, "xxx... (1000000 characters)"));
-  }
-}
-
 // Squares of smaller ones, and ratios of these, leave the range of numbers.
 TEST(Parameters, WhatIsAllButAtItsLimitIsRefused) {
   Sample sample;

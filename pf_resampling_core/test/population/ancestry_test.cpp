@@ -35,16 +35,6 @@ void expect_definition(const Eigen::ArrayXi& counts) {
   ASSERT_TRUE((ancestors == expected_ancestors(counts, slots)).all());
 }
 
-TEST(CountsToAncestors, KeepsSurvivorsInTheirSlots) {
-  Eigen::ArrayXi counts(6);
-  counts << 0, 3, 0, 1, 2, 0;
-  Eigen::ArrayXi ancestors(6);
-  counts_to_ancestors(counts, ancestors);
-  Eigen::ArrayXi expected(6);
-  expected << 1, 1, 1, 3, 4, 4;
-  EXPECT_TRUE((ancestors == expected).all());
-}
-
 TEST(CountsToAncestors, IsTheDefinitionForAllSizesAndSpreads) {
   std::uint32_t step = 0;
   for (const int particles : {1, 2, 63, 64, 65, 255, 256, 257, 511, 512, 513, 1000, 3000}) {
@@ -83,12 +73,6 @@ TEST(CountsToAncestors, HandlesOneAncestorOfAll) {
       }
     }
   }
-}
-
-TEST(CountsToAncestors, LeavesAllWhereTheyAreWhenAllSurvive) {
-  Eigen::ArrayXi ancestors(777);
-  counts_to_ancestors(Eigen::ArrayXi::Ones(777), ancestors);
-  EXPECT_TRUE((ancestors == Eigen::ArrayXi::LinSpaced(777, 0, 776)).all());
 }
 
 TEST(CountDistinct, CountsDifferentValues) {

@@ -106,62 +106,6 @@ TEST(RandomStream, LiesInTheOpenUnitInterval) {
   EXPECT_LT(*std::max_element(uniforms.begin(), uniforms.end()), 1.0);
 }
 
-// Moments of a million: bounds are six standard errors, 2e-9 each.
-TEST(RandomStream, HasTheMomentsOfTheUniformDistribution) {
-  constexpr int kCount = 1000000;
-  std::vector<double> values(kCount);
-  test_stream(1).fill_uniform(0, kCount, values.data());
-  double mean = 0.0;
-  double square = 0.0;
-  double neighbours = 0.0;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const double centred = values[i] - 0.5;
-    mean += centred / kCount;
-    square += centred * centred / kCount;
-    if (i > 0) neighbours += centred * (values[i - 1] - 0.5) / kCount;
-  }
-  EXPECT_NEAR(mean, 0.0, 6.0 * std::sqrt(1.0 / 12 / kCount));
-  EXPECT_NEAR(square, 1.0 / 12, 6.0 * std::sqrt(1.0 / 180 / kCount));
-  EXPECT_NEAR(neighbours, 0.0, 6.0 / 12 / std::sqrt(kCount));
-}
-
-TEST(RandomStream, HasTheMomentsOfTheNormalDistribution) {
-  constexpr int kCount = 1000000;
-  std::vector<double> values(kCount);
-  test_stream(2).fill_normal(0, kCount, values.data());
-  double moments[5] = {};
-  double neighbours = 0.0;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    double power = 1.0;
-    for (double& moment : moments) {
-      moment += power / kCount;
-      power *= values[i];
-    }
-    if (i > 0) neighbours += values[i] * values[i - 1] / kCount;
-  }
-  // Var(z) = 1, Var(z^2) = 2, Var(z^3) = 15, Var(z^4) = 96.
-  EXPECT_NEAR(moments[1], 0.0, 6.0 * std::sqrt(1.0 / kCount));
-  EXPECT_NEAR(moments[2], 1.0, 6.0 * std::sqrt(2.0 / kCount));
-  EXPECT_NEAR(moments[3], 0.0, 6.0 * std::sqrt(15.0 / kCount));
-  EXPECT_NEAR(moments[4], 3.0, 6.0 * std::sqrt(96.0 / kCount));
-  EXPECT_NEAR(neighbours, 0.0, 6.0 / std::sqrt(kCount));
-}
-
-// Kolmogorov-Smirnov: sqrt(n) D above 2.69 has a probability of 1e-6.
-TEST(RandomStream, HasTheNormalDistribution) {
-  constexpr std::size_t kCount = 200000;
-  std::vector<double> values(kCount);
-  test_stream(3).fill_normal(0, kCount, values.data());
-  std::sort(values.begin(), values.end());
-  double largest = 0.0;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const double below = 0.5 * std::erfc(-values[i] / std::sqrt(2.0));
-    const double rank = static_cast<double>(i);
-    largest = std::max({largest, below - rank / kCount, (rank + 1.0) / kCount - below});
-  }
-  EXPECT_LT(largest * std::sqrt(kCount), 2.69);
-}
-
 TEST(RandomStream, DiffersBySeedPurposeAndStep) {
   std::set<double> seen;
   for (const std::uint64_t seed : {0u, 1u}) {
