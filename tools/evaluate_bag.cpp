@@ -169,7 +169,7 @@ Evaluation judged(const rosbag::Bag& bag, const EvaluationRequest& request, Reco
   const std::string frame = lay_on_truth(request, run);
   Evaluation evaluation = evaluate(*run, frame, request);
   evaluation.filter = run->filter;
-  evaluation.health = health_shares(read_health(bag, request.status), evaluation.estimate);
+  evaluation.health = health_shares(read_health(bag, kStatus), evaluation.estimate);
   if (request.with_batch) {
     evaluation.batch = compare_with_batch(bag, *run, request, evaluation);
   }

@@ -145,19 +145,6 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
   expect_refused("evaluate_bag x.bag --plot link.png", {"link.png", "it is not a regular file"});
 }
 
-TEST_F(FilesOfRuns, AFileThatIsReplacedKeepsItsMode) {
-  folder_->write("kept.bag", "old");
-  chmod(folder_->file("kept.bag").c_str(), 0640);
-  for (const char* command :
-       {"dataset_to_bag csv d kept.bag", "simulate_bag beacons_circle kept.bag --duration 5"}) {
-    ASSERT_EQ(program(command).exit_code, 0) << command;
-    struct stat there {};
-    stat(folder_->file("kept.bag").c_str(), &there);
-    EXPECT_EQ(there.st_mode, S_IFREG | 0640U) << command;
-  }
-  EXPECT_EQ(program("check_bag kept.bag").exit_code, 0);
-}
-
 TEST_F(FilesOfRuns, AnOutputOfAnEarlierRunAmongTheInputsIsReplaced) {
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(program("dataset_to_bag csv c c/out.bag").error, "");

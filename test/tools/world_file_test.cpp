@@ -1,13 +1,11 @@
 #include "tools/worlds/world_file.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include <cmath>
 
 #include "pf_resampling_core/simulation/simulate.hpp"
 #include "pf_resampling_core/test/says.hpp"
-#include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -140,13 +138,6 @@ TEST(LoadWorld, RefusesWhatIsNotThere) {
   EXPECT_TRUE(says(message, "\"beacons_square\" is unknown"));
   EXPECT_TRUE(says(message, "beacons_circle, beacons_figure8"));
   EXPECT_TRUE(says(refusal_of("/nowhere/world.yaml"), "/nowhere/world.yaml"));
-}
-
-TEST(LoadWorld, APipeIsRefusedAtOnce) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("fifo.yaml");
-  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-  EXPECT_EQ(refusal_of(path), path + ": is a pipe or a device, not a file; copy it into a file");
 }
 
 // The drives of the package: what is printed about them in their files has to be true.

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -221,28 +220,6 @@ std::string CommandLine::help() const {
 
 void CommandLine::misuse(const std::string& what) const {
   throw UsageError(one_line(what) + "; usage: " + usage() + " (--help says more)");
-}
-
-std::vector<double> parse_numbers(const std::string& name, const std::string& text,
-                                  std::size_t count) {
-  std::vector<double> numbers;
-  std::istringstream stream(text);
-  std::string field;
-  bool good = true;
-  while (good && std::getline(stream, field, ',')) {
-    std::size_t used = 0;
-    try {
-      numbers.push_back(std::stod(field, &used));
-      good = used == field.size() && std::isfinite(numbers.back());
-    } catch (const std::exception&) {
-      good = false;
-    }
-  }
-  if (!good || numbers.size() != count) {
-    throw UsageError("--" + name + " " + text + ": give " + std::to_string(count) +
-                     " finite numbers separated by commas");
-  }
-  return numbers;
 }
 
 int run_tool(const std::string& tool, int argc, char** argv,

@@ -153,11 +153,6 @@ auto naming(const std::string& path, const Work& work) {
   }
 }
 
-/// Comma-separated numbers, for instance "0.1,-0.2,0.5" for an option `name`. Throws UsageError
-/// unless there are `count` finite ones.
-std::vector<double> parse_numbers(const std::string& name, const std::string& text,
-                                  std::size_t count);
-
 /// The body of every main: runs `body` on the arguments (without the program's name) and returns
 /// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error,
 /// also when standard output could not be written; the error is one line "<tool>: <message>" on

@@ -22,15 +22,14 @@ Recording recording_of(const rosbag::Bag& bag, const EvaluationRequest& request)
 
 /// Where no observation has an id: those of the landmarks that it is of by the filter's last path
 /// and map. False if there are ids, or no such path and map.
-bool take_ids_of_filter(const rosbag::Bag& bag, const EvaluationRequest& request,
-                        Recording* recording) {
+bool take_ids_of_filter(const rosbag::Bag& bag, Recording* recording) {
   for (const StampedScan& scan : recording->scans) {
     for (const SeenLandmark& seen : scan.landmarks) {
       if (seen.id >= 0) return false;
     }
   }
-  const auto path = read_path(bag, request.path);
-  const auto map = read_landmark_map(bag, request.landmark_map);
+  const auto path = read_path(bag, kPath);
+  const auto map = read_landmark_map(bag, kLandmarkMap);
   if (!path || path->empty() || !map || map->empty()) return false;
   recording->scans = associated_by({*path, *map}, *recording);
   return true;
@@ -105,7 +104,7 @@ BatchComparison compare_with_landmarks(const rosbag::Bag& bag, const RecordedRun
                                        const EvaluationRequest& request,
                                        const Evaluation& evaluation) {
   Recording recording = recording_of(bag, request);
-  const bool has_ids_of_filter = take_ids_of_filter(bag, request, &recording);
+  const bool has_ids_of_filter = take_ids_of_filter(bag, &recording);
   BatchSolution solution = solve_batch(recording);
   solution.path = path_of_place(solution.path, run.place);
   BatchComparison batch =

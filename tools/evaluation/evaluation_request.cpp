@@ -43,26 +43,12 @@ CommandLine evaluation_command_line() {
   line.topic("pose", "/pose", "estimate: PoseWithCovarianceStamped, Odometry or PoseStamped");
   line.topic("odom", kUsualOdometry, "dead reckoning, if present; 'none' leaves it out");
   line.topic("beacons", "/beacons", "beacons, for the picture and --batch");
-  line.option<double>(
-      "lost-error", "METRES", 0.0,
-      "the robot counts as lost above this error; 0: 0.2 m + 3 % of the extent of the true path");
-  line.option<double>(
-      "max-gap", "SECONDS", 0.0,
-      "longest gap in the estimate to interpolate over; 0: three median intervals, at least 1 s");
-  line.topic("landmark-map", "/landmark_map", "estimated map; its last message is evaluated");
-  line.topic("true-landmarks", "/ground_truth_landmarks", "true map");
   line.topic("landmarks", "/landmarks", "observations, for --batch");
   line.topic("ranges", "/ranges",
              "ranges to the beacons, for --batch where nothing is in landmarks");
-  line.topic("path", "/path",
-             "the whole path as the filter believes it at the end; its last message is evaluated");
-  line.topic("status", "/status", "the filter's status, for its particles");
   line.option<std::string>("match", "HOW", "auto",
                            "how to match estimated and true landmarks: id, nearest, or auto (by id "
                            "if the sensor gives ids and they fit)");
-  line.option<double>(
-      "gate", "METRES", 0.0,
-      "largest distance to the nearest; 0: half the usual distance of neighbours, at least 0.5 m");
   line.option<std::string>(
       "frame", "WHICH", "auto",
       "alignment with the truth: given (none), start (at the first true pose), fit (best rigid "
@@ -85,11 +71,8 @@ EvaluationRequest evaluation_request_from(const CommandLine& line) {
   EvaluationRequest request;
   request.bag = line.text("bag");
   request.path_options.clip = line.get<double>("clip");
-  request.path_options.lost_error = line.get<double>("lost-error");
-  request.path_options.max_gap = line.get<double>("max-gap");
   check_options(request.path_options);
   request.map_options.matching = matching_from(line.text("match"));
-  request.map_options.gate = line.get<double>("gate");
   request.frame = frame_from(line.text("frame"));
   request.with_odometry = line.text("odom") != "none";
   request.with_batch = line.get<bool>("batch");
@@ -102,12 +85,8 @@ EvaluationRequest evaluation_request_from(const CommandLine& line) {
   request.pose = line.topic("pose");
   request.odom = line.topic("odom");
   request.beacons = line.topic("beacons");
-  request.landmark_map = line.topic("landmark-map");
-  request.true_landmarks = line.topic("true-landmarks");
   request.landmarks = line.topic("landmarks");
   request.ranges = line.topic("ranges");
-  request.path = line.topic("path");
-  request.status = line.topic("status");
   if (request.with_online && !request.with_batch) {
     throw UsageError("--batch-online needs --batch");
   }

@@ -11,6 +11,9 @@ namespace pf_resampling {
 
 /// Where odometry is looked for if nothing else is said.
 inline constexpr const char* kUsualOdometry = "/odom";
+/// What filters give out, and the true map.
+inline constexpr const char *kStatus = "/status", *kPath = "/path", *kLandmarkMap = "/landmark_map",
+                            *kTrueMap = "/ground_truth_landmarks";
 
 /// Of evaluate_bag.
 CommandLine evaluation_command_line();
@@ -26,8 +29,7 @@ struct EvaluationRequest {
   bool with_online = false;
   bool is_quiet = false;
   std::optional<std::string> truth_frame, json, plot;
-  std::string truth, pose, odom, beacons, landmark_map, true_landmarks, landmarks, path, status,
-      ranges;  ///< topics
+  std::string truth, pose, odom, beacons, landmarks, ranges;  ///< topics
 };
 
 /// Throws UsageError: an option has a value that makes no sense, alone or beside others.

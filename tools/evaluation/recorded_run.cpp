@@ -27,8 +27,8 @@ RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
   run.place = place_of_truth(bag, request.truth_frame);
   run.estimate = path_of_place(read_poses(bag, request.pose), run.place);
   run.beacons = read_beacons(bag, request.beacons);
-  run.map = read_landmark_map(bag, request.landmark_map);
-  run.true_map = read_landmark_map(bag, request.true_landmarks);
+  run.map = read_landmark_map(bag, kLandmarkMap);
+  run.true_map = read_landmark_map(bag, kTrueMap);
   if (request.with_odometry) {
     const RecordedOdometry odometry = read_odometry(bag, request.odom);
     run.dead_reckoning = path_of_place(odometry.poses, run.place);
@@ -45,11 +45,10 @@ RecordedRun read_run(const rosbag::Bag& bag, const EvaluationRequest& request) {
       run.true_map->push_back(landmark);
     }
   }
-  if (const auto path =
-          run.map && !run.finds_beacons ? read_path(bag, request.path) : std::nullopt) {
+  if (const auto path = run.map && !run.finds_beacons ? read_path(bag, kPath) : std::nullopt) {
     run.believed = path_of_place(*path, run.place);
   }
-  run.filter = read_filter_summary(bag, request.status);
+  run.filter = read_filter_summary(bag, kStatus);
   run.has_initial_pose = has_topic(bag, "/initialpose");
   return run;
 }
