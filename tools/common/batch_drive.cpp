@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <string>
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/progress_bar.hpp"
+#include "tools/common/table.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -43,12 +42,6 @@ double steps_between(double from, double to) {
   return std::ceil((to - from) / kLongestStep);
 }
 
-std::string number(double value, int digits) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(digits) << value;
-  return text.str();
-}
-
 }  // namespace
 
 void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<double>& times) {
@@ -69,11 +62,11 @@ void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<do
   }
   const std::string most = std::to_string(kMostPoses) + " at most";
   if (2.0 * steps_between(0.0, gap) > poses) {
-    throw Error("the odometry has a gap of " + number(gap, 0) + " s after " + number(begin, 3) +
-                " s: the batch solution would need " + number(poses, 0) + " poses and takes " +
+    throw Error("the odometry has a gap of " + fixed(gap, 0) + " s after " + fixed(begin, 3) +
+                " s: the batch solution would need " + fixed(poses, 0) + " poses and takes " +
                 most + "; if the clock was set, cut the recording there (rosbag filter)");
   }
-  throw Error("the batch solution would need " + number(poses, 0) + " poses and takes " + most +
+  throw Error("the batch solution would need " + fixed(poses, 0) + " poses and takes " + most +
               ": give a part of the recording (rosbag filter)");
 }
 
