@@ -71,7 +71,11 @@ void RangeMemory::judge_radios() {
     for (const int fault : faults) {
       const RadioAccount account = mode.accounts[static_cast<std::size_t>(fault)];
       if (account == RadioAccount::as_listed || account == RadioAccount::mistaken) continue;
-      others.push_back(with_fault(mode, fault, RadioAccount::as_listed, fault));
+      // On one side of it, a radio elsewhere looks like one with a bias.
+      for (const RadioAccount other :
+           {RadioAccount::as_listed, RadioAccount::elsewhere, RadioAccount::biased}) {
+        if (other != account) others.push_back(with_fault(mode, fault, other, fault));
+      }
       for (const int radio : listed) {
         others.push_back(with_fault(mode, radio, RadioAccount::elsewhere, fault));
       }

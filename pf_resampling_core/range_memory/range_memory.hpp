@@ -240,6 +240,8 @@ class RangeMemory {
   bool is_too_large() const;
   void let_oldest_leave();
   void forget(int radio);
+  bool are_listed() const;
+  int newest_keyframes() const;
   void settle(RangeMode* mode) const;
   RangeBelief solved(int iterations, RangeMode* mode) const;
   double log_prior_of_noise(const RangeNoise& noise) const;

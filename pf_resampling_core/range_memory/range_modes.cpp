@@ -29,6 +29,7 @@ constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
 constexpr std::size_t kMostModes = 6;
 constexpr int kNoiseTrials = 4;
 constexpr int kNewest = 20;          // keyframes that move in between
+constexpr int kNewestOfPlaces = 60;  // likewise, while places are found
 constexpr int kShareThatLeaves = 4;  // of the keyframes, when there are too many
 constexpr int kFewestKeyframes = 100;
 constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes · constants²
@@ -282,7 +283,7 @@ bool RangeMemory::may_head_anywhere() const {
 bool RangeMemory::follow() {
   for (RangeMode& mode : modes_) {
     const std::optional<RangePast>& past = mode.settled ? mode.settled : mode.past;
-    if (graph_.keyframes() - (past ? past->keyframe : 0) > 2 * kNewest) {
+    if (graph_.keyframes() - (past ? past->keyframe : 0) > 2 * newest_keyframes()) {
       settle(&mode);
       continue;
     }
@@ -314,9 +315,7 @@ void RangeMemory::solve_all() {
     settle(&mode);
   }
   before_ = modes_.front().estimate;
-  const bool are_listed = std::all_of(radios_.begin(), radios_.end(),
-                                      [](const Radio& radio) { return radio.listed.has_value(); });
-  const double growth = are_listed ? kSolvedAllGrowth : kSolvedAllGrowthOfPlaces;
+  const double growth = are_listed() ? kSolvedAllGrowth : kSolvedAllGrowthOfPlaces;
   next_solution_of_all_ =
       time_ + std::min(kSolvedAllAtLeastEvery, std::max(kSolvedAllEvery, growth * time_));
 }
@@ -366,8 +365,17 @@ void RangeMemory::let_oldest_leave() {
   }
 }
 
+bool RangeMemory::are_listed() const {
+  return std::all_of(radios_.begin(), radios_.end(),
+                     [](const Radio& radio) { return radio.listed.has_value(); });
+}
+
+int RangeMemory::newest_keyframes() const {
+  return are_listed() ? kNewest : kNewestOfPlaces;
+}
+
 void RangeMemory::settle(RangeMode* mode) const {
-  const int keyframe = graph_.keyframes() - kNewest;
+  const int keyframe = graph_.keyframes() - newest_keyframes();
   if (keyframe <= 0) return;
   RangePast settled;
   settled.keyframe = keyframe;

@@ -226,6 +226,24 @@ TEST(RangeMemory, NamesTheRadioThatIsElsewhere) {
   }
 }
 
+// From where the drive begins it looks like one with a bias, and later others would be accused.
+TEST(RangeMemory, TakesARadioWithABiasForOneElsewhereOnceTheDataSaySo) {
+  DriveAmongRadios drive;
+  std::vector<Beacon> listed = drive.beacons;
+  listed[0].position.head<2>() += Eigen::Vector2d(2.5, 2.5);
+  RangeMemory memory({}, listed);
+  int steps = 0;
+  drive.drive(90.0, 1, [&](const OdometryIncrement& odometry, const RangeObservation& range) {
+    memory.add(odometry, {range});
+    if (++steps % 10 == 0) memory.solve();
+  });
+  for (const RadioKnowledge& radio : memory.radios()) {
+    EXPECT_EQ(radio.account, radio.id == 1 ? RadioAccount::elsewhere : RadioAccount::as_listed)
+        << "radio " << radio.id;
+  }
+  EXPECT_LT(drive.error(memory), 0.2);
+}
+
 // Before it, a mirrored path makes another radio as likely to be wrong.
 TEST(RangeMemory, NamesNoRadioBeforeTheFirstTurn) {
   const auto named_after = [](double duration) {
