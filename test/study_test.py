@@ -178,6 +178,18 @@ class Folder(unittest.TestCase):
         self.run_in(folder, '--trials', 2)  # no fewer than there were
         self.assert_same_tables(folder)
 
+    def test_a_filter_that_is_added_is_run_alone(self):
+        folder, fewer = self.directory / 'added', self.directory / 'fewer.yaml'
+        removed = next(line for line in SMALL.splitlines(True) if 'name: compensation,' in line)
+        fewer.write_text(SMALL.replace(removed, ''))
+        self.assertEqual(study(fewer, folder)[0], 0)
+        times = rows_of(folder / 'times.csv')
+        self.run_in(folder)
+        self.assert_same_tables(folder)
+        self.assertEqual([row for row in rows_of(folder / 'times.csv') if row['filter'] != 'compensation'], times)
+        self.assertEqual(study(fewer, folder)[0], 0)  # and left out again
+        self.assertEqual(rows_of(folder / 'times.csv'), times)
+
     def test_any_row_is_run_again_alone(self):
         trials = (self.whole / 'trials.csv').read_text()
         for name in ('RSR', 'compensation', 'EKF-SLAM'):
@@ -210,9 +222,10 @@ class Folder(unittest.TestCase):
     def test_refuses_what_was_damaged(self):
         folder = self.copy('damaged')
         block = folder / 'blocks/short-0000001-0000002'
-        good = json.loads(block.read_text())
-        for text in ('', '{}', block.read_text()[:1000], json.dumps(dict(good, trials=good['trials'][:1])),
-                     json.dumps(dict(good, sums=[]))):
+        names, text = block.read_text().split('\n', 1)
+        good = json.loads(text)
+        for text in ('', names, f'{names}\n{text[:1000]}', *(f'{names}\n{json.dumps(dict(good, **part))}' for part in (
+                {'trials': good['trials'][:1]}, {'sums': []}))):
             block.write_text(text)
             self.refused('merge', folder, says=str(block))
         about = json.loads((folder / 'study.json').read_text())
