@@ -1,11 +1,13 @@
-"""A document of headings, text, tables and pictures, written as one HTML page.
+"""A document of headings, text, tables and pictures, written as one HTML page; its tables as LaTeX, too.
 
 Text may hold `names as they are typed`, **what matters** and links [text](#anchor).
 """
 import html
 import re
 import urllib.parse
+from collections import namedtuple
 
+Drawing = namedtuple("Drawing", "svg pdf")  # bytes of both
 STYLE = """
 :root { color-scheme: light; }
 body { max-width: 900px; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a; background: #fff;
@@ -58,6 +60,16 @@ def to_html(text):
         part = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", part)
         parts[i] = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', part)
     return "".join(parts)
+
+
+def to_latex(text):
+    """Inline markup as LaTeX."""
+    for character, command in (("\\", r"\textbackslash "), *((each, "\\" + each) for each in "&%$#_{}"), ("~", r"\textasciitilde "),
+                               ("^", r"\textasciicircum "), ("±", r"$\pm$"), ("−", "$-$"), ("σ", r"$\sigma$"), ("µ", r"$\mu$"),
+                               ("\u00a0", "~")):
+        text = text.replace(character, command)
+    text = re.sub(r"`([^`]*)`", r"\\texttt{\1}", text)
+    return re.sub(r"\*\*(.+?)\*\*", r"\\textbf{\1}", text)
 
 
 class Heading:
@@ -131,8 +143,18 @@ class Table:
         return "\n".join([*lines, "</tbody></table></div>"])
 
 
+    def latex(self):
+        def line(texts):
+            return " & ".join(to_latex(text) for text in texts) + r" \\"
+
+        columns = "".join("l" if i in self.texts else "r" for i in range(len(self.headings)))
+        return "\n".join([r"\begin{table}", rf"\caption{{{to_latex(self.caption)}}}", rf"\begin{{tabular}}{{{columns}}}", r"\toprule",
+                          line(self.headings), r"\midrule", *(line([cell.text for cell in row.cells]) for row in self.rows),
+                          r"\bottomrule", r"\end{tabular}", r"\end{table}", ""])
+
+
 class Picture:
-    """A picture, as SVG or by the path of its file; `name` is its anchor."""
+    """A picture, a Drawing or by the path of its file; `name` is its anchor."""
 
     def __init__(self, name, image, caption):
         self.name, self.image, self.caption = name, image, " ".join(caption.split())
@@ -142,8 +164,9 @@ class Picture:
 
     def html(self):
         source = self.image
-        if isinstance(source, bytes):
-            source = "data:image/svg+xml," + urllib.parse.quote(" ".join(source.decode("utf-8").split()), safe=" /:;,=.()'-")
+        if isinstance(source, Drawing):
+            text = " ".join(source.svg.decode("utf-8").split())
+            source = "data:image/svg+xml," + urllib.parse.quote(text, safe=" /:;,=.()'-")
         return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="{source}">\n'
                 f"<figcaption>{to_html(self.caption)}</figcaption></figure>")
 
@@ -161,6 +184,10 @@ class Document:
 
     def pictures(self):
         return [block for block in self.blocks if isinstance(block, Picture)]
+
+    def latex(self):
+        """All tables; they need the package booktabs."""
+        return "\n".join(block.latex() for block in self.blocks if isinstance(block, Table))
 
     def html(self):
         body = "\n".join(block.html() for block in self.blocks)

@@ -102,10 +102,14 @@ def add_reading(document, study):
         difference at which the claim fails, widened by the same correction, says how large it may be. So the chance that a
         family has any wrong "holds" or "does not hold" is at most {LEVEL:g}. ◂ marks the difference that decides."""))
     timed = ("processor_ms", "step_ms", "step_us_per_call") if study.filter == "fastslam" else ()
-    shown = [figure for figure in MEASURES if figure in study.figures or figure in timed]
-    if shown:
+    add_measures(document, [figure for figure in MEASURES if figure in study.figures or figure in timed])
+
+
+def add_measures(document, figures):
+    """What each of them is."""
+    if figures:
         document.add(Text("**Measures.**"))
-        document.add(Bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in shown]))
+        document.add(Bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in figures]))
 
 
 def lost_text(study, problem, name):
@@ -121,8 +125,11 @@ def figure_text(study, problem, name, figure):
 
 
 def differences_to(study, problem, names, reference, figure):
-    """{name: (difference to the reference, p corrected for the number of names)}, of those that have one."""
-    found = {name: study.difference(problem, figure, [(1.0, name), (-1.0, reference)]) for name in names if name != reference}
+    """{name: (difference to the reference, p corrected for the number of names)}, of those that have one. `reference`: a
+    filter; None: of each its own."""
+    references = {name: reference or study.reference_for(name) for name in names}
+    found = {name: study.difference(problem, figure, [(1.0, name), (-1.0, other)])
+             for name, other in references.items() if name != other}
     found = {name: difference for name, difference in found.items() if difference is not None}
     return dict(zip(found, zip(found.values(), holm([difference.p for difference in found.values()]))))
 
@@ -139,20 +146,21 @@ def add_groups(document, study, problem, figures, compared, level=3):
     """Of every group of filters a table of figures, and one of their differences to the reference."""
     figures = [figure for figure in figures if any(study.values(problem, name, figure) for name in study.names(problem))]
     compared = [figure for figure in compared if figure in figures]
-    found = {figure: differences_to(study, problem, study.names(problem), study.reference, figure) for figure in compared}
+    found = {figure: differences_to(study, problem, study.names(problem), None, figure) for figure in compared}
     for group, names in study.groups():
         names = [name for name in names if study.has(problem, name)]
         if not names:
             continue
         document.add(Heading(level, group or "Filters"))
-        shown = names if study.reference in names or not study.has(problem, study.reference) else [study.reference, *names]
+        references = dict.fromkeys(map(study.reference_for, names))
+        shown = [*(name for name in references if name not in names and study.has(problem, name)), *names]
         for first in range(0, len(figures), COLUMNS):
             part = figures[first:first + COLUMNS]
             document.add(Table(f"{group or 'Filters'}: means ± s.e.",
                                ["Filter", *(measure(figure).heading for figure in part)],
                                [[f"`{name}`", *(figure_text(study, problem, name, figure) for figure in part)]
                                 for name in shown]))
-        others = [name for name in names if name != study.reference]
+        others = [name for name in names if name not in references]
         for first in range(0, len(compared) if others else 0, COLUMNS):
             part = compared[first:first + COLUMNS]
             document.add(Table(f"{group or 'Filters'}: minus `{study.reference}`, paired by seed",

@@ -11,9 +11,12 @@ try:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    import matplotlib.ticker
     import numpy as np
 except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
+
+from report_document import Drawing
 
 matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "path", "font.size": 10.0,
                             "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,
@@ -23,16 +26,23 @@ INK, GREY, BLUE, RED, GREEN, ORANGE, VIOLET = "#222222", "#8c8c8c", "#1667b7", "
 WIDTH = 9.0  # of a page, inches
 
 
-def svg_of(figure):
+def colour_of(number):
+    """Of a line among others, by its number."""
+    colours = (INK, RED, BLUE, GREEN, ORANGE, VIOLET, GREY, "#4aa3a2", "#a0522d")
+    return colours[number % len(colours)]
+
+
+def drawing_of(figure):
     """The picture without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
-    file = io.BytesIO()
-    figure.savefig(file, format="svg", bbox_inches="tight")
+    svg, pdf = io.BytesIO(), io.BytesIO()
+    figure.savefig(svg, format="svg", bbox_inches="tight")
+    figure.savefig(pdf, format="pdf", bbox_inches="tight", metadata={"CreationDate": None})
     plt.close(figure)
-    text = file.getvalue().decode("utf-8")
+    text = svg.getvalue().decode("utf-8")
     for pattern in (r"<\?xml.*?\?>\s*", r"<!DOCTYPE.*?>\s*", r"\s*<metadata>.*?</metadata>", r"\s*<!--.*?-->"):
         text = re.sub(pattern, "", text, flags=re.DOTALL)
-    text = re.sub(r"(\d\.\d\d)\d+", r"\1", text)
-    return "\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n"
+    text = re.sub(r"(scale\([^)]*\))|(\d\.\d\d)\d+", lambda match: match[1] or match[2], text)  # letters are scaled
+    return Drawing("\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n", pdf.getvalue())
 
 
 def mark_times(panel, marks):
@@ -76,7 +86,49 @@ def draw_curves(panels, label, marks, top=None, columns=2, level=None):
         panel.set_xlabel("time (s)")
     for panel in list(axes.flat)[len(panels):]:
         panel.set_visible(False)
-    return svg_of(figure)
+    return drawing_of(figure)
+
+
+def draw_measure(lines, label):
+    """{filter: {number of particles: (values of the trials, time, ms)}}: means against that number, where there are several,
+    and against time; below, boxes of all trials."""
+    sizes = sorted({size for points in lines.values() for size in points if size})
+    against = {"particles": lambda key, time: key} if len(sizes) > 1 else {}
+    if all(time > 0.0 for points in lines.values() for _, time in points.values()):
+        against["processor time of a drive (ms)"] = lambda key, time: time
+    figure = plt.figure(figsize=(WIDTH, 6.2 if against else 3.4), constrained_layout=True)
+    grid = figure.add_gridspec(2 if against else 1, max(1, len(against)))
+    boxes = figure.add_subplot(grid[-1, :])
+    panels = [figure.add_subplot(grid[0, column]) for column in range(len(against))]
+    for i, (name, points) in enumerate(lines.items()):
+        keys = sorted(points, key=lambda size: size or 0)
+        samples = [points[key][0] for key in keys]
+        errors = [np.std(each, ddof=1) / len(each) ** 0.5 if len(each) > 1 else 0.0 for each in samples]
+        for panel, place_of in zip(panels, against.values()):
+            panel.errorbar([place_of(key, points[key][1]) for key in keys], [np.mean(each) for each in samples], errors, lw=1.4,
+                           color=colour_of(i), marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5)
+        width = 0.8 / len(lines)
+        places = [(sizes.index(key) if key else 0) + (i - 0.5 * (len(lines) - 1)) * width for key in keys]
+        drawn = boxes.boxplot(samples, positions=places, widths=0.8 * width, patch_artist=True, manage_ticks=False,
+                              flierprops={"marker": ".", "ms": 3, "mec": colour_of(i)}, medianprops={"color": "white"})
+        for part in drawn["boxes"] + drawn["whiskers"] + drawn["caps"]:
+            part.set_color(colour_of(i))
+        drawn["boxes"][0].set_label(name)
+    for panel, text in zip(panels, against):
+        panel.set_xscale("log")
+        panel.xaxis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:g}"))
+        panel.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+        panel.set_xlabel(text)
+    boxes.set_xticks(range(len(sizes)))
+    boxes.set_xticklabels(sizes)
+    boxes.set_xlabel("particles" if sizes else "")
+    boxes.grid(axis="x", visible=False)
+    for panel in (*panels[:1], boxes):
+        panel.set_ylabel(label)
+    figure.legend(*boxes.get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
+                  frameon=False)
+    return drawing_of(figure)
 
 
 def draw_systematic(weights, numbers, counts):
@@ -100,7 +152,7 @@ def draw_systematic(weights, numbers, counts):
     panel.set_ylim(0.0, 1.03)
     panel.set_ylabel("cumulative weight", labelpad=62)
     panel.set_xlabel("particle, its weight, how often it is taken")
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def draw_ranks(lines):
@@ -113,7 +165,7 @@ def draw_ranks(lines):
     panel.set_xlabel("rank (1: the largest weight)")
     panel.set_ylabel("probability of selection")
     panel.legend(fontsize=9)
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def draw_paths(panels, height=4.6):
@@ -134,7 +186,7 @@ def draw_paths(panels, height=4.6):
     axes[0, 0].set_ylabel("y (m)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9, frameon=False)
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def draw_bars(panels, label):
@@ -160,7 +212,7 @@ def draw_bars(panels, label):
         panel.grid(axis="x", visible=False)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, fontsize=9, frameon=False)
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def draw_scheme_times(lines):
@@ -174,7 +226,7 @@ def draw_scheme_times(lines):
     panel.set_xlabel("particles")
     panel.set_ylabel("one resampling (µs)")
     panel.legend(fontsize=9)
-    return svg_of(figure)
+    return drawing_of(figure)
 
 
 def draw_points(points, labels, level):
@@ -202,4 +254,4 @@ def draw_points(points, labels, level):
                    rotation=90, ha="left", va="top", color="0.35", fontsize=9)
     panel.set_xlabel(labels[0])
     panel.set_ylabel(labels[1])
-    return svg_of(figure)
+    return drawing_of(figure)

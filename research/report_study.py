@@ -161,6 +161,16 @@ class Study:
         """Settings of a filter on top of those of the study; none for what is no filter of it."""
         return next((dict(each.get("settings", {})) for each in self.filters if each["name"] == name), {})
 
+    def place_of(self, name):
+        """(filter, number of particles) where a study has each filter with several; else (name, None)."""
+        each = next((each for each in self.filters if each["name"] == name), {})
+        return each.get("of", name), each.get("particles")
+
+    def reference_for(self, name):
+        """What a filter is compared with: the reference, with as many particles."""
+        wanted = (self.reference, self.place_of(name)[1])
+        return next((each["name"] for each in self.filters if self.place_of(each["name"]) == wanted), self.reference)
+
     def groups(self):
         """Groups of filters in their order: [(group, [names])]."""
         found = {}

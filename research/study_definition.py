@@ -112,11 +112,12 @@ def parse_study(yaml_text, where, folder=""):
     filters = [dict(each, group=group["name"]) for group in read.pop("groups") for each in group["filters"]]
     particles = read.pop("particles")
     if particles:  # every filter with each number of particles
-        filters = [dict(each, name=f'{each["name"]} M={size}', settings=dict(each["settings"], particles=str(size)))
+        filters = [dict(each, name=f'{each["name"]} M={size}', of=each["name"], particles=size,
+                        settings=dict(each["settings"], particles=str(size)))
                    for each in filters for size in particles]
     read["title"] = read["title"] or read["study"]
     read["problems"] = [problem_of(each, folder, where) for each in read["problems"]]
-    read["reference"] = read["reference"] or (filters[0]["name"] if filters else "")
+    read["reference"] = read["reference"] or (filters[0].get("of", filters[0]["name"]) if filters else "")
     return checked({**read, "format": 1, "filters": filters}, where)
 
 
@@ -132,7 +133,7 @@ def checked(study, where):
             require(name and not set(name) & set(',"\n/'),
                     f"the name '{name}' is empty or has a comma, a quote, a slash or a line's end: take another")
             require(names.count(name) == 1, f"there are two of the name {name}")
-    require(study["reference"] in names, f"reference is '{study['reference']}', which is none of the filters")
+    require(study["reference"] in names or any(each.get("of") == study["reference"] for each in study["filters"]), f"reference is '{study['reference']}', which is none of the filters")
     for key in ("trials", "block"):
         require(1 <= study[key] <= MOST_TRIALS, f"{key} is {study[key]}: it has to be 1 to {MOST_TRIALS}")
     for problem in study["problems"]:

@@ -510,7 +510,7 @@ class StudyReport(unittest.TestCase):
         self.assert_has('plaza2, without excitation', self.check_page(study_report.report_of(self.folder)))
 
     def write_mine(self, names):
-        """A study of no paper, that has the curves of these filters: a picture, or none without filters."""
+        """A study of no paper, that has the curves of these filters."""
         trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3], 'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
         write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, ['feature_error', 'mine'], trials, curves=['feature_error'])
         write_rows(self.folder / 'curves.csv',
@@ -521,7 +521,29 @@ class StudyReport(unittest.TestCase):
         self.write_mine(('RSR', 'A'))
         document = study_report.report_of(self.folder)
         self.assert_has('>2.333 ± 0.882</td>', self.check_page(document))
-        self.assertEqual(len(document.pictures()), 1)
+        self.assertEqual([picture.name for picture in document.pictures()],
+                         ['feature_error_1_1', 'curve_feature_error_1_1', 'mine_1_1'])
+        self.assertIn(r'\texttt{RSR} & 0.200 $\pm$~0.058 & 2.333 $\pm$~0.882', document.latex())
+        document = study_report.report_of(self.folder, ['mine'])
+        self.assertEqual([picture.name for picture in document.pictures()], ['mine_1_1'])
+        with self.assertRaisesRegex(report_study.StudyError, 'mein is no measure of this study; known: feature_error, mine'):
+            study_report.report_of(self.folder, ['mein'])
+
+    def test_filters_are_compared_with_the_reference_of_as_many_particles(self):
+        filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size} for name in ('RSR', 'A') for size in (10, 100)]
+        trials = {('hall', each['name']): {'mine': [each['particles'] + (each['of'] == 'A') + seed for seed in range(4)]}
+                  for each in filters}
+        study = report_study.Study(write_study(self.folder, {}, ['mine'], trials, filters=filters))
+        self.assertEqual([study.reference_for(each['name']) for each in filters], ['RSR M=10', 'RSR M=100'] * 2)
+        text = self.check_page(study_report.report_of(self.folder))
+        self.assertEqual(text.count('+1.000 ± 0.000'), 2)
+        self.assertNotIn('+90', text)
+
+    # Cut to two digits, as coordinates are, letters were a third too small.
+    def test_letters_of_a_picture_have_their_size(self):
+        self.write_mine(())
+        svg = study_report.report_of(self.folder).pictures()[0].image.svg.decode('utf-8')
+        self.assert_has('scale(0.015625)', svg)
 
     def test_page_is_the_same_bytes_twice(self):
         write_mahmoud(self.folder, count=4)
