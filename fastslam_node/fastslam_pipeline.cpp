@@ -117,6 +117,7 @@ std::optional<LandmarkScan> FastSlamPipeline::to_observations(
   const std::optional<Pose2> sensor = sensor_of(scan.header.frame_id);
   if (!sensor) return std::nullopt;
   std::vector<RangeBearingObservation> observations = usable_observations(scan);
+  if (scan.observations.empty()) note_empty_scan(scan.header.stamp, *sensor);
   if (observations.empty()) return std::nullopt;
   return LandmarkScan{*sensor, std::move(observations)};
 }
@@ -209,15 +210,21 @@ void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& us
 }
 
 // What the filter did not believe is counted: a misread id, a reflection, or a robot that is lost.
+// One landmark that was moved says the same time and again, so that counts once.
 void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
     const ObservationOutcome& outcome = scan.outcomes[k];
     if (outcome.is_new) continue;
     const bool is_believed = outcome.is_believed();
-    lost_.observe(is_believed ? kBelievedDistance : kUnbelievedDistance, 2, duration);
-    duration = 0.0;
-    if (is_believed) continue;
     const RangeBearingObservation& z = scan.observations[k];
+    const bool is_again = !is_believed && z.id >= 0 && doubts_ > 0 && z.id == doubted_id_;
+    if (!is_again) {
+      lost_.observe(is_believed ? kBelievedDistance : kUnbelievedDistance, 2, duration);
+      duration = 0.0;
+    }
+    doubts_ = is_again ? doubts_ + 1 : is_believed ? 0 : 1;
+    doubted_id_ = z.id;
+    if (is_believed) continue;
     ++not_believed_;
     last_not_believed_ = "landmark " + std::to_string(z.id) + " seen at " + number_text(z.range) +
                          " m and " + number_text(z.bearing) + " rad";
@@ -279,6 +286,13 @@ bool FastSlamPipeline::watches_landmarks() const {
   if (options_.filter.map.frozen) return true;
   return filter_->association() == DataAssociation::known &&
          options_.filter.strategy.renewal == Renewal::redraw;
+}
+
+// It says what is gone, and moves no particle.
+void FastSlamPipeline::note_empty_scan(ros::Time stamp, const Pose2& sensor) {
+  if (!belief_ || search_ || !watches_landmarks() || stamp < odometry_.used()) return;
+  const PoseEstimate there = moved_by(*belief_, odometry_.until(stamp, noise()));
+  note_changes(stamp, {there.mean, sensor, {}, {}});
 }
 
 void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {

@@ -146,6 +146,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_findings(ros::Time stamp, const ScanPicture& scan);
   void note_slips(ros::Time stamp);
   void note_jump(ros::Time stamp);
+  void note_empty_scan(ros::Time stamp, const Pose2& sensor);
   void note_changes(ros::Time stamp, const ScanPicture& scan);
   void note_finding(const Finding& finding);
   bool watches_landmarks() const;
@@ -183,6 +184,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start
   std::string last_not_believed_;   // in words
+  int doubts_ = 0;                  // of the last observations, all of one landmark, ...
+  std::int64_t doubted_id_ = -1;    // ... this one, that were not believed
   ros::Time last_map_;
 };
 

@@ -12,6 +12,8 @@ namespace {
 constexpr double kRounding = 1e-9;
 // How long, s, a scan is shown at least.
 constexpr double kScanShown = 1.0;
+// So many sightings of one landmark in a row that do not fit are no chance.
+constexpr int kManyDoubts = 3;
 
 }  // namespace
 
@@ -111,6 +113,7 @@ void FastSlamPipeline::add_health(HealthInputs* inputs) const {
   inputs->renews_past = can_redraw();
   inputs->is_contradicted = filter_->memory().distrusts_odometry();
   inputs->misses_landmarks = filter_->memory().misses_landmarks();
+  if (doubts_ >= kManyDoubts) inputs->misfit = "the sightings of a landmark";
 }
 
 bool FastSlamPipeline::can_redraw() const {

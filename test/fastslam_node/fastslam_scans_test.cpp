@@ -245,17 +245,20 @@ TEST(FastSlamScans, AnEmptyMapReplacesNoFile) {
   EXPECT_EQ(read_map_file(path).landmarks.size(), 12u);
 }
 
+// A list of all landmarks of the drive.
+std::string write_survey(const TemporaryDirectory& directory) {
+  std::ofstream list(directory.file("survey.csv"));
+  list << "id,x,y\n";
+  const auto places = Drive::landmarks();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    list << i << "," << places[i].x() << "," << places[i].y() << "\n";
+  }
+  return directory.file("survey.csv");
+}
+
 TEST(FastSlamScans, LoadsASurveyedMapAndSaysSo) {
   const TemporaryDirectory directory;
-  const std::string path = directory.file("survey.csv");
-  {
-    std::ofstream list(path);
-    list << "id,x,y\n";
-    const auto places = Drive::landmarks();
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      list << i << "," << places[i].x() << "," << places[i].y() << "\n";
-    }
-  }
+  const std::string path = write_survey(directory);
   FastSlamRig run;
   EXPECT_EQ(run.pipeline.load_map(path, true), "12 landmarks loaded from " + path + ", frozen");
   run.feed(Drive::messages(20.0));
@@ -265,6 +268,48 @@ TEST(FastSlamScans, LoadsASurveyedMapAndSaysSo) {
   run.pipeline.reset();
   run.feed(Drive::messages(20.0));
   EXPECT_EQ(run.out.statuses.back().map_file, "");
+}
+
+// Three laps in a surveyed map with a camera that sees what is most ahead alone, changed by
+// `change` where that is landmark 4. The only finding.
+FindingStatus only_finding_of(const std::function<void(LandmarkObservationArray*)>& change,
+                              FastSlamRig* run) {
+  const TemporaryDirectory directory;
+  run->pipeline.load_map(write_survey(directory), true);
+  run->feed(changed(Drive::messages(115.0), [&](LandmarkObservationArray* scan) {
+    const auto ahead =
+        std::min_element(scan->observations.begin(), scan->observations.end(),
+                         [](const LandmarkObservation& a, const LandmarkObservation& b) {
+                           return std::abs(a.bearing) < std::abs(b.bearing);
+                         });
+    scan->observations = {LandmarkObservation(*ahead)};
+    if (scan->observations.front().id == 4) change(scan);
+  }));
+  EXPECT_LT(run->error(), kLost);
+  const std::vector<FindingStatus> findings = run->out.statuses.back().findings;
+  EXPECT_EQ(findings.size(), 1u);
+  return findings.empty() ? FindingStatus() : findings.front();
+}
+
+// What it shows contradicts the map for as long as nothing else is in view.
+TEST(FastSlamScans, ALandmarkThatWasMovedDrawsNobodyAlong) {
+  FastSlamRig run;
+  const auto moved =
+      only_finding_of([](auto* scan) { scan->observations.front().range += 3.0; }, &run);
+  EXPECT_EQ(moved.kind, "landmark_moved");
+  EXPECT_EQ(moved.id, 4);
+  EXPECT_NEAR(moved.size, 3.0, 0.2);
+  std::set<std::string> health;
+  for (const FilterStatus& status : run.out.statuses) health.insert(status.health);
+  EXPECT_EQ(health.count("lost"), 0u);
+  EXPECT_EQ(health.count("doubtful"), 1u);
+}
+
+TEST(FastSlamScans, ScansThatSeeNothingSayWhatIsGone) {
+  FastSlamRig run;
+  const auto gone = only_finding_of([](auto* scan) { scan->observations.clear(); }, &run);
+  EXPECT_EQ(gone.kind, "landmark_gone");
+  EXPECT_EQ(gone.id, 4);
 }
 
 TEST(FastSlamScans, WhenNothingFitsTheMapDiagnosticsAskWhetherItIsLost) {

@@ -14,7 +14,6 @@ void add_landmarks(const World& world, const SimulatedDrive& drive, Recording* r
   }
   const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
   for (const auto& scan : drive.scans) {
-    if (scan.observations.empty()) continue;
     recording->scans.push_back({scan.time, "sensor", {}});
     for (const auto& seen : scan.observations) {
       recording->scans.back().landmarks.push_back({seen.id, seen.range, seen.bearing,

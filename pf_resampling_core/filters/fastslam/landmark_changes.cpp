@@ -30,7 +30,7 @@ constexpr double kMoved = 0.01;
 constexpr double kSure = 0.9;
 constexpr double kOpen = 10.0;  // s after the last sighting
 // The belief has to fit so many sightings of the last s.
-constexpr double kFits = 5.0;
+constexpr double kFits = 15.0;
 constexpr int kFewestFits = 3;
 constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
 constexpr double kVisitGap = 5.0;     // s
@@ -87,7 +87,7 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
                           const std::vector<MapSighting>& sightings) {
   now_ = time;
   for (const MapSighting& sighting : sightings) {
-    take(time, sighting, {eye.x, eye.y});
+    take(time, sighting, {eye.x, eye.y}, sigma);
     if (!sighting.is_believed) continue;
     const Pose2 there = relative(eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
     view_.add(std::hypot(there.x, there.y), std::atan2(there.y, there.x));
@@ -113,9 +113,11 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
   }
 }
 
-void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye) {
+void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye,
+                           double eye_sigma) {
   const auto [found, is_new] = landmarks_.try_emplace(sighting.id);
-  ++(sighting.is_believed ? believed_ : not_believed_);
+  // Where the belief is wrong, it is no misread id.
+  if (belief_fits(time)) ++(sighting.is_believed ? believed_ : not_believed_);
   Landmark& landmark = found->second;
   if (is_new) {
     landmark.home().position = sighting.mapped.value_or(sighting.seen);
@@ -167,6 +169,7 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
   }
   if (place.sightings++ == 0) place.first = time;
   place.sigma = sighting.sigma;
+  place.eye_sigma = eye_sigma;
   place.last = time;
   place.is_believed = sighting.is_believed;
 }
@@ -269,7 +272,9 @@ std::vector<Finding> LandmarkChanges::findings() const {
     const Place* best = nullptr;
     for (std::size_t i = 1; i < landmark.places.size(); ++i) {
       const Place& place = landmark.places[i];
-      const bool is_apart = (place.position - landmark.home().position).norm() > kSamePlace;
+      // What was found in this drive is known no better than the robot's own place.
+      const double apart = kSamePlace + (landmark.is_given ? 0.0 : kSameSigmas * place.eye_sigma);
+      const bool is_apart = (place.position - landmark.home().position).norm() > apart;
       const bool is_sure = is_apart && place.is_confirmed && probability_of(place) >= kSure;
       if (is_sure && (best == nullptr || place.last > best->last)) best = &place;
     }

@@ -47,7 +47,8 @@ class LandmarkChanges {
  private:
   struct Place {
     Eigen::Vector2d position = Eigen::Vector2d::Zero();
-    double sigma = 0.0;
+    double sigma = 0.0;      // m, of what was seen last, ...
+    double eye_sigma = 0.0;  // ... and of where from
     int sightings = 0;
     double first = 0.0, last = 0.0;  // s
     bool is_confirmed = false;       // what was seen of others fitted
@@ -75,7 +76,7 @@ class LandmarkChanges {
     bool is_old;  // a landmark that was there before
   };
 
-  void take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye);
+  void take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye, double eye_sigma);
   void look(double time, const Pose2& eye);
   bool belief_fits(double time) const;
   void end_visit(double time, Landmark* landmark);
