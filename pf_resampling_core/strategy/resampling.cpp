@@ -1,5 +1,7 @@
 #include "pf_resampling_core/strategy/resampling.hpp"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -148,6 +150,18 @@ const EnumNames<WeightsAfter>& names_of(WeightsAfter) {
   return names;
 }
 
+OwnScheme scheme_of_library(const std::string& path) {
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* function = library == nullptr ? nullptr : dlsym(library, "resampling_scheme");
+  if (function == nullptr) {
+    const char* reason = dlerror();
+    throw Error("resampling: no scheme could be loaded: " +
+                (reason != nullptr ? std::string(reason) : path + ": resampling_scheme is null") +
+                "; see examples/own_scheme");
+  }
+  return reinterpret_cast<void (*)(ConstArray, int, const RandomStream&, MutableIndices)>(function);
+}
+
 void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   const std::string group = "population/resampling/";
   parameters->push_back(
@@ -167,6 +181,14 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters) {
   parameters->push_back(choice_parameter(group + "weights_after", &options->weights_after,
                                          "Weights after partial and rank_based: all equal (reset), "
                                          "or corrected so that the result is unbiased."));
+  Parameter library = text_parameter(group + "library", &options->library,
+                                     "Shared library with a scheme of your own, taken in place of "
+                                     "scheme (examples/own_scheme).");
+  library.set_checked = [options](const std::string& path) {
+    options->own_scheme = path.empty() ? nullptr : scheme_of_library(path);
+    options->library = path;
+  };
+  parameters->push_back(library);
 }
 
 bool keeps_size(const ResamplingOptions& options) {

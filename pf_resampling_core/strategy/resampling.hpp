@@ -47,6 +47,12 @@ const EnumNames<WeightsAfter>& names_of(WeightsAfter);
 using OwnScheme = std::function<void(ConstArray weights, int size, const RandomStream& stream,
                                      MutableIndices counts)>;
 
+/// The function `resampling_scheme` of a shared library, extern "C" and with the arguments of
+/// OwnScheme; the library stays loaded. `path`: as dlopen() takes it, so a name alone is looked for
+/// in LD_LIBRARY_PATH. Throws Error, with the loader's reason, if there is no such library or it
+/// has no such function.
+OwnScheme scheme_of_library(const std::string& path);
+
 struct ResamplingOptions {
   ResamplingScheme scheme = ResamplingScheme::systematic;
   /// Scheme inside `partial` and `rank_based`: one of inner_resampling_schemes().
@@ -59,6 +65,7 @@ struct ResamplingOptions {
   /// Where it is set, from code, it takes the place of `scheme`; all copies weigh the same
   /// afterwards. See examples/own_scheme.
   OwnScheme own_scheme = nullptr;
+  std::string library;  ///< that own_scheme was loaded from by its parameter
 };
 
 /// The parameters population/resampling/..., bound to `options`, which must outlive the list.

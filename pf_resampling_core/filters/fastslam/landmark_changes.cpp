@@ -37,7 +37,7 @@ constexpr double kVisitGap = 5.0;     // s
 constexpr int kFewestLooks = 3;
 // Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
-constexpr double kSurelyGone = 0.8;
+constexpr double kSurelyGone = 0.9;
 
 }  // namespace
 

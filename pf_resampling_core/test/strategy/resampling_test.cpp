@@ -262,6 +262,21 @@ TEST(Resampling, UsesASchemeOfTheCallersOwn) {
   EXPECT_FALSE(keeps_size(options));
 }
 
+// What a library has is loaded by scripts/check_examples.
+TEST(Resampling, SaysWhyALibraryHasNoScheme) {
+  ResamplingOptions options;
+  ParameterList parameters;
+  add_parameters(&options, &parameters);
+  const auto refused = [&](const std::string& path) {
+    return refusal([&] { set_parameter(parameters, "population/resampling/library", path); });
+  };
+  EXPECT_TRUE(says(refused("libno_such_scheme.so"), "libno_such_scheme.so"));
+  EXPECT_TRUE(says(refused("libm.so.6"), "resampling_scheme"));
+  EXPECT_EQ(options.library, "");
+  EXPECT_FALSE(options.own_scheme);
+  EXPECT_EQ(refused(""), "");
+}
+
 // The failing calls are for more particles, too: then an array that grows would leave the last
 // result without its memory.
 TEST(Resampling, KeepsTheLastResultWhenAnOwnSchemeFails) {
