@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 
 #include "pf_resampling_core/error.hpp"
 
@@ -163,16 +164,16 @@ void ReconfigureServer::publish() {
 
 bool ReconfigureServer::take(dynamic_reconfigure::Reconfigure::Request& request,
                              dynamic_reconfigure::Reconfigure::Response& response) {
-  bool is_taken = true;
   try {
     set_(values_of(request.config));
   } catch (const Error& error) {
-    ROS_WARN("parameters not changed: %s", error.what());
-    is_taken = false;
+    publish();
+    // What is thrown here is logged, and told to the caller.
+    throw std::runtime_error(std::string("parameters not changed: ") + error.what());
   }
   publish();
   response.config = to_config(parameters_());
-  return is_taken;
+  return true;
 }
 
 }  // namespace pf_resampling
