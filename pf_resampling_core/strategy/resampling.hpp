@@ -65,7 +65,7 @@ struct ResamplingOptions {
   /// Where it is set, from code, it takes the place of `scheme`; all copies weigh the same
   /// afterwards. See examples/own_scheme.
   OwnScheme own_scheme = nullptr;
-  std::string library;  ///< that own_scheme was loaded from by its parameter
+  std::string library{};  ///< that own_scheme was loaded from by its parameter
 };
 
 /// The parameters population/resampling/..., bound to `options`, which must outlive the list.

@@ -40,6 +40,7 @@ TEST(Kwak2008, SaysWhatEveryParameterIsThatConcernsIt) {
                              name == "excitation/method" || name == "odometry_errors/estimate";
     const bool is_without_use = name == "population/every_n" || name == "sensor/maximum_range" ||
                                 name == "sensor/field_of_view" ||
+                                name == "population/resampling/library" ||
                                 name.find("population/redraw/") == 0 ||  // it has none
                                 name.find("log_odds") != std::string::npos;
     if (!concerns_it || is_without_use) continue;
