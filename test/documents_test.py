@@ -19,8 +19,8 @@ PARAMETERS = {name for file in ('beacon_mcl.yaml', 'fastslam.yaml')
 GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
 TESTS = {'.'.join(names) for source in (*ROOT.glob('test/**/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
          for names in re.findall(r'^(?:TYPED_)?TEST(?:_[FP])?\((\w+), (\w+)\)', source.read_text(), re.MULTILINE)}
-PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research')
-                            for source in sorted((*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'))))
+PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research') for source in sorted(
+    (*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'), ROOT / 'research/study')) if source.exists())
 
 
 def first_of(*paths):
@@ -48,7 +48,7 @@ def wrong_commands(text):
             wrong.append(f'rosrun pf_resampling {program}')
         rest = re.split(r'\s#|&&|\|', rest)[0]
         for option in re.findall(r'\s--([a-z][a-z-]*)', rest):
-            if option != 'help' and not re.search(rf'"{option}[",]', PROGRAM_SOURCES):
+            if option != 'help' and not re.search(rf'"(--)?{option}[",]', PROGRAM_SOURCES):
                 wrong.append(f'rosrun pf_resampling {program} --{option}')
     for name, rest in re.findall(r'(?:roslaunch|rostest)(?: --ros-args)? pf_resampling ([a-z0-9_]+\.(?:launch|test))([^\n`]*)', text):
         file = first_of(f'launch/{name}', f'test/{name}')
