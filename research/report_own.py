@@ -32,10 +32,10 @@ class OwnReport:
             as many particles, are paired by seed; they are bold if their p-value, corrected for the number of filters (Holm),
             is below {LEVEL:g}. Boxes hold the middle half of the trials, with the median; whiskers reach 1.5 times as far,
             and what is beyond them is a dot."""))
-        add_measures(document, [*self.measures, "processor_ms"])
+        figures = list(dict.fromkeys([*self.measures, "processor_ms"]))
+        add_measures(document, figures)
         for number, problem in enumerate(study.problems, 1):
             document.add(Heading(2, f'On {problem["name"]}', f"problem-{number}"))
-            figures = list(dict.fromkeys([*self.measures, "processor_ms"]))
             add_groups(document, study, problem["name"], figures, figures)
             for group_number, (group, names) in enumerate(study.groups(), 1):
                 names = [name for name in names if study.has(problem["name"], name)]
