@@ -116,8 +116,11 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
 void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye,
                            double eye_sigma) {
   const auto [found, is_new] = landmarks_.try_emplace(sighting.id);
-  // Where the belief is wrong, it is no misread id.
-  if (belief_fits(time)) ++(sighting.is_believed ? believed_ : not_believed_);
+  if (sighting.is_believed) {
+    ++believed_;
+  } else if (belief_fits(time)) {  // else it is no misread id
+    ++not_believed_;
+  }
   Landmark& landmark = found->second;
   if (is_new) {
     landmark.home().position = sighting.mapped.value_or(sighting.seen);
