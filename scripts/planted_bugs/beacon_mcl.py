@@ -54,8 +54,8 @@ BUGS = [
     (
         "schedule: beacon_mcl renews by the sample size of the entropy",
         "renewal.cpp",
-        "status_.effective_sample_size, requested_size_, recovery_is_due(),",
-        "status_.entropy_sample_size, requested_size_, recovery_is_due(),",
+        "status_.effective_sample_size, options_.particles, recovery_is_due(),",
+        "status_.entropy_sample_size, options_.particles, recovery_is_due(),",
         RENEWAL,
     ),
 ]
