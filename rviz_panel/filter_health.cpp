@@ -51,8 +51,9 @@ void FilterHealth::add(const FilterStatus& status) {
   if (latest_ && now < latest_->header.stamp.toSec() - 1.0) clear();
   timing_.add(status.update_time, status.header.stamp);
   latest_ = status;
-  sample_size_.add(now, share(status.effective_sample_size, status.particles));
-  renewals_.add(now, status.renewed ? 1.0 : 0.0);
+  sample_sizes_.push_back(
+      {now, share(status.effective_sample_size, status.particles), status.renewed != 0});
+  while (sample_sizes_.front().time < now - kMinute) sample_sizes_.pop_front();
 
   while (rejects_before_.size() > 1 && rejects_before_[1].first < now - kMinute) {
     rejects_before_.erase(rejects_before_.begin());

@@ -3,12 +3,12 @@
 #include <pf_resampling/FilterStatus.h>
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "rviz_panel/strip_buffer.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 
 namespace pf_resampling {
@@ -32,8 +32,13 @@ class FilterHealth {
 
   const std::optional<FilterStatus>& latest() const { return latest_; }
 
-  const StripBuffer& sample_size() const { return sample_size_; }  ///< N_eff / particles
-  const StripBuffer& renewals() const { return renewals_; }        ///< 1 where renewed, else 0
+  /// Of the last minute, in the order in which it came.
+  struct SampleSize {
+    double time;   ///< s
+    double share;  ///< N_eff / particles
+    bool renewed;
+  };
+  const std::deque<SampleSize>& sample_sizes() const { return sample_sizes_; }
 
   /// Whether the filter can be believed, and if not, why not: as the node judges it.
   Verdict verdict() const;
@@ -47,7 +52,7 @@ class FilterHealth {
 
  private:
   std::optional<FilterStatus> latest_;
-  StripBuffer sample_size_, renewals_;
+  std::deque<SampleSize> sample_sizes_;
   UpdateTiming timing_;
   // Rejects so far, at times (s) within the last minute, oldest first.
   std::vector<std::pair<double, std::map<std::string, std::uint64_t>>> rejects_before_;

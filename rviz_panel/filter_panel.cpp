@@ -207,8 +207,7 @@ void FilterPanel::show_presence(const FilterPresence& presence) {
 }
 
 void FilterPanel::show_health() {
-  sample_size_strip_->show_values(health_.sample_size(), to_qt(health_.sample_size_text()),
-                                  health_.renewals());
+  sample_size_strip_->show_values(health_.sample_sizes(), to_qt(health_.sample_size_text()));
   show_threshold();
   show_rejects();
   counts_->setText(to_qt(health_.counts_text()));

@@ -8,7 +8,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kCurveHeight = 36;  // pixels
+constexpr int kCurveHeight = 36;     // pixels
+constexpr double kLength = 60.0;     // s, from the left to the right
+constexpr double kLongestGap = 3.0;  // s, over which values are joined
 const QColor kCurve(31, 119, 180);
 const QColor kThreshold(214, 39, 40);
 const QColor kMark(44, 160, 44);
@@ -21,10 +23,9 @@ StripWidget::StripWidget(const QString& title, const QString& help, QWidget* par
   setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
 }
 
-void StripWidget::show_values(const StripBuffer& values, const QString& now,
-                              const StripBuffer& marks) {
+void StripWidget::show_values(const std::deque<FilterHealth::SampleSize>& values,
+                              const QString& now) {
   values_ = values;
-  marks_ = marks;
   now_ = now;
   update();
 }
@@ -56,25 +57,24 @@ void StripWidget::paintEvent(QPaintEvent*) {
   painter.drawRect(frame);
   const QRect time(0, frame.bottom() + 2, width(), line);
   painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
-  painter.drawText(time, Qt::AlignLeft, QString("%1 s ago").arg(values_.length()));
+  painter.drawText(time, Qt::AlignLeft, QString("%1 s ago").arg(kLength));
   painter.drawText(time, Qt::AlignRight, "now");
 
-  const auto columns = values_.columns();
   double top = std::max(1.0, threshold_.value_or(0.0) * 1.1);
-  for (const auto& column : columns) top = std::max(top, column.high * 1.05);
+  for (const auto& value : values_) top = std::max(top, value.share * 1.05);
   const QRectF area = QRectF(frame).adjusted(1, 2, -1, -2);
-  const auto x_of = [&](double age) {
-    return area.right() - age / values_.length() * area.width();
+  const auto x_of = [&](double stamp) {
+    return area.right() - (values_.back().time - stamp) / kLength * area.width();
   };
   const auto y_of = [&](double value) {
     return area.bottom() - std::max(0.0, value) / top * area.height();
   };
   painter.setClipRect(frame.adjusted(1, 1, 0, 0));
 
-  for (const auto& mark : marks_.columns()) {
-    if (mark.high == 0.0) continue;
-    painter.setPen(QPen(kMark, 1));
-    const double x = x_of(mark.age);
+  painter.setPen(QPen(kMark, 1));
+  for (const auto& value : values_) {
+    if (!value.renewed) continue;
+    const double x = x_of(value.time);
     painter.drawLine(QPointF(x, area.bottom() + 1), QPointF(x, area.bottom() - 4));
   }
   if (threshold_) {
@@ -86,20 +86,16 @@ void StripWidget::paintEvent(QPaintEvent*) {
 
   painter.setRenderHint(QPainter::Antialiasing);
   QPainterPath path;
-  for (const auto& column : columns) {
-    const QPointF point(x_of(column.age), y_of(column.mean));
-    if (column.follows) {
+  std::optional<double> before;
+  for (const auto& value : values_) {
+    const QPointF point(x_of(value.time), y_of(value.share));
+    if (before && value.time - *before <= kLongestGap) {
       path.lineTo(point);
     } else {
       path.moveTo(point);
       path.lineTo(point + QPointF(0.5, 0.0));
     }
-    if (column.high > column.low) {
-      QColor band = kCurve;
-      band.setAlpha(90);
-      painter.setPen(QPen(band, 1));
-      painter.drawLine(QPointF(point.x(), y_of(column.low)), QPointF(point.x(), y_of(column.high)));
-    }
+    before = value.time;
   }
   painter.setPen(QPen(kCurve, 1.5));
   painter.drawPath(path);

@@ -2,20 +2,21 @@
 
 #include <QString>
 #include <QWidget>
+#include <deque>
 #include <optional>
 
-#include "rviz_panel/strip_buffer.hpp"
+#include "rviz_panel/filter_health.hpp"
 
 namespace pf_resampling {
 
-/// Draws a quantity over the last minute: a line of text, and the curve under it.
+/// Draws N_eff over the last minute: a line of text, and the curve under it.
 class StripWidget : public QWidget {
  public:
   /// `help`: shown when the mouse rests on it.
   StripWidget(const QString& title, const QString& help, QWidget* parent);
 
-  /// The curve, what it is at present in words, and ticks where `marks` is not zero.
-  void show_values(const StripBuffer& values, const QString& now, const StripBuffer& marks);
+  /// The curve, with ticks at renewals, and what it is at present in words.
+  void show_values(const std::deque<FilterHealth::SampleSize>& values, const QString& now);
   /// A line across; pale while it has no effect.
   void show_threshold(std::optional<double> threshold, bool has_effect);
 
@@ -27,7 +28,7 @@ class StripWidget : public QWidget {
 
  private:
   QString title_;
-  StripBuffer values_, marks_;
+  std::deque<FilterHealth::SampleSize> values_;
   QString now_;
   std::optional<double> threshold_;
   bool threshold_has_effect_ = false;

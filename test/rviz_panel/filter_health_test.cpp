@@ -110,7 +110,13 @@ TEST(FilterHealth, ABagThatIsPlayedAgainStartsAnew) {
   status.effective_sample_size = 1.0;
   health.add(status);
   health.add(status_at(2.0));
-  EXPECT_EQ(health.sample_size().columns().size(), 1u);
+  EXPECT_EQ(health.sample_sizes().size(), 1u);
+}
+
+TEST(FilterHealth, TheCurveIsThatOfTheLastMinute) {
+  FilterHealth health;
+  for (int second = 0; second < 200; ++second) health.add(status_at(second));
+  EXPECT_EQ(health.sample_sizes().front().time, 139.0);
 }
 
 TEST(FilterHealth, AFilterWithoutParticlesIsNotDividedBy) {
@@ -118,7 +124,7 @@ TEST(FilterHealth, AFilterWithoutParticlesIsNotDividedBy) {
   FilterStatus nothing;
   nothing.header.stamp = ros::Time(1.0);
   health.add(nothing);
-  EXPECT_EQ(*health.sample_size().latest(), 0.0);
+  EXPECT_EQ(health.sample_sizes().back().share, 0.0);
 }
 
 TEST(FilterHealth, TextsAreShort) {
