@@ -69,9 +69,10 @@ def draw_landmarks(axes, data):
     for mine, true_one in data.get("map", {}).get("matches", []):
         ends = estimated[mine], true_ones[true_one]
         axes.plot([end["x"] for end in ends], [end["y"] for end in ends], color=LANDMARK, lw=0.9 * size, ls=":", zorder=4)
+    squared, directions = np.linalg.eigh([[[xx, xy], [xy, yy]] for xx, xy, yy in (mark["covariance"] for mark in estimated)])
+    short, long = 4.0 * np.sqrt(np.maximum(squared, 0.0)).T
     ellipses = EllipseCollection(
-        [2.0 * mark["long"] for mark in estimated], [2.0 * mark["short"] for mark in estimated],
-        [np.degrees(mark["angle"]) for mark in estimated], units="xy", transOffset=axes.transData,
+        long, short, np.degrees(np.arctan2(directions[:, 1, 1], directions[:, 0, 1])), units="xy", transOffset=axes.transData,
         offsets=[(mark["x"], mark["y"]) for mark in estimated], facecolors=LANDMARK + "33",
         edgecolors=LANDMARK, linewidths=1.0, zorder=5)
     axes.add_collection(ellipses)
@@ -131,7 +132,9 @@ def draw_paths(axes, data, closures):
     if has_truth:
         axes.plot(truth["x"], truth["y"], color=TRUTH, lw=2.4 * width, alpha=0.55, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
-    begin = max(data["clipped_points"] - 1, 0)
+    errors = data.get("errors", {"time": [], "clipped": []})
+    clipped = max([time for time, is_clipped in zip(errors["time"], errors["clipped"]) if is_clipped], default=-np.inf)
+    begin = max(np.count_nonzero(np.array(data["estimate"]["time"]) <= clipped) - 1, 0)
     # The errors beside are drawn in the same colors, of the path as it was given out and laid on the truth.
     color = ALIGNED if data.get("aligned_errors") else ESTIMATE
     axes.plot(estimate["x"][: begin + 1], estimate["y"][: begin + 1], color=color, lw=0.9, ls=":", zorder=3)

@@ -1,50 +1,21 @@
 #include "tools/common/plot_paths.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/mman.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/new_file.hpp"
-#include "tools/common/files.hpp"
 
 namespace pf_resampling {
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
-
-constexpr const char* kPython = "/usr/bin/python3";
-
-/// A file in memory that other processes can open by its path.
-class TemporaryFile {
- public:
-  TemporaryFile() : descriptor_(memfd_create("plot_paths", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) throw Error("there is no memory for a picture");
-  }
-  ~TemporaryFile() { close(descriptor_); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  std::string path() const {
-    return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
-  }
-
- private:
-  int descriptor_;
-};
 
 /// The script beside this program, as installed, or in the source tree the program was built from.
 std::string script_path() {
@@ -118,34 +89,15 @@ json errors_json(const PathErrors& errors, double start) {
   return result;
 }
 
-/// How many points of path_json(plot.estimate) lie in the clipped part.
-std::size_t clipped_points(const PathPlot& plot) {
-  if (!plot.errors) return 0;
-  double until = -std::numeric_limits<double>::infinity();
-  for (const PathErrorSample& sample : plot.errors->samples) {
-    if (sample.is_clipped) until = sample.time;
-  }
-  std::size_t points = 0;
-  for (std::size_t i = 0; i < plot.estimate.size(); i += stride_of(plot.estimate)) {
-    if (plot.estimate[i].time <= until) ++points;
-  }
-  return points;
-}
-
-/// The 2-sigma ellipse of a landmark: half axes (m) and the direction of the longer (rad).
-json landmark_json(const PointLandmark& landmark) {
-  constexpr double kSigmas = 2.0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(landmark.covariance);
-  const Eigen::Array2d half = kSigmas * axes.eigenvalues().array().max(0.0).sqrt();
-  const Eigen::Vector2d longer = axes.eigenvectors().col(1);
-  return {{"id", landmark.id},          {"x", landmark.position.x()},
-          {"y", landmark.position.y()}, {"long", half[1]},
-          {"short", half[0]},           {"angle", std::atan2(longer.y(), longer.x())}};
-}
-
 json map_json(const std::vector<PointLandmark>& map) {
   json result = json::array();
-  for (const PointLandmark& landmark : map) result.push_back(landmark_json(landmark));
+  for (const PointLandmark& landmark : map) {
+    const Eigen::Matrix2d& covariance = landmark.covariance;
+    result.push_back({{"id", landmark.id},
+                      {"x", landmark.position.x()},
+                      {"y", landmark.position.y()},
+                      {"covariance", {covariance(0, 0), covariance(0, 1), covariance(1, 1)}}});
+  }
   return result;
 }
 
@@ -180,7 +132,6 @@ json plot_json(const PathPlot& plot) {
                  {"is_slam", plot.is_slam},
                  {"is_aligned", plot.alignment.has_value()},
                  {"estimate", path_json(moved(plot.estimate, alignment), start)},
-                 {"clipped_points", clipped_points(plot)},
                  {"dead_reckoning", path_json(plot.dead_reckoning, start)},
                  {"beacons", beacons},
                  {"landmarks", map_json(moved(plot.landmarks, map_alignment))},
@@ -196,37 +147,20 @@ json plot_json(const PathPlot& plot) {
   return result;
 }
 
-/// Runs a program, its stdout to an open file and its stderr to another; returns its exit code, -1
-/// if it was killed.
-int run(const std::vector<std::string>& command, int out, const std::string& error_file) {
-  std::vector<char*> arguments;
-  std::vector<std::string> words = command;
-  arguments.reserve(words.size() + 1);
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, error_file.c_str(), O_WRONLY | O_TRUNC,
-                                   0);
-  pid_t child = 0;
-  const int failure =
-      posix_spawn(&child, command[0].c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failure != 0) {
-    throw Error(command[0] + ": " + std::generic_category().message(failure) +
-                "; install it for plots: sudo apt-get install python3-matplotlib");
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+/// By which a child can open it.
+std::string path_of(int descriptor) {
+  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor);
 }
 
-std::string last_line(std::string text) {
-  text.erase(text.find_last_not_of(" \n") + 1);
-  const std::size_t end = text.find_last_of('\n');
-  return end == std::string::npos ? text : text.substr(end + 1);
+/// Runs a command; its last line, empty if it went well.
+std::string fault_of(const std::string& command) {
+  std::FILE* said = popen(command.c_str(), "r");
+  if (said == nullptr) return "the system starts no more processes";
+  std::string last = "ended without a word";
+  char line[1000];
+  while (std::fgets(line, sizeof(line), said) != nullptr) last = line;
+  const bool went_well = pclose(said) == 0;
+  return went_well ? "" : last.substr(0, last.find('\n'));
 }
 
 }  // namespace
@@ -241,16 +175,18 @@ void check_plot_file(const std::string& path) {
 void plot_paths(const PathPlot& plot, const std::string& path) {
   check_plot_file(path);
   const std::string script = script_path();
-  const TemporaryFile data;
-  const TemporaryFile errors;
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> data(std::tmpfile(), std::fclose);
+  if (!data) throw Error(path + ": not drawn: there is no room for its data");
   NewFile picture(path, path + ":");
   // A title may have letters of any encoding.
-  std::ofstream(data.path()) << plot_json(plot).dump(-1, ' ', false,
-                                                     json::error_handler_t::replace);
+  const std::string text = plot_json(plot).dump(-1, ' ', false, json::error_handler_t::replace);
+  std::fputs(text.c_str(), data.get());
+  std::fflush(data.get());
   const std::string format = fs::path(path).extension().string().substr(1);
-  if (run({kPython, script, data.path(), format}, picture.descriptor(), errors.path()) != 0) {
-    throw Error(path + ": not drawn: " + last_line(read_file(errors.path())));
-  }
+  const std::string fault =
+      fault_of("exec /usr/bin/python3 '" + script + "' " + path_of(fileno(data.get())) + " " +
+               format + " 2>&1 > " + path_of(picture.descriptor()));
+  if (!fault.empty()) throw Error(path + ": not drawn: " + fault);
   picture.finish();
 }
 
