@@ -12,7 +12,6 @@ import xml.etree.ElementTree
 
 import rosbag
 import rospkg
-import rospy
 import rostest
 
 PACKAGE = rospkg.RosPack().get_path('pf_resampling')
@@ -35,17 +34,8 @@ class LaunchFiles(unittest.TestCase):
     def setUpClass(cls):
         cls.directory = tempfile.TemporaryDirectory()
         cls.folder = cls.directory.name
-        subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8',
-                               os.path.join(cls.folder, 'long.bag')], stdout=subprocess.DEVNULL)
-        # 60 s of it, and the same without ranges.
-        with rosbag.Bag(os.path.join(cls.folder, 'long.bag')) as bag, \
-                rosbag.Bag(os.path.join(cls.folder, 'drive.bag'), 'w') as drive, \
-                rosbag.Bag(os.path.join(cls.folder, 'deaf.bag'), 'w') as deaf:
-            for topic, message, time, header in bag.read_messages(
-                    end_time=rospy.Time(bag.get_start_time() + 60.0), return_connection_header=True):
-                drive.write(topic, message, time, connection_header=header)
-                if topic != '/ranges':
-                    deaf.write(topic, message, time, connection_header=header)
+        subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8', os.path.join(cls.folder, 'drive.bag'),
+                               '--duration', '60'], stdout=subprocess.DEVNULL)
 
     @classmethod
     def tearDownClass(cls):
@@ -67,8 +57,8 @@ class LaunchFiles(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def test_every_argument_says_what_it_is(self):
-        files = [name for ending in ('launch', 'test') for name in glob.glob(os.path.join(PACKAGE, 'launch', '*.' + ending))]
-        self.assertGreaterEqual(len(files), 5)
+        files = glob.glob(os.path.join(PACKAGE, 'launch', '*.launch'))
+        self.assertGreaterEqual(len(files), 4)
         for name in files:
             for argument in xml.etree.ElementTree.parse(name).getroot().iter('arg'):
                 if 'doc' in argument.attrib or 'value' in argument.attrib and argument.get('name') is not None:
@@ -123,20 +113,6 @@ class LaunchFiles(unittest.TestCase):
         self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=30', 'rviz:=false', 'record:=vesc.bag',
                        'stop_with_bag:=true', 'odom:=/vesc/odom')
         self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
-
-    def test_recording_for_continuous_integration(self):
-        # On a busy machine nothing comes at its time.
-        rate = ('pf_resampling', 'recording.test', 'rate:=15', 'max_gap:=60', 'min_rate:=0.2',
-                'skip:=0.4')
-        good = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.5')
-        self.assertEqual(good.returncode, 0, good.stdout)
-        # No filter is as good as that.
-        strict = self.run_in_folder('rostest', *rate, 'bag:=drive.bag', 'max_error:=0.001')
-        self.assertNotEqual(strict.returncode, 0, strict.stdout)
-        self.assertIn('max_error', strict.stdout)
-        bad = self.run_in_folder('rostest', *rate, 'bag:=deaf.bag')
-        self.assertNotEqual(bad.returncode, 0, bad.stdout)
-        self.assertIn('no /ranges (needed: pf_resampling/BeaconRange)', bad.stdout)
 
 
 if __name__ == '__main__':

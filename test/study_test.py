@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from xml.etree import ElementTree
 
 import numpy as np
 import rosunit
@@ -325,7 +326,56 @@ class Faults(unittest.TestCase):
         self.assertIn('one message in ten', text)
 
 
-class All(Definition, Folder, Faults):
+SCENARIOS = '''- {name: loops, filter: fastslam, world: indoor_two_loops, settings: {preset: fast}, criteria: [{position_error: below 5}]}
+- {name: kidnapped, filter: fastslam, world: indoor_two_loops, fault: kidnapped, criteria: [{after: 30, healthy: above 0.99, finding: none}]}
+- {name: far away, filter: fastslam, recording: mrclam nowhere}
+'''
+
+
+class Scenarios(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.file, self.figures = self.folder / 's.yaml', self.folder / 's.csv'
+        self.file.write_text(SCENARIOS)
+
+    def test_say_what_does_not_hold(self):
+        code, text, _ = study('scenarios', self.file, f'--gtest_output=xml:{self.folder}/s.xml', '__name:=scenarios')
+        self.assertEqual(code, 1)
+        self.assertRegex(text, 'loops: holds\\nkidnapped: fails\\n  healthy after 30 s is .*, has to be above 0.99\\n'
+                         '  findings are .*wheels_slipped; needed: none\\nfar away: skipped, needs --datasets\\n1 hold, 1 fail')
+        cases = ElementTree.parse(self.folder / 's.xml').findall('testcase')
+        self.assertEqual([[each.tag for each in case] for case in cases], [[], ['failure'], ['skipped']])
+
+    def test_a_figure_that_has_moved_is_named_until_the_table_is_renewed(self):
+        def loops(*more):
+            return study('scenarios', self.file, '--only', 'loops', '--figures', self.figures, *more)
+
+        self.assertIn('loops: fails\n  is not in the table', loops()[1])
+        self.assertEqual(loops('--renew')[0], 0)
+        table = self.figures.read_text()
+        self.assertEqual(loops()[:2], (0, 'loops: holds\n1 hold, 0 fail\n'))
+        digest = table.split(',')[-1].strip()
+        self.figures.write_text(table.replace(digest, 'other'))  # of another machine
+        self.assertEqual(loops()[0], 0)
+        self.file.write_text(SCENARIOS.replace('fast}', 'fast, particles: 900}'))
+        code, text, _ = loops()
+        self.assertEqual(code, 1)
+        self.assertRegex(text, r'position_error was [\d.]+, is [\d.]+ \([+-][\d.e+]+ %\)')
+        self.assertEqual(loops('--renew')[0], 0)
+        self.assertNotEqual(self.figures.read_text(), table)
+
+    def test_what_makes_no_sense_is_named(self):
+        for right, wrong, says in (('below 5', 'under 5', 'position_error is "under 5", needed: below or above a number'),
+                                   ('world: ', 'bag: a.bag, world: ', 'loops needs one of world, bag and recording'),
+                                   ('fault: kid', 'fault: cat', 'has to be part of one of: nothing; kidnapped by')):
+            self.file.write_text(SCENARIOS.replace(right, wrong, 1))
+            code, text, error = study('scenarios', self.file)
+            self.assertEqual(code, 1)
+            self.assertIn(says, text + error)
+
+
+class All(Definition, Folder, Faults, Scenarios):
     """Both, for rosunit, which takes one."""
 
 
