@@ -41,6 +41,7 @@ class Drive:
         if not (truth and seen):
             raise ValueError("it needs /odom, /ground_truth, and /ranges with /beacons or /landmarks")
         self.truth, self.times = truth, [time for time, *_ in truth]
+        self.ids = {name for name in seen if name >= 0}
         self.most_observed = max(seen, key=seen.get)
         self.first, self.last = self.times[0], self.times[-1]
 
@@ -245,13 +246,13 @@ def study(path, seeds, options, work, run, in_parallel):
     return report
 
 
-def text_of(report):
+def text_of(report, columns):
     """What it is about, and the summary in aligned columns."""
     def cell(value, decimals):
         return value if isinstance(value, str) else f"{value:.{decimals}f}"
 
-    rows = [[heading for _, heading, _ in COLUMNS]]
-    rows += [[cell(row[figure], decimals) for figure, _, decimals in COLUMNS] for row in report["summary"]]
+    rows = [[heading for _, heading, _ in columns]]
+    rows += [[cell(row[figure], decimals) for figure, _, decimals in columns] for row in report["summary"]]
     widths = [max(map(len, column)) for column in zip(*rows)]
     lines = ["  ".join(text.ljust(width) if i == 0 else text.rjust(width)
                        for i, (text, width) in enumerate(zip(row, widths))).rstrip() for row in rows]

@@ -23,6 +23,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 
 import study_faults  # noqa: E402
+import study_relations  # noqa: E402
 from report_study import StudyError  # noqa: E402
 from study_definition import builtin_studies, load_study, parse_study  # noqa: E402
 
@@ -325,6 +326,19 @@ class Faults(unittest.TestCase):
         self.assertLess(carried['healthy'], nothing['healthy'])
         self.assertIn('one message in ten', text)
 
+    def test_poses_follow_what_leaves_the_drive_as_it_is(self):
+        code, text, error = study('relations', self.bag, '--seeds', 1)
+        self.assertEqual((code, error), (0, ''))
+        self.assertEqual(text.count('  yes\n'), len(list(study_relations.relations(self.drive))))
+
+    def test_poses_that_do_not_follow_are_found(self):
+        there = {i: (np.array((i, 0.0)), 0.01 * np.eye(2)) for i in range(10)}
+        apart, inside = study_relations.compared(there, {i: (place + (0.0, 0.5), spread) for i, (place, spread) in there.items()})
+        np.testing.assert_allclose(apart, 8 * [0.5])
+        self.assertFalse(inside.any())
+        for name, messages, *_ in study_relations.relations(self.drive):
+            self.assertEqual(list(messages) == self.drive.messages, name == 'another seed', name)
+
 
 SCENARIOS = '''- {name: loops, filter: fastslam, world: indoor_two_loops, settings: {preset: fast}, criteria: [{position_error: below 5}]}
 - {name: kidnapped, filter: fastslam, world: indoor_two_loops, fault: kidnapped, criteria: [{after: 30, healthy: above 0.99, finding: none}]}
@@ -355,8 +369,10 @@ class Scenarios(unittest.TestCase):
         self.assertEqual(loops('--renew')[0], 0)
         table = self.figures.read_text()
         self.assertEqual(loops()[:2], (0, 'loops: holds\n1 hold, 0 fail\n'))
-        digest = table.split(',')[-1].strip()
-        self.figures.write_text(table.replace(digest, 'other'))  # of another machine
+        drive, digest = table.strip().split(',')[-2:]
+        self.figures.write_text(table.replace(digest, 'other'))
+        self.assertIn(f'digest was other, is {digest}', loops()[1])
+        self.figures.write_text(table.replace(digest, 'other').replace(drive, 'other'))  # of another machine
         self.assertEqual(loops()[0], 0)
         self.file.write_text(SCENARIOS.replace('fast}', 'fast, particles: 900}'))
         code, text, _ = loops()
