@@ -40,10 +40,4 @@ inline Pose2 relative(const Pose2& from, const Pose2& to) {
 /// m: no position is beyond, in x or y.
 inline constexpr double kFarthestPosition = 1e9;
 
-/// Whether a pose is finite, and no farther than that.
-inline bool is_in_reach(const Pose2& pose) {
-  return std::abs(pose.x) <= kFarthestPosition && std::abs(pose.y) <= kFarthestPosition &&
-         std::isfinite(pose.heading);
-}
-
 }  // namespace pf_resampling

@@ -3,14 +3,20 @@
 namespace pf_resampling {
 namespace {
 
-std::string fault_of_scene(const Eigen::AlignedBox2d& scene) {
-  if (!scene.min().allFinite() || !scene.max().allFinite()) return "the scene is not finite";
-  if (!((scene.min().array().abs() <= kFarthestPosition).all() &&
-        (scene.max().array().abs() <= kFarthestPosition).all())) {
-    return "the scene is beyond 1e9 m";
-  }
-  if (scene.isEmpty()) return "the scene is empty";
-  return {};
+// The checksum tells what is damaged.
+template <typename Checkpoint>
+void write(const std::string& path, const Checkpoint& checkpoint) {
+  Archive archive(kCheckpointFile);
+  describe(archive, const_cast<Checkpoint&>(checkpoint));  // only reads it
+  write_bytes(kCheckpointFile, path, archive.bytes());
+}
+
+template <typename Checkpoint>
+Checkpoint read(const std::string& path) {
+  Archive archive(kCheckpointFile, path);
+  Checkpoint checkpoint;
+  describe(archive, checkpoint);
+  return checkpoint;
 }
 
 }  // namespace
@@ -29,31 +35,20 @@ void describe(Archive& archive, FastSlamCheckpoint& checkpoint) {
   archive("state", checkpoint.filter);
 }
 
-std::string fault_of(const BeaconMclCheckpoint& checkpoint) {
-  const std::string fault = fault_of(checkpoint.progress);
-  return fault.empty() ? fault_of(checkpoint.filter) : fault;
-}
-
-std::string fault_of(const FastSlamCheckpoint& checkpoint) {
-  std::string fault = fault_of(checkpoint.progress);
-  if (fault.empty()) fault = fault_of_scene(checkpoint.scene);
-  return fault.empty() ? fault_of(checkpoint.filter) : fault;
-}
-
 void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint) {
-  write_saved(kCheckpointFile, path, checkpoint);
+  write(path, checkpoint);
 }
 
 void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint) {
-  write_saved(kCheckpointFile, path, checkpoint);
+  write(path, checkpoint);
 }
 
 BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path) {
-  return read_saved<BeaconMclCheckpoint>(kCheckpointFile, path);
+  return read<BeaconMclCheckpoint>(path);
 }
 
 FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path) {
-  return read_saved<FastSlamCheckpoint>(kCheckpointFile, path);
+  return read<FastSlamCheckpoint>(path);
 }
 
 }  // namespace pf_resampling

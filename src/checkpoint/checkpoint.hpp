@@ -26,15 +26,12 @@ struct FastSlamCheckpoint {
 void describe(Archive& archive, BeaconMclCheckpoint& checkpoint);
 void describe(Archive& archive, FastSlamCheckpoint& checkpoint);
 
-/// What is wrong with one, in words; nothing if all is well.
-std::string fault_of(const BeaconMclCheckpoint& checkpoint);
-std::string fault_of(const FastSlamCheckpoint& checkpoint);
-
-/// See write_saved().
+/// Throws Error, naming the file, when it cannot be written or a number in it is not finite.
 void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint);
 void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint);
 
-/// See read_saved(); a checkpoint of another filter is refused.
+/// Throws Error, in one line that names the file and the remedy, for a file that is damaged, or no
+/// checkpoint of this filter and version.
 BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path);
 FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path);
 

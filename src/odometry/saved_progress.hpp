@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/files/archive.hpp"
@@ -36,9 +35,6 @@ struct SavedProgress {
   std::int64_t moves = 0;               ///< and their count
   std::vector<SavedOdometry> odometry;  ///< what is needed from `used` on
 };
-
-/// What is wrong with it, in words; nothing if all is well.
-std::string fault_of(const SavedProgress& progress);
 
 /// As it is saved in a checkpoint.
 void describe(Archive& archive, SavedProgress& progress);

@@ -95,8 +95,6 @@ std::optional<typename Types::Checkpoint> FilterPipeline<Types>::checkpoint() {
 template <typename Types>
 void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
   const SavedProgress& progress = checkpoint.progress;
-  const std::string fault = fault_of(progress);
-  if (!fault.empty()) throw Error("checkpoint: " + fault + "; start without it");
   load_filter(checkpoint);
   pending_start_.reset();
   waiting_.clear();

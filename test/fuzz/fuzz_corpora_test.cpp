@@ -6,7 +6,6 @@
 #include <set>
 
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
-#include "src/checkpoint/checkpoint.hpp"
 #include "test/fuzz/fuzz_target.hpp"
 #include "test/places.hpp"
 #include "tools/common/files.hpp"
@@ -56,13 +55,10 @@ TEST(FuzzCorporaFolder, HoldsNothingButTheTargets) {
 
 // A fuzzer that begins with what is refused in its first lines reaches little. If the format of
 // files has changed, change these with it.
-TEST(FuzzCorporaFolder, WholeMapsAndCheckpointsAreOfThePresentFormat) {
+TEST(FuzzCorporaFolder, WholeMapsAreOfThePresentFormat) {
   const auto whole = [](const std::string& name) { return (kCorpora / name).string(); };
   EXPECT_NO_THROW(read_map_file(whole("map_file/whole")));
   EXPECT_NO_THROW(read_map_file(whole("map_file/of_redraw")));
-  EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_fastslam")));
-  EXPECT_NO_THROW(read_fastslam_checkpoint(whole("checkpoint/of_redraw")));
-  EXPECT_NO_THROW(read_beacon_mcl_checkpoint(whole("checkpoint/of_beacon_mcl")));
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/error.hpp"
+
 namespace pf_resampling::fuzz {
 
 /// What a fuzzer feeds. Anything that `run` throws is a finding; what has to hold whatever the
@@ -26,6 +28,12 @@ struct BrokenInvariant : std::logic_error {
 };
 inline void require(bool holds, const std::string& what) {
   if (!holds) throw BrokenInvariant(what);
+}
+
+inline void require_one_line(const Error& error) {
+  const std::string what = error.what();
+  require(!what.empty() && what.size() < 2000 && what.find('\n') == std::string::npos,
+          "an error is no line: " + what);
 }
 
 /// Decisions, taken from bytes one after the other; zeros once they are used up.
@@ -71,12 +79,7 @@ std::string file_of(const std::string& bytes, const std::string& name = "input")
 /// A file that does not exist, in a folder of this process.
 std::string new_file(const std::string& name = "output");
 
-inline std::string text_of(const std::uint8_t* bytes, std::size_t size) {
-  return {reinterpret_cast<const char*>(bytes), size};
-}
-
 void map_file(const std::uint8_t* bytes, std::size_t size);
-void checkpoint(const std::uint8_t* bytes, std::size_t size);
 void beacon_mcl_messages(const std::uint8_t* bytes, std::size_t size);
 void fastslam_messages(const std::uint8_t* bytes, std::size_t size);
 

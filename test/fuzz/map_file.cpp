@@ -5,7 +5,6 @@
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
 #include "test/fuzz/fuzz_target.hpp"
-#include "test/fuzz/saved_text.hpp"
 
 namespace pf_resampling::fuzz {
 namespace {
@@ -68,10 +67,10 @@ void read_and_use(const std::string& text) {
 }  // namespace
 
 void map_file(const std::uint8_t* bytes, std::size_t size) {
-  const std::string text = text_of(bytes, size);
+  const std::string text(reinterpret_cast<const char*>(bytes), size);
   read_and_use(text);
   try {
-    surveyed_map_of(text);
+    write_map_file(new_file("surveyed"), read_landmark_list(file_of(text), "map"));
   } catch (const Error& error) {
     require_one_line(error);
   }

@@ -9,7 +9,6 @@
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
 #include "test/fuzz/fuzz_target.hpp"
-#include "test/fuzz/saved_text.hpp"
 
 namespace pf_resampling::fuzz {
 namespace {

@@ -5,7 +5,6 @@ namespace pf_resampling::fuzz {
 
 const std::vector<Target>& targets() {
   static const std::vector<Target> kTargets = {{"map_file", map_file},
-                                               {"checkpoint", checkpoint},
                                                {"beacon_mcl_messages", beacon_mcl_messages},
                                                {"fastslam_messages", fastslam_messages}};
   return kTargets;
