@@ -107,10 +107,9 @@ void check_sizes(const ResamplingOptions& options, std::int64_t particles, int c
               " keeps the number of particles; choose another scheme to change it");
 }
 
-// Into working space: counts that turn out to be wrong do not replace those of the last result.
 void draw_own(const OwnScheme& scheme, ConstArray weights, int size, const RandomStream& stream,
-              ResamplingWorkspace* work) {
-  Eigen::Map<Eigen::ArrayXi> own(grow(&work->own_counts, weights.size()), weights.size());
+              int* counts) {
+  Eigen::Map<Eigen::ArrayXi> own(counts, weights.size());
   own.setZero();
   scheme(weights, size, stream, own);
   if ((own < 0).any() || own.cast<std::int64_t>().sum() != size) {
@@ -208,15 +207,13 @@ ResamplingResult Resampler::resample(ConstArray weights, int size, const RandomS
   const ScaledWeights scaled = scale_weights(weights.data(), weights.size(), size, &work_.rescaled);
   check_sizes(options_, scaled.size, size);
   const bool is_own = static_cast<bool>(options_.own_scheme);
-  // Before the arrays of the last result change: it may throw.
-  if (is_own) draw_own(options_.own_scheme, weights, size, stream, &work_);
   int* counts = grow(&counts_, scaled.size);
   int* ancestors = grow(&ancestors_, size);
   double* log_weights = grow(&log_weights_, size);
 
   const SchemeRow& scheme = row_of(options_.scheme);
   if (is_own) {
-    std::copy(work_.own_counts.data(), work_.own_counts.data() + scaled.size, counts);
+    draw_own(options_.own_scheme, weights, size, stream, counts);
   } else {
     scheme.draw(scaled, options_, stream, &work_, counts);
   }

@@ -75,7 +75,8 @@ void add_parameters(ResamplingOptions* options, ParameterList* parameters);
 /// `rank_based` with `killing` inside.
 bool keeps_size(const ResamplingOptions& options);
 
-/// What resampling did. The arrays live in the Resampler and hold until its next call.
+/// What resampling did. The arrays live in the Resampler and hold until its next call, whether that
+/// throws or not.
 struct ResamplingResult {
   /// Size N: how often each input particle was taken; sum M.
   Eigen::Map<const Eigen::ArrayXi> counts;
@@ -101,7 +102,6 @@ struct ResamplingWorkspace {
   std::vector<int> draws_below;           ///< number of draws before each copy
   std::vector<std::uint64_t> sort_words;  ///< ranking
   std::vector<std::uint64_t> sort_words_swap;
-  std::vector<int> own_counts;  ///< what own_scheme fills in, until it is checked
 };
 
 /// Resampling with working space, so that nothing is allocated after the first call with the
@@ -115,10 +115,10 @@ class Resampler {
   ///
   /// weights: N linear weights, finite, >= 0, with a positive sum; they need not be normalised,
   /// only their ratios count. size: M >= 1, may differ from N unless keeps_size(options). stream:
-  /// for the draws; the same stream gives the same result on every machine. Throws Error, changing
-  /// nothing, on weights that are empty, negative, not finite or sum to zero, on a size that
-  /// the scheme cannot give, and on counts of own_scheme that are negative or do not sum to `size`.
-  /// What own_scheme throws is passed on, and changes nothing, either. O(N + M).
+  /// for the draws; the same stream gives the same result on every machine. Throws Error on weights
+  /// that are empty, negative, not finite or sum to zero, on a size that the scheme cannot give,
+  /// and on counts of own_scheme that are negative or do not sum to `size`. What own_scheme throws
+  /// is passed on. O(N + M).
   ///
   /// E[counts_k] = M w_k for all schemes but two: `rank_based` has M p_k (Kwak eq. 3); in `partial`
   /// the moderate particles have 1 and the others share their slots by weight. After these two, it

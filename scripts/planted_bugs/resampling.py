@@ -127,14 +127,4 @@ BUGS = [
         "work->sharing > 0 ? 1.0 / static_cast<double>(weights.size) : 1.0;",
         SCHEMES,
     ),
-    (
-        "the counts of an own scheme are written where the last result is",
-        "resampling.cpp",
-        "if (is_own) draw_own(options_.own_scheme, weights, size, stream, &work_);",
-        "if (is_own) {"
-        "  work_.own_counts.swap(counts_);"
-        "  draw_own(options_.own_scheme, weights, size, stream, &work_);"
-        "}",
-        ("resampling_test",),
-    ),
 ]

@@ -171,15 +171,10 @@ TEST_P(EveryScheme, KeepsEqualWeightsWhereItMust) {
   }
 }
 
-TEST_P(EveryScheme, RejectsWeightsItCannotUseAndKeepsTheLastResult) {
+TEST_P(EveryScheme, RejectsWeightsItCannotUse) {
   Resampler resampler(options_);
   const int size = 300;
   const Eigen::ArrayXd good = make_weights(Weights::random, size);
-  const ResamplingResult kept = resampler.resample(good, size, test_stream(5));
-  const Eigen::ArrayXi counts = kept.counts;
-  const Eigen::ArrayXi ancestors = kept.ancestors;
-  const Eigen::ArrayXd log_weights = kept.log_weights;
-
   const double infinity = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {nan, -nan, infinity, -infinity, -1e-300, -0.1, -5e-324}) {
@@ -197,10 +192,6 @@ TEST_P(EveryScheme, RejectsWeightsItCannotUseAndKeepsTheLastResult) {
                Error);
   EXPECT_THROW(resampler.resample(good, 0, test_stream(6)), Error);
   EXPECT_THROW(resampler.resample(good, -4, test_stream(6)), Error);
-
-  EXPECT_TRUE((kept.counts == counts).all());
-  EXPECT_TRUE((kept.ancestors == ancestors).all());
-  EXPECT_TRUE((kept.log_weights == log_weights).all());
 }
 
 TEST_P(EveryScheme, TakesNegativeZeroForZero) {
@@ -277,45 +268,23 @@ TEST(Resampling, SaysWhyALibraryHasNoScheme) {
   EXPECT_EQ(refused(""), "");
 }
 
-// The failing calls are for more particles, too: then an array that grows would leave the last
-// result without its memory.
-TEST(Resampling, KeepsTheLastResultWhenAnOwnSchemeFails) {
-  enum class Does { right, too_few, negative, throws };
-  Does does = Does::right;
+TEST(Resampling, RefusesCountsOfAnOwnSchemeThatAreNone) {
+  Eigen::Array3i given(0, 4, 0);
   ResamplingOptions options;
-  options.own_scheme = [&does](ConstArray, int size, const RandomStream&, MutableIndices counts) {
-    counts[1] += does == Does::too_few ? size - 1 : size;
-    if (does == Does::negative) {
-      counts[0] -= 1;
-      counts[1] += 1;
-    }
-    if (does == Does::throws) throw std::runtime_error("out of dice");
+  options.own_scheme = [&](ConstArray, int, const RandomStream&, MutableIndices counts) {
+    counts += given;
   };
   Resampler resampler(options);
-  const auto weights = [](int size) { return Eigen::ArrayXd::Constant(size, 1.0).eval(); };
-  const ResamplingResult kept = resampler.resample(weights(3), 4, test_stream(0));
-  const auto expect_kept = [&kept] {
-    EXPECT_TRUE((kept.counts == Eigen::Array3i(0, 4, 0)).all()) << kept.counts.transpose();
-    EXPECT_TRUE((kept.ancestors == 1).all()) << kept.ancestors.transpose();
-    EXPECT_TRUE((kept.log_weights == -std::log(4.0)).all()) << kept.log_weights.transpose();
-  };
-  expect_kept();
-  for (const int size : {2, 3, 5000}) {
-    does = Does::too_few;
-    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), Error);
-    expect_kept();
-    does = Does::negative;
-    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), Error);
-    expect_kept();
-    does = Does::throws;
-    EXPECT_THROW(resampler.resample(weights(size), size, test_stream(1)), std::runtime_error);
-    expect_kept();
+  const Eigen::ArrayXd weights = Eigen::ArrayXd::Ones(3);
+  const auto resample = [&] { return resampler.resample(weights, 4, test_stream(0)).counts; };
+  EXPECT_TRUE((resample() == given).all());
+  for (const Eigen::Array3i& wrong : {Eigen::Array3i(0, 3, 0), Eigen::Array3i(-1, 5, 0)}) {
+    given = wrong;
+    EXPECT_THROW(resample(), Error);
   }
   // Nor do the failures leave a trace in the next result.
-  does = Does::right;
-  const ResamplingResult next = resampler.resample(weights(3), 2, test_stream(2));
-  EXPECT_TRUE((next.counts == Eigen::Array3i(0, 2, 0)).all()) << next.counts.transpose();
-  EXPECT_TRUE((next.log_weights == -std::log(2.0)).all()) << next.log_weights.transpose();
+  given = {2, 2, 0};
+  EXPECT_TRUE((resample() == given).all());
 }
 
 TEST(Resampling, RejectsOptionsOutsideTheirRanges) {
