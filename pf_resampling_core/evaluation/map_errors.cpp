@@ -215,11 +215,8 @@ MapErrors evaluate_map(const std::vector<PointLandmark>& estimated,
   check_map(estimated, "estimated map");
   check_map(truth, "true map");
   if (truth.empty()) throw Error("the true map has no landmarks: there is nothing to compare with");
-  if (!(options.gate >= 0.0)) {
-    throw Error("gate is " + std::to_string(options.gate) + " m: it has to be >= 0");
-  }
   MapErrors errors;
-  errors.gate = options.gate > 0.0 ? options.gate : usual_gate(truth);
+  errors.gate = usual_gate(truth);
   errors.matching = options.matching;
   if (errors.matching == LandmarkMatching::automatic) {
     errors.matching = ids_make_sense(estimated, truth, errors.gate) ? LandmarkMatching::id

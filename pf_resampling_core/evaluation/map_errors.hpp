@@ -60,7 +60,6 @@ struct MapErrorOptions {
   /// automatic: by id if at least half of the estimated landmarks have the id of a true one and, of
   /// these, at least half are within the gate of it after alignment; else nearest.
   LandmarkMatching matching = LandmarkMatching::automatic;
-  double gate = 0.0;  ///< m, for nearest; 0: usual_gate()
   /// Where to look for the nearest: brings the estimated map near the true one, as the alignment
   /// of the path does. The matches' own alignment then refines it.
   Pose2 first_alignment;
@@ -69,7 +68,7 @@ struct MapErrorOptions {
 /// How far a map is from the truth.
 struct MapErrors {
   LandmarkMatching matching = LandmarkMatching::id;  ///< what was used
-  double gate = 0.0;                                 ///< m, likewise
+  double gate = 0.0;                                 ///< m, for nearest: usual_gate()
   int landmarks = 0;                                 ///< estimated
   int matched = 0;
   int false_landmarks = 0;  ///< estimated, without a true one: invented, or a second of the same
@@ -88,7 +87,7 @@ struct MapErrors {
   std::optional<double> normalized_error;
 };
 
-/// Throws Error on maps that are not finite, a true map that is empty, or a negative gate.
+/// Throws Error on maps that are not finite, or a true map that is empty.
 MapErrors evaluate_map(const std::vector<PointLandmark>& estimated,
                        const std::vector<PointLandmark>& truth,
                        const MapErrorOptions& options = {});

@@ -143,13 +143,6 @@ void check_options(const PathErrorOptions& options) {
   if (!(options.max_gap >= 0.0)) {
     throw Error("max_gap is " + std::to_string(options.max_gap) + " s: it has to be >= 0");
   }
-  if (!(options.lost_error >= 0.0)) {
-    throw Error("lost_error is " + std::to_string(options.lost_error) + " m: it has to be >= 0");
-  }
-}
-
-double usual_lost_error(const std::vector<TruePose>& truth) {
-  return lost_error(extent_diagonal(truth));
 }
 
 AbsoluteErrors absolute_errors(const std::vector<double>& errors) {
@@ -184,7 +177,7 @@ PathErrors evaluate_path(const std::vector<TruePose>& truth,
 
   const double max_gap = options.max_gap > 0.0 ? options.max_gap : usual_max_gap(estimate);
   PathErrors errors;
-  errors.lost_error = options.lost_error > 0.0 ? options.lost_error : usual_lost_error(truth);
+  errors.lost_error = lost_error(extent_diagonal(truth));
   errors.duration = truth.back().time - truth.front().time;
   const double clipped_until = truth.front().time + options.clip * errors.duration;
 

@@ -15,18 +15,13 @@ struct PathErrorOptions {
   double clip = 0.0;
   /// Longest gap of the estimate that is interpolated across, s; 0: usual_max_gap().
   double max_gap = 0.0;
-  /// Cartesian error above which the robot does not know where it is, m; 0: usual_lost_error().
-  double lost_error = 0.0;
 };
 
 /// Throws Error for an option outside its range, naming it, its value and its range.
 void check_options(const PathErrorOptions& options);
 
-/// lost_error() in the area that the robot drove in, m.
-double usual_lost_error(const std::vector<TruePose>& truth);
-
-/// And when its heading is further off than this, rad: 30 degrees, as unknown_heading_probability()
-/// has it.
+/// A robot whose heading is further off than this, rad, is lost: 30 degrees, as
+/// unknown_heading_probability() has it.
 inline constexpr double kLostHeading = kPi / 6.0;
 
 /// Of the absolute values of an error, as in the Tables 1 to 3 of Mahmoud: all truth poses count
@@ -92,7 +87,7 @@ struct PathErrors {
   /// of the time. A run that loses itself for a while and recovers soon is not lost; one that ends
   /// lost, or whose figures are made by the time it was lost, is.
   bool lost = false;
-  double lost_error = 0.0;  ///< m, the bound that was used
+  double lost_error = 0.0;  ///< m, the bound: lost_error() of the area that the robot drove in
 
   double duration = 0.0;  ///< s, of the truth
   int truth_poses = 0;    ///< unclipped

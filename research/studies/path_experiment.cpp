@@ -8,6 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/evaluation/path_errors.hpp"
+#include "pf_resampling_core/models/lost_error.hpp"
 #include "research/studies/study_trials.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/bag_contents.hpp"
@@ -272,7 +273,7 @@ Experiment path_experiment(const StudyDefinition& study, const StudyProblem& pro
   experiment.figures = figure_names();
   experiment.about = {{"duration", recorded.truth.back().time - recorded.truth.front().time},
                       {"clip", problem.clip},
-                      {"lost_error", usual_lost_error(recorded.truth)}};
+                      {"lost_error", lost_error(extent_diagonal(recorded.truth))}};
   for (const Beacon& beacon : recorded.beacons) {
     experiment.places.push_back(
         {"beacon", std::to_string(beacon.id), beacon.position.x(), beacon.position.y()});
