@@ -138,90 +138,73 @@ bool is_group_too(const std::string& name) {
   return name == "calibration";
 }
 
-std::string where_of(const std::string& file, const YAML::Node& node) {
-  return file + ":" + std::to_string(node.Mark().line + 1);
+/// What errors call the value of a name: "beacons.yaml:3: 'particles'"; without a file, it is a
+/// parameter of the node.
+std::string place_of(const std::string& file, const YAML::Node& node, const std::string& name) {
+  if (file.empty()) return "parameter '" + name + "'";
+  return file + ":" + std::to_string(node.Mark().line + 1) + ": '" + name + "'";
 }
 
 void flatten(const std::string& file, const std::string& prefix, const YAML::Node& node,
              Draft* draft) {
   for (const auto& item : node) {
-    if (!item.first.IsScalar()) throw Error(where_of(file, item.first) + ": a name is missing");
+    if (!item.first.IsScalar()) {
+      throw Error(place_of(file, item.first, prefix) + " has a name that is none");
+    }
     const std::string name = prefix + item.first.Scalar();
     const YAML::Node& value = item.second;
     if (is_list_name(name) && !(is_group_too(name) && value.IsMap())) {
-      if (!value.IsSequence()) {
-        throw Error(where_of(file, value) + ": '" + name + "' has to be a list");
-      }
+      if (!value.IsSequence()) throw Error(place_of(file, value, name) + " has to be a list");
+      int count = 0;
       for (const YAML::Node& element : value) {
         Entry entry;
-        entry.where = where_of(file, element) + ": " + name;
-        if (!element.IsMap()) throw Error(entry.where + ": an element has to be {key: value, ...}");
+        entry.where = place_of(file, element, name) + ", element " + std::to_string(count++);
+        if (!element.IsMap()) {
+          throw Error(entry.where + ": an element has to be {key: value, ...}");
+        }
         for (const auto& field : element) {
-          if (!field.first.IsScalar()) {
-            throw Error(entry.where + ": an element has to be {key: value, ...}");
-          }
-          // What is no word or number is of no key that is known, or is none of its values.
-          entry.fields[field.first.Scalar()] =
+          // What is no word or number is none of the values of a key; as a key it is unknown.
+          entry.fields[field.first.IsScalar() ? field.first.Scalar() : "a list"] =
               field.second.IsScalar() ? field.second.Scalar() : "a list";
         }
         add_entry(name, entry, draft);
       }
     } else if (value.IsMap()) {
       flatten(file, name + "/", value, draft);
-    } else if (value.IsScalar()) {
-      if (!draft->configuration.values.emplace(name, value.Scalar()).second) {
-        throw Error(where_of(file, item.first) + ": '" + name + "' is there twice; give it once");
-      }
-    } else {
-      throw Error(where_of(file, item.first) + ": '" + name +
-                  "' has a value that is not a number, a word, true or false");
+    } else if (!value.IsScalar()) {
+      throw Error(place_of(file, item.first, name) +
+                  " has a value that is not a number, a word, true or false");
+    } else if (!draft->configuration.values.emplace(name, value.Scalar()).second) {
+      throw Error(place_of(file, item.first, name) + " is there twice; give it once");
     }
   }
 }
 
-std::string text_of(const std::string& name, XmlRpc::XmlRpcValue value) {
+/// Of the parameter server; what YAML has no word for is null.
+YAML::Node to_yaml(XmlRpc::XmlRpcValue value) {
+  YAML::Node node;
   switch (value.getType()) {
     case XmlRpc::XmlRpcValue::TypeBoolean:
-      return static_cast<bool>(value) ? "true" : "false";
+      return YAML::Node(static_cast<bool>(value) ? "true" : "false");
     case XmlRpc::XmlRpcValue::TypeInt:
-      return std::to_string(static_cast<int>(value));
+      return YAML::Node(std::to_string(static_cast<int>(value)));
     case XmlRpc::XmlRpcValue::TypeDouble: {
       char text[40];
       std::snprintf(text, sizeof(text), "%.17g", static_cast<double>(value));
-      return text;
+      return YAML::Node(text);
     }
     case XmlRpc::XmlRpcValue::TypeString:
-      return static_cast<std::string>(value);
+      return YAML::Node(static_cast<std::string>(value));
+    case XmlRpc::XmlRpcValue::TypeArray:
+      node = YAML::Node(YAML::NodeType::Sequence);
+      for (int i = 0; i < value.size(); ++i) node.push_back(to_yaml(value[i]));
+      return node;
+    case XmlRpc::XmlRpcValue::TypeStruct:
+      node = YAML::Node(YAML::NodeType::Map);
+      for (auto& item : value) node[item.first] = to_yaml(item.second);
+      return node;
     default:
-      throw Error("parameter '" + name +
-                  "' has a value that is not a number, a word, true or false");
-  }
-}
-
-void flatten(const std::string& prefix, XmlRpc::XmlRpcValue value, Draft* draft) {
-  for (auto& item : value) {
-    const std::string name = prefix + item.first;
-    const bool is_struct = item.second.getType() == XmlRpc::XmlRpcValue::TypeStruct;
-    if (is_list_name(name) && !(is_group_too(name) && is_struct)) {
-      if (item.second.getType() != XmlRpc::XmlRpcValue::TypeArray) {
-        throw Error("parameter '" + name + "' has to be a list");
-      }
-      for (int i = 0; i < item.second.size(); ++i) {
-        Entry entry;
-        entry.where = "parameter '" + name + "', element " + std::to_string(i);
-        if (item.second[i].getType() != XmlRpc::XmlRpcValue::TypeStruct) {
-          throw Error(entry.where + ": an element has to be {key: value, ...}");
-        }
-        for (auto& field : item.second[i]) {
-          entry.fields[field.first] = text_of(entry.where + ", " + field.first, field.second);
-        }
-        add_entry(name, entry, draft);
-      }
-    } else if (is_struct) {
-      flatten(name + "/", item.second, draft);
-    } else {
-      draft->configuration.values[name] = text_of(name, item.second);
-    }
+      return node;
   }
 }
 
@@ -268,7 +251,7 @@ Configuration read_configuration(const std::string& path) {
 
 Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
   Draft draft;
-  if (parameters.getType() == XmlRpc::XmlRpcValue::TypeStruct) flatten("", parameters, &draft);
+  flatten("", "", to_yaml(parameters), &draft);
   return draft.configuration;
 }
 

@@ -74,7 +74,7 @@ TEST(Configuration, ManyBeaconsAreReadAtOnce) {
   for (int i = 0; i < 20000; ++i) text += "- {id: " + std::to_string(i) + ", x: 0, y: 0}\n";
   EXPECT_EQ(parse_configuration(text, "file.yaml").beacons.size(), 20000u);
   expect_words(error_of(text + "- {id: 7, x: 0, y: 0}\n"),
-               {"file.yaml:20002: beacons: beacon 7 appears twice"});
+               {"file.yaml:20002: 'beacons', element 20000: beacon 7 appears twice"});
 }
 
 TEST(Configuration, ReadsGroupsAndLists) {
@@ -136,8 +136,11 @@ TEST(Configuration, WhatTheParameterServerGivesInVainIsNamed) {
                {"parameter 'beacons' has to be a list"});
   expect_words(error_of_server([](Value* value) { (*value)["beacons"][0] = 3; }),
                {"parameter 'beacons', element 0", "an element has to be {key: value, ...}"});
-  expect_words(error_of_server([](Value* value) { (*value)["beacons"][0]["id"][0] = 3; }),
-               {"parameter 'beacons', element 0, id", "not a number, a word, true or false"});
+  expect_words(error_of_server([](Value* value) {
+                 (*value)["beacons"][0]["id"][0] = 3;
+                 for (const char* key : {"x", "y"}) (*value)["beacons"][0][key] = 0;
+               }),
+               {"parameter 'beacons', element 0: id is 'a list'"});
 }
 
 TEST(Configuration, LaterFilesWin) {
@@ -165,7 +168,8 @@ TEST(Configuration, EachMistakeIsNamedWithItsPlace) {
   expect_words(error_of("particles: [1, 2]"), {"file.yaml:1", "particles"});
   expect_words(error_of("particles: 1\n  x: {"), {"file.yaml:", "YAML"});
   expect_words(error_of("frames: {map: ''}"), {"frames/map", "empty"});
-  for (const char* const element : {"3", "[1, 2]", "{[1]: 2}"}) {
+  expect_words(error_of("beacons: [{[1]: 2}]"), {"unknown key 'a list'"});
+  for (const char* const element : {"3", "[1, 2]"}) {
     expect_words(error_of(std::string("beacons:\n- ") + element),
                  {"file.yaml:2", "beacons", "an element has to be {key: value, ...}"});
   }
