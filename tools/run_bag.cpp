@@ -11,10 +11,11 @@ namespace {
 CommandLine command_line() {
   CommandLine line("run_bag", "Runs a filter over a bag. The output bag holds inputs and outputs.");
   line.positional("filter", "beacon_mcl or fastslam");
-  line.optional_positional("in.bag",
-                           "bag to read: odometry, and either ranges and beacons (or beacons in "
-                           "--config), or landmark observations");
-  line.optional_positional("out.bag", "bag to write");
+  line.positional("in.bag",
+                  "bag to read: odometry, and either ranges and beacons (or beacons in --config), "
+                  "or landmark observations",
+                  false);
+  line.positional("out.bag", "bag to write", false);
   add_filter_options(&line);
   add_beacon_mcl_topics(&line);
   line.topic("landmarks", FastSlamTopics().landmarks, "landmark observations");

@@ -16,6 +16,8 @@
 #include <sstream>
 #include <utility>
 
+#include "src/configuration/configuration.hpp"
+
 namespace pf_resampling {
 
 namespace {
@@ -69,20 +71,6 @@ void flush_standard_output() {
   throw Error("standard output cannot be written; is the disk full?");
 }
 
-/// Errors are promised to be one line, and must not steer the terminal.
-std::string one_line(std::string text) {
-  for (char& character : text) {
-    const bool is_space = character == '\n' || character == '\r' || character == '\t';
-    const auto code = static_cast<unsigned char>(character);
-    if (is_space) {
-      character = ' ';
-    } else if (code < 0x20 || code == 0x7f) {
-      character = '?';
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 CommandLine::CommandLine(std::string tool, std::string summary)
@@ -90,12 +78,8 @@ CommandLine::CommandLine(std::string tool, std::string summary)
   options_.add_options()("help", "print this text");
 }
 
-void CommandLine::positional(const std::string& name, const std::string& help) {
-  positionals_.push_back({name, help, true});
-}
-
-void CommandLine::optional_positional(const std::string& name, const std::string& help) {
-  positionals_.push_back({name, help, false});
+void CommandLine::positional(const std::string& name, const std::string& help, bool required) {
+  positionals_.push_back({name, help, required});
 }
 
 void CommandLine::add(const std::string& name, const po::value_semantic* value,

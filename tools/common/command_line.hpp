@@ -33,11 +33,8 @@ class CommandLine {
   /// `tool`: the name to be typed, for instance "dataset_to_bag plaza"; `summary`: what it does.
   CommandLine(std::string tool, std::string summary);
 
-  /// Adds a positional argument that must be given; they are taken in the order of these calls.
-  void positional(const std::string& name, const std::string& help);
-
-  /// Adds a positional argument that may be left out; after all that must be given.
-  void optional_positional(const std::string& name, const std::string& help);
+  /// Adds a positional argument; they are taken in the order of these calls, the `required` first.
+  void positional(const std::string& name, const std::string& help, bool required = true);
 
   /// Adds an option --name VALUE, without a default.
   template <typename T>

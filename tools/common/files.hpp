@@ -1,13 +1,12 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 namespace pf_resampling {
 
-/// The contents of a file. Throws Error naming the file if it is missing, unreadable, no regular
-/// file or longer than `longest` bytes.
-std::string read_file(const std::string& path, std::size_t longest = std::size_t{1} << 30);
+/// The contents of a file. Throws Error naming the file if it is missing, unreadable or no regular
+/// file.
+std::string read_file(const std::string& path);
 
 /// Throws Error unless there is a regular file of that name; `what` is what it has to be ("bag"). A
 /// pipe has no end to begin at, and waits for a writer that may never come.
