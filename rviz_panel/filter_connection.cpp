@@ -17,9 +17,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kLookPeriod = 1.0;           // s
-constexpr std::size_t kMostStatuses = 20000;  // kept for a program that does not ask
-constexpr std::size_t kMostJobs = 50;
+constexpr double kLookPeriod = 1.0;  // s
 
 bool service_exists(const std::string& name) {
   XmlRpc::XmlRpcValue request, response, payload;
@@ -244,22 +242,12 @@ void FilterConnection::subscribe() {
       }));
   subscribers_.push_back(node_.subscribe<FilterStatus>(
       space + "status", 1000, [this, if_current](const FilterStatus::ConstPtr& message) {
-        if_current([&] {
-          if (news_.statuses.size() >= kMostStatuses) {
-            news_.statuses.erase(news_.statuses.begin(),
-                                 news_.statuses.begin() + kMostStatuses / 2);
-          }
-          news_.statuses.push_back(*message);
-        });
+        if_current([&] { news_.statuses.push_back(*message); });
       }));
 }
 
 void FilterConnection::post(Job job) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (jobs_.size() >= kMostJobs) {
-    news_.results.push_back({false, "Not done: too many changes are waiting for a reply"});
-    return;
-  }
   jobs_.push_back(std::move(job));
   wake_.notify_all();
 }
