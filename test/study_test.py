@@ -311,7 +311,8 @@ class Faults(unittest.TestCase):
 
     def test_each_fault_is_run_and_judged(self):
         out = self.folder / 'faults.json'
-        code, text, error = study('faults', self.bag, '--seeds', 1, '--json', out)
+        fast = ('--set', 'particles=300', '--set', 'population/renewal=resampling')
+        code, text, error = study('faults', self.bag, '--seeds', 1, '--json', out, *fast)
         self.assertEqual((code, error), (0, ''))
         report = json.loads(out.read_text())
         self.assertEqual(report['recording'], 'a.bag')

@@ -3,8 +3,8 @@
 #include <pf_resampling/LandmarkObservationArray.h>
 #include <rosbag/view.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "pf_resampling_core/evaluation/map_errors.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
@@ -16,7 +16,20 @@ namespace {
 
 // Odometry comes at 40 Hz from 1 s on, scans at every fifth of a second; both have the stamp 20 s.
 constexpr double kAtAScan = 20.0;
-constexpr double kBetweenScans = 20.1;
+
+// A list from a tape measure, in which landmark 4 may be said to be elsewhere.
+std::string survey_of(const std::string& world, const TemporaryDirectory& directory,
+                      double moved = 0.0) {
+  std::ostringstream list;
+  list.precision(9);
+  list << "# by tape measure\nid,x,y,sigma\n";
+  const auto marks = read_landmark_map(open_bag(world), "/ground_truth_landmarks").value();
+  for (const PointLandmark& mark : marks) {
+    list << mark.id << "," << mark.position.x() + (mark.id == 4 ? moved : 0.0) << ","
+         << mark.position.y() << ",0.02\n";
+  }
+  return directory.write("survey.csv", list.str());
+}
 
 TEST_F(RunBagFastSlam, TheOutputHoldsPosesAndTheMapThatIsSaved) {
   expect_success(world_ + " " + out_ + " --save-map " + map_);
@@ -84,16 +97,6 @@ TEST_F(RunBagFastSlam, GoingOnFromASavedMapIsAsIfNothingHadHappened) {
   }
 }
 
-struct Moments {
-  explicit Moments(const std::vector<double>& values) {
-    const double count = static_cast<double>(values.size());
-    for (const double value : values) mean += value / count;
-    for (const double value : values) variance += std::pow(value - mean, 2) / (count - 1.0);
-  }
-  double mean = 0.0;
-  double variance = 0.0;
-};
-
 TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
   expect_success(world_ + " " + out_ + " --no-clouds --save-map " + map_);
   // Another day: other noise, and the robot starts where it did the first time.
@@ -139,19 +142,9 @@ TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
   EXPECT_LT(errors.worst, 1.0);
 }
 
-// A list from a tape measure: of the true places, so the errors are those of one scan's fix.
+// Of the true places, so the errors are those of one scan's fix.
 TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
-  const std::string list = directory_.file("survey.csv");
-  {
-    std::ofstream stream(list);
-    stream.precision(9);
-    stream << "# by tape measure\nid,x,y,sigma\n";
-    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
-    ASSERT_TRUE(marks.has_value());
-    for (const PointLandmark& mark : *marks) {
-      stream << mark.id << "," << mark.position.x() << "," << mark.position.y() << ",0.02\n";
-    }
-  }
+  const std::string list = survey_of(world_, directory_);
   expect_success(world_ + " " + out_ + " --no-clouds --set map/frozen=true --load-map " + list);
   const PoseErrors errors = pose_errors(out_);
   std::printf("among surveyed landmarks: mean %.3f m, maximum %.3f m\n", errors.mean, errors.worst);
@@ -168,17 +161,7 @@ TEST_F(RunBagFastSlam, LocalizesAmongSurveyedLandmarks) {
 
 // Landmark 4 stands 1.5 m from where the list has it: that is found, and nothing else.
 TEST_F(RunBagFastSlam, FindsWhatIsNotWhereTheMapHasIt) {
-  const std::string list = directory_.file("survey.csv");
-  {
-    std::ofstream stream(list);
-    stream << "id,x,y,sigma\n";
-    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
-    for (const PointLandmark& mark : marks.value()) {
-      const double moved = mark.id == 4 ? 1.5 : 0.0;
-      stream << mark.id << "," << mark.position.x() + moved << "," << mark.position.y()
-             << ",0.02\n";
-    }
-  }
+  const std::string list = survey_of(world_, directory_, 1.5);
   const std::string json = directory_.file("found.json");
   expect_success(world_ + " " + out_ + " --no-clouds --set map/frozen=true --load-map " + list +
                  " --findings " + json);
@@ -195,16 +178,7 @@ TEST_F(RunBagFastSlam, FindsWhatIsNotWhereTheMapHasIt) {
 
 // A robot that wakes up somewhere in a surveyed map: found within seconds, with ids and without.
 TEST_F(RunBagFastSlam, FindsTheRobotInALoadedMap) {
-  const std::string list = directory_.file("survey.csv");
-  {
-    std::ofstream stream(list);
-    stream << "id,x,y,sigma\n";
-    const auto marks = read_landmark_map(open_bag(world_), "/ground_truth_landmarks");
-    ASSERT_TRUE(marks.has_value());
-    for (const PointLandmark& mark : *marks) {
-      stream << mark.id << "," << mark.position.x() << "," << mark.position.y() << ",0.02\n";
-    }
-  }
+  const std::string list = survey_of(world_, directory_);
   const std::string later = directory_.file("later.bag");
   cut(world_, later, 12.0, kForever);
   for (const char* const name : {"known", "mutual_exclusion"}) {
