@@ -233,7 +233,7 @@ TEST_F(LiveFilter, Checkpoint) {
   const auto started = [&] { return LiveFilter::started("checkpoint"); };
   ASSERT_NO_FATAL_FAILURE(start(arguments));
   const Driving driving(&robot_);
-  wait(12.0);
+  wait(8.0);
   EXPECT_EQ(started(), "fine; started from nothing");
   EXPECT_GT(heard_.poses().size(), 300u);
 
