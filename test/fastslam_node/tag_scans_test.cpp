@@ -163,19 +163,6 @@ TEST(TagScans, WhatARelayRepeatsIsPassedOver) {
   EXPECT_EQ(detector.complete(11.0), Sizes{});
 }
 
-TEST(StaticFrames, AChainWithoutEndLeadsNowhere) {
-  StaticFrames frames;
-  std::string parent = "base_link";
-  for (int link = 1; link <= 51; ++link) {
-    const std::string child = "link_" + std::to_string(link);
-    ASSERT_TRUE(
-        frames.add(transform_of(parent, child, Eigen::Isometry3d::Identity(), ros::Time(1.0))));
-    parent = child;
-  }
-  EXPECT_TRUE(frames.pose("base_link", "link_50"));
-  EXPECT_FALSE(frames.pose("base_link", "link_51"));
-}
-
 TEST(StaticFrames, WhatGoesInACircleIsNowhere) {
   StaticFrames frames;
   const auto join = [&](const std::string& parent, const std::string& child) {
