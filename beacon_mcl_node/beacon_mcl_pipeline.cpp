@@ -48,13 +48,12 @@ BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
   if (!options_.beacons.empty() || finds_beacons()) start(make_filter(options_.beacons));
 }
 
-std::unique_ptr<BeaconMcl> BeaconMclPipeline::make_filter(
-    const std::vector<Beacon>& beacons) const {
+std::unique_ptr<BeaconMcl> BeaconMclPipeline::make_filter(const std::vector<Beacon>& beacons) {
   const std::vector<std::pair<int, RangeCalibration>> calibration(options_.calibration.begin(),
                                                                   options_.calibration.end());
   auto filter = std::make_unique<BeaconMcl>(options_.filter, beacons,
                                             static_cast<std::uint64_t>(options_.seed), calibration);
-  filter->set_deferred_solutions(options_.deferred);
+  if (options_.deferred) filter->set_deferred_solutions(&take_overs_);
   return filter;
 }
 

@@ -74,6 +74,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   std::string save_beacons(const std::string& path) const;
 
   std::vector<Finding> findings() const override;
+  bool works_beside() const override { return filter_ && filter_->is_solving(); }
 
   /// Frame of the antenna of ranges that do not name one.
   const std::string& antenna() const { return names_.antenna; }
@@ -126,7 +127,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   void diagnose(diagnostic_msgs::DiagnosticStatus* /*status*/) override {}
   void add_diagnostics(ros::Time stamp, diagnostic_msgs::DiagnosticArray* array) override;
 
-  std::unique_ptr<BeaconMcl> make_filter(const std::vector<Beacon>& beacons) const;
+  std::unique_ptr<BeaconMcl> make_filter(const std::vector<Beacon>& beacons);
   std::optional<Rejection> check_beacon(int id) const;
   std::optional<RangeObservation> to_observation(const BeaconRange& range);
   void note_health(ros::Time stamp, int beacon, double normalized_innovation);

@@ -53,7 +53,7 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
   }
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
   filter_->set_deferred_redraws(options_.deferred);
-  if (options_.deferred) redraws_.emplace(sinks_.stopwatch);
+  if (options_.deferred) redraws_.emplace(sinks_.stopwatch, &take_overs_);
   try {
     if (!options_.map_file.empty()) {
       start_map_ = read_map(options_.map_file, options_.frames.map);

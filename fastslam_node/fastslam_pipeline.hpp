@@ -101,6 +101,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void publish_results();
 
   std::vector<Finding> findings() const override { return findings_; }
+  bool works_beside() const override { return redraws_ && redraws_->is_busy(); }
 
   const FastSlam& filter() const { return *filter_; }
 

@@ -9,6 +9,8 @@
 #include <pf_resampling/LoadMap.h>
 #include <pf_resampling/SaveMap.h>
 #include <ros/ros.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -27,6 +29,7 @@
 #include "test/fastslam_drive.hpp"
 #include "test/node_process.hpp"
 #include "test/places.hpp"
+#include "test/run_program.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -130,6 +133,7 @@ struct HeardPose {
   ros::Time stamp;
   double age = 0.0;    // s, when it was heard
   double error = 0.0;  // m
+  geometry_msgs::PoseWithCovariance pose;
 };
 
 class Listener {
@@ -141,7 +145,8 @@ class Listener {
           const double error =
               std::hypot(m->pose.pose.position.x - truth.x, m->pose.pose.position.y - truth.y);
           const std::lock_guard<std::mutex> lock(mutex_);
-          poses_.push_back({m->header.stamp, (ros::Time::now() - m->header.stamp).toSec(), error});
+          poses_.push_back(
+              {m->header.stamp, (ros::Time::now() - m->header.stamp).toSec(), error, m->pose});
         };
     const boost::function<void(const FilterStatus::ConstPtr&)> status =
         [this](const FilterStatus::ConstPtr& m) {
@@ -207,6 +212,25 @@ class LiveFilter : public testing::Test {
   Listener heard_{&node_, &robot_};
   std::optional<NodeProcess> process_;
 
+  /// Whether run_bag gives out the same as the node that has recorded this flight, to the last bit.
+  void expect_replayed(const std::string& flight, const std::vector<HeardPose>& live) const {
+    const ProgramResult run = run_program("run_bag " + filter_ + " " + flight + ".bag " + flight +
+                                          ".out --resume " + flight + ".checkpoint --pose-only");
+    ASSERT_EQ(run.exit_code, 0) << run.error;
+    std::map<ros::Time, geometry_msgs::PoseWithCovariance> poses;
+    for (const HeardPose& pose : live) poses[pose.stamp] = pose.pose;
+    const rosbag::Bag bag(flight + ".out");
+    int same = 0;
+    for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery("/pose"))) {
+      const auto pose = instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>();
+      const auto heard = poses.find(pose->header.stamp);
+      if (heard == poses.end()) continue;
+      EXPECT_EQ(pose->pose, heard->second) << pose->header.stamp;
+      ++same;
+    }
+    EXPECT_GT(same, 200);
+  }
+
   /// The message of the first entry of this name that is not OK, else of the last, and how the node
   /// says it started.
   std::string started(const std::string& entry_name) {
@@ -223,21 +247,35 @@ class LiveFilter : public testing::Test {
   }
 };
 
+/// What a service answers to the name of a file.
+template <typename Service>
+std::pair<bool, std::string> ask(const std::string& service, const std::string& file) {
+  Service call;
+  call.request.file = file;
+  if (!ros::service::call(service, call)) return {false, service + " did not answer"};
+  return {call.response.success, call.response.message};
+}
+
 // Killed as by a loss of power while it drives, and there again two seconds later: right from its
 // first pose on, which comes with the first odometry. Then the same with a file that is damaged.
 TEST_F(LiveFilter, Checkpoint) {
   const TemporaryDirectory directory;
   const std::string file = directory.file("robot.checkpoint");
   const std::vector<std::string> arguments = {"_checkpoint/file:=" + file,
-                                              "_checkpoint/period:=0.3"};
+                                              "_checkpoint/period:=0.3",
+                                              "_map_file/directory:=" + directory.file("")};
   const auto started = [&] { return LiveFilter::started("checkpoint"); };
   ASSERT_NO_FATAL_FAILURE(start(arguments));
   const Driving driving(&robot_);
   wait(8.0);
   EXPECT_EQ(started(), "fine; started from nothing");
-  EXPECT_GT(heard_.poses().size(), 300u);
+  const std::vector<HeardPose> poses = heard_.poses();
+  EXPECT_GT(poses.size(), 300u);
+  const auto [success, message] = ask<pf_resampling::Checkpoint>("save_flight", "flight");
+  EXPECT_TRUE(success) << message;
 
   process_->kill_it();
+  expect_replayed(directory.file("flight"), poses);
   wait(2.0);
   heard_.poses();
   heard_.statuses();
@@ -266,15 +304,6 @@ TEST_F(LiveFilter, Checkpoint) {
             0u)
       << said;
   EXPECT_TRUE(process_->is_running());
-}
-
-/// What a service answers to the name of a file.
-template <typename Service>
-std::pair<bool, std::string> ask(const std::string& service, const std::string& file) {
-  Service call;
-  call.request.file = file;
-  if (!ros::service::call(service, call)) return {false, service + " did not answer"};
-  return {call.response.success, call.response.message};
 }
 
 // Anybody on the graph may name files: they get at those of one folder, and read of none that is no

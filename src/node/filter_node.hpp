@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -14,6 +15,7 @@
 
 #include "src/checkpoint/checkpoint_keeper.hpp"
 #include "src/node/any_message.hpp"
+#include "src/node/flight_recorder.hpp"
 #include "src/node/node_support.hpp"
 #include "src/node/reconfigure_server.hpp"
 #include "src/node/service_folder.hpp"
@@ -32,6 +34,8 @@ class FilterNode {
       : node_(node),
         publishers_(node),
         pipeline_(options, connected(sinks, options.name)),
+        recorder_(&pipeline_, !options.checkpoint.file.empty()),
+        lost_flight_(options.checkpoint.file + ".lost"),
         checkpoints_(options.checkpoint, publishers_.log()),
         folder_(options.directory),
         parameters_(
@@ -39,6 +43,7 @@ class FilterNode {
             [this](const auto& values) {
               pipeline_.ask("set_parameters", [&] {
                 pipeline_.set_parameters(values);
+                recorder_.clear();
                 return std::string();
               });
             }),
@@ -63,6 +68,12 @@ class FilterNode {
           request.file.empty() ? "" : path_to_write(request.file, kCheckpointFile);
       return checkpoints_.save(path, &pipeline_);
     });
+    advertise<Checkpoint::Request, Checkpoint::Response>(
+        "save_flight", [this](Checkpoint::Request& request, Checkpoint::Response& response) {
+          const auto write = [&] { return recorder_.write(path_of_flight(request.file)); };
+          answer([&] { return pipeline_.ask("save_flight", write); }, &response);
+          return true;
+        });
   }
 
   /// Answers a service by what `work` makes of the request: what it did, in one line, or an Error.
@@ -72,6 +83,7 @@ class FilterNode {
     using Response = typename Service::Response;
     advertise<Request, Response>(name, [this, name, work](Request& request, Response& response) {
       const auto done = [&] { return work(request); };
+      recorder_.clear();
       answer([&] { return pipeline_.ask(name.c_str(), done); }, &response);
       return true;
     });
@@ -82,6 +94,7 @@ class FilterNode {
     using std_srvs::Empty;
     advertise<Empty::Request, Empty::Response>(
         name, [this, name, work](Empty::Request&, Empty::Response&) {
+          recorder_.clear();
           return pipeline_.guard(name.c_str(), work);
         });
   }  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): likewise.
@@ -100,7 +113,14 @@ class FilterNode {
   bool process_next() {
     bool was_one = false;
     pipeline_.guard("checkpoint", [&] { checkpoints_.write_when_due(&pipeline_); });
+    pipeline_.guard("flight", [&] { recorder_.begin_when_due(); });
+    const std::int64_t done = pipeline_.take_overs().done;
+    const int queued = pipeline_.queued();
     pipeline_.guard(Pipeline::kObservations, [&] { was_one = pipeline_.process_next(); });
+    if (was_one || pipeline_.queued() != queued || pipeline_.take_overs().done != done) {
+      recorder_.note_step(done);
+      pipeline_.guard("flight", [&] { write_flight_when_lost(); });
+    }
     if (was_one && !std::exchange(is_running_, true)) {
       ROS_INFO("received the first %s: the filter runs", Pipeline::kObservations);
     }
@@ -110,6 +130,22 @@ class FilterNode {
   Pipeline& pipeline() { return pipeline_; }
 
  private:
+  std::string path_of_flight(const std::string& name) const {
+    path_to_write(name + ".checkpoint", kCheckpointFile);
+    const std::string path = path_of(name);
+    if (std::ifstream(path + ".bag")) throw Error(path + ".bag is there: give another name");
+    return path;
+  }
+
+  /// Beside the checkpoint.
+  void write_flight_when_lost() {
+    const bool is_lost = pipeline_.lost_probability() > kLikelyLost;
+    if (is_lost && !is_lost_ && recorder_.has_flight()) {
+      ROS_WARN("lost: %s", recorder_.write(lost_flight_).c_str());
+    }
+    is_lost_ = is_lost;
+  }
+
   typename Pipeline::Sinks connected(typename Pipeline::Sinks sinks, const std::string& name) {
     publishers_.connect(&sinks);
     sinks.more_diagnostics = [this, name](diagnostic_msgs::DiagnosticArray* array) {
@@ -134,7 +170,7 @@ class FilterNode {
         take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
       });
     } else {
-      listen<Message>(topic, [this](const auto& message) { pipeline_.handle(message); });
+      listen<Message>(topic, [this, topic](const auto& message) { hand_over(topic, message); });
     }
   }
 
@@ -148,15 +184,16 @@ class FilterNode {
       pipeline_.note_unreadable(name_of_topic(topic), error.what());
       return;
     }
-    dispatch(*message);
+    hand_over(topic, *message);
   }
   template <typename Message>
-  void dispatch(const Message& message) {
+  void hand_over(const char* topic, const Message& message) {
+    recorder_.note(message, std::string(topic) == "/tf_static");
     pipeline_.handle(message);
   }
   template <typename... Messages>
-  void dispatch(const std::variant<Messages...>& any) {
-    std::visit([this](const auto& message) { pipeline_.handle(message); }, any);
+  void hand_over(const char* topic, const std::variant<Messages...>& any) {
+    std::visit([&](const auto& message) { hand_over(topic, message); }, any);
   }
 
   template <typename Message, typename Take>
@@ -202,6 +239,9 @@ class FilterNode {
   ros::NodeHandle private_node_{"~"};
   FilterPublishers publishers_;
   Pipeline pipeline_;
+  FlightRecorder<Pipeline> recorder_;
+  std::string lost_flight_;  // its name
+  bool is_lost_ = true;
   CheckpointKeeper checkpoints_;
   ServiceFolder folder_;
   std::string base_;

@@ -20,6 +20,7 @@
 #include "pf_resampling_core/health/health.hpp"
 #include "pf_resampling_core/health/lost_detector.hpp"
 #include "pf_resampling_core/health/unknown_place.hpp"
+#include "pf_resampling_core/parallel/take_overs.hpp"
 #include "pf_resampling_core/population/pose_clusters.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/frames/static_frames.hpp"
@@ -111,6 +112,12 @@ class FilterPipeline {
   /// observation that odometry covers; when more than one waits, those older than max_latency are
   /// dropped first. Returns whether there was one.
   bool process_next();
+
+  /// What is computed beside a deferred filter, and when it was taken over.
+  TakeOvers& take_overs() { return take_overs_; }
+  virtual bool works_beside() const { return false; }
+  /// Observations that wait, in order of time.
+  const std::deque<Message>& waiting() const { return waiting_; }
 
   /// Probability that the belief is wrong, as far as the position goes; 1 while there is none.
   double lost_probability() const;
@@ -221,6 +228,7 @@ class FilterPipeline {
 
   Options options_;
   PipelineSinks sinks_;
+  TakeOvers take_overs_;
   std::unique_ptr<Filter> filter_;  // nothing while it cannot be made yet
   DeadReckoning odometry_;
   ImuHeading imu_heading_;

@@ -25,6 +25,11 @@ void for_each_input(const Take& take) {
   std::apply([&](const auto&... input) { (each(input), ...); }, Pipeline::inputs());
 }
 
+/// What a live run did between its messages, of FlightRecorder: it used an observation
+/// (std_msgs/Empty); before the next message it has taken over so many (std_msgs/UInt64).
+inline constexpr const char* kStepTopic = "/flight/step";
+inline constexpr const char* kTakeOverTopic = "/flight/take_overs";
+
 /// Any of the messages that a pipeline takes, in memory.
 template <typename... Messages>
 std::variant<typename Messages::ConstPtr...> variant_of(

@@ -23,9 +23,10 @@ BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
 }  // namespace
 
 int beacon_mcl_over_bag(const CommandLine& line) {
-  const BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
+  BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
   FilterOverBag run(line);
+  options.deferred = run.is_flight();
   if (run.is_only()) {
     require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
                               needs_beacons(options) && !line.has("resume"));
@@ -42,8 +43,8 @@ int beacon_mcl_over_bag(const CommandLine& line) {
   }
   BeaconMclPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
-  run.for_each_message(topics.inputs(options.frames.base, pipeline.antenna()), options.frames,
-                       [&](const auto& message) { handle(message, &pipeline); });
+  run.hand_all_to(&pipeline, topics.inputs(options.frames.base, pipeline.antenna()),
+                  options.frames);
   run.finish(pipeline);
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();

@@ -37,9 +37,10 @@ std::string table_of(const LandmarkMap& map) {
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
-  const FastSlamPipelineOptions options = read_fastslam_options(line);
+  FastSlamPipelineOptions options = read_fastslam_options(line);
   const FastSlamTopics topics = fastslam_topics(line);
   FilterOverBag run(line);
+  options.deferred = run.is_flight();
   if (run.is_only()) {
     require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
                             options.tag_pattern.empty());
@@ -64,8 +65,7 @@ int fastslam_over_bag(const CommandLine& line) {
   };
   FastSlamPipeline pipeline(options, sinks);
   resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
-  run.for_each_message(topics.inputs(options.frames.base), options.frames,
-                       [&](const auto& message) { handle(message, &pipeline); });
+  run.hand_all_to(&pipeline, topics.inputs(options.frames.base), options.frames);
   is_end = true;
   pipeline.guard("results", [&] { pipeline.publish_results(); });
   run.finish(pipeline);

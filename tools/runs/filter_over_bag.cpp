@@ -67,6 +67,7 @@ FilterOverBag::FilterOverBag(const CommandLine& line)
   }
   rosbag::View view(in_);
   begin_ = view.getBeginTime();
+  is_flight_ = rosbag::View(in_, rosbag::TopicQuery(kStepTopic)).size() > 0;
   if (line.get<bool>("no-clouds")) outputs_ = Outputs::no_clouds;
   if (line.get<bool>("pose-only")) outputs_ = Outputs::pose_only;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <rosbag/message_instance.h>
+#include <std_msgs/UInt64.h>
 
 #include <cstdint>
 #include <functional>
@@ -15,6 +16,7 @@
 #include "src/checkpoint/checkpoint.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/rejects.hpp"
+#include "src/pipeline/inputs.hpp"
 #include "src/pipeline/pipeline_sinks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
@@ -49,12 +51,22 @@ class FilterOverBag {
   /// Connects the outputs that are to be written.
   void connect(PipelineSinks* sinks);
 
-  /// Hands out what the filter takes, in order; everything but earlier outputs is copied first.
-  template <typename Message, typename Take>
-  void for_each_message(const std::vector<FilterInput<Message>>& inputs, const FrameNames& frames,
-                        const Take& take) {
+  /// Whether it is of a FlightRecorder: a deferred pipeline does again what it did live.
+  bool is_flight() const { return is_flight_; }
+
+  /// Hands the pipeline what it takes, in order; everything but earlier outputs is copied first.
+  template <typename Message, typename Pipeline>
+  void hand_all_to(Pipeline* pipeline, const std::vector<FilterInput<Message>>& inputs,
+                   const FrameNames& frames) {
+    if (is_flight_) pipeline->take_overs().wanted = 0;
     for_each_in_bag(names_of(inputs), frames, [&](const rosbag::MessageInstance& instance) {
-      if (const auto message = to_message(instance, inputs)) take(*message);
+      if (const auto message = to_message(instance, inputs)) handle(*message, pipeline);
+      if (instance.getTopic() == kStepTopic) {
+        pipeline->guard(Pipeline::kObservations, [&] { pipeline->process_next(); });
+      } else if (instance.getTopic() == kTakeOverTopic) {
+        const auto wanted = message_in<std_msgs::UInt64>(instance);
+        if (wanted) pipeline->take_overs().wanted = static_cast<std::int64_t>(wanted->data);
+      }
     });
   }
 
@@ -87,6 +99,7 @@ class FilterOverBag {
 
   std::string in_path_;
   rosbag::Bag in_;
+  bool is_flight_ = false;
   std::vector<std::unique_ptr<rosbag::Bag>> more_;
   double start_ = 0.0, duration_ = std::numeric_limits<double>::infinity();  // s
   std::set<std::string> topics_;                                             // empty: all

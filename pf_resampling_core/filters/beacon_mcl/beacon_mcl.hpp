@@ -12,6 +12,7 @@
 #include "pf_resampling_core/filters/beacon_mcl/particles.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
+#include "pf_resampling_core/parallel/take_overs.hpp"
 #include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
@@ -135,8 +136,11 @@ class BeaconMcl {
   /// otherwise.
   const RangeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
   /// Solutions of all of it are made in a thread beside the filter, and taken over once they are
-  /// there: no update waits, but what comes then depends on time. At first they are not.
-  void set_deferred_solutions(bool deferred) { solutions_are_deferred_ = deferred; }
+  /// there, or as `take_overs` says: no update waits, but what comes then depends on time. nullptr,
+  /// as at first: they are not.
+  void set_deferred_solutions(TakeOvers* take_overs) { take_overs_ = take_overs; }
+  /// Whether there is one that was not taken over yet.
+  bool is_solving() const { return solution_.has_value(); }
   /// Whether the memory says that this beacon is not as listed, in place or by a bias.
   bool is_not_as_listed(int beacon) const;
   /// Errors of distances and turns of the odometry as the memory knows them: the motion without
@@ -216,8 +220,8 @@ class BeaconMcl {
   std::optional<RangeMemory> memory_;
   bool is_drawn_from_memory_ = false;  // the population, several times a second
   double next_solution_ = 0.0;         // s
-  bool solutions_are_deferred_ = false;
-  std::optional<Solution> solution_;  // under way
+  TakeOvers* take_overs_ = nullptr;    // of solutions that are made in a thread of their own
+  std::optional<Solution> solution_;   // under way
 
   BeaconMclParticles particles_;
   Ancestry ancestry_;

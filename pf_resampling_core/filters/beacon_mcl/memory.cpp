@@ -85,7 +85,7 @@ void BeaconMcl::solve_memory() {
   next_solution_ = time_ + (finds_beacons() ? kDrawingPeriod : kSolutionPeriod);
   is_drawn_from_memory_ = false;
   bool is_of_all = is_taken;
-  if (!solutions_are_deferred_) {
+  if (take_overs_ == nullptr) {
     is_of_all = memory_->solve();
   } else {
     if (!is_taken && !solution_ && memory_->is_due()) begin_solution();
@@ -131,9 +131,10 @@ void BeaconMcl::begin_solution() {
 // With all that has come since; false if there is none yet.
 bool BeaconMcl::take_solution() {
   using std::chrono::seconds;
-  if (!solution_ || solution_->memory.wait_for(seconds(0)) == std::future_status::timeout) {
-    return false;
-  }
+  const auto is_there = [&] {
+    return solution_->memory.wait_for(seconds(0)) != std::future_status::timeout;
+  };
+  if (!solution_ || !take_overs_->is_due(is_there)) return false;
   Solution solution = std::move(*solution_);
   solution_.reset();
   if (solution.is_obsolete) return false;

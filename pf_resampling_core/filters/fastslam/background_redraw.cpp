@@ -67,8 +67,9 @@ bool BackgroundRedraw::Job::next(Input* input) {
   return true;
 }
 
-BackgroundRedraw::BackgroundRedraw(std::function<double()> stopwatch)
-    : stopwatch_(std::move(stopwatch)) {}
+BackgroundRedraw::BackgroundRedraw(std::function<double()> stopwatch, TakeOvers* take_overs)
+    : stopwatch_(std::move(stopwatch)),
+      take_overs_(take_overs != nullptr ? take_overs : &own_take_overs_) {}
 
 BackgroundRedraw::~BackgroundRedraw() {
   if (job_) job_->is_given_up = true;
@@ -147,11 +148,12 @@ bool BackgroundRedraw::is_running() const {
 bool BackgroundRedraw::take_over(FastSlam* filter) {
   if (!job_) return false;
   if (is_running() && job_->interventions != filter->interventions()) give_up();
-  {
+  const auto is_done = [&] {
     const std::lock_guard<std::mutex> lock(job_->mutex);
-    if (!job_->is_done) return false;
-  }
-  wait();  // for a thread that has nothing left to do
+    return job_->is_done;
+  };
+  if (!take_overs_->is_due(is_done)) return false;
+  wait();  // for a thread that has nothing left to do, unless a run is replayed
   const std::unique_ptr<Job> job = std::move(job_);
   if (job->is_given_up) return false;
   try {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
+#include "pf_resampling_core/parallel/take_overs.hpp"
 
 namespace pf_resampling {
 
@@ -31,14 +32,17 @@ struct BackgroundRedrawStatus {
 /// otherwise meanwhile (FastSlam::interventions()) keeps its place, and the copy is thrown away.
 ///
 /// All functions are to be called from one thread, all with the same filter, which has
-/// set_deferred_redraws(true); none but wait() and the destructor waits for a redraw.
+/// set_deferred_redraws(true); none but wait(), the destructor and, when a run is replayed,
+/// take_over() waits for a redraw.
 class BackgroundRedraw {
  public:
   /// Updates, since a redraw began, that a copy may need to catch up with before it is given up.
   static constexpr int kMostReplayed = 2000;
 
   /// `stopwatch`: seconds since some time, from any thread; without it, durations are 0.
-  explicit BackgroundRedraw(std::function<double()> stopwatch = nullptr);
+  /// `take_overs`: see there; nullptr: nobody asks.
+  explicit BackgroundRedraw(std::function<double()> stopwatch = nullptr,
+                            TakeOvers* take_overs = nullptr);
   /// Waits for a redraw that runs.
   ~BackgroundRedraw();
   BackgroundRedraw(const BackgroundRedraw&) = delete;
@@ -57,6 +61,8 @@ class BackgroundRedraw {
   /// Waits until the copy has caught up; for tests.
   void wait();
   bool is_running() const;
+  /// Whether there is one that was neither taken over nor thrown away yet.
+  bool is_busy() const { return job_ != nullptr; }
   const BackgroundRedrawStatus& status() const { return status_; }
 
  private:
@@ -69,6 +75,8 @@ class BackgroundRedraw {
   void give_up();
 
   std::function<double()> stopwatch_;
+  TakeOvers own_take_overs_;
+  TakeOvers* take_overs_;
   std::unique_ptr<Job> job_;
   std::thread thread_;
   std::optional<std::uint64_t> refused_;  // the redraw that is due, after so many interventions

@@ -170,7 +170,8 @@ TEST(BeaconMclMemory, ASolutionThatIsDeferredKeepsWhatComesMeanwhile) {
   DriveAmongRadios drive;
   drive.antenna = {0.5, 0.0, 0.0};
   BeaconMcl filter(with_redraw(), drive.beacons, 1);
-  filter.set_deferred_solutions(true);
+  TakeOvers take_overs;
+  filter.set_deferred_solutions(&take_overs);
   int ranges = 0;
   drive.drive(180.0, 21, [&](const OdometryIncrement& increment, const RangeObservation& range) {
     filter.update(increment, {range});
@@ -193,7 +194,8 @@ TEST(BeaconMclMemory, ADeferredSolutionOfAFilterThatWasPutElsewhereIsOfNoUse) {
   DriveAmongRadios drive;
   BeaconMcl filter(with_redraw(), drive.beacons, 1);
   error_after(60.0, &drive, &filter);
-  filter.set_deferred_solutions(true);
+  TakeOvers take_overs;
+  filter.set_deferred_solutions(&take_overs);
   error_after(30.0, &drive, &filter);
   filter.initialize_gaussian(drive.truth, 0.01 * Eigen::Matrix3d::Identity());
   error_after(0.2, &drive, &filter);

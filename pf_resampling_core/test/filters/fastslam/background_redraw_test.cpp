@@ -70,7 +70,8 @@ struct Live {
 
   FastSlam filter;
   Gate gate;
-  BackgroundRedraw redraws{gate.stopwatch()};
+  TakeOvers take_overs;
+  BackgroundRedraw redraws{gate.stopwatch(), &take_overs};
 };
 
 // All that a filter says, but for what it holds.
@@ -134,6 +135,26 @@ TEST(BackgroundRedraw, IsAfterwardsAsIfItHadWaited) {
       EXPECT_EQ(live.redraws.status().taken_over, 5);
       EXPECT_EQ(live.redraws.status().given_up, 0);
     }
+  }
+}
+
+// A run that is replayed takes over when the live one did: neither earlier nor later.
+TEST(BackgroundRedraw, IsTakenOverWhenItWasLive) {
+  const FastSlamOptions options = redraw_options(DataAssociation::automatic);
+  const std::vector<Step> steps = drive(2 * kEvery - 1, true, 3);
+  FastSlam waiting(options, 7);
+  run(&waiting, steps, 0, steps.size());
+  for (const std::size_t taken : {kEvery + 0u, kEvery + 3u}) {
+    Live replay(options, 7);
+    replay.gate.open();
+    replay.take_overs.wanted = 0;
+    replay.run(steps, 0, taken);
+    replay.redraws.wait();
+    EXPECT_FALSE(replay.redraws.take_over(&replay.filter));
+    replay.take_overs.wanted = 1;
+    replay.run(steps, taken, steps.size());
+    EXPECT_EQ(replay.redraws.status().last_replayed, static_cast<int>(taken) - kEvery);
+    EXPECT_EQ(numbers_of(&replay.filter), numbers_of(&waiting));
   }
 }
 
