@@ -132,7 +132,7 @@ class FilterNode {
  private:
   std::string path_of_flight(const std::string& name) const {
     path_to_write(name + ".checkpoint", kCheckpointFile);
-    const std::string path = path_of(name);
+    std::string path = path_of(name);
     if (std::ifstream(path + ".bag")) throw Error(path + ".bag is there: give another name");
     return path;
   }
