@@ -28,6 +28,7 @@ constexpr double kSlipsApart = 5.0;  // s
 constexpr double kJump = 0.3;        // m
 constexpr double kTurnedJump = 0.1;  // rad
 constexpr double kSlipSquare = 40.0;
+constexpr double kGrossScale = 0.4;   // of the odometry, less 1
 constexpr double kDrawnAlong = 30.0;  // s
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
@@ -238,6 +239,7 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
       filter_->status().redraws != std::exchange(redraws_searched_, filter_->status().redraws);
   if (is_redrawn) {
     note_slips(stamp);
+    note_odometry_scale(stamp);
     changes_.follow(filter_->map());
   }
   note_jump(stamp);
@@ -268,7 +270,16 @@ void FastSlamPipeline::note_jump(ros::Time stamp) {
 // Where the whole drive, solved for anew, contradicts the odometry.
 void FastSlamPipeline::note_slips(ros::Time stamp) {
   const double began = stamp.toSec() - filter_->memory().state().time;
-  for (const Slip& slip : filter_->memory().slips()) {
+  const std::vector<Slip> slips = filter_->memory().slips();
+  const auto is_explained = [&](const Finding& finding) {
+    const auto holds = [&](const Slip& slip) {
+      return finding.begin <= began + slip.end && began + slip.begin <= finding.end;
+    };
+    return finding.kind == FindingKind::wheels_slipped && finding.begin >= began &&
+           std::none_of(slips.begin(), slips.end(), holds);
+  };
+  withdraw(is_explained);
+  for (const Slip& slip : slips) {
     Finding finding;
     finding.kind = FindingKind::wheels_slipped;
     finding.begin = began + slip.begin;
@@ -276,6 +287,27 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
     finding.place = {slip.pose.x, slip.pose.y};
     finding.size = slip.distance;
     finding.probability = 1.0 - std::exp(-0.5 * slip.square);
+    note_finding(finding);
+  }
+}
+
+void FastSlamPipeline::note_odometry_scale(ros::Time stamp) {
+  const SensorConstants& constants = filter_->memory().graph().constants;
+  for (const auto constant : {SensorConstant::distance_scale, SensorConstant::turn_scale}) {
+    if (std::abs(constants[constant]) < kGrossScale) continue;
+    const double counted = 1.0 / (1.0 + constants[constant]);
+    Finding finding;
+    finding.kind = constant == SensorConstant::turn_scale ? FindingKind::odometry_turns_wrong
+                                                          : FindingKind::odometry_counts_wrong;
+    const auto known = std::find_if(findings_.begin(), findings_.end(), [&](const Finding& other) {
+      return other.kind == finding.kind;
+    });
+    finding.begin = known == findings_.end() ? stamp.toSec() : known->begin;
+    finding.end = stamp.toSec();
+    finding.place = {belief_->mean.x, belief_->mean.y};
+    finding.size = counted;
+    finding.probability = 1.0;
+    finding.is_open = true;
     note_finding(finding);
   }
 }
@@ -324,6 +356,7 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
   // In a map that is known, a landmark that was moved may have drawn the belief along.
   const auto is_withdrawn = [&](const Finding& known) {
     const bool is_slip = known.kind == FindingKind::wheels_slipped;
+    if (!is_slip && !is_of_landmark(known)) return false;
     const auto explains = [&](const Finding& finding) {
       return is_slip ? finding.kind != FindingKind::landmark_gone &&
                            std::abs(finding.begin - known.begin) < kDrawnAlong
@@ -332,17 +365,21 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
     return (!is_slip || options_.filter.map.frozen) &&
            std::any_of(found.begin(), found.end(), explains) == is_slip;
   };
-  findings_.erase(std::remove_if(findings_.begin(), findings_.end(), is_withdrawn),
-                  findings_.end());
+  withdraw(is_withdrawn);
   for (const Finding& finding : found) note_finding(finding);
 }
 
+void FastSlamPipeline::withdraw(const std::function<bool(const Finding&)>& is_withdrawn) {
+  findings_.erase(std::remove_if(findings_.begin(), findings_.end(), is_withdrawn),
+                  findings_.end());
+}
+
 void FastSlamPipeline::note_finding(const Finding& finding) {
-  const bool is_slip = finding.kind == FindingKind::wheels_slipped;
   const auto known = std::find_if(findings_.begin(), findings_.end(), [&](const Finding& other) {
-    if (!is_slip) return other.id == finding.id;
-    return other.kind == finding.kind && finding.begin < other.end + kSlipsApart &&
-           other.begin < finding.end + kSlipsApart;
+    if (is_of_landmark(finding)) return other.id == finding.id;
+    if (finding.kind != other.kind) return false;
+    return finding.kind != FindingKind::wheels_slipped ||
+           (finding.begin < other.end + kSlipsApart && other.begin < finding.end + kSlipsApart);
   });
   const bool is_new = known == findings_.end() || known->kind != finding.kind;
   const auto place = known - findings_.begin();

@@ -146,6 +146,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_outcomes(const ScanPicture& scan, double duration);
   void note_findings(ros::Time stamp, const ScanPicture& scan);
   void note_slips(ros::Time stamp);
+  void note_odometry_scale(ros::Time stamp);
+  void withdraw(const std::function<bool(const Finding&)>& is_withdrawn);
   void note_jump(ros::Time stamp);
   void note_empty_scan(ros::Time stamp, const Pose2& sensor);
   void note_changes(ros::Time stamp, const ScanPicture& scan);

@@ -6,14 +6,17 @@
 namespace pf_resampling {
 namespace {
 
-const EnumNames<FindingKind> kFindingNames{"finding",
-                                           {{FindingKind::wheels_slipped, "wheels_slipped"},
-                                            {FindingKind::landmark_moved, "landmark_moved"},
-                                            {FindingKind::landmark_twice, "landmark_twice"},
-                                            {FindingKind::landmark_gone, "landmark_gone"},
-                                            {FindingKind::beacon_biased, "beacon_biased"},
-                                            {FindingKind::beacon_moved, "beacon_moved"},
-                                            {FindingKind::beacon_swapped, "beacon_swapped"}}};
+const EnumNames<FindingKind> kFindingNames{
+    "finding",
+    {{FindingKind::wheels_slipped, "wheels_slipped"},
+     {FindingKind::odometry_counts_wrong, "odometry_counts_wrong"},
+     {FindingKind::odometry_turns_wrong, "odometry_turns_wrong"},
+     {FindingKind::landmark_moved, "landmark_moved"},
+     {FindingKind::landmark_twice, "landmark_twice"},
+     {FindingKind::landmark_gone, "landmark_gone"},
+     {FindingKind::beacon_biased, "beacon_biased"},
+     {FindingKind::beacon_moved, "beacon_moved"},
+     {FindingKind::beacon_swapped, "beacon_swapped"}}};
 
 std::string metres(double length) {
   char text[40];
@@ -21,10 +24,21 @@ std::string metres(double length) {
   return text;
 }
 
+std::string times(double factor) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.2f times", factor);
+  return text;
+}
+
 }  // namespace
 
 const EnumNames<FindingKind>& names_of(FindingKind) {
   return kFindingNames;
+}
+
+bool is_of_landmark(const Finding& finding) {
+  return finding.kind == FindingKind::landmark_moved ||
+         finding.kind == FindingKind::landmark_twice || finding.kind == FindingKind::landmark_gone;
 }
 
 std::string sentence_of(const Finding& finding, double start) {
@@ -35,6 +49,15 @@ std::string sentence_of(const Finding& finding, double start) {
     case FindingKind::wheels_slipped:
       return "the wheels slipped at " + std::to_string(std::lround(finding.begin - start)) +
              " s, or the robot was carried";
+    case FindingKind::odometry_counts_wrong:
+      return "the odometry counts " + times(finding.size) +
+             " the distance that is driven: wheel radius, gear, unit?";
+    case FindingKind::odometry_turns_wrong:
+      return finding.size < 0.0
+                 ? "the odometry turns the wrong way, " + times(-finding.size) +
+                       " as far as the robot: sign of the gyro, left and right wheel swapped?"
+                 : "the odometry turns " + times(finding.size) +
+                       " as far as the robot: distance of the wheels, scale of the gyro?";
     case FindingKind::landmark_moved:
       return landmark + " is " + metres(finding.size) + " from the map";
     case FindingKind::landmark_twice:

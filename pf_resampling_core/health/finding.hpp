@@ -11,6 +11,8 @@ namespace pf_resampling {
 /// What can have changed, or be wrong.
 enum class FindingKind {
   wheels_slipped,
+  odometry_counts_wrong,  ///< distances; its size is measured over true
+  odometry_turns_wrong,   ///< likewise turns; less than 0 the other way round
   landmark_moved,
   landmark_twice,  ///< two landmarks have one id
   landmark_gone,
@@ -34,6 +36,9 @@ struct Finding {
   bool is_open = false;      ///< whether the pose suffers from it now
   std::string words;         ///< for people, if there are better ones than sentence_of() knows
 };
+
+/// Whether `id` is a landmark's.
+bool is_of_landmark(const Finding& finding);
 
 /// "landmark 60 is 2.0 m from the map". `start`: s, from which times are counted.
 std::string sentence_of(const Finding& finding, double start);

@@ -63,6 +63,10 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
     return {Health::doubtful, "a landmark is not where the map has it",
             "Findings name it; correct the map, or put it back."};
   }
+  if (inputs.odometry_is_wrong) {
+    return {Health::doubtful, "the odometry has a wrong scale or sign, which is taken out",
+            "Findings name it; mend the odometry."};
+  }
   if (inputs.sample_size < kFewParticles) {
     return {Health::degenerate, "few particles carry the weight",
             "Use more particles, or a realistic sensor noise."};

@@ -32,7 +32,8 @@ struct HealthInputs {
   bool is_contradicted = false;   ///< by what was seen last, which is to be explained anew
   bool misses_landmarks = false;  ///< those that should be in view are not seen, too many
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
-  bool map_is_wrong = false;  ///< a finding is open: a landmark that is seen was moved
+  bool map_is_wrong = false;       ///< a finding is open: a landmark that is seen was moved
+  bool odometry_is_wrong = false;  ///< likewise: its scale, by far
   /// Shares of the particles: N_eff, and those before the last renewal that have descendants, both
   /// as RecentMean, since one update says nothing; and those at the start.
   double sample_size = 1.0;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFixed = 1e-6;          // m, rad: the standard deviation of a pose that is known
 constexpr double kSmallestPrior = 1e-9;  // of a constant that is known
+constexpr double kMostScaleError = 0.9;
 
 bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
@@ -36,9 +37,9 @@ GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
 }
 
 bool are_plausible(const SensorConstants& constants) {
-  return constants.allFinite() && constants[SensorConstant::distance_scale] > -0.5 &&
-         constants[SensorConstant::turn_scale] > -0.5 &&
-         constants[SensorConstant::range_scale] > -0.5;
+  return constants.allFinite() && constants[SensorConstant::distance_scale] > -kMostScaleError &&
+         std::abs(1.0 + constants[SensorConstant::turn_scale]) > 1.0 - kMostScaleError &&
+         constants[SensorConstant::range_scale] > -kMostScaleError;
 }
 
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants) {
@@ -61,7 +62,7 @@ void check(const SmoothingGraph& graph) {
     throw Error("smoothing: the estimate of every pose and landmark has to be finite");
   }
   if (!are_plausible(graph.constants)) {
-    throw Error("smoothing: the sensors' constants have to be finite, and no scale below -0.5");
+    throw Error("smoothing: the sensors' constants have to be finite, and no scale near -1");
   }
   for (std::size_t i = 0; i < graph.motions.size(); ++i) {
     const MotionFactor& motion = graph.motions[i];

@@ -104,8 +104,8 @@ void describe(Archive& archive, MotionFactor& motion);
 void describe(Archive& archive, SightingFactor& sighting);
 void describe(Archive& archive, NoiseScales& noise);
 
-/// Whether all constants are finite and no scale is half or less of what it should be: a sensor
-/// that wrong is broken, and division by it would not end well.
+/// Whether all constants are finite and no scale is a tenth or less of what it should be: division
+/// by it would not end well. Only turns may have the wrong sign.
 bool are_plausible(const SensorConstants& constants);
 
 /// `mean` of the motion with the constants taken out: where the next pose is expected.

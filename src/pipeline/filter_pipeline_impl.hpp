@@ -453,7 +453,9 @@ HealthJudgement FilterPipeline<Types>::health() const {
     inputs.histories =
         static_cast<double>(status.distinct_ancestors_since_start) / std::max(1, status.particles);
     inputs.keeps_up = timing_.keeps_up();
-    for (const Finding& finding : findings()) inputs.map_is_wrong |= finding.is_open;
+    for (const Finding& finding : findings()) {
+      (is_of_landmark(finding) ? inputs.map_is_wrong : inputs.odometry_is_wrong) |= finding.is_open;
+    }
     add_health(&inputs);
   } else {
     inputs.has_belief = false;

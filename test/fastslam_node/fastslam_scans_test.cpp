@@ -312,6 +312,30 @@ TEST(FastSlamScans, ScansThatSeeNothingSayWhatIsGone) {
   EXPECT_EQ(gone.id, 4);
 }
 
+// A gyro with the wrong sign mirrors the path that the odometry tells.
+TEST(FastSlamScans, OdometryThatTurnsTheWrongWayIsNamedAndCorrected) {
+  FastSlamPipelineOptions options = Drive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  FastSlamRig run(options);
+  std::vector<FastSlamMessage> messages = Drive::messages(60.0);
+  for (FastSlamMessage& message : messages) {
+    const auto* right = std::get_if<nav_msgs::Odometry::ConstPtr>(&message);
+    if (right == nullptr) continue;
+    nav_msgs::Odometry mirrored = **right;
+    mirrored.pose.pose.position.y *= -1.0;
+    mirrored.pose.pose.orientation.z *= -1.0;
+    message = boost::make_shared<nav_msgs::Odometry>(mirrored);
+  }
+  run.feed(messages);
+  EXPECT_LT(run.error(), kLost);
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.findings.size(), 1u);
+  EXPECT_EQ(status.findings[0].kind, "odometry_turns_wrong");
+  EXPECT_NEAR(status.findings[0].size, -1.0, 0.05);
+  EXPECT_EQ(status.health, "doubtful");
+  EXPECT_TRUE(says(status.health_text, "odometry")) << status.health_text;
+}
+
 TEST(FastSlamScans, WhenNothingFitsTheMapDiagnosticsAskWhetherItIsLost) {
   FastSlamRig run;
   run.feed(Drive::messages(20.0));

@@ -77,6 +77,13 @@ void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
   };
   for (auto& [id, landmark] : landmarks_) {
     for (Place& place : landmark.places) move(&place.position);
+    // Two places of a belief that was wrong may be one.
+    std::vector<Place>& places = landmark.places;
+    const auto other = std::remove_if(places.begin() + 1, places.end(), [&](const Place& place) {
+      return (place.position - landmark.home().position).norm() < kSamePlace;
+    });
+    if (other != places.end()) landmark.missed = 0;
+    places.erase(other, places.end());
   }
   for (std::size_t row = 0; row < ids_.size(); ++row) {
     index_.place(static_cast<int>(row), landmarks_[ids_[row]].home().position);

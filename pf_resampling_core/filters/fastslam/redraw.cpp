@@ -171,6 +171,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
       memory_.append_doubtful_sighting(id, sighting);
     }
   }
+  if (association_ == DataAssociation::known) memory_.check_odometry_scales();
 }
 
 bool FastSlam::count_refusal() {

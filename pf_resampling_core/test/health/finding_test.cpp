@@ -9,6 +9,10 @@ TEST(Finding, IsASentence) {
   Finding finding;
   finding.begin = 1412.4;
   EXPECT_EQ(sentence_of(finding, 1000.0), "the wheels slipped at 412 s, or the robot was carried");
+  finding.kind = FindingKind::odometry_turns_wrong;
+  finding.size = -1.0;
+  EXPECT_NE(sentence_of(finding, 1000.0).find("turns the wrong way, 1.00 times"),
+            std::string::npos);
   finding.id = 60;
   finding.size = 2.04;
   finding.kind = FindingKind::landmark_moved;

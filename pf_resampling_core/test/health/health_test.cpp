@@ -145,7 +145,7 @@ TEST(Health, SlownessIsSaidWhenNothingElseIsWrong) {
 
 // Reasons stand in the diagnostics, where another text is another alarm: they hold no figures.
 TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
-  std::vector<HealthInputs> ill(10);
+  std::vector<HealthInputs> ill(11);
   ill[0].has_belief = false;
   ill[0].waits_for = "odometry";
   ill[1].lost = 1.0;
@@ -158,6 +158,7 @@ TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
   ill[7].misfit = "the ranges of a beacon";
   ill[8].map_is_wrong = true;
   ill[9].misses_landmarks = true;
+  ill[10].odometry_is_wrong = true;
   std::set<std::string> reasons;
   std::set<Health> said = {Health::healthy};
   for (const HealthInputs& inputs : ill) {

@@ -168,7 +168,7 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   EXPECT_NE(message_of(graph).find("60 poses and 58 motions"), std::string::npos);
   graph = drive.graph;
   graph.constants[SensorConstant::range_scale] = -1.0;
-  EXPECT_NE(message_of(graph).find("no scale below -0.5"), std::string::npos);
+  EXPECT_NE(message_of(graph).find("no scale near -1"), std::string::npos);
 }
 
 TEST(Smoother, ForgetsNeitherNoPoseNorAll) {

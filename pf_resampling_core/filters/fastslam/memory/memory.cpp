@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "pf_resampling_core/filters/fastslam/memory/joining.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/odometry_scales.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
 
 namespace pf_resampling {
@@ -48,6 +50,8 @@ constexpr double kSlip = 40.0;
 constexpr double kSlipped = 0.2;  // weight of the odometry
 constexpr std::ptrdiff_t kFewSlips = 2;
 constexpr double kLargeConstant = 3.0;  // standard deviations
+constexpr double kGrossSigma = 0.25;  // of an odometry's scale that was found so, as a share of it
+constexpr double kGrossFault = 14.0;  // cost: one odometry in a million has a wrong scale
 // Segments in which a robot that does not know where it is may have been carried; the weight of
 // its odometry there.
 constexpr std::size_t kSuspects = 15;
@@ -81,7 +85,7 @@ void keep_evenly(std::size_t most, std::vector<LeftOutSightings>* blocks) {
 bool is_doubtful(const SegmentGraph& graph) {
   const auto slipped = std::count_if(graph.motion_shares.begin(), graph.motion_shares.end(),
                                      [](double share) { return share < kSlipped; });
-  const bool is_far = (graph.constants.array().abs() >
+  const bool is_far = ((graph.constants - graph.constants_mean).array().abs() >
                        kLargeConstant * graph.constants_sigma.array().max(kSmallestPrior))
                           .any();
   return is_far || slipped > kFewSlips;
@@ -382,9 +386,27 @@ bool Memory::close(Segment segment, double robust_width) {
   return true;
 }
 
-// From the odometry as it is: constants at their means, no segment bent by a solution.
+void Memory::check_odometry_scales() {
+  if (state_.updates < state_.next_scale_check) return;
+  state_.next_scale_check = 2 * state_.updates;
+  const Eigen::Vector2d gross = gross_odometry_scales(state_.graph, state_.open);
+  for (int k = 0; k < 2; ++k) {
+    state_.scale_is_wrong |=
+        gross[k] != 0.0 && state_.graph.constants_sigma[k] > 0.0 &&
+        std::abs(gross[k] - state_.graph.constants[k]) > 0.5 * std::abs(gross[k]);
+  }
+}
+
+// From the odometry as it is: constants at their means, no segment bent by a solution. Where its
+// scales are grossly wrong, least squares would rather have it slip in every segment.
 bool Memory::start_anew(double robust_width, SegmentGraph* graph) const {
-  graph->constants.setZero();
+  const Eigen::Vector2d gross = gross_odometry_scales(*graph, state_.open);
+  for (int k = 0; k < 2; ++k) {
+    if (gross[k] == 0.0 || !(graph->constants_sigma[k] > 0.0)) continue;
+    graph->constants_sigma[k] = kGrossSigma * std::abs(1.0 + gross[k]);
+    graph->constants_mean[k] = gross[k];
+  }
+  graph->constants = graph->constants_mean;
   Pose2 base = graph->bases.front();
   std::vector<bool> is_placed(graph->landmarks.size(), false);
   for (std::size_t s = 0; s < graph->segments.size(); ++s) {
@@ -420,12 +442,15 @@ bool Memory::solve(double robust_width) {
   if (!close_segments(robust_width) || graph.segments.empty()) return false;
   std::unique_ptr<SegmentEquations> equations;
   SegmentSolution solution = pf_resampling::solve(robust_width, &graph, &equations);
-  if ((!solution.is_solved || is_doubtful(graph)) && graph.segments.size() >= state_.next_start) {
+  const bool is_suspect =
+      (!solution.is_solved || is_doubtful(graph)) && graph.segments.size() >= state_.next_start;
+  if (std::exchange(state_.scale_is_wrong, false) || is_suspect) {
     state_.next_start = graph.segments.size() + graph.segments.size() / 10 + 1;
     SegmentGraph anew = graph;
     std::unique_ptr<SegmentEquations> equations_anew;
     if (start_anew(robust_width, &anew)) {
-      const SegmentSolution other = pf_resampling::solve(robust_width, &anew, &equations_anew);
+      SegmentSolution other = pf_resampling::solve(robust_width, &anew, &equations_anew);
+      if (anew.constants_mean != graph.constants_mean) other.cost += kGrossFault;
       if (other.is_solved && !(solution.is_solved && solution.cost <= other.cost)) {
         solution = other;
         graph = std::move(anew);

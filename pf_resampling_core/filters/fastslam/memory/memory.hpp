@@ -48,9 +48,11 @@ struct MemoryState {
   std::vector<std::size_t> open_doubts;  ///< sightings of it that did not fit, ascending
   /// Of the newest sightings, the newest last: the id of one that did not fit, -1 of one that did.
   std::vector<std::int64_t> newest;
-  bool is_refused = false;     ///< whether the last time there was no solution
-  double distrusted = 0.0;     ///< s, until when the odometry may be wrong
-  std::size_t next_start = 0;  ///< segments from which a doubtful solution is started anew
+  bool is_refused = false;      ///< whether the last time there was no solution
+  double distrusted = 0.0;      ///< s, until when the odometry may be wrong
+  std::size_t next_start = 0;   ///< segments from which a doubtful solution is started anew
+  int next_scale_check = 16;    ///< updates from which the odometry's scales are looked at again
+  bool scale_is_wrong = false;  ///< of the odometry, by far: to be solved for
   int updates = 0;
   int decided = 0;  ///< updates whose sightings have had their landmarks decided, without ids
   int longest_absence = 0;       ///< updates without the landmarks of the last one
@@ -94,8 +96,13 @@ class Memory {
 
   /// Whether what is seen contradicts the belief.
   bool belief_is_wrong() const;
+  /// With ids, after the sightings of an update: whether the odometry is grossly wrong shows before
+  /// anything else does.
+  void check_odometry_scales();
   /// Whether it should be solved for at once: unless that has just failed.
-  bool needs_solution() const { return belief_is_wrong() && !state_.is_refused; }
+  bool needs_solution() const {
+    return (belief_is_wrong() || state_.scale_is_wrong) && !state_.is_refused;
+  }
   /// There was no solution.
   void note_refusal() { state_.is_refused = true; }
   /// Whether that was so a moment ago: wheels may be slipping.

@@ -117,6 +117,7 @@ void describe(Archive& archive, SegmentGraph& graph) {
   archive("bases", graph.bases);
   archive("landmarks", graph.landmarks);
   archive("constants", graph.constants);
+  archive("constants_mean", graph.constants_mean);
   archive("constants_sigma", graph.constants_sigma);
   archive("noise", graph.noise);
   archive("motion_shares", graph.motion_shares);
@@ -133,6 +134,8 @@ void describe(Archive& archive, MemoryState& memory) {
   archive("is_refused", memory.is_refused);
   archive("distrusted", memory.distrusted);
   archive("next_start", memory.next_start);
+  archive("next_scale_check", memory.next_scale_check);
+  archive("scale_is_wrong", memory.scale_is_wrong);
   archive("updates", memory.updates);
   archive("decided", memory.decided);
   archive("longest_absence", memory.longest_absence);

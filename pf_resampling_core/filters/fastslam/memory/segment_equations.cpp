@@ -72,8 +72,9 @@ double SegmentEquations::linearize(const SegmentGraph& graph) {
   const SensorConstants prior = constants_information(graph);
   root_.add({static_cast<int>(bases_ + landmarks_)}, prior.asDiagonal());
   odometry_information_.diagonal() += prior.head<kOdometryConstants>();
-  gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(graph.constants);
-  return cost + 0.5 * graph.constants.dot(prior.cwiseProduct(graph.constants));
+  const SensorConstants off = graph.constants - graph.constants_mean;
+  gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(off);
+  return cost + 0.5 * off.dot(prior.cwiseProduct(off));
 }
 
 double SegmentEquations::add(const SegmentGraph& graph, std::size_t s, const Segment& segment,
@@ -229,8 +230,9 @@ double SegmentEquations::linearize_gradient(const SegmentGraph& graph) {
     from_segment(graph, s, segment, pull, gradient_);
   }
   const SensorConstants prior = constants_information(graph);
-  gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(graph.constants);
-  return cost + 0.5 * graph.constants.dot(prior.cwiseProduct(graph.constants));
+  const SensorConstants off = graph.constants - graph.constants_mean;
+  gradient_.segment<kSensorConstants>(constants_at()) += prior.cwiseProduct(off);
+  return cost + 0.5 * off.dot(prior.cwiseProduct(off));
 }
 
 void SegmentEquations::add_to_landmarks(double sigma) {

@@ -17,7 +17,9 @@ struct SegmentGraph {
   std::vector<Pose2> bases;
   std::vector<Eigen::Vector2d> landmarks;  ///< m
   SensorConstants constants = SensorConstants::Zero();
-  SensorConstants constants_sigma = SensorConstants::Zero();  ///< of their prior about 0
+  /// Of their prior: 0 but for an odometry whose scale is grossly wrong.
+  SensorConstants constants_mean = SensorConstants::Zero();
+  SensorConstants constants_sigma = SensorConstants::Zero();
   NoiseScales noise;
   /// Weight of the odometry of each segment; see slip_square().
   std::vector<double> motion_shares;

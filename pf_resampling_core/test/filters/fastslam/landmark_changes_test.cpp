@@ -149,5 +149,23 @@ TEST(LandmarkChanges, FindingsFollowTheMap) {
   EXPECT_NEAR(found[0].size, 1.0, 0.05);
 }
 
+// Where the belief was wrong, what was seen of a landmark from there goes along with its
+// neighbours.
+TEST(LandmarkChanges, TwoPlacesThatTurnOutToBeOneAreOne) {
+  Corridor corridor;
+  corridor.drive();
+  corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
+  corridor.drive();
+  ASSERT_EQ(corridor.changes_.findings().size(), 1u);
+  std::vector<LandmarkEstimate> map(corridor.map_.size());
+  for (const auto& [id, place] : corridor.map_) {
+    map[static_cast<std::size_t>(id)].id = id;
+    map[static_cast<std::size_t>(id)].mean = place;
+  }
+  map[22].mean -= Eigen::Vector2d(0.6, 0.8);
+  corridor.changes_.follow(map);
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
 }  // namespace
 }  // namespace pf_resampling

@@ -106,7 +106,7 @@ TEST_F(MapFile, ComesBackToTheBit) {
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
- "format": "pf_resampling map 5",
+ "format": "pf_resampling map 6",
  "association": "mutual_exclusion",
  "frame": "map",
  "is_lost": false,
@@ -209,7 +209,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 5\"", "map 6\"", "is of the format \"pf_resampling map 6\""},
+      {"map 6\"", "map 7\"", "is of the format \"pf_resampling map 7\""},
       {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "pf_resampling_core/models/odometry_motion.hpp"
@@ -333,6 +334,56 @@ TEST(Memory, GoesOnFromABelief) {
   belief.covariance(0, 0) = -1.0;
   EXPECT_FALSE(memory.start(belief));
   EXPECT_EQ(memory.number_of(9), 1) << "nothing changes";
+}
+
+// A drive whose odometry counts distances and turns wrong by these factors.
+Drive scaled(double distance, double turn) {
+  Drive data = drive(2, 5);
+  for (MotionFactor& motion : data.motions) {
+    Pose2& mean = motion.mean;
+    const double half = 0.5 * (turn - 1.0) * mean.heading;
+    mean = {distance * (std::cos(half) * mean.x - std::sin(half) * mean.y),
+            distance * (std::sin(half) * mean.x + std::cos(half) * mean.y), turn * mean.heading};
+    const Eigen::Vector3d factors(distance, distance, turn);
+    motion.covariance = factors.asDiagonal() * motion.covariance * factors.asDiagonal();
+    motion.sensitivity.col(SensorConstant::distance_scale) << mean.x, mean.y, 0.0;
+    motion.sensitivity.col(SensorConstant::turn_scale) << -0.5 * mean.heading * mean.y,
+        0.5 * mean.heading * mean.x, mean.heading;
+  }
+  return data;
+}
+
+TEST(Memory, OdometryOfAnyScaleIsRecognizedWithinSeconds) {
+  const std::vector<std::pair<double, double>> factors = {
+      {1.0, 1.0}, {1.2, 0.8}, {1.0, -1.0}, {3.0, 1.0}, {0.25, 1.0}, {1.0, 0.4}, {2.0, -1.5}};
+  for (const auto& [distance, turn] : factors) {
+    const Drive data = scaled(distance, turn);
+    SensorConstants sigma = SensorConstants::Zero();
+    sigma[SensorConstant::distance_scale] = 0.05;
+    sigma[SensorConstant::turn_scale] = 0.1;
+    Memory memory;
+    memory.start(data.poses.front(), sigma);
+    for (std::size_t i = 0; i < data.motions.size(); ++i) {
+      memory.append(data.motions[i]);
+      for (const SightingFactor& sighting : data.sightings[i]) {
+        memory.append_sighting(sighting.landmark, sighting);
+      }
+      memory.check_odometry_scales();
+      if (memory.needs_solution() || (i + 1) % kUpdatesPerSegment == 0) {
+        EXPECT_TRUE(memory.solve(kWidth)) << i;
+      }
+    }
+    const SegmentGraph& graph = memory.graph();
+    EXPECT_NEAR(1.0 + graph.constants[SensorConstant::distance_scale], 1.0 / distance,
+                0.03 / distance);
+    EXPECT_NEAR(1.0 + graph.constants[SensorConstant::turn_scale], 1.0 / turn,
+                0.03 / std::abs(turn));
+    EXPECT_NEAR(graph.newest().x, data.poses.back().x, 0.1) << distance << ", " << turn;
+    EXPECT_NEAR(graph.newest().y, data.poses.back().y, 0.1) << distance << ", " << turn;
+    EXPECT_TRUE(memory.slips().empty()) << distance << ", " << turn;
+    const bool is_gross = std::abs(1.0 / distance - 1.0) > 0.4 || std::abs(1.0 / turn - 1.0) > 0.4;
+    EXPECT_EQ(graph.constants_mean.norm() > 0.0, is_gross) << distance << ", " << turn;
+  }
 }
 
 }  // namespace
