@@ -23,19 +23,7 @@ constexpr double kMostSquare = 16.0;  // of the odometry of what is joined; see 
 // segments before them.
 constexpr int kMostUpdatesWithData = 1500;
 constexpr std::size_t kMostPast = 40;
-constexpr int kMostUndecided = 500;  // updates without a solution, without ids
-// The belief is wrong if of so many sightings so many did not fit (with one id in a hundred
-// misread, by chance once in 10⁵ times), of several landmarks: one or two may have been moved.
-constexpr std::size_t kNewest = 12;
-constexpr std::size_t kManyDoubts = 4;
-constexpr std::size_t kManyDoubted = 3;
-// Or if so many in a row did not, of two landmarks or of one that was seen so often and until so
-// few updates ago: nothing is moved before the eyes of the robot.
-constexpr std::size_t kManyInARow = 3;
-constexpr int kFewestInView = 3;
-constexpr int kInView = 8;
-constexpr double kDistrusted = 4.0;          // s that odometry is distrusted for then
-constexpr int kFewFitted = 4;                // sightings of a landmark that may be a mistake
+constexpr int kMostUndecided = 500;          // updates without a solution, without ids
 constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
 // one time to the next: their number grows with its logarithm.
@@ -206,22 +194,6 @@ void Memory::append_sighting(std::int64_t landmark_id, SightingFactor sighting) 
   landmark.last_seen = state_.updates;
 }
 
-void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting) {
-  const auto found = numbers_.find(landmark_id);
-  if (found == numbers_.end()) return append_sighting(landmark_id, sighting);
-  RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
-  if (++landmark.doubted > std::max(kFewFitted, landmark.fitted)) {
-    forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
-    return append_sighting(landmark_id, sighting);
-  }
-  state_.open_doubts.push_back(state_.open.sightings.size());
-  SightingFactor seen = sighting;
-  seen.pose = static_cast<int>(state_.open.motions.size()) - 1;
-  add_sighting(found->second, seen, &state_.open);
-  note_newest(landmark_id);
-  if (belief_is_wrong()) state_.distrusted = state_.time + kDistrusted;
-}
-
 void Memory::append_unassigned(SightingFactor sighting) {
   sighting.pose = static_cast<int>(state_.open.motions.size()) - 1;
   sighting.landmark = -1;
@@ -239,37 +211,6 @@ void Memory::forget_landmark(std::int64_t landmark_id) {
   if (found == numbers_.end()) return;
   state_.landmarks[static_cast<std::size_t>(found->second)].id = -1;
   numbers_.erase(found);
-}
-
-void Memory::note_newest(std::int64_t doubted) {
-  if (state_.newest.size() == kNewest) state_.newest.erase(state_.newest.begin());
-  state_.newest.push_back(doubted);
-}
-
-bool Memory::belief_is_wrong() const {
-  std::set<std::int64_t> doubted, in_a_row;
-  std::size_t doubts = 0;
-  std::size_t row = 0;
-  bool was_in_view = false;
-  for (const std::int64_t id : state_.newest) {
-    const auto found = numbers_.find(id);
-    if (found == numbers_.end()) {
-      in_a_row.clear();
-      row = 0;
-      was_in_view = false;
-      continue;
-    }
-    const RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
-    ++row;
-    was_in_view |=
-        landmark.fitted >= kFewestInView && state_.updates - landmark.last_seen <= kInView;
-    if (landmark.fitted <= kFewFitted) continue;
-    ++doubts;
-    doubted.insert(id);
-    in_a_row.insert(id);
-  }
-  return (doubts >= kManyDoubts && doubted.size() >= kManyDoubted) ||
-         (row >= kManyInARow && (in_a_row.size() > 1 || was_in_view));
 }
 
 // Short segments that what is new does not put in question any more become long ones: a redraw
@@ -332,26 +273,7 @@ void Memory::condense_past() {
 bool Memory::close_segments(double robust_width) {
   join_settled(robust_width);
   condense_past();
-  if (belief_is_wrong()) {
-    for (const std::size_t i : state_.open_doubts) {
-      const SightingFactor& sighting = state_.open.sightings[i];
-      const int landmark = state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)];
-      --state_.landmarks[static_cast<std::size_t>(landmark)].doubted;  // it was not to blame
-    }
-    state_.newest.clear();
-  } else {
-    Segment believed;
-    believed.motions = state_.open.motions;
-    believed.unassigned = state_.open.unassigned;
-    for (std::size_t i = 0; i < state_.open.sightings.size(); ++i) {
-      const SightingFactor& sighting = state_.open.sightings[i];
-      if (std::binary_search(state_.open_doubts.begin(), state_.open_doubts.end(), i)) continue;
-      add_sighting(state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)], sighting,
-                   &believed);
-    }
-    state_.open = std::move(believed);
-  }
-  state_.open_doubts.clear();
+  leave_out_doubts();
   while (!state_.open.motions.empty()) {
     const std::size_t motions = state_.open.motions.size();
     const std::size_t pieces = (motions + kMostMotions - 1) / kMostMotions;
@@ -436,10 +358,10 @@ bool Memory::start_anew(double robust_width, SegmentGraph* graph) const {
   return true;
 }
 
-bool Memory::solve(double robust_width) {
+SegmentSolution Memory::solve_for_all(double robust_width) {
   equations_.reset();
   SegmentGraph& graph = state_.graph;
-  if (!close_segments(robust_width) || graph.segments.empty()) return false;
+  if (!close_segments(robust_width) || graph.segments.empty()) return {};
   std::unique_ptr<SegmentEquations> equations;
   SegmentSolution solution = pf_resampling::solve(robust_width, &graph, &equations);
   const bool is_suspect =
@@ -460,7 +382,7 @@ bool Memory::solve(double robust_width) {
   }
   equations_ = std::move(equations);
   if (solution.is_solved) state_.is_refused = false;
-  return solution.is_solved;
+  return solution;
 }
 
 bool Memory::solve(const ReassociationOptions& options, std::int64_t* next_id) {
@@ -499,7 +421,8 @@ void Memory::look_for_missed() {
 }
 
 bool Memory::solve_carried(double robust_width, const Pose2& newest) {
-  const bool is_solved = solve(robust_width);
+  if (belief_is_wrong()) believe_doubts();
+  const bool is_solved = solve_for_all(robust_width).is_solved;
   SegmentGraph& graph = state_.graph;
   if (graph.segments.empty()) return false;
   auto equations = std::make_unique<SegmentEquations>(graph);

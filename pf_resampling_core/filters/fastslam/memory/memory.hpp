@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -64,6 +65,8 @@ struct MemoryState {
   std::vector<PredictedBlock> passages;
   std::vector<PredictedBlock> windows;
 };
+
+inline constexpr int kFewFitted = 4;  ///< sightings of a landmark that may be a mistake
 
 /// The whole drive, in segments.
 class Memory {
@@ -140,6 +143,10 @@ class Memory {
 
  private:
   void note_newest(std::int64_t doubted);
+  void believe_doubts();
+  void leave_out_doubts();
+  std::set<std::int64_t> doubted_ids() const;
+  SegmentSolution solve_for_all(double robust_width);
   void join_settled(double robust_width);
   void condense_past();
   bool close_segments(double robust_width);

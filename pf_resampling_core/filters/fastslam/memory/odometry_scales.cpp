@@ -13,13 +13,16 @@ namespace {
 
 constexpr double kLongest = 1.0;     // s from one sighting to the next
 constexpr std::size_t kMost = 2000;  // pairs, the newest
-constexpr std::size_t kFewest = 30;
+constexpr std::size_t kFewest = 60;
 constexpr int kRounds = 15;
 constexpr double kRobustWidth = 2.0;    // standard deviations, as the pairs scatter
 constexpr double kUnknownScale = 10.0;  // standard deviation of a scale that nothing is known of
 // Smaller errors are left to the prior; and how well others have to be known.
 constexpr double kGross = 0.4;
 constexpr double kLargest = 10.0;  // beyond that, consecutive poses say nothing
+// How much less the pairs have to scatter: odometry that is noisy, or late, looks too long, too.
+constexpr double kLessScatter = 0.85;
+constexpr double kReversed = -0.5;
 constexpr double kSignificant = 6.0;
 
 /// A landmark seen twice: where it was on the robot, and how the odometry moved between.
@@ -83,6 +86,8 @@ Eigen::Vector2d gross_odometry_scales(const SegmentGraph& graph, const Segment& 
   if (pairs.size() < kFewest) return Eigen::Vector2d::Zero();
   Eigen::Vector2d scales = Eigen::Vector2d::Ones();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  double scatter = 0.0;
+  double scatter_as_measured = 0.0;
   std::vector<Eigen::Vector2d> errors(pairs.size());
   std::vector<Eigen::Matrix2d> by_scales(pairs.size());
   std::vector<double> sizes(pairs.size());
@@ -104,7 +109,8 @@ Eigen::Vector2d gross_odometry_scales(const SegmentGraph& graph, const Segment& 
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     constexpr double kMedian = 1.177;  // of the length of a normal vector in the plane
-    const double scatter = std::max(1e-6, *middle / kMedian);
+    scatter = std::max(1e-6, *middle / kMedian);
+    if (round == 0) scatter_as_measured = scatter;
     Eigen::Matrix2d information = Eigen::Matrix2d::Identity() / (kUnknownScale * kUnknownScale);
     Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -118,6 +124,9 @@ Eigen::Vector2d gross_odometry_scales(const SegmentGraph& graph, const Segment& 
     covariance = root.solve(Eigen::Matrix2d::Identity());
   }
   Eigen::Vector2d gross = Eigen::Vector2d::Zero();
+  // Noise and delay turn no sign.
+  const bool is_reversed = scales[1] < kReversed;
+  if (!is_reversed && scatter > kLessScatter * scatter_as_measured) return gross;
   for (int k = 0; k < 2; ++k) {
     const double error = scales[k] - 1.0;
     const double sigma = std::sqrt(covariance(k, k));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -384,6 +385,36 @@ TEST(Memory, OdometryOfAnyScaleIsRecognizedWithinSeconds) {
     const bool is_gross = std::abs(1.0 / distance - 1.0) > 0.4 || std::abs(1.0 / turn - 1.0) > 0.4;
     EXPECT_EQ(graph.constants_mean.norm() > 0.0, is_gross) << distance << ", " << turn;
   }
+}
+
+// Remembers a drive in which some landmarks have the ids of others; what is seen more than
+// 1 m from where the memory has its landmark does not fit.
+Memory remember_ids(const Drive& drive, const std::map<int, int>& ids) {
+  Memory memory;
+  memory.start(drive.poses.front(), SensorConstants::Zero());
+  for (std::size_t i = 0; i < drive.motions.size(); ++i) {
+    memory.append(drive.motions[i]);
+    for (const SightingFactor& sighting : drive.sightings[i]) {
+      const auto other = ids.find(sighting.landmark);
+      const int id = other == ids.end() ? sighting.landmark : other->second;
+      const int number = memory.number_of(id);
+      const std::size_t there = static_cast<std::size_t>(sighting.landmark);
+      const bool fits = number < 0 || (memory.graph().landmarks[static_cast<std::size_t>(number)] -
+                                       drive.landmarks[there])
+                                              .norm() < 1.0;
+      fits ? memory.append_sighting(id, sighting) : memory.append_doubtful_sighting(id, sighting);
+    }
+    if (memory.needs_solution() || (i + 1) % kUpdatesPerSegment == 0) memory.solve(kWidth);
+  }
+  return memory;
+}
+
+TEST(Memory, SeveralWrongIdsAreNoSlip) {
+  const Drive data = drive(2, 7);
+  const Memory memory = remember_ids(data, {{12, 1}, {13, 2}, {14, 5}});
+  EXPECT_TRUE(memory.slips().empty());
+  EXPECT_NEAR(memory.graph().newest().x, data.poses.back().x, 0.1);
+  EXPECT_NEAR(memory.graph().newest().y, data.poses.back().y, 0.1);
 }
 
 }  // namespace
