@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <vector>
 
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -56,19 +57,24 @@ void add_pairs(const Segment& segment, std::vector<Pair>* pairs) {
     poses.push_back(poses.empty() ? motion.mean : compose(poses.back(), motion.mean));
     times.push_back((times.empty() ? 0.0 : times.back()) + motion.duration());
   }
-  std::vector<const SightingFactor*> last(segment.landmarks.size(), nullptr);
+  // Each with the oldest of the same landmark that is not too old: the robot has moved most since.
+  std::vector<std::deque<const SightingFactor*>> before(segment.landmarks.size());
   for (const SightingFactor& now : segment.sightings) {
-    const SightingFactor*& before = last[static_cast<std::size_t>(now.landmark)];
+    std::deque<const SightingFactor*>& recent = before[static_cast<std::size_t>(now.landmark)];
     const std::size_t to = static_cast<std::size_t>(now.pose);
-    if (before != nullptr && before->pose < now.pose) {
-      const std::size_t from = static_cast<std::size_t>(before->pose);
-      if (times[to] - times[from] <= kLongest) {
-        const Eigen::LLT<Eigen::Matrix2d> root(covariance(*before) + covariance(now));
-        pairs->push_back({relative(poses[from], poses[to]), on_robot(*before), on_robot(now),
-                          root.matrixL().solve(Eigen::Matrix2d::Identity())});
-      }
+    const auto pose_of = [](const SightingFactor* seen) {
+      return static_cast<std::size_t>(seen->pose);
+    };
+    while (!recent.empty() && times[to] - times[pose_of(recent.front())] > kLongest) {
+      recent.pop_front();
     }
-    before = &now;
+    if (!recent.empty() && recent.front()->pose < now.pose) {
+      const SightingFactor& first = *recent.front();
+      const Eigen::LLT<Eigen::Matrix2d> root(covariance(first) + covariance(now));
+      pairs->push_back({relative(poses[pose_of(&first)], poses[to]), on_robot(first), on_robot(now),
+                        root.matrixL().solve(Eigen::Matrix2d::Identity())});
+    }
+    recent.push_back(&now);
   }
 }
 
