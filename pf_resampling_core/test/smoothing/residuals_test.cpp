@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 namespace pf_resampling {
@@ -139,6 +140,17 @@ TEST(Residuals, WhatLiesUnderTheSensorHasDerivatives) {
       sighting_residual(sighting, {}, Pose2{}, Eigen::Vector2d::Zero(), SensorConstants::Zero());
   EXPECT_TRUE(residual.value.allFinite());
   EXPECT_LT(residual.by_landmark.cwiseAbs().maxCoeff(), 1e3);
+}
+
+// What a slip may add is not scaled with the noise.
+TEST(Residuals, OdometryThatMayHaveSlippedCountsForLess) {
+  MotionFactor motion;
+  motion.covariance = Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal();
+  motion.slip_covariance = Eigen::Vector3d(1.0, 0.0, 0.5).asDiagonal();
+  const Eigen::Matrix3d root = motion_root(motion, 2.0);
+  const Eigen::Matrix3d covariance = (root.transpose() * root).inverse();
+  EXPECT_TRUE(
+      covariance.isApprox(Eigen::Vector3d(1.04, 0.08, 0.62).asDiagonal().toDenseMatrix(), 1e-6));
 }
 
 // Cauchy: half a square near zero, of weight one; a weight of a half at the width.
