@@ -79,8 +79,9 @@ void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
     for (Place& place : landmark.places) move(&place.position);
     // Two places of a belief that was wrong may be one.
     std::vector<Place>& places = landmark.places;
+    const Eigen::Vector2d home = landmark.home().position;
     const auto other = std::remove_if(places.begin() + 1, places.end(), [&](const Place& place) {
-      return (place.position - landmark.home().position).norm() < kSamePlace;
+      return (place.position - home).norm() < kSamePlace;
     });
     if (other != places.end()) landmark.missed = 0;
     places.erase(other, places.end());
