@@ -294,11 +294,14 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
 void FastSlamPipeline::note_odometry_scale(ros::Time stamp) {
   const SensorConstants& constants = filter_->memory().graph().constants;
   for (const auto constant : {SensorConstant::distance_scale, SensorConstant::turn_scale}) {
-    if (std::abs(constants[constant]) < kGrossScale) continue;
     const double counted = 1.0 / (1.0 + constants[constant]);
     Finding finding;
     finding.kind = constant == SensorConstant::turn_scale ? FindingKind::odometry_turns_wrong
                                                           : FindingKind::odometry_counts_wrong;
+    if (std::abs(constants[constant]) < kGrossScale) {  // or not any more
+      withdraw([&](const Finding& known) { return known.kind == finding.kind; });
+      continue;
+    }
     const auto known = std::find_if(findings_.begin(), findings_.end(), [&](const Finding& other) {
       return other.kind == finding.kind;
     });

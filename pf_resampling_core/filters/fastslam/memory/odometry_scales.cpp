@@ -12,7 +12,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kLongest = 1.0;     // s from one sighting to the next
+constexpr double kLongest = 1.0;     // s from one sighting to the other
 constexpr std::size_t kMost = 2000;  // pairs, the newest
 constexpr std::size_t kFewest = 60;
 constexpr int kRounds = 15;
