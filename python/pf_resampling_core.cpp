@@ -133,7 +133,7 @@ void set_variances(const OptionalArray& variances, double Observations::value_ty
 
 // What both filters have.
 template <typename Filter>
-py::class_<Driven<Filter>> filter_class(const py::module_& module, const char* name,
+py::class_<Driven<Filter>> filter_class(const py::module& module, const char* name,
                                         const char* documentation) {
   using Self = Driven<Filter>;
   return py::class_<Self>(module, name, documentation)
@@ -209,7 +209,7 @@ py::class_<Driven<Filter>> filter_class(const py::module_& module, const char* n
           "Counts since the start, and what the weights of the last update() said.");
 }
 
-void add_resampling(py::module_* module) {
+void add_resampling(py::module* module) {
   py::class_<RandomStream>(*module, "RandomStream",
                            "Random numbers that depend on seed and step alone. Each has an index "
                            "and can be drawn in any order.")
@@ -324,26 +324,21 @@ void add_resampling(py::module_* module) {
 
 // The landmarks of the weighted-mean map, a row each.
 py::dict landmarks_of(const std::vector<LandmarkEstimate>& map) {
-  const auto count = static_cast<py::ssize_t>(map.size());
-  py::array_t<std::int64_t> ids(count);
-  py::array_t<double> means({count, py::ssize_t{2}});
-  py::array_t<double> covariances({count, py::ssize_t{2}, py::ssize_t{2}});
-  py::array_t<double> held(count);
-  for (py::ssize_t k = 0; k < count; ++k) {
+  const auto count = static_cast<Eigen::Index>(map.size());
+  Eigen::Array<std::int64_t, Eigen::Dynamic, 1> ids(count);
+  Eigen::ArrayXd held(count);
+  py::array_t<double> covariances({count, Eigen::Index{2}, Eigen::Index{2}});
+  for (Eigen::Index k = 0; k < count; ++k) {
     const LandmarkEstimate& landmark = map[static_cast<std::size_t>(k)];
-    ids.mutable_at(k) = landmark.id;
-    held.mutable_at(k) = landmark.held;
-    for (py::ssize_t i = 0; i < 2; ++i) {
-      means.mutable_at(k, i) = landmark.mean[i];
-      for (py::ssize_t j = 0; j < 2; ++j) {
-        covariances.mutable_at(k, i, j) = landmark.covariance(i, j);
-      }
-    }
+    ids[k] = landmark.id;
+    held[k] = landmark.held;
+    Eigen::Map<Eigen::Matrix2d>(covariances.mutable_data(k)) = landmark.covariance;
   }
+  const auto means = rows_of<2>(map.size(), [&](std::size_t k) { return map[k].mean.array(); });
   return py::dict("id"_a = ids, "mean"_a = means, "covariance"_a = covariances, "held"_a = held);
 }
 
-void add_fastslam(const py::module_& module) {
+void add_fastslam(const py::module& module) {
   filter_class<FastSlam>(
       module, "FastSlam",
       "FastSLAM. `parameters`: by the names of doc/parameters.md, `preset` among them. "
@@ -446,7 +441,7 @@ std::vector<Beacon> beacons_from(const std::map<int, std::vector<double>>& place
   return beacons;
 }
 
-void add_beacon_mcl(const py::module_& module) {
+void add_beacon_mcl(const py::module& module) {
   filter_class<BeaconMcl>(module, "BeaconMcl",
                           "Localization by ranges. `beacons`: {id: (x, y)} or {id: (x, y, z)}, m. "
                           "`parameters`: by the names of doc/parameters.md, `preset` among them. "
