@@ -13,9 +13,18 @@ namespace {
 // Nothing else holds a landmark whose sightings were all taken away.
 constexpr double kLandmarkInformation = 1e-9;  // 1/m^2
 
+Eigen::VectorXd difference_to_prior(const SmoothingGraph& graph) {
+  const Pose2& prior = graph.prior.pose;
+  const Pose2& first = graph.poses.front();
+  Eigen::VectorXd difference(GaussianPrior::kSize);
+  difference << first.x - prior.x, first.y - prior.y, wrap_angle(first.heading - prior.heading),
+      graph.constants;
+  return difference;
+}
+
 }  // namespace
 
-NormalEquations::NormalEquations(const SmoothingGraph& graph, bool keeps_belief)
+NormalEquations::NormalEquations(const SmoothingGraph& graph)
     : poses_(static_cast<int>(graph.poses.size())),
       landmarks_(static_cast<int>(graph.landmarks.size())),
       blocks_(graph.poses.size()) {
@@ -39,37 +48,10 @@ NormalEquations::NormalEquations(const SmoothingGraph& graph, bool keeps_belief)
   std::vector<int> sizes(graph.poses.size(), 3);
   sizes.insert(sizes.end(), graph.landmarks.size(), 2);
   sizes.push_back(kSensorConstants);
-  std::vector<int> last;
-  for (int l = 0; keeps_belief && l < landmarks_; ++l) last.push_back(poses_ + l);
-  last.push_back(constants);
-  if (keeps_belief) last.push_back(poses_ - 1);
   std::vector<std::vector<int>> terms = blocks_;
-  terms.push_back(prior_blocks(graph.prior));
-  root_ = MultifrontalCholesky(std::move(sizes), terms, last);
+  terms.push_back({0, constants});
+  root_ = MultifrontalCholesky(std::move(sizes), terms, {constants});
   gradient_.setZero(root_.size());
-}
-
-std::vector<int> NormalEquations::prior_blocks(const GaussianPrior& prior) const {
-  std::vector<int> blocks = {0};
-  for (int landmark = 0; landmark < static_cast<int>(prior.landmarks.size()); ++landmark) {
-    blocks.push_back(poses_ + landmark);
-  }
-  blocks.push_back(poses_ + landmarks_);
-  return blocks;
-}
-
-Eigen::VectorXd NormalEquations::prior_difference(const SmoothingGraph& graph) const {
-  const GaussianPrior& prior = graph.prior;
-  Eigen::VectorXd difference(prior.size());
-  const Pose2& first = graph.poses.front();
-  difference.head<3>() << first.x - prior.pose.x, first.y - prior.pose.y,
-      wrap_angle(first.heading - prior.pose.heading);
-  for (std::size_t l = 0; l < prior.landmarks.size(); ++l) {
-    difference.segment<2>(3 + 2 * static_cast<Eigen::Index>(l)) =
-        graph.landmarks[l] - prior.landmarks[l];
-  }
-  difference.tail<kSensorConstants>() = graph.constants - prior.constants;
-  return difference;
 }
 
 // One term of H for each pose: what the motion from it and the sightings from it say.
@@ -127,9 +109,8 @@ void NormalEquations::linearize(const SmoothingGraph& graph, double robust_width
   for (int landmark = 0; landmark < landmarks_; ++landmark) {
     root_.add({poses_ + landmark}, kLandmarkInformation * Eigen::Matrix2d::Identity());
   }
-  const GaussianPrior& prior = graph.prior;
-  add(prior_blocks(prior), prior.gradient + prior.information * prior_difference(graph),
-      prior.information);
+  const auto& information = graph.prior.information;
+  add({0, poses_ + landmarks_}, information * difference_to_prior(graph), information);
 }
 
 void NormalEquations::add(const std::vector<int>& blocks, const Eigen::VectorXd& gradient,
@@ -168,17 +149,8 @@ double NormalEquations::cost(const SmoothingGraph& graph, double robust_width) c
         graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
     cost += robust_cost(r.value.squaredNorm(), robust_width);
   }
-  const Eigen::VectorXd difference = prior_difference(graph);
-  return cost + 0.5 * difference.dot(graph.prior.information * difference) +
-         graph.prior.gradient.dot(difference);
-}
-
-Eigen::MatrixXd NormalEquations::trailing_root() const {
-  return root_.trailing_root(static_cast<int>(size() - trailing_size()));
-}
-
-Eigen::VectorXd NormalEquations::trailing_gradient() const {
-  return trailing_root() * root_.forward(gradient_).bottomRows(trailing_size());
+  const Eigen::VectorXd difference = difference_to_prior(graph);
+  return cost + 0.5 * difference.dot(graph.prior.information * difference);
 }
 
 }  // namespace pf_resampling

@@ -11,10 +11,8 @@ namespace pf_resampling {
 /// Gauss and Newton's equations H·step = -gradient of a graph.
 class NormalEquations {
  public:
-  /// Lays out the graph's structure, which must not change any more. With `keeps_belief`,
-  /// landmarks, constants and newest pose are eliminated last, in that order: the trailing block
-  /// of the factor is their joint information, which is what a filter goes on with.
-  explicit NormalEquations(const SmoothingGraph& graph, bool keeps_belief = false);
+  /// Lays out the graph's structure, which must not change any more.
+  explicit NormalEquations(const SmoothingGraph& graph);
 
   /// H and gradient at the graph's estimate. `robust_width`: of sightings, see
   /// robust_cost().
@@ -26,6 +24,8 @@ class NormalEquations {
   /// Natural logarithm of the determinant of what was factorised.
   double log_determinant() const { return root_.log_determinant(); }
 
+  /// What was factorised: a block for each pose, then for each landmark, then the constants.
+  const MultifrontalCholesky& root() const { return root_; }
   /// -(what was factorised)⁻¹·gradient.
   Eigen::VectorXd step() const { return -root_.solve(gradient_); }
   const Eigen::VectorXd& gradient() const { return gradient_; }
@@ -40,17 +40,10 @@ class NormalEquations {
   int pose_at(int pose) const { return root_.at(pose); }
   int landmark_at(int landmark) const { return root_.at(poses_ + landmark); }
   int constants_at() const { return root_.at(poses_ + landmarks_); }
-  /// Number of unknowns, and of those of the trailing block.
+  /// Number of unknowns.
   Eigen::Index size() const { return gradient_.size(); }
-  Eigen::Index trailing_size() const { return 2 * landmarks_ + kSensorConstants + 3; }
-  /// Lower triangular R with R·Rᵀ the joint information of landmarks, constants and newest pose.
-  Eigen::MatrixXd trailing_root() const;
-  /// The gradient of the trailing block once all before it is eliminated.
-  Eigen::VectorXd trailing_gradient() const;
 
  private:
-  std::vector<int> prior_blocks(const GaussianPrior& prior) const;
-  Eigen::VectorXd prior_difference(const SmoothingGraph& graph) const;
   void add(const std::vector<int>& blocks, const Eigen::VectorXd& gradient,
            Eigen::MatrixXd hessian);
 

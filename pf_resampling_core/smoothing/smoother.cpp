@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters/enum_names.hpp"
 #include "pf_resampling_core/smoothing/normal_equations.hpp"
 
@@ -106,48 +105,6 @@ SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
   }
   *graph = std::move(best.graph);
   return result;
-}
-
-bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph) {
-  check(*graph);
-  if (poses < 1 || static_cast<std::size_t>(poses) >= graph->poses.size()) {
-    throw Error("smoothing: " + std::to_string(poses) + " poses to forget of " +
-                std::to_string(graph->poses.size()) + "; at least one of each has to be");
-  }
-  // What is forgotten is a graph of its own, which ends at the pose that becomes the first; what it
-  // says of that, the landmarks and the constants is its trailing block.
-  SmoothingGraph old = *graph;
-  old.poses.resize(static_cast<std::size_t>(poses) + 1);
-  old.motions.resize(static_cast<std::size_t>(poses));
-  const auto is_kept = [&](const SightingFactor& sighting) { return sighting.pose >= poses; };
-  const auto kept = std::find_if(graph->sightings.begin(), graph->sightings.end(), is_kept);
-  old.sightings.resize(static_cast<std::size_t>(kept - graph->sightings.begin()));
-  NormalEquations equations(old, true);
-  equations.linearize(old, robust_width);
-  if (!equations.factorize(0.0)) return false;
-  const Eigen::MatrixXd root = equations.trailing_root();
-  const Eigen::MatrixXd information = root * root.transpose();
-  const Eigen::VectorXd gradient = equations.trailing_gradient();
-  if (!information.allFinite() || !gradient.allFinite()) return false;
-
-  GaussianPrior prior;
-  prior.pose = old.poses.back();
-  prior.landmarks = old.landmarks;
-  prior.constants = old.constants;
-  // The pose first, which is last there.
-  const Eigen::Index others = prior.size() - 3;
-  prior.information.resize(prior.size(), prior.size());
-  prior.information << information.bottomRightCorner(3, 3), information.bottomLeftCorner(3, others),
-      information.topRightCorner(others, 3), information.topLeftCorner(others, others);
-  prior.gradient.resize(prior.size());
-  prior.gradient << gradient.tail(3), gradient.head(others);
-
-  graph->prior = std::move(prior);
-  graph->poses.erase(graph->poses.begin(), graph->poses.begin() + poses);
-  graph->motions.erase(graph->motions.begin(), graph->motions.begin() + poses);
-  graph->sightings.erase(graph->sightings.begin(), kept);
-  for (SightingFactor& sighting : graph->sightings) sighting.pose -= poses;
-  return true;
 }
 
 }  // namespace pf_resampling

@@ -37,11 +37,4 @@ struct SmoothingResult {
 /// Error as check(graph) does.
 SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph);
 
-/// Takes the oldest poses out of the graph, with their motions and sightings, and puts into
-/// its prior what these say of all that stays (Schur complement), linearised at the graph's
-/// estimate, which therefore should be a solution. Bounds what a long drive costs. False, changing
-/// nothing, if what they say is not positive definite. Throws Error unless one pose is forgotten
-/// and one stays.
-bool forget_oldest(int poses, double robust_width, SmoothingGraph* graph);
-
 }  // namespace pf_resampling

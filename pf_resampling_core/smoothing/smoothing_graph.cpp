@@ -29,10 +29,9 @@ bool is_usable(const SightingFactor& sighting) {
 GaussianPrior prior_at(const Pose2& first, const SensorConstants& sigma) {
   GaussianPrior prior;
   prior.pose = first;
-  Eigen::VectorXd sigmas(prior.size());
+  Eigen::Matrix<double, GaussianPrior::kSize, 1> sigmas;
   sigmas << Eigen::Vector3d::Constant(kFixed), sigma.cwiseMax(kSmallestPrior);
   prior.information = sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
-  prior.gradient.setZero(prior.size());
   return prior;
 }
 

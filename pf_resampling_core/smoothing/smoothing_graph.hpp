@@ -66,19 +66,13 @@ struct NoiseScales {
 inline constexpr double kSmallestNoiseScale = 0.1;
 inline constexpr double kLargestNoiseScale = 20.0;
 
-/// What is known from elsewhere (a belief at the start, data that have left the window) about the
-/// first pose, the first landmarks and the constants, in this order: the cost
-///   ½ dᵀ·information·d + gradientᵀ·d, with d the difference to where it was linearised.
+/// What is known at the start about the first pose, and about the constants, whose mean is zero, in
+/// this order.
 struct GaussianPrior {
-  Pose2 pose;
-  std::vector<Eigen::Vector2d> landmarks;
-  SensorConstants constants = SensorConstants::Zero();
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
+  static constexpr int kSize = 3 + kSensorConstants;
 
-  Eigen::Index size() const {
-    return 3 + 2 * static_cast<Eigen::Index>(landmarks.size()) + kSensorConstants;
-  }
+  Pose2 pose;
+  Eigen::Matrix<double, kSize, kSize> information = Eigen::Matrix<double, kSize, kSize>::Zero();
 };
 
 /// The first pose is known to 1e-6 (m, rad), the constants to these standard deviations (at least

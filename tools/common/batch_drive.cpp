@@ -117,12 +117,6 @@ std::vector<EstimatedPose> BatchDrive::path_at(const std::vector<EstimatedPose>&
   return path;
 }
 
-void BatchDrive::bound(int window) {
-  const int surplus = static_cast<int>(graph.poses.size()) - window;
-  if (2 * surplus <= window || !forget_oldest(surplus, robust_width_, &graph)) return;
-  times.erase(times.begin(), times.begin() + surplus);
-}
-
 SmoothingResult BatchDrive::solve() {
   return smooth_with(robust_width_, &graph);
 }
@@ -141,8 +135,7 @@ SmoothingResult BatchDrive::solve_both_ways() {
 OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
                            const std::vector<double>& times,
                            const std::function<void(std::size_t)>& observe,
-                           const std::function<bool()>& is_surprising, int window,
-                           BatchDrive* drive) {
+                           const std::function<bool()>& is_surprising, BatchDrive* drive) {
   OnlineSolution solution;
   auto stamp = odometry.begin();
   // Poses by odometry from the newest on, up to a time.
@@ -165,7 +158,6 @@ OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
     }
     ++solution.solutions;
     if (result.fault != SmoothingFault::none) ++solution.refused;
-    drive->bound(window);
   }
   go_on([](double) { return true; });
   return solution;

@@ -41,9 +41,6 @@ class BatchDrive {
   /// pose after, in proportion to the time.
   std::vector<EstimatedPose> path_at(const std::vector<EstimatedPose>& stamps) const;
 
-  /// The oldest leave once there are half as many poses more than `window`.
-  void bound(int window);
-
   int newest() const { return static_cast<int>(graph.poses.size()) - 1; }
 
   SmoothingGraph graph;
@@ -66,7 +63,6 @@ struct OnlineSolution {
 OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
                            const std::vector<double>& times,
                            const std::function<void(std::size_t)>& observe,
-                           const std::function<bool()>& is_surprising, int window,
-                           BatchDrive* drive);
+                           const std::function<bool()>& is_surprising, BatchDrive* drive);
 
 }  // namespace pf_resampling

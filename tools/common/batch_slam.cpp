@@ -214,11 +214,11 @@ BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {
   return solution;
 }
 
-OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise, int window) {
+OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise) {
   DriveAmongLandmarks data(recording, noise);
   return solve_along(
       recording.odometry, data.times(), [&](std::size_t i) { data.see(data.scans()[i]); },
-      [&] { return data.outliers(data.drive.newest()) > 0; }, window, &data.drive);
+      [&] { return data.outliers(data.drive.newest()) > 0; }, &data.drive);
 }
 
 }  // namespace pf_resampling

@@ -44,11 +44,8 @@ BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise = 
 /// What can be known while the robot drives, on the same model: solved anew after every scan with
 /// landmarks, from the last solution on, with all data up to then. The path is that of the newest
 /// poses: of each solution the newest, and from there by odometry until the next; its first pose is
-/// the origin. Once there are
-/// half as many poses more than `window`, the oldest are solved for no more, and what they say
-/// stays as a Gaussian: the default is more than half an hour at a pose every half second. Throws
-/// Error as solve_batch() does.
-OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise = {},
-                            int window = 4000);
+/// the origin. Takes a time that grows with the square of the drive's. Throws Error as
+/// solve_batch() does.
+OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise = {});
 
 }  // namespace pf_resampling

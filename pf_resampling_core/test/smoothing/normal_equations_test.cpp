@@ -114,29 +114,6 @@ TEST_P(DrivesOf, AreSolvedLikeDenseEquations) {
   }
 }
 
-TEST_P(DrivesOf, LeaveTheInformationOfWhatAFilterGoesOnWith) {
-  const RingDrive drive = drive_of(GetParam());
-  NormalEquations equations(drive.graph, true);
-  equations.linearize(drive.graph, kRobustWidth);
-  ASSERT_TRUE(equations.factorize(0.0));
-  const Eigen::MatrixXd hessian = dense_hessian(equations, drive.graph);
-  const Eigen::Index kept = equations.trailing_size();
-  ASSERT_EQ(kept,
-            2 * static_cast<Eigen::Index>(drive.graph.landmarks.size()) + kSensorConstants + 3);
-  // The covariance of some of the unknowns is a block of that of all.
-  const Eigen::MatrixXd covariance =
-      hessian.llt().solve(Eigen::MatrixXd::Identity(hessian.rows(), hessian.cols()));
-  const Eigen::MatrixXd root = equations.trailing_root();
-  const Eigen::MatrixXd of_kept =
-      root * root.transpose() * covariance.bottomRightCorner(kept, kept);
-  EXPECT_LT(largest(of_kept - Eigen::MatrixXd::Identity(kept, kept)), 1e-6);
-  // And so is the step.
-  const Eigen::VectorXd step =
-      -(root * root.transpose()).llt().solve(equations.trailing_gradient());
-  const Eigen::VectorXd whole = equations.step();
-  EXPECT_LT(largest(whole.tail(kept) - step), 1e-6 * (1.0 + largest(whole)));
-}
-
 TEST_P(DrivesOf, HaveTheGradientOfTheirCost) {
   constexpr double kStep = 1e-5;
   const RingDrive drive = drive_of(GetParam());

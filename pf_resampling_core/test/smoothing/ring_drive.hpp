@@ -86,11 +86,15 @@ struct RingDrive {
 
 /// Covariance of landmarks, constants and newest pose, in this order, at the estimate.
 inline Eigen::MatrixXd joint_covariance(const SmoothingGraph& graph, double robust_width) {
-  NormalEquations equations(graph, true);
+  NormalEquations equations(graph);
   equations.linearize(graph, robust_width);
   if (!equations.factorize(0.0)) return {};
-  const Eigen::MatrixXd root = equations.trailing_root();
-  return (root * root.transpose()).inverse();
+  const int poses = static_cast<int>(graph.poses.size());
+  const int landmarks = static_cast<int>(graph.landmarks.size());
+  std::vector<int> blocks;
+  for (int l = 0; l <= landmarks; ++l) blocks.push_back(poses + l);
+  blocks.push_back(poses - 1);
+  return equations.root().covariance_of(blocks);
 }
 
 }  // namespace pf_resampling

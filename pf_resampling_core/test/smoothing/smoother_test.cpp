@@ -111,27 +111,6 @@ TEST(Smoother, RobustLossWithstandsMisreadIds) {
   EXPECT_GT(far, 0.5);
 }
 
-// At a solution, to forget changes nothing of what is left: the same estimate, the same joint
-// covariance.
-TEST(Smoother, ForgettingTheOldestKeepsWhatTheySay) {
-  RingDrive drive(300, 20, 6, loose());
-  const SmoothingResult all = smooth({50, 2.0}, &drive.graph);
-  ASSERT_EQ(all.fault, SmoothingFault::none);
-  SmoothingGraph graph = drive.graph;
-  ASSERT_TRUE(forget_oldest(120, 2.0, &graph));
-  ASSERT_EQ(graph.poses.size(), 180u);
-  ASSERT_EQ(graph.motions.size(), 179u);
-  ASSERT_TRUE(forget_oldest(50, 2.0, &graph));
-  const SmoothingResult rest = smooth({50, 2.0}, &graph);
-  ASSERT_EQ(rest.fault, SmoothingFault::none);
-  EXPECT_NEAR(graph.poses.back().x, drive.graph.poses.back().x, 1e-4);
-  EXPECT_NEAR(graph.poses.front().y, drive.graph.poses[170].y, 1e-4);
-  for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
-    EXPECT_LT((graph.landmarks[l] - drive.graph.landmarks[l]).norm(), 1e-4) << l;
-  }
-  EXPECT_TRUE(joint_covariance(graph, 2.0).isApprox(joint_covariance(drive.graph, 2.0), 1e-2));
-}
-
 TEST(Smoother, RefusesWhatCannotBeSolved) {
   RingDrive drive(60, 8, 1, no_constants());
   SmoothingGraph graph = drive.graph;
@@ -169,21 +148,6 @@ TEST(Smoother, SaysWhatIsWrongWithAGraph) {
   graph = drive.graph;
   graph.constants[SensorConstant::range_scale] = -1.0;
   EXPECT_NE(message_of(graph).find("no scale near -1"), std::string::npos);
-}
-
-TEST(Smoother, ForgetsNeitherNoPoseNorAll) {
-  RingDrive drive(60, 8, 1, no_constants());
-  for (const int poses : {-1, 0, 60, 61}) {
-    SmoothingGraph graph = drive.graph;
-    try {
-      forget_oldest(poses, 2.0, &graph);
-      ADD_FAILURE() << poses << " poses were forgotten";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.what(), "smoothing: " + std::to_string(poses) +
-                                  " poses to forget of 60; at least one of each has to be");
-    }
-    EXPECT_EQ(graph.poses.size(), 60u);
-  }
 }
 
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.
