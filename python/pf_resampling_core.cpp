@@ -169,9 +169,8 @@ py::class_<Driven<Filter>> filter_class(const py::module& module, const char* na
           [](const Self& self) {
             py::dict columns;
             self.filter.particles().for_each_column(
-                self.filter.particles(), [&](const char* column, ColumnKind, const auto& values) {
-                  columns[column] = values;
-                });
+                self.filter.particles(),
+                [&](const char* column, const auto& values) { columns[column] = values; });
             return columns;
           },
           "All that particles carry, an array for each name: x, y, heading, log_weight, weight, "

@@ -17,6 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "format";
+constexpr const char* kChecksum = "checksum";
 
 std::string words_of(const FileKind& kind) {
   const std::string format = kind.format;
@@ -185,6 +186,21 @@ void Archive::enter(const char* name, std::size_t element) {
 void Archive::leave() {
   tree_->here = steps_.back().above;
   steps_.pop_back();
+}
+
+// Of text alone: what is binary has a checksum of all.
+void Archive::seal(const char* name) {
+  json& above = *tree_->here;
+  if (kind_.is_text && !above[name].is_null()) above[kChecksum] = checksum_of(above[name].dump());
+}
+
+void Archive::check_seal(const char* name) {
+  const json& above = *tree_->here;
+  if (!kind_.is_text || !above.is_object() || !above.contains(name) || above[name].is_null())
+    return;
+  if (above.value(kChecksum, json()) == json(checksum_of(above[name].dump()))) return;
+  enter(name, 0);
+  refuse("its checksum does not fit: it was damaged or edited; null in its place leaves the rest");
 }
 
 void Archive::constant(const char* name, const std::string& value) {

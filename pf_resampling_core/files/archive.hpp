@@ -32,13 +32,13 @@ struct FileKind {
 
 inline constexpr FileKind kMapFile = {"map file",
                                       "map",
-                                      "pf_resampling map 6",
+                                      "pf_resampling map 7",
                                       true,
                                       "give one that save_map wrote",
                                       "repair it, save the map again or take another copy"};
 inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              "checkpoint",
-                                             "pf_resampling checkpoint 10",
+                                             "pf_resampling checkpoint 11",
                                              false,
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};
@@ -81,6 +81,13 @@ class Archive {
     describe(*this, value);
     leave();
   }
+  /// A field that nobody edits: text has its checksum beside it. Null is read whatever that says.
+  template <typename Value>
+  void sealed(const char* name, Value& value) {
+    if (is_reading_) check_seal(name);
+    (*this)(name, value);
+    if (!is_reading_) seal(name);
+  }
   /// A field that always has this value.
   void constant(const char* name, const std::string& value);
 
@@ -107,6 +114,8 @@ class Archive {
 
   void enter(const char* name, std::size_t element);
   void leave();
+  void seal(const char* name);
+  void check_seal(const char* name);
 
   FileKind kind_;
   std::string path_;
@@ -214,26 +223,22 @@ std::string checksum_of(const std::string& bytes);
 /// Writes bytes as a file that is there whole or not at all: see NewFile.
 void write_bytes(const FileKind& kind, const std::string& path, const std::string& bytes);
 
-/// Writes what has a description, and a fault_of(), which says what is wrong with it. Throws Error,
-/// naming the file, when it cannot be written, is not finite or has a fault.
+/// Writes what has a description. Throws Error, naming the file, when it cannot be written or is
+/// not finite.
 template <typename Saved>
 void write_saved(const FileKind& kind, const std::string& path, const Saved& saved) {
-  const std::string fault = fault_of(saved);
   Archive archive(kind);
-  if (!fault.empty()) archive.refuse(fault);
   describe(archive, const_cast<Saved&>(saved));  // only reads it
   write_bytes(kind, path, archive.bytes());
 }
 
 /// Reads it. Throws Error, in one line that names file, value, fault and remedy, for anything that
-/// does not fit the description or has a fault.
+/// does not fit the description.
 template <typename Saved>
 Saved read_saved(const FileKind& kind, const std::string& path) {
   Archive archive(kind, path);
   Saved saved;
   describe(archive, saved);
-  const std::string fault = fault_of(saved);
-  if (!fault.empty()) archive.refuse(fault);
   return saved;
 }
 

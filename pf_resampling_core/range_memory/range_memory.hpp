@@ -127,7 +127,6 @@ class RangeMemory {
   /// would have with those of this one. Nothing happens, and false, if it is of other beacons.
   bool resume(const RangeMemory& saved);
   friend void describe(Archive& archive, RangeMemory& memory);
-  friend std::string fault_of(const RangeMemory& memory);
 
   /// The robot moved, then measured; a range of a radio that is not listed makes it known.
   void add(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
@@ -177,6 +176,15 @@ class RangeMemory {
   /// s, of each keyframe of the graph
   const std::vector<double>& keyframe_times() const { return times_; }
 
+  /// That was heard.
+  struct Radio {
+    int id = 0;
+    std::optional<Beacon> listed;
+    RangeCalibration calibration;
+    int ranges = 0;
+    std::vector<RadioPlace> other_places;  // `probability` over that of the one in use
+  };
+
  private:
   static constexpr int kKeyframe = KeyframeUnknown::count;
   static constexpr std::size_t kMostRadios = 40;  // that are heard at a time
@@ -190,13 +198,6 @@ class RangeMemory {
   static constexpr double kElsewhere = 3.0;  // m, standard deviation of a place that is wrong
   static constexpr double kFound = 1.0;      // m, largest standard deviation of a place
 
-  struct Radio {
-    int id = 0;
-    std::optional<Beacon> listed;
-    RangeCalibration calibration;
-    int ranges = 0;
-    std::vector<RadioPlace> other_places;  // `probability` over that of the one in use
-  };
   /// A minimum of the cost of one radio's ranges, given a path.
   struct Fix {
     Eigen::Vector2d position;

@@ -1,26 +1,6 @@
 #include "src/checkpoint/checkpoint.hpp"
 
 namespace pf_resampling {
-namespace {
-
-// The checksum tells what is damaged.
-template <typename Checkpoint>
-void write(const std::string& path, const Checkpoint& checkpoint) {
-  Archive archive(kCheckpointFile);
-  describe(archive, const_cast<Checkpoint&>(checkpoint));  // only reads it
-  write_bytes(kCheckpointFile, path, archive.bytes());
-}
-
-template <typename Checkpoint>
-Checkpoint read(const std::string& path) {
-  Archive archive(kCheckpointFile, path);
-  Checkpoint checkpoint;
-  describe(archive, checkpoint);
-  return checkpoint;
-}
-
-}  // namespace
-
 void describe(Archive& archive, BeaconMclCheckpoint& checkpoint) {
   archive.constant("filter", "beacon_mcl");
   archive("progress", checkpoint.progress);
@@ -36,19 +16,19 @@ void describe(Archive& archive, FastSlamCheckpoint& checkpoint) {
 }
 
 void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint) {
-  write(path, checkpoint);
+  write_saved(kCheckpointFile, path, checkpoint);
 }
 
 void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint) {
-  write(path, checkpoint);
+  write_saved(kCheckpointFile, path, checkpoint);
 }
 
 BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path) {
-  return read<BeaconMclCheckpoint>(path);
+  return read_saved<BeaconMclCheckpoint>(kCheckpointFile, path);
 }
 
 FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path) {
-  return read<FastSlamCheckpoint>(path);
+  return read_saved<FastSlamCheckpoint>(kCheckpointFile, path);
 }
 
 }  // namespace pf_resampling

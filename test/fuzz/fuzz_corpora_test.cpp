@@ -56,9 +56,7 @@ TEST(FuzzCorporaFolder, HoldsNothingButTheTargets) {
 // A fuzzer that begins with what is refused in its first lines reaches little. If the format of
 // files has changed, change these with it.
 TEST(FuzzCorporaFolder, WholeMapsAreOfThePresentFormat) {
-  const auto whole = [](const std::string& name) { return (kCorpora / name).string(); };
-  EXPECT_NO_THROW(read_map_file(whole("map_file/whole")));
-  EXPECT_NO_THROW(read_map_file(whole("map_file/of_redraw")));
+  EXPECT_NO_THROW(read_map_file((kCorpora / "map_file/whole").string()));
 }
 
 }  // namespace

@@ -111,8 +111,8 @@ class BeaconMcl {
 
   /// Goes on from there, to the bit with the same options and seed; if the options say another
   /// number of particles, so many are drawn at the next update. Counts of the status start anew.
-  /// Throws Error, changing nothing, for what makes no sense, was saved with other beacons, or with
-  /// calibrations for others than are estimated.
+  /// Throws Error, changing nothing, for what was saved with other beacons, or with calibrations
+  /// for others than are estimated; that all else is of a filter is believed.
   void load(const SavedBeaconMcl& saved);
 
   /// Takes over other options. Particles and weights stay bit-identical; another particle count

@@ -22,26 +22,25 @@ struct BeaconMclParticles {
 
   Eigen::Index size() const { return x.size(); }
 
-  /// The one list of what a particle carries, in the order in which it is saved. Selecting,
-  /// resizing, checking, saving and loading go through it: see particle_columns.hpp. visit(name,
-  /// kind, array).
+  /// The one list of what a particle carries. Selecting, resizing, saving and loading go through
+  /// it: see particle_columns.hpp. visit(name, array).
   template <typename Self, typename Visit>
   static void for_each_column(Self& self, const Visit& visit) {
-    visit("x", ColumnKind::number, self.x);
-    visit("y", ColumnKind::number, self.y);
-    visit("heading", ColumnKind::number, self.heading);
-    visit("log_weight", ColumnKind::log_weight, self.log_weight);
-    visit("weight", ColumnKind::weight, self.weight);
-    visit("ancestor", ColumnKind::ancestor, self.ancestor);
-    visit("yaw_rate_bias", ColumnKind::number, self.yaw_rate_bias);
-    visit("yaw_rate_bias_variance", ColumnKind::variance, self.yaw_rate_bias_variance);
-    visit("translation_factor", ColumnKind::factor, self.translation_factor);
-    visit("heading_factor", ColumnKind::factor, self.heading_factor);
-    visit("scale", ColumnKind::number, self.scale);
-    visit("bias", ColumnKind::number, self.bias);
-    visit("scale_variance", ColumnKind::number, self.scale_variance);
-    visit("scale_bias_covariance", ColumnKind::number, self.scale_bias_covariance);
-    visit("bias_variance", ColumnKind::number, self.bias_variance);
+    visit("x", self.x);
+    visit("y", self.y);
+    visit("heading", self.heading);
+    visit("log_weight", self.log_weight);
+    visit("weight", self.weight);
+    visit("ancestor", self.ancestor);
+    visit("yaw_rate_bias", self.yaw_rate_bias);
+    visit("yaw_rate_bias_variance", self.yaw_rate_bias_variance);
+    visit("translation_factor", self.translation_factor);
+    visit("heading_factor", self.heading_factor);
+    visit("scale", self.scale);
+    visit("bias", self.bias);
+    visit("scale_variance", self.scale_variance);
+    visit("scale_bias_covariance", self.scale_bias_covariance);
+    visit("bias_variance", self.bias_variance);
   }
 };
 

@@ -3,28 +3,10 @@
 #include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/filters/beacon_mcl/checks.hpp"
 
 namespace pf_resampling {
-namespace {
-
-constexpr double kRounding = 1e-6;
-
-// What cannot be seen of a column by itself.
-std::string fault_of_weights(const BeaconMclParticles& particles) {
-  if (!((particles.log_weight.exp() - particles.weight).abs() <= kRounding).all()) {
-    return "a weight does not match its logarithm";
-  }
-  if (!(std::abs(particles.weight.sum() - 1.0) <= kRounding)) {
-    return "the weights do not add up to 1";
-  }
-  return {};
-}
-
-}  // namespace
 
 void describe(Archive& archive, Beacon& beacon) {
   archive("id", beacon.id);
@@ -44,10 +26,7 @@ void describe(Archive& archive, SavedBeaconMcl::Range& range) {
 }
 
 void describe(Archive& archive, BeaconMclParticles& particles) {
-  BeaconMclParticles::for_each_column(particles,
-                                      [&](const char* name, ColumnKind kind, auto& column) {
-                                        describe_column(archive, name, kind, column);
-                                      });
+  describe_columns(archive, particles);
 }
 
 void describe(Archive& archive, SavedBeaconMcl& saved) {
@@ -69,47 +48,6 @@ void describe(Archive& archive, SavedBeaconMcl& saved) {
   archive("memory_beacons", saved.memory_beacons);
   archive("is_drawn_from_memory", saved.is_drawn_from_memory);
   archive("next_solution", saved.next_solution);
-}
-
-std::string fault_of(const SavedBeaconMcl& saved) {
-  const double numbers[] = {saved.time,
-                            saved.calibration_time,
-                            saved.dead_reckoning.x,
-                            saved.dead_reckoning.y,
-                            saved.dead_reckoning.heading,
-                            saved.first_range_time,
-                            saved.range_squares,
-                            saved.range_count,
-                            saved.slow_likelihood,
-                            saved.fast_likelihood};
-  if (!std::all_of(std::begin(numbers), std::end(numbers),
-                   [](double number) { return std::isfinite(number); })) {
-    return "a number of the filter is not finite";
-  }
-  if (saved.updates_since_renewal < 0 || saved.likelihoods < 0) {
-    return "a count of the filter is negative";
-  }
-  try {
-    checks::check_beacons(saved.beacons, 0);
-    checks::check_beacons(saved.memory_beacons, 0);
-    for (const SavedBeaconMcl::Range& range : saved.ranges) checks::check_range(range.observation);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  for (const SavedBeaconMcl::Range& range : saved.ranges) {
-    const bool is_known =
-        std::any_of(saved.beacons.begin(), saved.beacons.end(),
-                    [&](const Beacon& beacon) { return beacon.id == range.observation.beacon; });
-    if (!is_known) {
-      return "beacon " + std::to_string(range.observation.beacon) + " of a range is not listed";
-    }
-  }
-  if (saved.memory && !fault_of(*saved.memory).empty()) return fault_of(*saved.memory);
-  if (saved.is_drawn_from_memory && !(saved.memory && !saved.memory->modes().empty())) {
-    return "there is no memory that its particles are drawn from";
-  }
-  const std::string fault = fault_of_columns(saved.particles);
-  return fault.empty() ? fault_of_weights(saved.particles) : fault;
 }
 
 SavedBeaconMcl BeaconMcl::saved() const {
@@ -141,8 +79,6 @@ SavedBeaconMcl BeaconMcl::saved() const {
 }
 
 void BeaconMcl::load(const SavedBeaconMcl& saved) {
-  const std::string fault = fault_of(saved);
-  if (!fault.empty()) throw Error("population to load: " + fault + "; save it again");
   for (const Beacon& beacon : saved.beacons) {
     const bool is_known = std::any_of(beacons_.begin(), beacons_.end(), [&](const Beacon& other) {
       return other.id == beacon.id && other.is_planar == beacon.is_planar &&

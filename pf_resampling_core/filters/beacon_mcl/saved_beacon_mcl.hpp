@@ -48,7 +48,4 @@ void describe(Archive& archive, SavedBeaconMcl::Range& range);
 void describe(Archive& archive, BeaconMclParticles& particles);
 void describe(Archive& archive, Beacon& beacon);
 
-/// What is wrong with it, in words; nothing if all is well.
-std::string fault_of(const SavedBeaconMcl& saved);
-
 }  // namespace pf_resampling

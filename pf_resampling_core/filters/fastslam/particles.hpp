@@ -18,17 +18,16 @@ struct FastSlamParticles {
 
   Eigen::Index size() const { return x.size(); }
 
-  /// The one list of these arrays, in the order in which they are saved (all but `ancestor`).
-  /// Selecting, resizing, checking, saving and loading go through it: see particle_columns.hpp.
-  /// visit(name, kind, array).
+  /// The one list of these arrays. Selecting, resizing, saving and loading go through it: see
+  /// particle_columns.hpp. visit(name, array).
   template <typename Self, typename Visit>
   static void for_each_column(Self& self, const Visit& visit) {
-    visit("x", ColumnKind::number, self.x);
-    visit("y", ColumnKind::number, self.y);
-    visit("heading", ColumnKind::number, self.heading);
-    visit("log_weight", ColumnKind::log_weight, self.log_weight);
-    visit("weight", ColumnKind::weight, self.weight);
-    visit("ancestor", ColumnKind::ancestor, self.ancestor);
+    visit("x", self.x);
+    visit("y", self.y);
+    visit("heading", self.heading);
+    visit("log_weight", self.log_weight);
+    visit("weight", self.weight);
+    visit("ancestor", self.ancestor);
   }
 };
 

@@ -107,7 +107,7 @@ LoadedMaps own_maps(const SavedMap& map) {
 // Rows `chosen` of every column.
 FastSlamParticles rows_of(const FastSlamParticles& particles, const Eigen::ArrayXi& chosen) {
   FastSlamParticles rows = particles;
-  FastSlamParticles::for_each_column(rows, [&](const char*, ColumnKind, auto& column) {
+  FastSlamParticles::for_each_column(rows, [&](const char*, auto& column) {
     const auto all = column;
     column.resize(chosen.size());
     for (Eigen::Index i = 0; i < chosen.size(); ++i) column[i] = all[chosen[i]];

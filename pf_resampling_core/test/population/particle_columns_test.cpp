@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 namespace pf_resampling {
 namespace {
 
@@ -15,8 +13,8 @@ struct Particles {
 
   template <typename Self, typename Visit>
   static void for_each_column(Self& self, const Visit& visit) {
-    visit("x", ColumnKind::number, self.x);
-    visit("tenfold", ColumnKind::number, self.tenfold);
+    visit("x", self.x);
+    visit("tenfold", self.tenfold);
   }
 };
 
@@ -55,17 +53,6 @@ TEST(SelectColumns, MakesAPopulationLargerAndSmaller) {
   expect(particles, (Eigen::ArrayXd(5) << 1, 2, 3, 2, 2).finished());
   select_columns((Eigen::ArrayXi(2) << 0, 2).finished(), &particles);
   expect(particles, (Eigen::ArrayXd(2) << 1, 3).finished());
-}
-
-TEST(FaultOfColumns, NamesTheColumn) {
-  Particles particles = three_particles();
-  EXPECT_EQ(fault_of_columns(particles), "");
-  particles.x[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(fault_of_columns(particles), "the x of a particle is not finite");
-  particles.x.resize(4);
-  EXPECT_EQ(fault_of_columns(particles), "the particles' columns are not equally long: tenfold");
-  particles.x.resize(0);
-  EXPECT_EQ(fault_of_columns(particles), "there are no particles");
 }
 
 }  // namespace

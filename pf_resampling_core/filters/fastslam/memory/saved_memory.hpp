@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
 
@@ -12,8 +10,5 @@ namespace pf_resampling {
 void describe(Archive& archive, MemoryState& memory);
 void describe(Archive& archive, SegmentGraph& graph);
 void describe(Archive& archive, Segment& segment);
-
-/// What is wrong with it, in words; nothing if all is well.
-std::string fault_of(const MemoryState& memory);
 
 }  // namespace pf_resampling
