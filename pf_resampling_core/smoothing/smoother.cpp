@@ -82,7 +82,6 @@ std::string to_string(SmoothingFault fault) {
 }
 
 SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
-  check(*graph);
   SmoothingResult result;
   NormalEquations equations(*graph);
   Iterate best;

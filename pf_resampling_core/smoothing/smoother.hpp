@@ -33,8 +33,8 @@ struct SmoothingResult {
 
 /// The most probable poses, landmarks and constants given all data of the graph
 /// (Dellaert, Kaess 2006, "Square Root SAM"): Gauss-Newton with Levenberg's damping, from the
-/// graph's estimate, which it improves. With a fault the graph's estimate is as it was. Throws
-/// Error as check(graph) does.
+/// graph's estimate, which it improves. With a fault, as for what is not finite, the graph's
+/// estimate is as it was.
 SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph);
 
 }  // namespace pf_resampling

@@ -105,9 +105,4 @@ bool are_plausible(const SensorConstants& constants);
 /// `mean` of the motion with the constants taken out: where the next pose is expected.
 Pose2 corrected_motion(const MotionFactor& motion, const SensorConstants& constants);
 
-/// Throws Error for an estimate of a pose or landmark that is not finite; naming the factor, for
-/// one that is not, has no positive variance or names a pose or landmark that is not there; and
-/// unless there is one motion less than there are poses.
-void check(const SmoothingGraph& graph);
-
 }  // namespace pf_resampling

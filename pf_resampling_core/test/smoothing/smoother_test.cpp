@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/smoothing/ring_drive.hpp"
 
 namespace pf_resampling {
@@ -126,46 +125,7 @@ TEST(Smoother, RefusesWhatCannotBeSolved) {
   EXPECT_EQ(graph.poses[30].x, x);
 }
 
-TEST(Smoother, SaysWhatIsWrongWithAGraph) {
-  RingDrive drive(60, 8, 1, no_constants());
-  const auto message_of = [](SmoothingGraph graph) -> std::string {
-    try {
-      smooth({}, &graph);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  SmoothingGraph graph = drive.graph;
-  graph.sightings[5].range_variance = 0.0;
-  EXPECT_NE(message_of(graph).find("sighting 5"), std::string::npos);
-  graph = drive.graph;
-  graph.motions[7].mean.x = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(message_of(graph).find("motion 7"), std::string::npos);
-  graph = drive.graph;
-  graph.motions.pop_back();
-  EXPECT_NE(message_of(graph).find("60 poses and 58 motions"), std::string::npos);
-  graph = drive.graph;
-  graph.constants[SensorConstant::range_scale] = -1.0;
-  EXPECT_NE(message_of(graph).find("no scale near -1"), std::string::npos);
-}
-
 // Graphs that make solvers fail: each ends with a solution that is finite, or with a fault.
-// Of a landmark that nothing was seen of nothing else would tell.
-TEST(Smoother, RefusesAnEstimateThatIsNotFinite) {
-  for (const double odd :
-       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
-    SmoothingGraph graph;
-    graph.prior = prior_at({}, SensorConstants::Zero());
-    graph.poses.emplace_back();
-    graph.landmarks.emplace_back(odd, 0.0);
-    EXPECT_THROW(smooth({}, &graph), Error);
-    graph.landmarks[0].x() = 0.0;
-    graph.poses[0].y = odd;
-    EXPECT_THROW(smooth({}, &graph), Error);
-  }
-}
-
 TEST(Smoother, HardGraphsEndInASolutionOrAFault) {
   std::vector<SmoothingGraph> graphs;
   RingDrive drive(60, 8, 1, loose());
