@@ -4,6 +4,7 @@
 
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/lanes.hpp"
+#include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
@@ -92,6 +93,20 @@ PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, C
   const double hh = total(second[5]);
   statistics.covariance << xx, xy, xh, xy, yy, yh, xh, yh, hh;
   return statistics;
+}
+
+void draw_poses(const PoseEstimate& belief, const RandomStream& normals, Eigen::Index begin,
+                Eigen::Index end, Eigen::ArrayXd* x, Eigen::ArrayXd* y, Eigen::ArrayXd* heading) {
+  const Eigen::Matrix3d root = lower_root(belief.covariance);
+  for (Eigen::Index i = begin; i < end; ++i) {
+    const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
+    const Eigen::Vector3d offset =
+        root * Eigen::Vector3d(normals.normal(index), normals.normal(index + 1),
+                               normals.normal(index + 2));
+    (*x)[i] = belief.mean.x + offset[0];
+    (*y)[i] = belief.mean.y + offset[1];
+    (*heading)[i] = wrap_angle(belief.mean.heading + offset[2]);
+  }
 }
 
 void describe(Archive& archive, PoseEstimate& estimate) {

@@ -61,6 +61,13 @@ struct ScalarEstimate {
   double sigma = 0.0;
 };
 
+/// A range and the dead reckoning at its time.
+struct RecentRange {
+  RangeObservation observation;
+  Pose2 pose;
+  double time = 0.0;  ///< s, since the start
+};
+
 /// Monte Carlo localization by ranges to known beacons (Mahmoud section III): the particles hold
 /// the pose, each with small Kalman filters for what is linear given the pose: scale and bias of
 /// the ranges, yaw-rate bias of the dead reckoning (Rao-Blackwellised, as FastSLAM does for
@@ -151,13 +158,6 @@ class BeaconMcl {
   double corrected_range(int beacon, double range) const;
 
  private:
-  // A range and the robot's motion since.
-  struct RecentRange {
-    RangeObservation observation;
-    Pose2 pose;   // dead reckoning at the time of the range
-    double time;  // s, since the start
-  };
-
   // A range of one radio, times scale plus offset, is what the first would have measured.
   struct RadioDifference {
     double scale = 1.0;

@@ -6,7 +6,6 @@
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/checks.hpp"
-#include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/strategy/resampling.hpp"
 
 namespace pf_resampling {
@@ -58,17 +57,8 @@ void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& co
   ++step_;
   const bool first = !is_initialized();
   resize_columns(options_.particles, &particles_);
-  const Eigen::Matrix3d root = lower_root(covariance);
-  const RandomStream normals = stream(RandomPurpose::initialization);
-  for (Eigen::Index i = 0; i < particles_.size(); ++i) {
-    const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
-    const Eigen::Vector3d offset =
-        root * Eigen::Vector3d(normals.normal(index), normals.normal(index + 1),
-                               normals.normal(index + 2));
-    particles_.x[i] = mean.x + offset[0];
-    particles_.y[i] = mean.y + offset[1];
-    particles_.heading[i] = wrap_angle(mean.heading + offset[2]);
-  }
+  draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, particles_.size(),
+             &particles_.x, &particles_.y, &particles_.heading);
   begin_population(first);
 }
 

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
-#include "pf_resampling_core/population/matrix_root.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -158,16 +157,8 @@ void BeaconMcl::redraw(const std::vector<double>& shares,
     const auto end = m + 1 == modes.size()
                          ? count
                          : static_cast<Eigen::Index>(std::lround(sum * static_cast<double>(count)));
-    const Eigen::Matrix3d root = lower_root(covariance.topLeftCorner<3, 3>());
-    for (Eigen::Index i = begin; i < end; ++i) {
-      const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
-      const Eigen::Vector3d off =
-          root * Eigen::Vector3d(normals.normal(index), normals.normal(index + 1),
-                                 normals.normal(index + 2));
-      particles_.x[i] = mean[0] + off[0];
-      particles_.y[i] = mean[1] + off[1];
-      particles_.heading[i] = wrap_angle(mean[2] + off[2]);
-    }
+    draw_poses({{mean[0], mean[1], mean[2]}, covariance.topLeftCorner<3, 3>()}, normals, begin, end,
+               &particles_.x, &particles_.y, &particles_.heading);
     if (options_.yaw_rate_bias.estimate) {
       constexpr int kBias = KeyframeUnknown::yaw_rate_bias;
       particles_.yaw_rate_bias.segment(begin, end - begin) = mean[kBias];

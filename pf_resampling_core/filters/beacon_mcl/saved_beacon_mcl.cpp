@@ -15,7 +15,7 @@ void describe(Archive& archive, Beacon& beacon) {
   archive("sigma", beacon.sigma);
 }
 
-void describe(Archive& archive, SavedBeaconMcl::Range& range) {
+void describe(Archive& archive, RecentRange& range) {
   RangeObservation& seen = range.observation;
   archive("beacon", seen.beacon);
   archive("range", seen.range);
@@ -67,9 +67,7 @@ SavedBeaconMcl BeaconMcl::saved() const {
   saved.fast_likelihood = fast_likelihood_;
   saved.likelihoods = likelihoods_;
   saved.calibration_time = calibration_time_;
-  for (const RecentRange& recent : recent_) {
-    saved.ranges.push_back({recent.observation, recent.pose, recent.time});
-  }
+  saved.ranges.assign(recent_.begin(), recent_.end());
   saved.particles = particles_;
   saved.memory = memory_;
   if (memory_) saved.memory_beacons = memory_->beacons();
@@ -113,10 +111,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   fast_likelihood_ = saved.fast_likelihood;
   likelihoods_ = saved.likelihoods;
   calibration_time_ = saved.calibration_time;
-  recent_.clear();
-  for (const SavedBeaconMcl::Range& range : saved.ranges) {
-    recent_.push_back({range.observation, range.pose, range.time});
-  }
+  recent_.assign(saved.ranges.begin(), saved.ranges.end());
   particles_ = saved.particles;
   if (finds_beacons()) start_memory(saved.memory_beacons, {});
   if (memory_) next_solution_ = time_;

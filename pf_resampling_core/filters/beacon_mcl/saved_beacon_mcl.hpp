@@ -15,13 +15,6 @@ namespace pf_resampling {
 /// are not part of it. With the same of these, a filter that loads it goes on to the bit as the one
 /// that was saved would have.
 struct SavedBeaconMcl {
-  /// One of the last ranges, and the dead reckoning when it was taken.
-  struct Range {
-    RangeObservation observation;
-    Pose2 pose;
-    double time = 0.0;  ///< s, since the start
-  };
-
   std::vector<Beacon> beacons;
   std::uint32_t step = 0;  ///< of the random streams
   double time = 0.0;       ///< s, since the start
@@ -33,8 +26,8 @@ struct SavedBeaconMcl {
   double slow_likelihood = 0.0;
   double fast_likelihood = 0.0;
   std::int64_t likelihoods = 0;
-  double calibration_time = 0.0;  ///< s, when its variances are of
-  std::vector<Range> ranges;      ///< the last ones, the oldest first
+  double calibration_time = 0.0;    ///< s, when its variances are of
+  std::vector<RecentRange> ranges;  ///< the oldest first
   BeaconMclParticles particles;
   std::optional<RangeMemory> memory;   ///< under Renewal::redraw
   std::vector<Beacon> memory_beacons;  ///< those whose place it knew at its start
@@ -44,7 +37,7 @@ struct SavedBeaconMcl {
 
 /// As it is saved.
 void describe(Archive& archive, SavedBeaconMcl& saved);
-void describe(Archive& archive, SavedBeaconMcl::Range& range);
+void describe(Archive& archive, RecentRange& range);
 void describe(Archive& archive, BeaconMclParticles& particles);
 void describe(Archive& archive, Beacon& beacon);
 

@@ -10,7 +10,6 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/map_checks.hpp"
-#include "pf_resampling_core/population/matrix_root.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 #include "pf_resampling_core/strategy/resampling.hpp"
 
@@ -257,17 +256,8 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   paths_.clear();
   memory_.forget_drive();
   const Eigen::Index count = particles_.size();
-  const Eigen::Matrix3d root = lower_root(covariance);
-  const RandomStream normals = stream(RandomPurpose::initialization);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const std::uint64_t first = 4 * static_cast<std::uint64_t>(i);
-    const Eigen::Vector3d offset =
-        root * Eigen::Vector3d(normals.normal(first), normals.normal(first + 1),
-                               normals.normal(first + 2));
-    particles_.x[i] = mean.x + offset[0];
-    particles_.y[i] = mean.y + offset[1];
-    particles_.heading[i] = wrap_angle(mean.heading + offset[2]);
-  }
+  draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, count, &particles_.x,
+             &particles_.y, &particles_.heading);
   particles_.log_weight.setConstant(-std::log(static_cast<double>(count)));
   particles_.weight.setConstant(1.0 / static_cast<double>(count));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
