@@ -1,7 +1,7 @@
 # The two commands: `make demo` and `make test`. `make help` lists the rest.
 .DEFAULT_GOAL := help
 SECONDS := 60
-.PHONY: help demo build test fuzz coverage fresh bench lint format clean install-check
+.PHONY: help demo build test fuzz coverage fresh bench lint format clean install-check package
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
@@ -47,6 +47,9 @@ format: ## write all sources in the project's format
 install-check: ## install into a scratch folder; run programs and build a consumer from there
 	@scripts/set_up build
 	@scripts/check_install
+
+package: ## as root: build the Debian packages on a clean machine; install them on another and run the demo
+	@scripts/check_debian
 
 clean: ## remove what was built
 	rm -rf build devel

@@ -29,6 +29,12 @@ function(pf_resampling_compiler_options TARGET)
   if(ARGC GREATER 1)
     set(OPTIMIZATION ${ARGV1})
   endif()
+  get_target_property(TYPE ${TARGET} TYPE)
+  if(TYPE STREQUAL "SHARED_LIBRARY")
+    # Programs that were built with 0.2 do not load 0.3.
+    set_target_properties(${TARGET} PROPERTIES
+      VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  endif()
   target_compile_features(${TARGET} PUBLIC cxx_std_17)
   set_target_properties(${TARGET} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${TARGET} PRIVATE
