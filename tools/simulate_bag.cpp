@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/common/command_line.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 #include "tools/worlds/recording_to_bag.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 #include "tools/worlds/world_file.hpp"

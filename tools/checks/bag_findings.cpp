@@ -12,7 +12,7 @@
 #include "tools/common/bag.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 

@@ -18,7 +18,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 

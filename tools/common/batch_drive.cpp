@@ -8,7 +8,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/progress_bar.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 namespace {

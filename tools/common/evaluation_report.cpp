@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "pf_resampling_core/health/health.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -217,16 +217,24 @@ void print_heading(const std::string& bag, const Evaluation& evaluation) {
   std::printf("\n");
 }
 
+/// The first `count` cells of a row of the table.
+void print_row(const std::vector<std::string>& cells, std::size_t count) {
+  constexpr int kWidths[] = {-22, 13, 7, 7, 19, 7, 7};
+  std::printf("  ");
+  for (std::size_t i = 0; i < count; ++i) {
+    std::printf("%*s%s", kWidths[i], cells[i].c_str(), i + 1 < count ? "  " : "\n");
+  }
+}
+
 void print_table(const Evaluation& evaluation) {
   const std::optional<PathErrors>& dead_reckoning = evaluation.dead_reckoning;
-  std::vector<std::string> headings = {"", "estimate mean", "max", "std"};
-  if (dead_reckoning) headings.insert(headings.end(), {"dead reckoning mean", "max", "std"});
-  Table table(headings);
+  print_row({"", "estimate mean", "max", "std", "dead reckoning mean", "max", "std"},
+            dead_reckoning ? 7 : 4);
   const auto add_row = [&](const char* name, AbsoluteErrors PathErrors::*errors) {
     std::vector<std::string> cells = {name};
     add_cells(evaluation.estimate.*errors, &cells);
     if (dead_reckoning) add_cells((*dead_reckoning).*errors, &cells);
-    table.add_row(cells);
+    print_row(cells, cells.size());
   };
   add_row("cross-track (m)", &PathErrors::cross_track);
   add_row("along-track (m)", &PathErrors::along_track);
@@ -238,9 +246,9 @@ void print_table(const Evaluation& evaluation) {
     if (evaluation.dead_reckoning_aligned) {
       add_cells(evaluation.dead_reckoning_aligned->cartesian, &cells);
     }
-    table.add_row(cells);
+    print_row(cells, cells.size());
   }
-  std::printf("%s\n", table.text().c_str());
+  std::printf("\n");
 }
 
 /// Whether the filter's own confidence is right, and how well it keeps to the truth.

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 

@@ -7,7 +7,7 @@
 #include "tools/common/files.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {

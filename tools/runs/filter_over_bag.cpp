@@ -16,7 +16,7 @@
 #include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/progress_bar.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -8,7 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/configuration.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/table.hpp"
+#include "tools/common/text.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
 
 namespace pf_resampling {
