@@ -2,12 +2,13 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
@@ -235,38 +236,18 @@ Configuration read_configuration(const std::string& path) {
       !std::filesystem::is_regular_file(path, unknown)) {
     throw Error(path + ": cannot be read, it is no regular file; copy it into one");
   }
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr) throw Error(path + ": no such file, or it cannot be read");
-  std::string text;
-  char block[4096];
-  std::size_t count = 0;
-  while ((count = std::fread(block, 1, sizeof(block), file)) > 0) {
-    text.append(block, count);
-  }
-  const bool failed = std::ferror(file) != 0;
-  std::fclose(file);
-  if (failed) throw Error(path + ": cannot be read; is it a regular file?");
-  return parse_configuration(text, path);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(path + ": no such file, or it cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (text.bad()) throw Error(path + ": cannot be read to its end");
+  return parse_configuration(text.str(), path);
 }
 
 Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
   Draft draft;
   flatten("", "", to_yaml(parameters), &draft);
   return draft.configuration;
-}
-
-void apply_values(const Configuration& configuration, const ParameterList& parameters) {
-  std::map<std::string, std::string> values = configuration.values;
-  for (const Parameter& parameter : parameters) {
-    // To the parameter server, which reads YAML 1.1, the word off is the boolean false.
-    const auto value = values.find(parameter.name);
-    const auto& choices = parameter.choices;
-    if (value != values.end() && value->second == "false" &&
-        std::find(choices.begin(), choices.end(), "off") != choices.end()) {
-      value->second = "off";
-    }
-  }
-  set_parameters(parameters, values);
 }
 
 std::string one_line(std::string text) {

@@ -9,7 +9,6 @@
 
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
-#include "pf_resampling_core/parameters/parameters.hpp"
 
 namespace pf_resampling {
 
@@ -40,10 +39,6 @@ Configuration parse_configuration(const std::string& text, const std::string& na
 
 /// The same from a node's private parameters.
 Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters);
-
-/// Sets the parameters that the configuration gives values for. Throws Error naming parameter,
-/// value and range.
-void apply_values(const Configuration& configuration, const ParameterList& parameters);
 
 /// Without control characters: what yaml-cpp says of a file may have any.
 std::string one_line(std::string text);

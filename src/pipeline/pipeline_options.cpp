@@ -23,7 +23,7 @@ void add_frame_parameters(FrameNames* frames, ParameterList* list) {
 void apply_values(const Configuration& configuration, const PresetList& presets,
                   const ParameterList& defaults, const ParameterList& parameters,
                   PipelineOptions* options) {
-  apply_values(configuration, parameters);
+  set_parameters(parameters, configuration.values);
   for (const auto& [name, value] : configuration.values) options->given.insert(name);
   if (configuration.values.count("preset") == 0) return;
   apply_preset(preset_named(presets, options->preset), presets, defaults, options->given,
