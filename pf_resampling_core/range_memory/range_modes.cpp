@@ -26,7 +26,7 @@ constexpr double kSolvedAllEvery = 2.0;           // s
 constexpr double kSolvedAllGrowth = 0.25;         // of the drive so far
 constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are found
 constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
-constexpr std::size_t kMostModes = 6;
+constexpr std::size_t kMostPlaces = 6;
 constexpr int kNoiseTrials = 4;
 constexpr int kNewest = 20;          // keyframes that move in between
 constexpr int kNewestOfPlaces = 60;  // likewise, while places are found
@@ -36,6 +36,7 @@ constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes Â· constantsÂ
 
 // Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
+constexpr double kLooseMargin = 4.0;    // of the logarithm of the evidence, where it hardly matters
 constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
 
 constexpr double kBlock = 10.0;        // s, of means of residuals
@@ -244,17 +245,23 @@ void RangeMemory::weigh_modes() {
   const double best = log_probability(modes_.front());
   std::vector<RangeMode> kept;
   double sum = 0.0;
+  std::size_t places = 0;
   for (RangeMode& mode : modes_) {
     const double log_odds = log_probability(mode) - best;
-    if (log_odds < -kModeMargin || kept.size() == kMostModes) break;
+    if (log_odds < -kModeMargin) break;
     const KeyframeState& last = mode.estimate.keyframes.back();
-    const bool is_known = std::any_of(kept.begin(), kept.end(), [&](const RangeMode& other) {
+    const auto is_near = [&](const RangeMode& other) {
       return other.accounts == mode.accounts &&
              (other.estimate.keyframes.back() - last).head<2>().norm() < kSamePlace &&
              std::abs(wrap_angle(other.estimate.keyframes.back()[2] - last[2])) < kSameHeading &&
              (other.estimate.constants - mode.estimate.constants).norm() < kSamePlace;
-    });
-    if (is_known) continue;
+    };
+    // Of one place, with an error and without: while nobody knows, the belief is both.
+    const auto is_known = [&](const RangeMode& other) {
+      return is_near(other) && (other.loose == mode.loose || log_odds < -kLooseMargin);
+    };
+    if (std::any_of(kept.begin(), kept.end(), is_known)) continue;
+    if (std::none_of(kept.begin(), kept.end(), is_near) && ++places > kMostPlaces) continue;
     mode.probability = std::exp(log_odds);
     sum += mode.probability;
     kept.push_back(std::move(mode));
