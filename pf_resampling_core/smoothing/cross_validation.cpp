@@ -15,8 +15,9 @@ constexpr double kLargestSquareOfTwo = 13.8;
 constexpr double kMeanSquareOfTwo = 1.998;
 // Windows whose errors are for less than a quarter the odometry's say the less about it.
 constexpr double kFullShare = 4.0;
-// Without so many, odometry is not taken to be better than stated.
+// Without so many, odometry and sightings are not taken to be better than stated.
 constexpr std::size_t kFewestWindows = 6;
+constexpr std::size_t kFewestPassages = 20;
 // Standard deviation of the logarithm of a scale before there is any block.
 constexpr double kPriorSigma = 0.7;
 
@@ -89,8 +90,8 @@ double log_likelihood(const std::vector<PredictedBlock>& blocks, const NoiseScal
 }
 
 // The likeliest scale of the odometry, at most 1, under a log-normal prior, where sightings are as
-// stated; larger by a standard error.
-double better_motion(const std::vector<PredictedBlock>& windows) {
+// stated or better; larger by a standard error.
+double better_motion(const std::vector<PredictedBlock>& windows, const NoiseScales& sightings) {
   constexpr int kSteps = 46;  // of 5 %, down to kSmallestNoiseScale
   double best = -std::numeric_limits<double>::infinity();
   double found = 1.0;
@@ -98,8 +99,9 @@ double better_motion(const std::vector<PredictedBlock>& windows) {
     const double log_scale = std::log(kSmallestNoiseScale) * i / kSteps;
     const double of_prior = log_scale / kPriorSigma;
     const double scale = std::exp(log_scale);
-    const double likelihood =
-        log_likelihood(windows, {1.0, 1.0, scale}) - 0.5 * of_prior * of_prior;
+    const double likelihood = log_likelihood(windows, {std::min(1.0, sightings.range),
+                                                       std::min(1.0, sightings.bearing), scale}) -
+                              0.5 * of_prior * of_prior;
     if (likelihood <= best) continue;
     best = likelihood;
     found = scale;
@@ -124,26 +126,33 @@ double worse(double scale, double excess) {
 }  // namespace
 
 NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
-                         const std::vector<PredictedBlock>& windows, NoiseDirection direction) {
+                         const std::vector<PredictedBlock>& windows, const NoiseScales& scatter) {
   constexpr int kIterations = 30;
+  const NoiseScales least = passages.size() < kFewestPassages ? NoiseScales{} : scatter;
   // Worse than stated: sightings are judged under odometry as stated. Both fitted together would
   // run along a ridge, on which errors that sightings have in common pass for noise of the
   // odometry.
-  NoiseScales sightings, all;
+  NoiseScales sightings = least, all = least;
+  double of_sightings = 1.0, of_all = 1.0;  // over the least
   for (int i = 0; i < kIterations; ++i) {
-    sightings.range = sightings.bearing =
-        worse(sightings.range, std::max(excess(mean_squares(passages, sightings), passages),
-                                        excess(mean_squares(windows, sightings), windows)));
+    of_sightings = worse(of_sightings, std::max(excess(mean_squares(passages, sightings), passages),
+                                                excess(mean_squares(windows, sightings), windows)));
+    sightings.range = of_sightings * least.range;
+    sightings.bearing = of_sightings * least.bearing;
     const MeanSquares of_windows = mean_squares(windows, all);
     const double share = std::min(1.0, kFullShare * of_windows.by_motions);
-    all.range = all.bearing = worse(all.range, excess(mean_squares(passages, all), passages));
+    of_all = worse(of_all, excess(mean_squares(passages, all), passages));
+    all.range = of_all * least.range;
+    all.bearing = of_all * least.bearing;
     all.motion = worse(all.motion, std::pow(excess(of_windows, windows), share));
   }
-  if (direction == NoiseDirection::both && all.motion == 1.0 && windows.size() >= kFewestWindows)
-    all.motion = better_motion(windows);
+  if (all.motion == 1.0 && windows.size() >= kFewestWindows) {
+    all.motion = better_motion(windows, sightings);
+  }
   // The product stays: what a sighting says of a place.
   const double root = std::sqrt(ratio_of_range(passages, sightings));
-  return {worse(sightings.range * root, 1.0), worse(sightings.bearing / root, 1.0), all.motion};
+  return {std::clamp(sightings.range * root, least.range, kLargestNoiseScale),
+          std::clamp(sightings.bearing / root, least.bearing, kLargestNoiseScale), all.motion};
 }
 
 double noise_doubt(std::size_t blocks) {

@@ -27,16 +27,14 @@ void describe(Archive& archive, PredictionError& error);
 /// Of the groups of a block.
 using PredictedBlock = std::vector<PredictionError>;
 
-/// Whether odometry may be found to be better than stated, too.
-enum class NoiseDirection { worse, both };
-
 /// The scales under which the mean squares of the prediction errors of passages and of windows are
-/// at most a standard error larger than they should be, none below 1: no more than the data show.
-/// With both directions, odometry that is not worse than stated may be better: its scale is then
-/// the likeliest under a log-normal prior (0.7), larger by a standard error.
+/// at most a standard error larger than they should be: no more than the data show. Sightings are
+/// no better than `scatter`, by which they differ from scan to scan, nor, before there are 20
+/// passages, than stated. Odometry that is not worse than stated may be better, from six windows
+/// on: its scale is then the likeliest under a log-normal prior (0.7), larger by a standard error.
 NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
                          const std::vector<PredictedBlock>& windows,
-                         NoiseDirection direction = NoiseDirection::worse);
+                         const NoiseScales& scatter = {});
 
 /// By what factor standard deviations may still be larger than noise_scales() found from so many
 /// blocks: by three standard errors of what is found from two numbers a block, e^(1.5/sqrt(n)). The

@@ -56,6 +56,19 @@ TEST(CrossValidation, NothingIsLearntFromNothing) {
   EXPECT_EQ(small.bearing, 1.0);
 }
 
+// But where they scatter less from scan to scan, too; not below that, nor by a few passages.
+TEST(CrossValidation, FindsSightingsThatAreBetterThanStated) {
+  const std::vector<PredictedBlock> passages = errors(500, 0.3, 0.3, 7);
+  const std::vector<PredictedBlock> windows = errors(500, 0.3, 0.3, 8);
+  const NoiseScales found = noise_scales(passages, windows, {0.2, 0.2, 1.0});
+  EXPECT_NEAR(found.range, 0.3, 0.03);
+  EXPECT_NEAR(found.bearing, 0.3, 0.03);
+  const NoiseScales least = noise_scales(passages, windows, {0.5, 0.5, 1.0});
+  EXPECT_EQ(least.range, 0.5);
+  EXPECT_EQ(least.bearing, 0.5);
+  EXPECT_EQ(noise_scales(errors(19, 0.3, 0.3, 7), {}, {0.2, 0.2, 1.0}).range, 1.0);
+}
+
 TEST(CrossValidation, ErrorsWithoutACovarianceSayNothing) {
   std::vector<PredictedBlock> of_passages = errors(100, 2.0, 2.0, 1);
   const NoiseScales scales = noise_scales(of_passages, {});

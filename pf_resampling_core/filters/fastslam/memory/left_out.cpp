@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -17,7 +18,10 @@ constexpr double kWindow = 25.0;          // s
 constexpr double kLongestPassage = 30.0;  // s
 // A prediction so many times less certain than the observations tells nothing.
 constexpr double kNoPrediction = 1e7;
-constexpr double kFar = 1e4;  // m
+constexpr double kFar = 1e4;       // m
+constexpr double kNextScan = 1.0;  // s
+constexpr std::size_t kFewestPairs = 100;
+constexpr double kMedianOfNormal = 0.6745;
 
 // A segment without what is left out, at the graph's estimate.
 struct Remainder {
@@ -327,6 +331,51 @@ std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_wid
     predicted_blocks.back().push_back(prediction_error(graph.noise, means[i].residual, parts[i]));
   }
   return predicted_blocks;
+}
+
+NoiseScales scatter(const SegmentGraph& graph) {
+  std::vector<double> ranges, bearings;
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    if (!graph.segments[s]->has_data()) continue;
+    const Segment segment = at_estimate(graph, s);
+    std::vector<double> times;
+    double time = 0.0;
+    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    struct Seen {
+      double time = -std::numeric_limits<double>::infinity();
+      std::size_t pose = 0;
+      Eigen::Vector2d residual;
+    };
+    std::vector<Seen> before(segment.tracks.size());
+    for (const SightingFactor& sighting : segment.sightings) {
+      const auto pose = static_cast<std::size_t>(sighting.pose);
+      const auto track = static_cast<std::size_t>(sighting.landmark);
+      const auto residual_from = [&](const Pose2& from) -> Eigen::Vector2d {
+        return sighting_residual(sighting, NoiseScales{}, from, segment.tracks[track],
+                                 graph.constants)
+            .value;
+      };
+      Seen& last = before[track];
+      if (times[pose] > last.time && times[pose] <= last.time + kNextScan) {
+        // As the odometry has it: the solution's poses follow what is seen.
+        Pose2 from = segment.poses[last.pose];
+        for (std::size_t i = last.pose + 1; i <= pose; ++i) {
+          from = compose(from, segment.motions[i].mean);
+        }
+        const Eigen::Vector2d difference = residual_from(from) - last.residual;
+        ranges.push_back(std::abs(difference[0]));
+        bearings.push_back(std::abs(difference[1]));
+      }
+      last = {times[pose], pose, residual_from(segment.poses[pose])};
+    }
+  }
+  if (ranges.size() < kFewestPairs) return {};
+  const auto scale = [](std::vector<double>* differences) {
+    const auto middle = differences->begin() + static_cast<std::ptrdiff_t>(differences->size() / 2);
+    std::nth_element(differences->begin(), middle, differences->end());
+    return std::clamp(*middle / (kMedianOfNormal * std::sqrt(2.0)), kSmallestNoiseScale, 1.0);
+  };
+  return {scale(&ranges), scale(&bearings), 1.0};
 }
 
 }  // namespace pf_resampling

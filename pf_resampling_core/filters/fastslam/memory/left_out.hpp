@@ -40,4 +40,9 @@ std::vector<LeftOutSightings> completed_windows(const SegmentGraph& graph,
 std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_width,
                                     const std::vector<LeftOutSightings>& blocks);
 
+/// By what factors of what is stated, at most 1, the residuals of a landmark scatter from one scan
+/// to the next, within a second: noise of the sightings that does not last, and what the odometry
+/// adds. From medians; 1 where there are fewer than 100 such pairs.
+NoiseScales scatter(const SegmentGraph& graph);
+
 }  // namespace pf_resampling

@@ -473,7 +473,7 @@ void Memory::validate(double robust_width) {
   keep_evenly(kMostWindows, &windows);
   append_newest(predict(state_.graph, robust_width, passages), &state_.passages);
   append_newest(predict(state_.graph, robust_width, windows), &state_.windows);
-  const NoiseScales found = noise_scales(state_.passages, state_.windows, NoiseDirection::both);
+  const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(state_.graph));
   const auto approach = [](double from, double to) { return std::max(to, from / kMostNoiseFall); };
   NoiseScales& noise = state_.graph.noise;
   const NoiseScales next = {approach(noise.range, found.range),

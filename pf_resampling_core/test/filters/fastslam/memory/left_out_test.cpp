@@ -214,6 +214,26 @@ TEST(LeftOut, SaysNothingWhereNothingElseDoes) {
   EXPECT_TRUE(predict(memory.graph(), 0.0, {block_of(memory.graph(), all)}).empty());
 }
 
+// What is stated is four times as large as it is. Between two sightings the odometry adds 28 mm to
+// 70 mm of the ranges, and 16 mrad to 28 mrad of the bearings. Medians of 300 pairs: within 13 %,
+// two standard errors.
+TEST(LeftOut, SightingsThatScatterLessThanStatedAreFound) {
+  SmoothingGraph graph = RingDrive(200, 12, 3, loose()).graph;
+  for (MotionFactor& motion : graph.motions) motion.sensitivity(2, SensorConstant::yaw_rate) = 0.25;
+  const NoiseScales as_stated = scatter(remember(graph, loose(), 0.0, 25, false).graph());
+  EXPECT_GT(as_stated.range, 0.9);
+  EXPECT_GT(as_stated.bearing, 0.9);
+  for (SightingFactor& sighting : graph.sightings) {
+    sighting.range_variance *= 16.0;
+    sighting.bearing_variance *= 16.0;
+  }
+  // The poses of the solution follow the bearings, those of the odometry do not.
+  const NoiseScales found = scatter(remember(graph, loose(), 0.0, 25, false).graph());
+  EXPECT_NEAR(found.range, 0.25 * std::hypot(0.05, 0.02) / 0.05, 0.036);
+  EXPECT_NEAR(found.bearing, 0.25 * std::hypot(0.02, 0.0115) / 0.02, 0.037);
+  EXPECT_EQ(found.motion, 1.0);
+}
+
 // One segment with sightings of landmarks 0 and 1, at updates that end at these times.
 SegmentGraph sightings_at(const std::vector<std::pair<int, int>>& update_and_landmark,
                           const std::vector<double>& times) {
