@@ -132,8 +132,8 @@ NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
   // Worse than stated: sightings are judged under odometry as stated. Both fitted together would
   // run along a ridge, on which errors that sightings have in common pass for noise of the
   // odometry.
-  NoiseScales sightings = least, all = least;
-  double of_sightings = 1.0, of_all = 1.0;  // over the least
+  NoiseScales sightings = least, all;
+  double of_sightings = 1.0;  // over the least
   for (int i = 0; i < kIterations; ++i) {
     of_sightings = worse(of_sightings, std::max(excess(mean_squares(passages, sightings), passages),
                                                 excess(mean_squares(windows, sightings), windows)));
@@ -141,9 +141,7 @@ NoiseScales noise_scales(const std::vector<PredictedBlock>& passages,
     sightings.bearing = of_sightings * least.bearing;
     const MeanSquares of_windows = mean_squares(windows, all);
     const double share = std::min(1.0, kFullShare * of_windows.by_motions);
-    of_all = worse(of_all, excess(mean_squares(passages, all), passages));
-    all.range = of_all * least.range;
-    all.bearing = of_all * least.bearing;
+    all.range = all.bearing = worse(all.range, excess(mean_squares(passages, all), passages));
     all.motion = worse(all.motion, std::pow(excess(of_windows, windows), share));
   }
   if (all.motion == 1.0 && windows.size() >= kFewestWindows) {
