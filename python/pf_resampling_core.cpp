@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
+#include <ctime>
 #include <limits>
 
 #include "pf_resampling_core/error.hpp"
@@ -14,6 +15,7 @@
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/presets.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
+#include "pf_resampling_core/simulation/simulate.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 
 namespace py = pybind11;
@@ -262,6 +264,22 @@ void add_resampling(py::module* module) {
           "Draws `size` ancestors, as many as there are weights unless it is given. The weights "
           "need not add up to 1.");
   module->def(
+      "resampling_seconds",
+      [](const std::string& scheme, ConstArray weights, std::uint32_t repetitions,
+         std::uint32_t first) {
+        ResamplingOptions options;
+        options.scheme = from_string<ResamplingScheme>(scheme);
+        Resampler resampler(options);
+        const std::clock_t begin = std::clock();
+        for (std::uint32_t i = 0; i < repetitions; ++i) {
+          resampler.resample(weights, static_cast<int>(weights.size()),
+                             RandomStream(1, RandomPurpose::resampling, first + i));
+        }
+        return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / repetitions;
+      },
+      "scheme"_a, "weights"_a, "repetitions"_a, "first"_a = 0,
+      "Processor time of one resampling, without what a call from Python takes.");
+  module->def(
       "resampling_schemes",
       [] {
         std::vector<std::string> names;
@@ -321,6 +339,96 @@ void add_resampling(py::module* module) {
       "Adds noise to the poses, in place. Keywords are the parameters below excitation/.");
 }
 
+// A scan of a simulated drive, what was driven since the one before, and the truth.
+struct SimulatedStep {
+  double time = 0.0;
+  OdometryIncrement odometry;
+  std::vector<RangeBearingObservation> seen;
+  Pose2 truth, dead_reckoning;
+};
+
+constexpr double kSameTime = 1e-6;  // s: multiples of periods are not exact
+
+std::vector<SimulatedStep> steps_of(const World& world, const SimulatedDrive& drive,
+                                    const OdometryNoise& noise) {
+  std::vector<SimulatedStep> steps;
+  std::size_t next = 1;
+  for (const SimulatedDrive::Scan& scan : drive.scans) {
+    SimulatedStep step;
+    step.time = scan.time;
+    for (; next < drive.odometry.size(); ++next) {
+      const SimulatedDrive::Odometry& before = drive.odometry[next - 1];
+      const SimulatedDrive::Odometry& now = drive.odometry[next];
+      if (now.time > scan.time + kSameTime) break;
+      append(noise, relative(before.pose, now.pose), now.time - before.time, &step.odometry);
+    }
+    const SimulatedDrive::Odometry& now = drive.odometry[next - 1];
+    if (std::abs(now.time - scan.time) > kSameTime) {
+      throw Error(
+          "a scan falls between two odometry messages: the period of scans has to be a "
+          "multiple of that of odometry");
+    }
+    step.truth = relative(world.start, now.truth);
+    step.dead_reckoning = now.pose;
+    for (const SimulatedLandmarkObservation& seen : scan.observations) {
+      // Noise leaves nothing of the range to a landmark under the robot's feet: not to be used.
+      if (seen.range > 0.0) step.seen.push_back({seen.id, seen.range, seen.bearing});
+    }
+    steps.push_back(step);
+  }
+  return steps;
+}
+
+void add_simulation(py::module* module) {
+  py::class_<SimulatedStep>(*module, "SimulatedStep",
+                            "A scan of a simulated drive among landmarks; poses from the start.")
+      .def_readonly("time", &SimulatedStep::time)
+      .def_property_readonly("truth",
+                             [](const SimulatedStep& self) { return array_of(self.truth); })
+      .def_property_readonly(
+          "dead_reckoning", [](const SimulatedStep& self) { return array_of(self.dead_reckoning); })
+      .def_property_readonly(
+          "motion", [](const SimulatedStep& self) { return array_of(self.odometry.mean); },
+          "By the odometry since the step before.")
+      .def_property_readonly("motion_covariance",
+                             [](const SimulatedStep& self) { return self.odometry.covariance; })
+      .def_property_readonly(
+          "seen",
+          [](const SimulatedStep& self) {
+            std::vector<std::tuple<int, double, double>> seen;
+            for (const auto& each : self.seen) seen.emplace_back(each.id, each.range, each.bearing);
+            return seen;
+          },
+          "[(id, range, bearing)]; ids are places in the list of the landmarks.");
+  module->def(
+      "simulate",
+      [](const std::map<std::string, double>& numbers,
+         const std::vector<Eigen::Vector2d>& waypoints,
+         const std::vector<Eigen::Vector2d>& landmarks, const std::map<std::string, int>& closures,
+         bool repeat, std::uint64_t seed, const py::dict& odometry) {
+        World world;
+        const auto known = numbers_of(&world);
+        for (const auto& [name, value] : numbers) {
+          if (known.count(name) == 0) throw Error(name + " is no number of a world");
+          *known.at(name) = value;
+        }
+        world.waypoints = waypoints;
+        world.landmarks = landmarks;
+        world.closures = closures;
+        world.repeat = repeat;
+        OdometryNoise noise;
+        ParameterList parameters;
+        add_parameters(&noise, &parameters);
+        set_from(odometry, "odometry/", parameters);
+        const SimulatedDrive drive = simulate(world, seed);
+        return py::make_tuple(steps_of(world, drive, noise), drive.closures);
+      },
+      "numbers"_a, "waypoints"_a, "landmarks"_a, "closures"_a, "repeat"_a, "seed"_a, "odometry"_a,
+      "A drive through a world, whose keys are those of config/worlds: its steps, and when each "
+      "closure's way-point was reached (s). `odometry`: its noise as the filter is told, by the "
+      "parameters below odometry/.");
+}
+
 // The landmarks of the weighted-mean map, a row each.
 py::dict landmarks_of(const std::vector<LandmarkEstimate>& map) {
   const auto count = static_cast<Eigen::Index>(map.size());
@@ -373,21 +481,31 @@ void add_fastslam(const py::module& module) {
           "The weighted-mean map: id, mean (m), covariance, and the share of the weight that holds "
           "each landmark.")
       .def(
-          "landmark_of_particles",
-          [](DrivenFastSlam& self, std::int64_t id) {
-            LandmarkStore& store = self.filter.store();
-            for (const int row : self.filter.rows()) {
-              if (self.filter.id_of(row) != id) continue;
-              const LandmarkRow landmark = store.row(row);
-              return rows_of<2>(static_cast<std::size_t>(store.particles()), [&](std::size_t i) {
-                constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-                return landmark.held[i] ? Eigen::Array2d(landmark.x[i], landmark.y[i])
-                                        : Eigen::Array2d(kNone, kNone);
-              });
-            }
-            throw Error("there is no landmark " + std::to_string(id) + " in the map");
+          "take",
+          [](DrivenFastSlam& self, const SimulatedStep& step) {
+            self.filter.update(step.odometry, step.seen);
           },
-          "id"_a, "Where each particle has a landmark (m); NaN where it has none.")
+          "step"_a, "One step of simulate(), in place of predict() and update().")
+      .def(
+          "landmarks_of_particles",
+          [](DrivenFastSlam& self) {
+            LandmarkStore& store = self.filter.store();
+            const auto particles = static_cast<Eigen::Index>(store.particles());
+            py::dict places;
+            for (const int row : self.filter.rows()) {
+              const LandmarkRow landmark = store.row(row);
+              Eigen::ArrayX2d place(particles, 2);
+              for (Eigen::Index i = 0; i < particles; ++i) {
+                constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+                const bool is_held = landmark.held == nullptr || landmark.held[i] != 0;
+                place(i, 0) = is_held ? landmark.x[i] : kNone;
+                place(i, 1) = is_held ? landmark.y[i] : kNone;
+              }
+              places[py::int_(self.filter.id_of(row))] = place;
+            }
+            return places;
+          },
+          "Where each particle has each landmark (m), by id; NaN where it has none.")
       .def(
           "set_pose",
           [](DrivenFastSlam& self, const Eigen::Vector3d& mean, const Eigen::Matrix3d& covariance) {
@@ -508,6 +626,7 @@ PYBIND11_MODULE(pf_resampling_core, module) {
       "seconds.";
   py::register_exception<Error>(module, "Error", PyExc_ValueError);
   add_resampling(&module);
+  add_simulation(&module);
   add_fastslam(module);
   add_beacon_mcl(module);
 }

@@ -5,7 +5,7 @@ All p-values are two-sided.
 import math
 from collections import namedtuple
 
-from scipy import stats
+from scipy import special
 
 CONFIDENCE = 0.99  # of all intervals of differences
 LEVEL = 0.01  # a corrected p-value below it decides
@@ -33,10 +33,10 @@ def interval(mean, error, count, discordant=None, times=1.0):
     number of claims: it widens the interval likewise, so that zero is inside if the corrected p-value is above 0.01."""
     upper = 1.0 - 0.5 * (1.0 - CONFIDENCE) / times
     if discordant is None:
-        reach = stats.t.isf(1.0 - upper, count - 1) * error if count > 1 else math.inf
+        reach = special.stdtrit(count - 1, upper) * error if count > 1 else math.inf
         return mean - reach, mean + reach
     more, less = ((pairs + 1.0) / (count + 2.0) for pairs in discordant)
-    reach = stats.norm.ppf(upper) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
+    reach = special.ndtri(upper) * math.sqrt((more + less - (more - less) ** 2) / (count + 2.0))
     return max(-1.0, more - less - reach), min(1.0, more - less + reach)
 
 
@@ -50,14 +50,14 @@ def t_difference(differences):
         return Difference(mean, 0.0, count, 1.0, -math.inf, math.inf, None)
     if error == 0.0:  # the same difference with every seed
         return Difference(mean, 0.0, count, 0.0 if mean else 1.0, mean, mean, None)
-    p = 2.0 * stats.t.sf(abs(mean / error), count - 1)
+    p = 2.0 * special.stdtr(count - 1, -abs(mean / error))
     return Difference(mean, error, count, p, *interval(mean, error, count), None)
 
 
 def mcnemar_p(only_first, only_second):
     """McNemar's test in its exact form: the pairs that differ are heads and tails of a fair coin."""
     count, fewer = only_first + only_second, min(only_first, only_second)
-    return min(1.0, 2.0 * stats.binom.cdf(fewer, count, 0.5)) if count else 1.0
+    return min(1.0, 2.0 * special.bdtr(fewer, count, 0.5)) if count else 1.0
 
 
 def lost_difference(first, second):

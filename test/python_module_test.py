@@ -109,7 +109,7 @@ class Filters(unittest.TestCase):
         self.assertEqual(sorted(landmarks['id']), list(range(8)))
         self.assertLess(np.hypot(*(landmarks['mean'] - LANDMARKS[landmarks['id']]).T).max(), 0.5)
         weight = slam.particles()['weight']
-        np.testing.assert_allclose(weight @ slam.landmark_of_particles(3),
+        np.testing.assert_allclose(weight @ slam.landmarks_of_particles()[3],
                                    landmarks['mean'][list(landmarks['id']).index(3)])
 
     def test_sensor_and_variances_of_a_scan_arrive(self):
@@ -187,7 +187,6 @@ class Errors(unittest.TestCase):
                 (lambda: pf.FastSlam().update([1.0, 2.0], [0.0]), 'give arrays of one size'),
                 (lambda: pf.FastSlam().predict((np.inf, 0.0, 0.0), 1.0), 'give finite numbers'),
                 (lambda: pf.FastSlam().predict((0.0, 0.0, 0.0), -1.0), 'no negative time'),
-                (lambda: pf.FastSlam().landmark_of_particles(5), 'no landmark 5'),
                 (lambda: pf.excite([0.5, 0.5], stream, *three), 'give arrays of one size')):
             with self.assertRaisesRegex(pf.Error, words):
                 call()

@@ -2,6 +2,7 @@
 """Whether `study` runs what a study's file says, keeps it whole, and says in one line what is wrong."""
 
 import csv
+import importlib.util
 import io
 import json
 import math
@@ -106,6 +107,7 @@ class Definition(unittest.TestCase):
                           for name, least in (('kwak', 90), ('mahmoud', 25))}, dict.fromkeys(builtin_studies(), True))
 
 
+@unittest.skipUnless(importlib.util.find_spec('pf_resampling_core'), 'needs the Python module')
 class Folder(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

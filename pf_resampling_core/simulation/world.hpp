@@ -87,6 +87,10 @@ struct World {
 /// s: a drive without a duration of its own ends here at the latest.
 constexpr double kLongestDrive = 86400.0;
 
+/// Its numbers, by the keys of a world's file: "robot/sensor/range_max". Those of beacons are
+/// theirs.
+std::map<std::string, double*> numbers_of(World* world);
+
 /// Throws Error naming the first value that makes no sense, with its allowed range. A drive has
 /// 1e7 control periods, ranges and scans at most.
 void check_world(const World& world);

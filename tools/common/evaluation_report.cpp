@@ -346,6 +346,7 @@ nlohmann::json to_json(const Evaluation& evaluation) {
     (*place)["coverage95"] = to_json(estimate.coverage95);
     (*place)["converged_after"] = to_json(estimate.converged_after);
     (*place)["lost"] = estimate.lost;
+    (*place)["lost_share"] = estimate.lost_share;
   }
   part["coverage95_pose"] = to_json(estimate.coverage95_pose);
   part["coverage_3sigma"] = to_json(estimate.coverage_3sigma);

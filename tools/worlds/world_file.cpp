@@ -42,49 +42,6 @@ class WorldReader {
   }
 
  private:
-  static std::map<std::string, double*> numbers_of(World* world) {
-    DriveOptions& drive = world->drive;
-    OdometryErrors& odometry = world->odometry;
-    SimulatedLandmarkSensor& sensor = world->landmark_sensor;
-    RangeSensorOptions& ranges = world->ranges;
-    return {{"area/x_min", &world->area.x_min},
-            {"area/y_min", &world->area.y_min},
-            {"area/x_max", &world->area.x_max},
-            {"area/y_max", &world->area.y_max},
-            {"start/x", &world->start.x},
-            {"start/y", &world->start.y},
-            {"start/heading", &world->start.heading},
-            {"duration", &world->duration},
-            {"robot/speed", &drive.speed},
-            {"robot/speed_floor", &drive.speed_floor},
-            {"robot/yaw_rate_gain", &drive.yaw_rate_gain},
-            {"robot/yaw_rate_limit", &drive.yaw_rate_limit},
-            {"robot/reached_distance", &drive.reached_distance},
-            {"robot/control_period", &drive.control_period},
-            {"robot/motion_noise/speed", &odometry.speed_sigma},
-            {"robot/motion_noise/lateral", &odometry.lateral_sigma},
-            {"robot/motion_noise/yaw_rate", &odometry.yaw_rate_sigma},
-            {"robot/observation_period", &sensor.period},
-            {"robot/sensor/range_max", &sensor.range_max},
-            {"robot/sensor/field_of_view", &sensor.field_of_view},
-            {"robot/sensor/range_noise", &sensor.range_sigma},
-            {"robot/sensor/bearing_noise", &sensor.bearing_sigma},
-            {"odometry/period", &odometry.period},
-            {"odometry/distance_scale", &odometry.distance_scale},
-            {"odometry/yaw_scale", &odometry.yaw_scale},
-            {"odometry/yaw_rate_bias", &odometry.yaw_rate_bias},
-            {"odometry/yaw_rate_bias_drift", &odometry.yaw_rate_bias_drift},
-            {"ranges/rate", &ranges.rate},
-            {"ranges/range_max", &ranges.range_max},
-            {"ranges/outlier_share", &ranges.outlier_share},
-            {"ranges/outlier_max", &ranges.outlier_max},
-            {"ranges/reflected_share", &ranges.reflected_share},
-            {"ranges/reflected_excess_mean", &ranges.reflected_excess_mean},
-            {"ranges/antenna/x", &ranges.antenna.x()},
-            {"ranges/antenna/y", &ranges.antenna.y()},
-            {"ranges/antenna/z", &ranges.antenna.z()}};
-  }
-
   [[noreturn]] void fail(const YAML::Node& node, const std::string& problem) const {
     throw Error(source_ + ", line " + std::to_string(node.Mark().line + 1) + ": " +
                 one_line(problem));

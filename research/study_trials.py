@@ -1,0 +1,197 @@
+"""The trials of a study: a range of seeds of filters on one problem. FastSLAM in a simulated world is study_landmarks.py; here is
+either filter on a path with truth, a recording or beacons in a simulated world, by the measures of Mahmoud et al. (2012, Tables 1 to
+3), through simulate_bag, run_bag and evaluate_bag."""
+import json
+import math
+import re
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pf_resampling_core as pf
+import yaml
+from report_study import StudyError
+from study_calibration import pose_of
+from study_landmarks import LandmarkExperiment, fitted, read_world
+
+DRAWN_PERIOD = 1.0  # s between poses of a path that is drawn
+AXES = ("cross_track", "along_track", "cartesian", "heading")
+OWN = ("lost", "coverage95", "updates", "renewals")  # figures that dead reckoning has not
+FIGURES = ["lost", *(f"{axis}_{part}" for axis in AXES for part in ("mean", "max", "std")), "coverage95", "lost_share",
+           "converged_after", "updates", "renewals"]
+
+
+def figures_in(said):
+    """Those of what evaluate_bag says; NaN where there is none."""
+    of, counted = said["estimate"], said.get("filter", {})
+    found = {"lost": float(of["lost"]), **{name: of[name] for name in ("coverage95", "lost_share", "converged_after")},
+             **{name: counted.get(name) for name in ("updates", "renewals")}}
+    found.update({f"{axis}_{part}": of[axis][part] for axis in AXES for part in ("mean", "max", "std")})
+    return {name: math.nan if value is None else value for name, value in found.items()}
+
+
+def drawn(name, poses):
+    rows, last = [], -math.inf
+    for at, *pose in poses:
+        if at - last >= DRAWN_PERIOD:
+            rows.append((name, at, *pose[:2], math.remainder(pose[2], math.tau)))
+            last = at
+    return rows
+
+
+def laid_on(truth, poses):
+    """A path where the first tenth of its time lies on the truth."""
+    poses, truth = np.array(poses), np.array(truth)
+    first = poses[poses[:, 0] <= poses[0, 0] + 0.1 * (poses[-1, 0] - poses[0, 0])]
+    wanted = np.column_stack([np.interp(first[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2)])
+    _, angle, shift = fitted(first[:, 1:3], wanted)
+    c, s = np.cos(angle), np.sin(angle)
+    return [(at, c * x - s * y + shift[0], s * x + c * y + shift[1], heading + angle) for at, x, y, heading in poses]
+
+
+class PathExperiment:
+    """Either filter on a path with truth. `run(words)` runs a program of the package. Raises StudyError where settings make no
+    sense."""
+
+    def __init__(self, study, problem, run, folder):
+        self.study, self.problem, self.folder = study, problem, Path(folder)
+        self.program = run
+        self.filters = study["filters"]
+        self.calibration = []
+        if problem["calibrated"]:
+            self.calibration = [{"beacon": beacon["id"], "scale": beacon.get("scale", 1.0), "bias": beacon.get("bias", 0.0),
+                                 "sigma": beacon.get("sigma", 0.0)} for beacon in read_world(problem["source"]).get("beacons", [])]
+
+    def options(self, each):
+        """Of run_bag: what the study and the filter set, and on top of it the problem's configuration."""
+        files = [{**({"preset": self.study["preset"]} if self.study["preset"] else {}), **self.study["settings"], **each["settings"]}]
+        if self.problem["config"]:
+            try:
+                config = yaml.load(Path(self.problem["config"]).read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
+            except (OSError, ValueError, yaml.YAMLError) as error:
+                raise StudyError(f"{self.problem['config']}: cannot be read: {' '.join(str(error).split())}") from None
+            if not each["calibrated"] and isinstance(config, dict) and isinstance(config.get("calibration"), list):
+                del config["calibration"]
+            files.append(config)
+        if self.calibration and each["calibrated"]:
+            files.append({"calibration": self.calibration})
+        words = []
+        for i, content in enumerate(files):
+            path = self.folder / f"{i}.yaml"
+            path.write_text(yaml.dump(content))
+            words += ["--config", path]
+        return words
+
+    def drive(self, seed):
+        """Its bag."""
+        if self.problem["kind"] == "bag":
+            return Path(self.problem["source"])
+        bag = self.folder / "drive.bag"
+        duration = ["--duration", self.problem["duration_given"]] if self.problem["duration_given"] else []
+        self.program(["simulate_bag", self.problem["source"], bag, "--seed", seed, *duration])
+        return bag
+
+    def judged(self, bag, *more):
+        file = self.folder / "said.json"
+        self.program(["evaluate_bag", bag, "--quiet", "--clip", self.problem["clip"], "--json", file, *more])
+        return json.loads(file.read_text())
+
+    def about(self):
+        import rosbag
+        for each in self.filters:  # whether the settings make sense
+            if each["estimator"] == "filter":
+                try:
+                    self.program(["run_bag", self.study["filter"], "--parameters", *self.options(each)])
+                except StudyError as error:
+                    raise StudyError(f"filter {each['name']}: {error}") from None
+        bag, places = self.drive(1), []
+        said = self.judged(bag, "--pose", "/odom", "--frame", "start")
+        with rosbag.Bag(str(bag)) as read:
+            last = {topic: message for topic, message, _ in read.read_messages(("/beacons", "/ground_truth_landmarks"))}
+        for topic, kind in (("/beacons", "beacon"), ("/ground_truth_landmarks", "landmark")):
+            for each in getattr(last.get(topic), kind + "s", []):
+                places.append((kind, each.id, each.position.x, each.position.y))
+        return {"problem": {"duration": said["duration"], "clip": self.problem["clip"], "lost_error": said["lost_error"]},
+                "places": places, "figures": FIGURES, "curves": [], "times": []}
+
+    def run(self, seed, with_paths):
+        """As that of LandmarkExperiment."""
+        import rosbag
+        bag, trials, paths, truth = self.drive(seed), [], [], []
+        if with_paths:
+            with rosbag.Bag(str(bag)) as read:
+                odometry = []
+                for topic, message, _ in read.read_messages(("/ground_truth", "/odom")):
+                    stamped = (message.header.stamp.to_sec(), *pose_of(message))
+                    (truth if topic == "/ground_truth" else odometry).append(stamped)
+            paths = drawn("truth", truth)
+        for each in self.filters:
+            if each["estimator"] == "ekf_slam":  # it reads no messages
+                trials.append((math.nan, [math.nan] * len(FIGURES), []))
+                continue
+            milliseconds, poses = math.nan, []
+            if each["estimator"] == "dead_reckoning":
+                found = figures_in(self.judged(bag, "--pose", "/odom", "--frame", "start"))
+                found.update(dict.fromkeys(OWN, math.nan))
+                poses = laid_on(truth, odometry) if with_paths else []
+            else:
+                out = self.folder / "out.bag"
+                text = self.program(["run_bag", self.study["filter"], bag, out, "--no-clouds", "--seed", seed, *self.options(each)])
+                milliseconds = 1e3 * float(re.search(r"CPU time (\S+) s", text)[1])
+                try:
+                    found = figures_in(self.judged(out, *(["--frame", "start"] if self.study["filter"] == "fastslam" else [])))
+                except StudyError as error:
+                    if "has no /pose" not in str(error):
+                        raise
+                    found = dict(dict.fromkeys(FIGURES, math.nan), lost=1.0)  # it never found out where it was
+                if with_paths:
+                    with rosbag.Bag(str(out)) as read:
+                        poses = [(message.header.stamp.to_sec(), *pose_of(message)) for _, message, _ in read.read_messages("/pose")]
+                    if self.study["filter"] == "fastslam" and poses:
+                        poses = laid_on(truth, poses)
+            trials.append((milliseconds, [found[name] for name in FIGURES], []))
+            paths += drawn(each["name"], poses)
+        return trials, paths
+
+
+def parameters_of_all(study):
+    """What all filters of a study have in common: the value of every parameter of the filter itself. Parameters of the ROS side that the
+    study sets are not among them."""
+    make = pf.FastSlam if study["filter"] == "fastslam" else lambda given: pf.BeaconMcl({0: (0.0, 0.0)}, given)
+    preset = {"preset": study["preset"]} if study["preset"] else {}
+    known = make(preset).parameters()
+    return make({**preset, **{name: value for name, value in study["settings"].items() if name in known}}).parameters()
+
+
+def cells(values):
+    """As text; empty where there is no figure."""
+    return ["" if isinstance(value, float) and math.isnan(value) else value if isinstance(value, str) else f"{value:.9g}"
+            for value in values]
+
+
+def answer(request, run):
+    """What a block of trials gives: by seed and filter, time of computation first; sums of curves, of their squares, and their
+    numbers, by filter and curve; paths of seed 1. Without seeds: what the problem is. Raises StudyError."""
+    problem = request["problem"]
+    with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
+        try:
+            if request["filter"] == "beacon_mcl" or problem["kind"] == "bag":
+                experiment = PathExperiment(request, problem, run, folder)
+            else:
+                experiment = LandmarkExperiment(request, problem)
+            if request["last"] < request["first"]:
+                about = experiment.about()
+                return dict(about, places=[cells(place) for place in about["places"]], times=cells(about["times"]),
+                            parameters=parameters_of_all(request))
+            trials, paths, totals = [], [], None
+            for seed in range(request["first"], request["last"] + 1):
+                of_seed, drawn_now = experiment.run(seed, seed == 1)
+                trials.append([cells([milliseconds, *figures]) for milliseconds, figures, _ in of_seed])
+                paths += [cells(point) for point in drawn_now]
+                sums = [[np.array([np.where(np.isnan(curve), 0.0, part) for part in (curve, curve ** 2, np.ones(len(curve)))]) for curve in curves]
+                        for _, _, curves in of_seed]
+                totals = sums if totals is None else [[a + b for a, b in zip(*each)] for each in zip(totals, sums)]
+        except pf.Error as error:
+            raise StudyError(str(error)) from None
+    texts = [[["".join(f"{value:.17g} " for value in row) for row in curve] for curve in of] for of in totals]
+    return {"trials": trials, "sums": texts, "paths": paths}
