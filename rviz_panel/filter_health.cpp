@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kMinute = 60.0;          // s
 constexpr std::size_t kMostFindings = 3;  // lines of them
-constexpr double kRejectSpacing = 5.0;    // s between remembered counts of rejects
 
 double share(double part, double whole) {
   return whole > 0.0 ? part / whole : 0.0;
@@ -20,10 +19,6 @@ std::string number(double value, int decimals) {
   char buffer[60];
   std::snprintf(buffer, sizeof(buffer), "%.*f", decimals, value);
   return buffer;
-}
-
-std::string key_of(const RejectCount& reject) {
-  return reject.input + " " + reject.reason;
 }
 
 }  // namespace
@@ -39,13 +34,6 @@ std::string percent_text(double share) {
   return number(100.0 * share, share < 0.00995 ? 1 : 0) + " %";
 }
 
-std::string reject_text(const FilterHealth::Reject& reject) {
-  std::string reason = reject.reason;
-  std::replace(reason.begin(), reason.end(), '_', ' ');
-  return reject.input + ": " + reason + " " + std::to_string(reject.count) +
-         (reject.recent > 0 ? " (" + std::to_string(reject.recent) + ")" : "");
-}
-
 void FilterHealth::add(const FilterStatus& status) {
   const double now = status.header.stamp.toSec();
   if (latest_ && now < latest_->header.stamp.toSec() - 1.0) clear();
@@ -54,15 +42,6 @@ void FilterHealth::add(const FilterStatus& status) {
   sample_sizes_.push_back(
       {now, share(status.effective_sample_size, status.particles), status.renewed != 0});
   while (sample_sizes_.front().time < now - kMinute) sample_sizes_.pop_front();
-
-  while (rejects_before_.size() > 1 && rejects_before_[1].first < now - kMinute) {
-    rejects_before_.erase(rejects_before_.begin());
-  }
-  if (rejects_before_.empty() || now - rejects_before_.back().first > kRejectSpacing) {
-    std::map<std::string, std::uint64_t> counts;
-    for (const RejectCount& reject : status.rejects) counts[key_of(reject)] = reject.count;
-    rejects_before_.emplace_back(now, counts);
-  }
 }
 
 void FilterHealth::clear() {
@@ -116,22 +95,19 @@ std::string FilterHealth::counts_text() const {
   return counts;
 }
 
-std::vector<FilterHealth::Reject> FilterHealth::rejects() const {
-  std::vector<Reject> rejects;
-  if (!latest_) return rejects;
-  for (const RejectCount& reject : latest_->rejects) {
-    if (reject.count == 0) continue;
-    const auto& before = rejects_before_.front().second;
-    const auto known = before.find(key_of(reject));
-    const std::uint64_t earlier = known == before.end() ? 0 : known->second;
-    // Counts start again with the node.
-    const std::uint64_t recent = reject.count >= earlier ? reject.count - earlier : reject.count;
-    rejects.push_back({reject.input, reject.reason, reject.count, recent});
+std::vector<std::string> FilterHealth::rejects() const {
+  std::vector<std::string> lines;
+  if (!latest_) return lines;
+  auto rejects = latest_->rejects;
+  std::stable_sort(rejects.begin(), rejects.end(),
+                   [](const auto& a, const auto& b) { return a.count > b.count; });
+  for (const RejectCount& reject : rejects) {
+    if (reject.count == 0) break;
+    std::string reason = reject.reason;
+    std::replace(reason.begin(), reason.end(), '_', ' ');
+    lines.push_back(reject.input + ": " + reason + " " + std::to_string(reject.count));
   }
-  std::stable_sort(rejects.begin(), rejects.end(), [](const Reject& a, const Reject& b) {
-    return a.recent != b.recent ? a.recent > b.recent : a.count > b.count;
-  });
-  return rejects;
+  return lines;
 }
 
 }  // namespace pf_resampling

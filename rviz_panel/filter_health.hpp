@@ -2,9 +2,7 @@
 
 #include <pf_resampling/FilterStatus.h>
 
-#include <cstdint>
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,11 +18,6 @@ class FilterHealth {
   struct Verdict {
     Level level = Level::unknown;
     std::string text;
-  };
-  struct Reject {
-    std::string input, reason;
-    std::uint64_t count;   ///< since the node started
-    std::uint64_t recent;  ///< of these, in the last minute
   };
 
   void add(const FilterStatus& status);
@@ -47,19 +40,14 @@ class FilterHealth {
   std::string sample_size_text() const;
   /// Particles, landmarks, updates, ancestors, the probability of being lost, time of an update.
   std::string counts_text() const;
-  /// Those of the last minute first, then by their number.
-  std::vector<Reject> rejects() const;
+  /// "ranges: unknown beacon 12": how often each was since the node started, the most first.
+  std::vector<std::string> rejects() const;
 
  private:
   std::optional<FilterStatus> latest_;
   std::deque<SampleSize> sample_sizes_;
   UpdateTiming timing_;
-  // Rejects so far, at times (s) within the last minute, oldest first.
-  std::vector<std::pair<double, std::map<std::string, std::uint64_t>>> rejects_before_;
 };
-
-/// "ranges: unknown beacon 12 (3)": 12 in all, 3 in the last minute.
-std::string reject_text(const FilterHealth::Reject& reject);
 
 /// "0.30 ms", "12 ms", "1.5 s".
 std::string duration_text(double seconds);

@@ -2,10 +2,6 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
-#include <QAbstractItemView>
-#include <QComboBox>
-#include <QDir>
-#include <QFileDialog>
 #include <QGridLayout>
 #include <QInputDialog>
 #include <QLabel>
@@ -23,9 +19,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kRefreshPeriod = 100;      // ms
-constexpr double kSilence = 3.0;         // s of wall time without a status that are mentioned
-constexpr std::size_t kMostRejects = 3;  // lines of them
+constexpr int kRefreshPeriod = 100;  // ms
+constexpr double kSilence = 3.0;     // s of wall time without a status that are mentioned
+constexpr int kMostRejects = 3;      // lines of them; the tool tip has all
 
 QString to_qt(const std::string& text) {
   return QString::fromStdString(text);
@@ -65,14 +61,10 @@ FilterPanel::FilterPanel(QWidget* parent) : rviz::Panel(parent) {
   auto* layout = new QVBoxLayout(content);
   layout->setContentsMargins(6, 4, 6, 4);
   layout->setSpacing(4);
-  node_ = new QComboBox;
-  node_->setEditable(true);
-  node_->setInsertPolicy(QComboBox::NoInsert);
-  node_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  node_->setToolTip("The node of the filter. The list has those that are running");
+  node_ = new QLineEdit;
+  node_->setToolTip("The node of the filter");
   layout->addWidget(node_);
-  connect(node_->lineEdit(), &QLineEdit::editingFinished, this, [this] { take_name(); });
-  connect(node_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { take_name(); });
+  connect(node_, &QLineEdit::editingFinished, this, [this] { take_name(); });
   add_health(layout);
   add_buttons(layout);
   parameters_ = new BasicTable([this](const auto& values) { connection_->set(values); }, content);
@@ -113,14 +105,13 @@ void FilterPanel::add_buttons(QVBoxLayout* layout) {
   layout->addLayout(grid);
   result_ = add_label(layout);
   connect(global_localization_button_, &QPushButton::clicked, this,
-          [this] { connection_->global_localization(); });
+          [this] { connection_->call("global_localization", "Searching everywhere"); });
   connect(reset_button_, &QPushButton::clicked, this, [this] { ask_reset(); });
   connect(save_map_button_, &QPushButton::clicked, this, [this] { ask_save_map(); });
   connect(load_map_button_, &QPushButton::clicked, this, [this] { ask_load_map(); });
 }
 
 void FilterPanel::onInitialize() {
-  connection_ = std::make_unique<FilterConnection>();
   connect_to_filter();
   auto* timer = new QTimer(this);
   connect(timer, &QTimer::timeout, this, [this] { refresh(); });
@@ -140,7 +131,7 @@ void FilterPanel::save(rviz::Config config) const {
 }
 
 void FilterPanel::take_name() {
-  const std::string name = node_->currentText().trimmed().toStdString();
+  const std::string name = node_->text().trimmed().toStdString();
   if (name == filter_) return;
   filter_ = name;
   connect_to_filter();
@@ -148,15 +139,14 @@ void FilterPanel::take_name() {
 }
 
 void FilterPanel::connect_to_filter() {
-  node_->setEditText(to_qt(filter_));
+  node_->setText(to_qt(filter_));
   values_.clear();
   parameters_->show_controls({});
   health_.clear();
   last_status_ = ros::WallTime();
-  presence_ = FilterPresence();
   show_result(true, "");
-  connection_->connect(filter_);
-  show_presence(presence_);
+  connection_ = std::make_unique<FilterConnection>(filter_);
+  show_offer({});
   show_health();
 }
 
@@ -164,7 +154,7 @@ void FilterPanel::connect_to_filter() {
 
 void FilterPanel::refresh() {
   const FilterNews news = connection_->take_news();
-  show_presence(news.presence);
+  show_offer(news);
   if (news.description) {
     values_.clear();
     parameters_->show_controls(basic_controls(*news.description));
@@ -179,31 +169,25 @@ void FilterPanel::refresh() {
     last_status_ = ros::WallTime::now();
     show_health();
   }
-  show_verdict();
+  show_verdict(news);
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
   if (was_calling_ && !news.is_calling && news.results.empty()) show_result(true, "");
   was_calling_ = news.is_calling;
 }
 
-void FilterPanel::show_presence(const FilterPresence& presence) {
-  const auto enable = [&](QPushButton* button, bool exists, const char* help) {
+void FilterPanel::show_offer(const FilterNews& news) {
+  const auto enable = [&](QPushButton* button, const char* service, const char* help) {
+    const bool exists = news.services.count(service) > 0;
     button->setEnabled(exists);
     button->setToolTip(exists ? help : "The filter does not offer this");
   };
-  enable(global_localization_button_, presence.global_localization,
+  enable(global_localization_button_, "global_localization",
          "Forget the pose and search the whole map");
-  enable(reset_button_, presence.reset, "Reset the filter");
-  enable(save_map_button_, presence.save_map, "Write the map to a file");
-  enable(load_map_button_, presence.load_map, "Replace the map by that of a file");
-  parameters_->setEnabled(presence.node);
-  if (presence.filters != presence_.filters && !node_->view()->isVisible()) {
-    const QString text = node_->currentText();
-    node_->clear();
-    for (const std::string& filter : presence.filters) node_->addItem(to_qt(filter));
-    node_->setEditText(text);
-  }
-  presence_ = presence;
+  enable(reset_button_, "reset", "Reset the filter");
+  enable(save_map_button_, "save_map", "Write the map to a file");
+  enable(load_map_button_, "load_map", "Replace the map by that of a file");
+  parameters_->setEnabled(news.node);
 }
 
 void FilterPanel::show_health() {
@@ -219,13 +203,13 @@ void FilterPanel::show_health() {
   refused_->setVisible(!refused_->text().isEmpty());
 }
 
-void FilterPanel::show_verdict() {
+void FilterPanel::show_verdict(const FilterNews& news) {
   FilterHealth::Verdict verdict = health_.verdict();
   const double silence =
       last_status_.isZero() ? 0.0 : (ros::WallTime::now() - last_status_).toSec();
-  if (!presence_.master) {
+  if (!news.master) {
     verdict = {FilterHealth::Level::unknown, "No ROS master"};
-  } else if (!presence_.node) {
+  } else if (!news.node) {
     verdict = {FilterHealth::Level::unknown, "No node " + filter_};
   } else if (silence > kSilence) {
     verdict = {FilterHealth::Level::unknown,
@@ -247,17 +231,10 @@ void FilterPanel::show_threshold() {
 
 void FilterPanel::show_rejects() {
   QStringList lines;
-  for (const FilterHealth::Reject& reject : health_.rejects()) {
-    lines << to_qt(reject_text(reject));
-  }
+  for (const std::string& line : health_.rejects()) lines << to_qt(line);
   rejects_->setToolTip(lines.join('\n'));
-  const int more = lines.size() - static_cast<int>(kMostRejects);
-  if (more > 0) {
-    lines = lines.mid(0, static_cast<int>(kMostRejects));
-    lines << QString("and %1 more reasons").arg(more);
-  }
   rejects_->setText(lines.isEmpty() ? "Nothing rejected"
-                                    : "Rejected (in the last minute)\n" + lines.join('\n'));
+                                    : "Rejected\n" + lines.mid(0, kMostRejects).join('\n'));
 }
 
 void FilterPanel::show_result(bool success, const QString& text) {
@@ -273,53 +250,38 @@ void FilterPanel::ask_reset() {
                               "Reset the filter? Pose and map will be lost.",
                               QMessageBox::Ok | QMessageBox::Cancel, this);
   box->setAttribute(Qt::WA_DeleteOnClose);
-  connect(box, &QMessageBox::accepted, this, [this] { connection_->reset(); });
+  connect(box, &QMessageBox::accepted, this,
+          [this] { connection_->call("reset", "Started from nothing"); });
   box->open();
 }
 
 void FilterPanel::ask_save_map() {
-  ask_file("Save the map", "my.map", "Maps (*.map)", false,
-           [this](const std::string& file) { connection_->save_map(file); });
+  ask_file("Save the map", [this](const std::string& file) { connection_->save_map(file); });
 }
 
 void FilterPanel::ask_load_map() {
-  ask_file(
-      "Load a map", "my.map", "Maps (*.map *.csv *.txt)", true, [this](const std::string& file) {
-        auto* box = new QMessageBox(QMessageBox::Question, "Load a map",
-                                    "Freeze this map and only localize in it, or continue mapping?",
-                                    QMessageBox::Cancel, this);
-        box->setAttribute(Qt::WA_DeleteOnClose);
-        auto* keep = box->addButton("Only localize", QMessageBox::AcceptRole);
-        auto* map_on = box->addButton("Map on", QMessageBox::AcceptRole);
-        connect(keep, &QPushButton::clicked, this,
-                [this, file] { connection_->load_map(file, true); });
-        connect(map_on, &QPushButton::clicked, this,
-                [this, file] { connection_->load_map(file, false); });
-        box->open();
-      });
+  ask_file("Load a map", [this](const std::string& file) {
+    auto* box = new QMessageBox(QMessageBox::Question, "Load a map",
+                                "Freeze this map and only localize in it, or continue mapping?",
+                                QMessageBox::Cancel, this);
+    box->setAttribute(Qt::WA_DeleteOnClose);
+    auto* keep = box->addButton("Only localize", QMessageBox::AcceptRole);
+    auto* map_on = box->addButton("Map on", QMessageBox::AcceptRole);
+    connect(keep, &QPushButton::clicked, this, [this, file] { connection_->load_map(file, true); });
+    connect(map_on, &QPushButton::clicked, this,
+            [this, file] { connection_->load_map(file, false); });
+    box->open();
+  });
 }
 
-void FilterPanel::ask_file(const QString& title, const QString& name, const QString& pattern,
-                           bool exists, const std::function<void(const std::string&)>& take) {
-  const QDir folder(to_qt(presence_.folder));
-  if (!presence_.folder.empty() && (exists ? folder.exists() : folder.mkpath("."))) {
-    auto* dialog = new QFileDialog(this, title, folder.path(), pattern + ";;All files (*)");
-    dialog->setAttribute(Qt::WA_DeleteOnClose);
-    dialog->setAcceptMode(exists ? QFileDialog::AcceptOpen : QFileDialog::AcceptSave);
-    dialog->setFileMode(exists ? QFileDialog::ExistingFile : QFileDialog::AnyFile);
-    dialog->setDefaultSuffix(QFileInfo(name).suffix());
-    if (!exists) dialog->selectFile(name);
-    connect(dialog, &QFileDialog::fileSelected, this,
-            [take](const QString& file) { take(file.toStdString()); });
-    dialog->open();
-    return;
-  }
+void FilterPanel::ask_file(const QString& title,
+                           const std::function<void(const std::string&)>& take) {
   // The node decides about the folder, and may be on another machine.
   auto* dialog = new QInputDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(title);
   dialog->setLabelText("Name of the file, in the node's folder map_file/directory:");
-  dialog->setTextValue(name);
+  dialog->setTextValue("my.map");
   connect(dialog, &QInputDialog::textValueSelected, this,
           [take](const QString& file) { take(file.toStdString()); });
   dialog->open();

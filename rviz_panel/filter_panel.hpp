@@ -13,8 +13,8 @@
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
 
-class QComboBox;
 class QLabel;
+class QLineEdit;
 class QPushButton;
 class QVBoxLayout;
 
@@ -37,29 +37,26 @@ class FilterPanel : public rviz::Panel {
   void connect_to_filter();
   void take_name();
   void refresh();
-  void show_presence(const FilterPresence& presence);
+  void show_offer(const FilterNews& news);
   void show_health();
-  void show_verdict();
+  void show_verdict(const FilterNews& news);
   void show_rejects();
   void show_threshold();
   void show_result(bool success, const QString& text);
   void ask_reset();
   void ask_save_map();
   void ask_load_map();
-  /// Asks for a file of the node's, by a dialog in its folder where that is on this machine, and
-  /// hands its name to `take`.
-  void ask_file(const QString& title, const QString& name, const QString& pattern, bool exists,
-                const std::function<void(const std::string&)>& take);
+  /// Asks for the name of a file of the node's, and hands it to `take`.
+  void ask_file(const QString& title, const std::function<void(const std::string&)>& take);
 
   std::string filter_ = "beacon_mcl";  // its node
   std::unique_ptr<FilterConnection> connection_;
   FilterHealth health_;
-  FilterPresence presence_;
   std::map<std::string, std::string> values_;
   ros::WallTime last_status_;
   bool was_calling_ = false;
 
-  QComboBox* node_ = nullptr;
+  QLineEdit* node_ = nullptr;
   QLabel *strategy_ = nullptr, *verdict_ = nullptr, *findings_ = nullptr, *counts_ = nullptr,
          *refused_ = nullptr, *rejects_ = nullptr, *result_ = nullptr;
   StripWidget* sample_size_strip_ = nullptr;

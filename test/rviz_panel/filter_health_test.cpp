@@ -89,19 +89,14 @@ TEST(FilterHealth, UpdateTimeBesideTheTimeBetweenObservations) {
   EXPECT_TRUE(ends_with("update: 500 ms of 250 ms")) << health.counts_text();
 }
 
-TEST(FilterHealth, RejectsByReasonThoseOfTheLastMinuteFirst) {
+TEST(FilterHealth, TheMostFrequentRejectsComeFirst) {
   FilterHealth health;
-  for (int second = 0; second <= 200; ++second) {
-    FilterStatus status = status_at(second);
-    status.rejects = {reject("ranges", "unknown_beacon", 40),  // all before
-                      reject("odom", "not_finite", 0),
-                      reject("ranges", "empty", static_cast<std::uint64_t>(second > 190 ? 7 : 0))};
-    health.add(status);
-  }
-  const auto rejects = health.rejects();
-  ASSERT_EQ(rejects.size(), 2u);
-  EXPECT_EQ(reject_text(rejects[0]), "ranges: empty 7 (7)");
-  EXPECT_EQ(reject_text(rejects[1]), "ranges: unknown beacon 40");
+  FilterStatus status = status_at(1.0);
+  status.rejects = {reject("ranges", "empty", 7), reject("odom", "not_finite", 0),
+                    reject("ranges", "unknown_beacon", 40)};
+  health.add(status);
+  EXPECT_EQ(health.rejects(),
+            (std::vector<std::string>{"ranges: unknown beacon 40", "ranges: empty 7"}));
 }
 
 TEST(FilterHealth, ABagThatIsPlayedAgainStartsAnew) {
