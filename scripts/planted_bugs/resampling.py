@@ -95,8 +95,8 @@ BUGS = [
     (
         "tied weights get ranks in order of appearance",
         "rank_based.cpp",
-        "weights.weights[particle_of(words[end])] == weight) ++end;",
-        "weights.weights[particle_of(words[end])] == weight && ranked < 0) ++end;",
+        "while (end < ranked && ties(end)) ++end;",
+        "while (end < ranked && ties(end) && ranked < 0) ++end;",
         SCHEMES,
     ),
     (

@@ -29,11 +29,11 @@ void add_moderate(const int* moderate, std::int64_t size, int* counts) {
 }
 
 PF_RESAMPLING_VECTOR_CLONES
-void log_weights_of_copies(const double* weights, const int* moderate, std::int64_t size,
-                           double inverse_mass, double share, double* log_weights) {
+void log_weights_of_slots(const double* weights, const int* moderate, std::int64_t size,
+                          double inverse_mass, double log_share, double* log_weights) {
   for (std::int64_t i = 0; i < size; ++i) {
-    const double weight = moderate[i] == 1 ? weights[i] * inverse_mass : share;
-    log_weights[i] = log_any_vector(weight);
+    const double own = log_any_vector(weights[i] * inverse_mass);
+    log_weights[i] = moderate[i] == 1 ? own : log_share;
   }
 }
 
@@ -70,15 +70,14 @@ void partial(const ScaledWeights& weights, const ResamplingOptions& options,
   work->sharing = taking_part;
 }
 
-// The moderate keep their weights; the others share the mass they had together, S_hl, equally.
-void log_weights_after_partial(const ScaledWeights& weights, ResamplingWorkspace* work,
-                               const int* ancestors, int size, double* log_weights) {
+// The moderate keep their weights, and their slots; the others share the mass they had together,
+// S_hl, equally.
+void log_weights_after_partial(const ScaledWeights& weights, ResamplingWorkspace* work, const int*,
+                               int size, double* log_weights) {
   const double inverse_sum = 1.0 / weights.sum;
   const double share = work->sharing > 0 ? work->shared_mass * inverse_sum / work->sharing : 1.0;
-  double* log_after = grow(&work->log_after, weights.size);
-  log_weights_of_copies(weights.weights, work->moderate.data(), weights.size, inverse_sum, share,
-                        log_after);
-  for (int slot = 0; slot < size; ++slot) log_weights[slot] = log_after[ancestors[slot]];
+  log_weights_of_slots(weights.weights, work->moderate.data(), size, inverse_sum,
+                       log_any_vector(share), log_weights);
 }
 
 }  // namespace pf_resampling

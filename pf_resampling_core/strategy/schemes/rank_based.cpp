@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 
 #include "pf_resampling_core/strategy/schemes/schemes.hpp"
 
@@ -104,9 +103,7 @@ PF_RESAMPLING_VECTOR_CLONES
 void log_ratios(const double* weights, const double* probabilities, std::int64_t size,
                 double* out) {
   for (std::int64_t i = 0; i < size; ++i) {
-    const bool ranked = weights[i] > 0.0;
-    const double log_probability = log_any_vector(ranked ? probabilities[i] : 1.0);
-    out[i] = log_any_vector(weights[i]) - log_probability;
+    out[i] = log_any_vector(weights[i] / (weights[i] > 0.0 ? probabilities[i] : 1.0));
   }
 }
 
@@ -126,9 +123,13 @@ void rank_based(const ScaledWeights& weights, const ResamplingOptions& options,
   const double slope = ranked > 1 ? (2.0 * options.rank_max - 2.0) / (n - 1.0) : 0.0;
   const double top = ranked > 1 ? options.rank_max : 1.0;
   for (std::int64_t first = 0; first < ranked;) {
-    const double weight = weights.weights[particle_of(words[first])];
+    // Weights, which lie anywhere, are looked at only where the words do not tell them apart.
+    const auto ties = [&](std::int64_t i) {
+      return words[i] >> kIndexBits == words[first] >> kIndexBits &&
+             weights.weights[particle_of(words[i])] == weights.weights[particle_of(words[first])];
+    };
     std::int64_t end = first + 1;
-    while (end < ranked && weights.weights[particle_of(words[end])] == weight) ++end;
+    while (end < ranked && ties(end)) ++end;
     const double mean_rank = n - 0.5 * static_cast<double>(first + end - 1);
     const double probability = (top - slope * (mean_rank - 1.0)) / n;
     for (std::int64_t i = first; i < end; ++i) probabilities[particle_of(words[i])] = probability;
@@ -145,16 +146,9 @@ void log_weights_after_rank_based(const ScaledWeights& weights, ResamplingWorksp
   const double* probabilities = work->inner_weights.data();
   double* log_after = grow(&work->log_after, weights.size);
   log_ratios(weights.weights, probabilities, weights.size, log_after);
-  // Sum over the copies, shifted by the largest against underflow.
-  double largest = -std::numeric_limits<double>::infinity();
-  for (int slot = 0; slot < size; ++slot) largest = std::max(largest, log_after[ancestors[slot]]);
-  double sum = 0.0;
-  for (int slot = 0; slot < size; ++slot) {
-    log_weights[slot] = log_after[ancestors[slot]] - largest;
-    sum += exp_vector(log_weights[slot]);
-  }
-  const double log_sum = log_vector(sum);
-  for (int slot = 0; slot < size; ++slot) log_weights[slot] -= log_sum;
+  for (int slot = 0; slot < size; ++slot) log_weights[slot] = log_after[ancestors[slot]];
+  Eigen::Map<Eigen::ArrayXd> linear(grow(&work->rescaled_inner, size), size);
+  normalize(Eigen::Map<Eigen::ArrayXd>(log_weights, size), linear);
 }
 
 }  // namespace pf_resampling
