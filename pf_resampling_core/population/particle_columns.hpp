@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 
 #include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
 
 namespace pf_resampling {
@@ -30,17 +32,31 @@ void resize_columns(Eigen::Index size, Particles* particles) {
 }
 
 /// Slot i becomes a copy of the former slot ancestors[i]. Survivors keep their slots, as
-/// counts_to_ancestors() has it, so copies are made in place.
+/// counts_to_ancestors() has it, so copies are made in place. Weights and ancestors, which a
+/// renewal gives anew, stay in their slots. `pool`: shares the work out.
 template <typename Particles>
-void select_columns(ConstIndices ancestors, Particles* particles) {
+void select_columns(ConstIndices ancestors, Particles* particles, WorkerPool* pool = nullptr) {
   const Eigen::Index before = particles->size();
   const Eigen::Index after = ancestors.size();
   if (after > before) resize_columns(after, particles);
-  Particles::for_each_column(*particles, [&](const char*, auto& column) {
-    for (Eigen::Index i = 0; i < after; ++i) {
-      if (ancestors[i] != i) column[i] = column[ancestors[i]];
-    }
-  });
+  // Which slots change, without a branch that would be guessed wrong as often as not.
+  Eigen::ArrayXi slots(after);
+  Eigen::Index changed = 0;
+  for (int i = 0; i < after; ++i) {
+    slots[changed] = i;
+    changed += ancestors[i] != i ? 1 : 0;
+  }
+  const auto copy = [&](std::int64_t begin, std::int64_t end) {
+    Particles::for_each_column(*particles, [&](const std::string_view name, auto& column) {
+      if (name == "weight" || name == "log_weight" || name == "ancestor") return;
+      for (Eigen::Index i = begin; i < end; ++i) column[slots[i]] = column[ancestors[slots[i]]];
+    });
+  };
+  if (pool != nullptr) {
+    pool->for_each_block(changed, copy, WorkerPool::kManyCheapElements / 4);
+  } else {
+    copy(0, changed);
+  }
   if (after < before) resize_columns(after, particles);
 }
 

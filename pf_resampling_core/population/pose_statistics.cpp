@@ -1,6 +1,9 @@
 #include "pf_resampling_core/population/pose_statistics.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/lanes.hpp"
@@ -66,31 +69,50 @@ void second_moments(const double* weights, const double* x, const double* y, con
   }
 }
 
-double total(const double lanes[kLanes]) {
-  double sum = 0.0;
-  for (int lane = 0; lane < kLanes; ++lane) sum += lanes[lane];
-  return sum;
+// Sums in lanes over blocks of particles, whoever does which, and their totals in one order.
+template <std::size_t kSums, typename OfBlock>
+std::array<double, kSums> totals(std::int64_t count, WorkerPool* pool, const OfBlock& of_block) {
+  struct Sums {
+    double lanes[kSums][kLanes] = {};
+  };
+  constexpr std::int64_t kBlock = WorkerPool::kBlockSize;
+  std::vector<Sums> blocks(static_cast<std::size_t>((count + kBlock - 1) / kBlock));
+  const auto sum = [&](std::int64_t begin, std::int64_t end) {
+    of_block(begin, end - begin, blocks[static_cast<std::size_t>(begin / kBlock)].lanes);
+  };
+  if (pool != nullptr) {
+    pool->for_each_block(count, sum, WorkerPool::kManyCheapElements);
+  } else {
+    for (std::int64_t i = 0; i < count; i += kBlock) sum(i, std::min(count, i + kBlock));
+  }
+  std::array<double, kSums> all = {};
+  for (const Sums& block : blocks) {
+    for (std::size_t k = 0; k < kSums; ++k) {
+      double sum_of_block = 0.0;
+      for (const double lane : block.lanes[k]) sum_of_block += lane;
+      all[k] += sum_of_block;
+    }
+  }
+  return all;
 }
 
 }  // namespace
 
-PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading) {
-  double first[5][kLanes] = {};
-  first_moments(weights.data(), x.data(), y.data(), heading.data(), weights.size(), first);
+PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
+                               WorkerPool* pool) {
+  const auto first = totals<5>(weights.size(), pool, [&](auto i, auto count, auto* lanes) {
+    first_moments(weights.data() + i, x.data() + i, y.data() + i, heading.data() + i, count, lanes);
+  });
   PoseStatistics statistics;
-  statistics.effective_sample_size = 1.0 / total(first[0]);
-  statistics.mean = {total(first[1]), total(first[2]),
-                     std::atan2(total(first[4]), total(first[3]))};
+  statistics.effective_sample_size = 1.0 / first[0];
+  statistics.mean = {first[1], first[2], std::atan2(first[4], first[3])};
+  const Pose2& mean = statistics.mean;
 
-  double second[6][kLanes] = {};
-  second_moments(weights.data(), x.data(), y.data(), heading.data(), statistics.mean,
-                 weights.size(), second);
-  const double xx = total(second[0]);
-  const double xy = total(second[1]);
-  const double xh = total(second[2]);
-  const double yy = total(second[3]);
-  const double yh = total(second[4]);
-  const double hh = total(second[5]);
+  const auto second = totals<6>(weights.size(), pool, [&](auto i, auto count, auto* lanes) {
+    second_moments(weights.data() + i, x.data() + i, y.data() + i, heading.data() + i, mean, count,
+                   lanes);
+  });
+  const auto [xx, xy, xh, yy, yh, hh] = second;
   statistics.covariance << xx, xy, xh, xy, yy, yh, xh, yh, hh;
   return statistics;
 }

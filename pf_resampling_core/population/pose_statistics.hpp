@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/parallel/worker_pool.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
@@ -16,7 +17,8 @@ struct PoseStatistics {
 
 /// Moments of the whole set: mean and covariance belong together, also when the set has several
 /// modes. The heading's deviation is the angle to the mean direction, in [-pi, pi]. `weights`
-/// normalised; sizes equal and not zero.
-PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading);
+/// normalised; sizes equal and not zero. `pool`: shares the work out.
+PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
+                               WorkerPool* pool = nullptr);
 
 }  // namespace pf_resampling

@@ -78,6 +78,17 @@ void normal_quadruples(std::uint64_t key0, std::uint64_t key1, std::uint64_t fir
   }
 }
 
+PF_RESAMPLING_VECTOR_CLONES
+void single_normal_quadruples(std::uint64_t key0, std::uint64_t key1, std::uint64_t first,
+                              std::int64_t count, float* __restrict a, float* __restrict b,
+                              float* __restrict c, float* __restrict d) {
+  for (std::int64_t i = 0; i < count; ++i) {
+    const Block block = threefry(first + static_cast<std::uint64_t>(i), 0, key0, key1);
+    single_normal_pair_vector(block.first, a + i, b + i);
+    single_normal_pair_vector(block.second, c + i, d + i);
+  }
+}
+
 }  // namespace
 
 void threefry2x64_20(const std::uint64_t counter[2], const std::uint64_t key[2],
@@ -119,6 +130,11 @@ void RandomStream::fill_normal(std::uint64_t first, std::int64_t count, double* 
 void RandomStream::fill_normal4(std::uint64_t first, std::int64_t count, double* a, double* b,
                                 double* c, double* d) const {
   normal_quadruples(seed_, purpose_and_step_, first, count, a, b, c, d);
+}
+
+void RandomStream::fill_single_normal4(std::uint64_t first, std::int64_t count, float* a, float* b,
+                                       float* c, float* d) const {
+  single_normal_quadruples(seed_, purpose_and_step_, first, count, a, b, c, d);
 }
 
 }  // namespace pf_resampling

@@ -52,6 +52,11 @@ class RandomStream {
   void fill_normal4(std::uint64_t first, std::int64_t count, double* a, double* b, double* c,
                     double* d) const;
 
+  /// The same in single precision and from half as many blocks of the generator, for noise that is
+  /// drawn for every particle at every step.
+  void fill_single_normal4(std::uint64_t first, std::int64_t count, float* a, float* b, float* c,
+                           float* d) const;
+
  private:
   std::uint64_t seed_;
   std::uint64_t purpose_and_step_;

@@ -66,16 +66,10 @@ PF_RESAMPLING_BY_WIDTH(maximum_if_usable, maximum_in,
                        (const double* values, std::int64_t size, double* maximum),
                        (values, size, maximum))
 
-struct Sums {
-  double weights[kLanes] = {};
-  double squares[kLanes] = {};
-  double weighted_logs[kLanes] = {};
-};
-
 // Adds the sums over a block, whose arrays are filled up with zeros to a multiple of kLanes.
 template <int kBytes>
 PF_RESAMPLING_INLINE void add_block_in(const double* weights, const double* logs, std::int64_t size,
-                                       Sums* sums) {
+                                       WeightSums* sums) {
   using R = Registers<kBytes>;
   typename R::Doubles sum[R::kParts] = {};
   typename R::Doubles squares[R::kParts] = {};
@@ -104,7 +98,8 @@ PF_RESAMPLING_INLINE void add_block_in(const double* weights, const double* logs
 }
 
 PF_RESAMPLING_BY_WIDTH(add_block, add_block_in,
-                       (const double* weights, const double* logs, std::int64_t size, Sums* sums),
+                       (const double* weights, const double* logs, std::int64_t size,
+                        WeightSums* sums),
                        (weights, logs, size, sums))
 
 PF_RESAMPLING_VECTOR_CLONES
@@ -114,35 +109,6 @@ void exponentials_of_block(const double* log_weights, double shift, std::int64_t
     const double value = log_weights[i] - shift;
     shifted[i] = value;
     linear[i] = exp_vector(value);
-  }
-}
-
-// linear = e^(log_weights - shift), and its sums.
-void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
-                  Sums* sums) {
-  double shifted[kBlock];
-  double last[kLanes];
-  double last_shifted[kLanes];
-  for (std::int64_t begin = 0; begin < size; begin += kBlock) {
-    const std::int64_t count = std::min(kBlock, size - begin);
-    const std::int64_t whole = count / kLanes * kLanes;
-    double* out = linear + begin;
-    exponentials_of_block(log_weights + begin, shift, count, shifted, out);
-    add_block(out, shifted, whole, sums);
-    if (whole < count) {
-      fill_up(out + whole, count - whole, 0.0, last);
-      fill_up(shifted + whole, count - whole, 0.0, last_shifted);
-      add_block(last, last_shifted, kLanes, sums);
-    }
-  }
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void rescale(double inverse_sum, double log_sum, std::int64_t size, double* linear,
-             double* log_weights) {
-  for (std::int64_t i = 0; i < size; ++i) {
-    linear[i] *= inverse_sum;
-    log_weights[i] -= log_sum;
   }
 }
 
@@ -172,6 +138,15 @@ PF_RESAMPLING_BY_WIDTH(sum_of_squares, squares_in,
                        (const double* values, std::int64_t size, double* result),
                        (values, size, result))
 
+PF_RESAMPLING_VECTOR_CLONES
+void rescale_clones(double inverse_sum, double log_sum, std::int64_t size, double* linear,
+                    double* log_weights) {
+  for (std::int64_t i = 0; i < size; ++i) {
+    linear[i] *= inverse_sum;
+    log_weights[i] -= log_sum;
+  }
+}
+
 bool is_finite(double value) {
   return value > -kInfinity && value < kInfinity;
 }
@@ -182,6 +157,54 @@ bool is_normalizable(ConstArray log_weights) {
   double maximum = kInfinity;
   maximum_if_usable(log_weights.data(), log_weights.size(), &maximum);
   return is_finite(maximum);
+}
+
+void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
+                  WeightSums* sums) {
+  double shifted[kBlock];
+  double last[kLanes];
+  double last_shifted[kLanes];
+  for (std::int64_t begin = 0; begin < size; begin += kBlock) {
+    const std::int64_t count = std::min(kBlock, size - begin);
+    const std::int64_t whole = count / kLanes * kLanes;
+    double* out = linear + begin;
+    exponentials_of_block(log_weights + begin, shift, count, shifted, out);
+    add_block(out, shifted, whole, sums);
+    if (whole < count) {
+      fill_up(out + whole, count - whole, 0.0, last);
+      fill_up(shifted + whole, count - whole, 0.0, last_shifted);
+      add_block(last, last_shifted, kLanes, sums);
+    }
+  }
+}
+
+void add(const WeightSums& other, WeightSums* sums) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    sums->weights[lane] += other.weights[lane];
+    sums->squares[lane] += other.squares[lane];
+    sums->weighted_logs[lane] += other.weighted_logs[lane];
+  }
+}
+
+WeightSummary summary_of(const WeightSums& sums, double shift, std::int64_t size,
+                         double* inverse_sum) {
+  const double sum = sum_of_lanes(sums.weights);
+  const double log_of_sum = log_vector(sum);
+  WeightSummary summary;
+  summary.log_sum = shift + log_of_sum;
+  *inverse_sum = 1.0 / sum;
+  const double largest = static_cast<double>(size);
+  const double effective = sum * sum / sum_of_lanes(sums.squares);
+  summary.effective_sample_size = std::min(std::max(effective, 1.0), largest);
+  // Entropy: -sum w/S log(w/S) = log S - (sum w log w) / S.
+  const double entropy = log_of_sum - sum_of_lanes(sums.weighted_logs) / sum;
+  summary.entropy_sample_size = std::min(std::max(exp_vector(entropy), 1.0), largest);
+  return summary;
+}
+
+void rescale(double inverse_sum, double log_sum, std::int64_t size, double* linear,
+             double* log_weights) {
+  rescale_clones(inverse_sum, log_sum, size, linear, log_weights);
 }
 
 WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
@@ -197,19 +220,11 @@ WeightSummary normalize(MutableArray log_weights, MutableArray linear) {
         "normalize: there are no log-weights, or one is NaN or +infinity, or all are -infinity; "
         "reset them to uniform");
   }
-  Sums sums;
+  WeightSums sums;
   exponentials(log_weights.data(), shift, size, linear.data(), &sums);
-  const double sum = sum_of_lanes(sums.weights);
-  const double log_of_sum = log_vector(sum);
-  WeightSummary summary;
-  summary.log_sum = shift + log_of_sum;
-  rescale(1.0 / sum, summary.log_sum, size, linear.data(), log_weights.data());
-  const double largest = static_cast<double>(size);
-  const double effective = sum * sum / sum_of_lanes(sums.squares);
-  summary.effective_sample_size = std::min(std::max(effective, 1.0), largest);
-  // Entropy: -sum w/S log(w/S) = log S - (sum w log w) / S.
-  const double entropy = log_of_sum - sum_of_lanes(sums.weighted_logs) / sum;
-  summary.entropy_sample_size = std::min(std::max(exp_vector(entropy), 1.0), largest);
+  double inverse_sum = 1.0;
+  const WeightSummary summary = summary_of(sums, shift, size, &inverse_sum);
+  rescale(inverse_sum, summary.log_sum, size, linear.data(), log_weights.data());
   return summary;
 }
 

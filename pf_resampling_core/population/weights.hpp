@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace pf_resampling {
 
@@ -23,6 +24,24 @@ bool is_normalizable(ConstArray log_weights);
 /// blocks of fixed size, so the result does not depend on the machine's vector width. Throws Error,
 /// before anything is changed, when !is_normalizable(log_weights).
 WeightSummary normalize(MutableArray log_weights, MutableArray linear);
+
+/// normalize() in parts, for callers that share blocks of particles out to threads: weights that
+/// are not normalised and their sums, in eight lanes whose order is the same everywhere.
+struct WeightSums {
+  double weights[8] = {};
+  double squares[8] = {};
+  double weighted_logs[8] = {};
+};
+/// linear = e^(log_weights - shift), added to the sums.
+void exponentials(const double* log_weights, double shift, std::int64_t size, double* linear,
+                  WeightSums* sums);
+void add(const WeightSums& other, WeightSums* sums);
+/// What the sums of all `size` weights say, and what brings the weights to sum one: log_sum off the
+/// logarithms, the factor `inverse_sum` on the others.
+WeightSummary summary_of(const WeightSums& sums, double shift, std::int64_t size,
+                         double* inverse_sum);
+void rescale(double inverse_sum, double log_sum, std::int64_t size, double* linear,
+             double* log_weights);
 
 /// Takes up a share of what was added to the log-weights since `before`: before + share *
 /// (log_weights

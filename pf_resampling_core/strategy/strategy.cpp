@@ -151,7 +151,7 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
       population.select(result.ancestors);
       *population.ancestor = result.ancestors;
       *population.log_weight = result.log_weights;
-      outcome.distinct_ancestors = static_cast<int>((result.counts > 0).count());
+      outcome.distinct_ancestors = result.counts.min(1).sum();
       break;
     }
     case Renewal::compensation: {
@@ -163,7 +163,13 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
       break;
     }
   }
-  *population.weight = population.log_weight->exp();
+  // Mostly one exponential is enough.
+  const Eigen::ArrayXd& logs = *population.log_weight;
+  if ((logs == logs[0]).all()) {
+    population.weight->setConstant(logs.size(), Eigen::Array2d::Constant(logs[0]).exp()[0]);
+  } else {
+    *population.weight = logs.exp();
+  }
   excite(options_.excitation, *population.weight, streams(RandomPurpose::excitation),
          {*population.x, *population.y, *population.heading}, &excitation_workspace_);
   return outcome;

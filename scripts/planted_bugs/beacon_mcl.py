@@ -9,8 +9,8 @@ BUGS = [
     (
         "beacon_mcl: the antenna's height is left out",
         "beacon_mcl/kernels.cpp",
-        "return std::sqrt(dx * dx + dy * dy + dz * dz);",
-        "return std::sqrt(dx * dx + dy * dy + 0.0 * dz);",
+        "const double dz = range.beacon[2] - range.antenna[2];",
+        "const double dz = 0.0 * (range.beacon[2] - range.antenna[2]);",
         RANGES,
     ),
     (
@@ -23,7 +23,7 @@ BUGS = [
     (
         "beacon_mcl: outliers teach the calibration as much as the others",
         "beacon_mcl/kernels.cpp",
-        "const double gain = l.inlier * inverse * difference;",
+        "const double gain = taken_in * difference;",
         "const double gain = inverse * difference;",
         RANGES,
     ),
@@ -46,9 +46,9 @@ BUGS = [
     ),
     (
         "tempering: the beacon filter does not",
-        "beacon_mcl.cpp",
-        "const double share = options_.strategy.tempering;",
-        "const double share = 1.0;",
+        "beacon_mcl/kernels.cpp",
+        "log_weight[i] += tempering * log_vector(likelihood[i]);",
+        "log_weight[i] += log_vector(likelihood[i]);",
         MCL,
     ),
     (

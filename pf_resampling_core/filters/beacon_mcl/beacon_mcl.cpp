@@ -116,49 +116,57 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
     initialize_when_possible();
     return;
   }
-  if (is_initialized()) move(without_known_errors(odometry));
+  WorkerPool::Body move;
+  if (is_initialized()) move = motion_of(without_known_errors(odometry));
+  const bool weighs = !ranges.empty() && !finds_beacons() && !is_drawn_from_memory_;
+  if (move && !weighs) pool_->for_each_block(particles_.size(), move);
   if (ranges.empty()) return;
   status_.log_likelihood = 0.0;
   status_.innovation_sigma = 0.0;
   ++status_.updates;
-  if (finds_beacons() || is_drawn_from_memory_) {
+  if (!weighs) {
     note_innovation_of_memory();
   } else {
-    for (const RangeObservation& range : ranges) weigh(range);
+    // Those of a moment together, as many as are taken in at one go.
+    const RangeObservation* const end = ranges.data() + ranges.size();
+    for (const RangeObservation* first = ranges.data(); first < end;
+         first += kernels::kMostRanges) {
+      weigh(first, static_cast<int>(std::min<std::ptrdiff_t>(end - first, kernels::kMostRanges)),
+            move);
+      move = nullptr;
+    }
     renew();
   }
   if (memory_ && (solution_ || time_ >= next_solution_)) solve_memory();
   status_.particles = static_cast<int>(particles_.size());
 }
 
-void BeaconMcl::move(const OdometryIncrement& odometry) {
-  if (odometry.is_empty()) return;
+// What moves a block of particles; nothing, where the odometry is empty.
+WorkerPool::Body BeaconMcl::motion_of(const OdometryIncrement& odometry) {
+  if (odometry.is_empty()) return nullptr;
   const bool estimates_bias = options_.yaw_rate_bias.estimate;
   const kernels::Motion motion =
       kernels::make_motion(odometry, estimates_bias ? options_.yaw_rate_bias.walk : 0.0);
-  const RandomStream normals = stream(RandomPurpose::motion);
-  const Eigen::Index count = particles_.size();
-  work_.resize(std::max<Eigen::Index>(work_.size(), 4 * count));
-  double* z = work_.data();
-  pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
-    double* z0 = z + begin;
-    double* z1 = z0 + count;
-    double* z2 = z1 + count;
-    double* z3 = z2 + count;
-    normals.fill_normal4(static_cast<std::uint64_t>(begin), end - begin, z0, z1, z2, z3);
-    kernels::move(
-        motion, end - begin, z0, z1, z2, z3,
-        {particles_.x.data() + begin, particles_.y.data() + begin,
-         particles_.heading.data() + begin, particles_.yaw_rate_bias.data() + begin,
-         particles_.yaw_rate_bias_variance.data() + begin,
-         particles_.translation_factor.data() + begin, particles_.heading_factor.data() + begin});
-  });
+  return [this, motion, normals = stream(RandomPurpose::motion)](std::int64_t begin,
+                                                                 std::int64_t end) {
+    // Few enough at a time that their random numbers never leave the cache.
+    constexpr std::int64_t kFew = 256;
+    float z[4][kFew];
+    BeaconMclParticles& p = particles_;
+    for (std::int64_t i = begin; i < end; i += kFew) {
+      const std::int64_t few = std::min(kFew, end - i);
+      normals.fill_single_normal4(static_cast<std::uint64_t>(i), few, z[0], z[1], z[2], z[3]);
+      kernels::move(motion, few, z[0], z[1], z[2], z[3],
+                    {p.x.data() + i, p.y.data() + i, p.heading.data() + i,
+                     p.yaw_rate_bias.data() + i, p.yaw_rate_bias_variance.data() + i,
+                     p.translation_factor.data() + i, p.heading_factor.data() + i});
+    }
+  };
 }
 
-void BeaconMcl::weigh(const RangeObservation& observation) {
+kernels::Range BeaconMcl::range_of(const RangeObservation& observation) {
   const std::size_t beacon = beacon_index(observation.beacon);
   const RangeModelOptions& model = options_.ranges;
-
   kernels::Range range{};
   const RadioDifference difference = difference_of(beacon);
   range.range = difference.scale * observation.range + difference.offset;
@@ -167,55 +175,95 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
     range.antenna[axis] = observation.antenna[axis];
   }
   if (beacons_[beacon].is_planar) range.beacon[2] = range.antenna[2];
-  const double base_variance =
-      difference.scale * difference.scale * observation_variance(observation);
-  range.variance = range_variance_factor() * base_variance;
+  range.nominal = difference.scale * difference.scale * observation_variance(observation);
+  range.variance = range_variance_factor() * range.nominal;
   range.inlier_share = 1.0 - model.outlier_share;
   range.floor_density = model.outlier_share / (difference.scale * model.maximum_range);
-
   if (calibrates()) {
     const double since = time_ - calibration_time_;
     range.scale_walk = std::pow(options_.calibration.scale_walk, 2) * since;
     range.bias_walk = std::pow(options_.calibration.bias_walk, 2) * since;
     calibration_time_ = time_;
   }
+  return range;
+}
 
-  const Eigen::Index count = particles_.size();
-  const double share = options_.strategy.tempering;
-  Eigen::ArrayXd log_weights_before;
-  if (share < 1.0) log_weights_before = particles_.log_weight;
-  work_.resize(std::max<Eigen::Index>(work_.size(), 3 * count));
-  double* innovations = work_.data();
-  double* variances = innovations + count;
-  pool_->for_each_block(count, [&](std::int64_t begin, std::int64_t end) {
-    const kernels::Calibration calibration = {
-        particles_.scale.data() + begin, particles_.bias.data() + begin,
-        particles_.scale_variance.data() + begin, particles_.scale_bias_covariance.data() + begin,
-        particles_.bias_variance.data() + begin};
-    kernels::weigh(range, end - begin, particles_.x.data() + begin, particles_.y.data() + begin,
-                   particles_.heading.data() + begin, calibration,
-                   particles_.log_weight.data() + begin, innovations + begin, variances + begin,
-                   variances + count + begin);
+// Moves the particles first, if there is a `move`: while a block of them is at hand.
+void BeaconMcl::weigh(const RangeObservation* observations, int count,
+                      const WorkerPool::Body& move) {
+  kernels::Range ranges[kernels::kMostRanges];
+  for (int k = 0; k < count; ++k) ranges[k] = range_of(observations[k]);
+  const kernels::Weighing weighing = {options_.strategy.tempering,
+                                      std::exp(-1.0 / options_.noise_estimation.memory),
+                                      calibrates(), options_.noise_estimation.ranges};
+
+  struct Sums {
+    kernels::RangeSums ranges;
+    WeightSums weights;
+  };
+  const Eigen::Index size = particles_.size();
+  BeaconMclParticles& p = particles_;
+  std::vector<Sums> blocks(
+      static_cast<std::size_t>((size + WorkerPool::kBlockSize - 1) / WorkerPool::kBlockSize));
+  pool_->for_each_block(size, [&](std::int64_t i, std::int64_t end) {
+    if (move) move(i, end);
+    Sums& sums = blocks[static_cast<std::size_t>(i / WorkerPool::kBlockSize)];
+    kernels::weigh(weighing, ranges, count, end - i, p.x.data() + i, p.y.data() + i,
+                   p.heading.data() + i, p.weight.data() + i,
+                   {p.scale.data() + i, p.bias.data() + i, p.scale_variance.data() + i,
+                    p.scale_bias_covariance.data() + i, p.bias_variance.data() + i},
+                   p.log_weight.data() + i, &sums.ranges);
+    exponentials(p.log_weight.data() + i, 0.0, end - i, p.weight.data() + i, &sums.weights);
   });
-
-  // Innovation of the population, against its belief before the range.
-  const Eigen::Map<const Eigen::ArrayXd> innovation(innovations, count);
-  const Eigen::Map<const Eigen::ArrayXd> variance(variances, count);
-  const ScalarEstimate pooled_innovation = pooled(particles_.weight, innovation, variance);
-  status_.observation = observation.beacon;
-  status_.innovation = pooled_innovation.mean;
-  status_.innovation_sigma = pooled_innovation.sigma;
-
-  normalize_weights(share < 1.0 ? temper(share, log_weights_before, particles_.log_weight) : 0.0);
-
-  if (options_.noise_estimation.ranges) {
-    learn_range_noise(base_variance, range.variance, innovation, variance,
-                      Eigen::Map<const Eigen::ArrayXd>(variances + count, count));
+  Sums sums{};
+  for (const Sums& block : blocks) {
+    kernels::add(block.ranges, &sums.ranges);
+    add(block.weights, &sums.weights);
   }
 
-  // Likelihood in units of the Gaussian's peak, so that ranges of different noise compare.
-  const double peak = std::sqrt(2.0 * kPi * range.variance);
-  const double relative = std::min(1.0, peak * std::exp(last_log_sum_));
+  const double* likelihoods = sums.ranges.likelihood;
+  const double before_last = count > 1 ? likelihoods[count - 2] : 1.0;
+  const double innovation = sums.ranges.innovation / before_last;
+  status_.observation = observations[count - 1].beacon;
+  status_.innovation = innovation;
+  status_.innovation_sigma = std::sqrt(
+      std::max(0.0, sums.ranges.innovation_square / before_last - innovation * innovation));
+  normalize_weights(likelihoods, count, sums.weights);
+  learn_range_noise(weighing, count, sums.ranges);
+  double before = 1.0;
+  for (int k = 0; k < count; before = likelihoods[k++]) {
+    follow_likelihood(ranges[k].variance, likelihoods[k] / before);
+  }
+}
+
+// The weights are normalised by the sums; where no particle can explain a range, they all become
+// equal. All likelihoods are then the smallest there is.
+void BeaconMcl::normalize_weights(const double* likelihoods, int count, const WeightSums& sums) {
+  bool is_explained = true;
+  for (int k = 0; k < count; ++k) {
+    const double before = k > 0 ? std::max(1.0, likelihoods[k - 1]) : 1.0;
+    is_explained &= std::log(likelihoods[k] / before) > kernels::kSmallestLogLikelihood + 1e-6;
+  }
+  if (!is_explained || !std::isfinite(likelihoods[count - 1])) {
+    ++status_.weight_resets;
+    reset_weights();
+    return;
+  }
+  double inverse_sum = 1.0;
+  const WeightSummary summary = summary_of(sums, 0.0, particles_.size(), &inverse_sum);
+  const auto rescale_block = [&](std::int64_t begin, std::int64_t end) {
+    rescale(inverse_sum, summary.log_sum, end - begin, particles_.weight.data() + begin,
+            particles_.log_weight.data() + begin);
+  };
+  pool_->for_each_block(particles_.size(), rescale_block, WorkerPool::kManyCheapElements);
+  status_.log_likelihood += std::log(likelihoods[count - 1]);
+  status_.effective_sample_size = summary.effective_sample_size;
+  status_.entropy_sample_size = summary.entropy_sample_size;
+}
+
+// Likelihood in units of the Gaussian's peak, so that ranges of different noise compare.
+void BeaconMcl::follow_likelihood(double variance, double likelihood) {
+  const double relative = std::min(1.0, std::sqrt(2.0 * kPi * variance) * likelihood);
   ++likelihoods_;
   const double slow =
       std::max(options_.recovery.slow_rate, 1.0 / static_cast<double>(likelihoods_));
@@ -223,24 +271,6 @@ void BeaconMcl::weigh(const RangeObservation& observation) {
       std::max(options_.recovery.fast_rate, 1.0 / static_cast<double>(likelihoods_));
   slow_likelihood_ += slow * (relative - slow_likelihood_);
   fast_likelihood_ += fast * (relative - fast_likelihood_);
-}
-
-void BeaconMcl::normalize_weights(double left_out) {
-  const bool is_usable = is_normalizable(particles_.log_weight);
-  WeightSummary summary;
-  if (is_usable) summary = normalize(particles_.log_weight, particles_.weight);
-  summary.log_sum += left_out;
-  // Where no particle can explain the range all likelihoods are the smallest there is.
-  if (!is_usable || summary.log_sum < kernels::kSmallestLogLikelihood + 1e-6) {
-    ++status_.weight_resets;
-    reset_weights();
-    last_log_sum_ = -std::numeric_limits<double>::infinity();
-    return;
-  }
-  last_log_sum_ = summary.log_sum;
-  status_.log_likelihood += summary.log_sum;
-  status_.effective_sample_size = summary.effective_sample_size;
-  status_.entropy_sample_size = summary.entropy_sample_size;
 }
 
 void BeaconMcl::reset_weights() {
@@ -251,19 +281,17 @@ void BeaconMcl::reset_weights() {
   status_.entropy_sample_size = count;
 }
 
-// Expectation-maximisation: the expected square of the range's noise, given the population after
-// the range, averaged over the past with forgetting. A particle that takes the range for an outlier
-// says nothing about the noise.
-void BeaconMcl::learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
-                                  ConstArray innovation_variance, ConstArray inlier) {
-  const double keep = std::exp(-1.0 / options_.noise_estimation.memory);
-  const kernels::NoiseSums sums =
-      kernels::noise_sums(variance, innovation.size(), particles_.weight.data(), innovation.data(),
-                          innovation_variance.data(), inlier.data());
-  const double squares = sums.squares / nominal_variance;
-  if (!std::isfinite(squares)) return;
+// Expectation-maximisation: the expected squares of the ranges' noise, given the population after
+// them, averaged over the past with forgetting. A particle that takes a range for an outlier says
+// nothing about the noise.
+void BeaconMcl::learn_range_noise(const kernels::Weighing& weighing, int count,
+                                  const kernels::RangeSums& sums) {
+  const double all = sums.likelihood[count - 1];
+  const double squares = sums.noise_squares / all;
+  if (!weighing.learns_noise || !std::isfinite(squares)) return;
+  const double keep = std::pow(weighing.keep, count);
   range_squares_ = keep * range_squares_ + squares;
-  range_count_ = keep * range_count_ + sums.count;
+  range_count_ = keep * range_count_ + sums.noise_count / all;
 }
 
 double BeaconMcl::range_variance_factor() const {
@@ -292,8 +320,8 @@ void BeaconMcl::vary_noise_factors() {
 PoseEstimate BeaconMcl::estimate() const {
   if (!is_initialized())
     throw Error("there is no estimate yet: particles start with the first ranges");
-  const PoseStatistics statistics =
-      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  const PoseStatistics statistics = pose_statistics(particles_.weight, particles_.x, particles_.y,
+                                                    particles_.heading, pool_.get());
   return {statistics.mean, statistics.covariance};
 }
 

@@ -22,6 +22,11 @@
 namespace pf_resampling {
 
 struct SavedBeaconMcl;
+namespace kernels {
+struct Range;
+struct RangeSums;
+struct Weighing;
+}  // namespace kernels
 
 /// Health of the filter. Counts are since the start.
 struct BeaconMclStatus {
@@ -181,15 +186,17 @@ class BeaconMcl {
   void begin_solution();
   bool take_solution();
   void redraw(const std::vector<double>& shares, const std::vector<RangeMemory::Newest>& modes);
-  void move(const OdometryIncrement& odometry);
-  void weigh(const RangeObservation& range);
-  void normalize_weights(double left_out);
+  WorkerPool::Body motion_of(const OdometryIncrement& odometry);
+  kernels::Range range_of(const RangeObservation& observation);
+  void weigh(const RangeObservation* observations, int count, const WorkerPool::Body& move);
+  void normalize_weights(const double* likelihoods, int count, const WeightSums& sums);
+  void follow_likelihood(double variance, double likelihood);
   void renew();
   void blend(const std::vector<BlendPair>& pairs);
   bool recovery_is_due() const;
   void inject();
-  void learn_range_noise(double nominal_variance, double variance, ConstArray innovation,
-                         ConstArray innovation_variance, ConstArray inlier);
+  void learn_range_noise(const kernels::Weighing& weighing, int count,
+                         const kernels::RangeSums& sums);
   double range_variance_factor() const;
   void vary_noise_factors();
   void remember(const RangeObservation& range);
@@ -232,7 +239,6 @@ class BeaconMcl {
   Pose2 dead_reckoning_;
   std::deque<RecentRange> recent_;
   std::optional<double> first_range_time_;  // s, since the start
-  double last_log_sum_ = 0.0;
   // Of the ranges' noise, in units of the nominal variance, and how many.
   double range_squares_ = 0.0;
   double range_count_ = 0.0;

@@ -42,8 +42,8 @@ struct MovingParticles {
 
 /// Draws every particle's motion, with normals z0 … z3, and lets its yaw-rate bias learn from what
 /// was drawn.
-void move(const Motion& motion, std::int64_t count, const double* z0, const double* z1,
-          const double* z2, const double* z3, const MovingParticles& particles);
+void move(const Motion& motion, std::int64_t count, const float* z0, const float* z1,
+          const float* z2, const float* z3, const MovingParticles& particles);
 
 /// What is common to all particles in a range.
 struct Range {
@@ -51,6 +51,7 @@ struct Range {
   double beacon[3];   // m, map frame
   double antenna[3];  // m, on the robot
   double variance;    // m^2, of the noise
+  double nominal;     // m^2, likewise, before anything was learnt of it
   double scale_walk;  // variance added to the calibration's since the radio's last range
   double bias_walk;
   double inlier_share;
@@ -66,22 +67,37 @@ struct Calibration {
   double* bias_variance;
 };
 
-/// log_weight += log likelihood of the range; the particle's calibration takes the range in as far
-/// as it is believed to be no outlier. innovation and innovation_variance: of each particle.
-void weigh(const Range& range, std::int64_t count, const double* x, const double* y,
-           const double* heading, const Calibration& calibration, double* log_weight,
-           double* innovation, double* innovation_variance, double* inlier);
+/// As many ranges are taken in at one go.
+constexpr int kMostRanges = 8;
 
-/// Expected square of a range's noise, and how far the range is believed to be no outlier, summed
-/// over the population with its weights.
-struct NoiseSums {
-  double squares = 0.0;  // m^2
-  double count = 0.0;
+/// Sums over particles that were weighed by ranges of one moment.
+struct RangeSums {
+  // Of weights times likelihoods: of the first range, of the first two …
+  double likelihood[kMostRanges];
+  // The last range's innovation, and its square plus variance, by weights before that range.
+  double innovation;
+  double innovation_square;
+  // By weights after all ranges: the expected square of a range's noise in units of its nominal
+  // variance, and how far ranges are believed to be no outliers. Each range counts `keep` times as
+  // much as the one after it.
+  double noise_squares;
+  double noise_count;
+};
+void add(const RangeSums& other, RangeSums* sums);
+
+/// What is done with the ranges.
+struct Weighing {
+  double tempering;  // share of the log likelihood that the weights take up
+  double keep;       // see RangeSums
+  bool calibrates;   // otherwise the calibration's variances are all zero
+  bool learns_noise;
 };
 
-/// `variance`: of the noise as assumed; innovations and their variances as from weigh().
-NoiseSums noise_sums(double variance, std::int64_t count, const double* weight,
-                     const double* innovation, const double* innovation_variance,
-                     const double* inlier);
+/// log_weight += tempering · log likelihood of `ranges` ranges, at most kMostRanges; the particles'
+/// calibration takes every range in as far as it is believed to be no outlier. `weight`:
+/// normalised, before them. The sums are written.
+void weigh(const Weighing& weighing, const Range* range, int ranges, std::int64_t count,
+           const double* x, const double* y, const double* heading, const double* weight,
+           const Calibration& calibration, double* log_weight, RangeSums* sums);
 
 }  // namespace pf_resampling::kernels

@@ -9,7 +9,7 @@ namespace pf_resampling {
 
 void BeaconMcl::renew() {
   const auto select = [this](ConstIndices ancestors) {
-    select_columns(ancestors, &particles_);
+    select_columns(ancestors, &particles_, pool_.get());
     ancestry_.select(ancestors);
   };
   // In a cloud that is all wrong every particle fits as badly as the others: their weights stay

@@ -47,6 +47,57 @@ TEST(ExpVector, HandlesTheEnds) {
   EXPECT_TRUE(std::isnan(exp_vector(std::numeric_limits<double>::quiet_NaN())));
 }
 
+TEST(ExpLikelihoodVector, IsWithinTheErrorItStates) {
+  double worst = 0.0;
+  for (const double low : {-700.0, -40.0, -1.0}) {
+    for (const double x : arguments(low, 0.0, 300000)) {
+      const double exact = std::exp(x);
+      worst = std::max(worst, std::abs(exp_likelihood_vector(x) - exact) / exact);
+    }
+  }
+  EXPECT_LT(worst, 2e-10);
+  for (const double x : {-701.0, -1e300, -kInfinity}) {
+    EXPECT_EQ(exp_likelihood_vector(x), 0.0);
+  }
+}
+
+TEST(InverseSqrtVector, IsWithinTheErrorItStates) {
+  double worst = 0.0;
+  for (const double exponent : arguments(-1021.0, 1023.0, 300000)) {
+    const double x = std::exp2(exponent);
+    worst = std::max(worst, std::abs(inverse_sqrt_vector(x) * std::sqrt(x) - 1.0));
+  }
+  EXPECT_LT(worst, 3e-12);
+  EXPECT_TRUE(std::isfinite(inverse_sqrt_vector(0.0)));
+}
+
+// The ends of the uniform and of the angle, the edges of the quadrants, and what is in between.
+TEST(SingleNormalPairVector, IsBoxMullerWithinTheErrorItStates) {
+  double worst = 0.0;
+  const auto look = [&worst](std::uint64_t bits) {
+    const double uniform = (static_cast<double>(bits >> 33) + 0.5) * 0x1p-31;
+    const double radius = std::sqrt(-2.0 * std::log(uniform));
+    const double angle = 2.0 * M_PI * 0x1p-32 * static_cast<double>(bits & 0xffffffffu);
+    float first, second;
+    single_normal_pair_vector(bits, &first, &second);
+    worst = std::max(worst, std::abs(double{first} - radius * std::cos(angle)));
+    worst = std::max(worst, std::abs(double{second} - radius * std::sin(angle)));
+  };
+  for (const std::uint64_t uniform : {0x0u, 0x1u, 0x2u, 0x5a82799au, 0x80000000u, 0xb504f333u}) {
+    for (const std::uint64_t angle :
+         {0x0u, 0x1u, 0x1fffffffu, 0x20000000u, 0x60000000u, 0x80000000u, 0xa0000000u, 0xdfffffffu,
+          0xe0000000u, 0xffffffffu}) {
+      look((uniform << 32) | angle);
+    }
+  }
+  for (const double u : arguments(0.0, 0.999, 300000)) {
+    const std::uint64_t bits = to_bits(1.0 + u);
+    look(((bits << 12) & 0xffffffff00000000u) | ((bits * 0x9e3779b97f4a7c15u) >> 32));
+  }
+  EXPECT_LT(worst, 2e-6);
+  RecordProperty("worst", std::to_string(worst));
+}
+
 TEST(LogVector, IsWithinTheErrorItStates) {
   double worst = 0.0;
   const auto check = [&](double x) {

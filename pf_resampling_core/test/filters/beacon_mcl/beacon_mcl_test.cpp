@@ -70,6 +70,27 @@ TEST(BeaconMcl, TemperingTakesUpAShareOfTheLikelihood) {
   EXPECT_NEAR(tempered.status().log_likelihood, whole.status().log_likelihood, 1e-9);
 }
 
+// More than are taken in at one go.
+TEST(BeaconMcl, RangesOfAMomentAreTakenInAsOneAfterTheOther) {
+  BeaconMclOptions options = plain_options();
+  options.ranges.outlier_share = 0.05;
+  BeaconMcl together(options, square_of_beacons(), 3);
+  BeaconMcl single(options, square_of_beacons(), 3);
+  std::vector<RangeObservation> ranges;
+  double log_likelihood = 0.0;
+  for (int i = 0; i < 19; ++i) {
+    ranges.push_back(range_of(1 + i % 4, 12.0 + std::sin(9.0 * i)));
+    single.update({}, {ranges.back()});
+    log_likelihood += single.status().log_likelihood;
+  }
+  together.update({}, ranges);
+  EXPECT_LT((together.particles().weight - single.particles().weight).abs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(together.status().log_likelihood, log_likelihood, 1e-9);
+  EXPECT_NEAR(together.status().innovation, single.status().innovation, 1e-9);
+  EXPECT_NEAR(together.status().innovation_sigma, single.status().innovation_sigma, 1e-9);
+  EXPECT_NEAR(together.status().effective_sample_size, single.status().effective_sample_size, 1e-7);
+}
+
 TEST(BeaconMcl, OneWildRangeMovesNothing) {
   BeaconMclOptions options = plain_options();
   options.particles = 5000;
@@ -136,7 +157,8 @@ TEST(BeaconMcl, NothingNonFiniteComesOfAbsurdRanges) {
 // -------------------------------------------------------------------------------------
 
 TEST(BeaconMcl, SameSeedSameBytesWhateverTheNumberOfThreads) {
-  BeaconMclOptions options = default_options_with(3 * 2048 + 123);
+  // So many that everything is shared out.
+  BeaconMclOptions options = default_options_with(20 * 2048 + 123);
   const std::vector<double> expected = all_numbers(lived_in(options, 25, 9));
   EXPECT_TRUE(same_bytes(all_numbers(lived_in(options, 25, 9)), expected)) << "twice in a row";
   for (const int threads : {2, 3}) {
