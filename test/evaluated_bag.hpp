@@ -12,6 +12,8 @@
 
 namespace pf_resampling {
 
+inline constexpr double kEvaluatedStart = 1000.0;  // s
+
 inline geometry_msgs::Pose pose_at(double x, double y, double heading) {
   geometry_msgs::Pose pose;
   pose.position.x = x;

@@ -11,6 +11,10 @@
 
 namespace pf_resampling {
 
+/// m. What is driven and seen is exact: a filter that is right is seldom off by 0.1 m. Five times
+/// that is lost.
+inline constexpr double kLost = 0.5;
+
 inline double distance(const Pose2& a, const Pose2& b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }

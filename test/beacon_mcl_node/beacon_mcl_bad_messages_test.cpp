@@ -9,12 +9,12 @@ namespace {
 
 using bad_inputs::kInfinity;
 using bad_inputs::kNan;
-constexpr double kStart = BeaconMclDrive::kStart;
+constexpr double kBegin = BeaconMclDrive::kStart;
 
 using BadMessage = bad_inputs::BadMessage<BeaconMclMessage>;
 
 ros::Time now() {
-  return ros::Time(kStart + 12.0);
+  return ros::Time(kBegin + 12.0);
 }
 
 template <typename Change>
@@ -87,7 +87,7 @@ TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
       handle(message, &run.pipeline);
       if (++count % 7 == 0) {
         BeaconRange range = BeaconMclDrive::range(
-            run.out.poses.empty() ? ros::Time(kStart) : run.out.poses.back().header.stamp, 2);
+            run.out.poses.empty() ? ros::Time(kBegin) : run.out.poses.back().header.stamp, 2);
         range.range = absurd;
         run.pipeline.handle(range);
         range.range = 5.0;
@@ -99,7 +99,7 @@ TEST(BeaconMclPipeline, NothingThatIsNotFiniteIsPublishedWhateverComes) {
 
     run.pipeline.handle(initial_pose({}, {absurd, 0.0, 0.0}, absurd));
     for (int i = 1; i < 40; ++i) {
-      const ros::Time stamp(kStart + 6.0 + 0.1 * i);
+      const ros::Time stamp(kBegin + 6.0 + 0.1 * i);
       run.pipeline.handle(BeaconMclDrive::odometry(stamp));
       run.pipeline.handle(BeaconMclDrive::range(stamp, i % 4));
     }

@@ -11,8 +11,8 @@
 namespace pf_resampling {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNanFloat = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfiniteFloat = std::numeric_limits<float>::infinity();
 
 sensor_msgs::Range message_of(const std::string& frame, float range, float least = 0.2F,
                               float most = 40.0F) {
@@ -52,12 +52,12 @@ TEST(RangeSensor, WithoutAnEchoThereIsNeitherARangeNorARejection) {
     const RangeReading reading = read_range(message_of("beacon_1", range, least, most), names());
     return !reading.range && !reading.rejection;
   };
-  EXPECT_TRUE(is_silent(kInfinity, 0.2F, 40.0F));
-  EXPECT_TRUE(is_silent(-kInfinity, 0.2F, 40.0F));
+  EXPECT_TRUE(is_silent(kInfiniteFloat, 0.2F, 40.0F));
+  EXPECT_TRUE(is_silent(-kInfiniteFloat, 0.2F, 40.0F));
   EXPECT_TRUE(is_silent(40.5F, 0.2F, 40.0F));
   EXPECT_TRUE(is_silent(0.1F, 0.2F, 40.0F));
-  EXPECT_TRUE(is_silent(kInfinity, 0.0F, 0.0F));
-  EXPECT_TRUE(is_silent(kInfinity, 0.2F, kInfinity));
+  EXPECT_TRUE(is_silent(kInfiniteFloat, 0.0F, 0.0F));
+  EXPECT_TRUE(is_silent(kInfiniteFloat, 0.2F, kInfiniteFloat));
   EXPECT_FALSE(is_silent(40.0F, 0.2F, 40.0F));
   EXPECT_FALSE(is_silent(0.2F, 0.2F, 40.0F));
   EXPECT_FALSE(is_silent(300.0F, 0.0F, 0.0F)) << "a driver that fills in no limits has none";
@@ -69,9 +69,9 @@ TEST(RangeSensor, WhatMakesNoSenseIsRejectedWithTheReason) {
     EXPECT_FALSE(reading.range);
     return reading.rejection ? to_string(reading.rejection->reason) : "none";
   };
-  EXPECT_EQ(reason(message_of("beacon_1", kNan)), "not_finite");
-  EXPECT_EQ(reason(message_of("beacon_1", 5.0F, kNan)), "not_finite");
-  EXPECT_EQ(reason(message_of("beacon_1", 5.0F, 0.2F, kNan)), "not_finite");
+  EXPECT_EQ(reason(message_of("beacon_1", kNanFloat)), "not_finite");
+  EXPECT_EQ(reason(message_of("beacon_1", 5.0F, kNanFloat)), "not_finite");
+  EXPECT_EQ(reason(message_of("beacon_1", 5.0F, 0.2F, kNanFloat)), "not_finite");
   EXPECT_EQ(reason(message_of("beacon_1", 5.0F, 6.0F, 4.0F)), "impossible_range");
   EXPECT_EQ(reason(message_of("sonar_front", 5.0F)), "unknown_beacon");
   EXPECT_EQ(reason(message_of("", 5.0F)), "unknown_beacon");
@@ -126,7 +126,7 @@ TEST(RangeSensor, AnUnknownFrameIsCountedAndShownInTheDiagnostics) {
   for (int i = 0; i < 3; ++i) rig.pipeline.handle(sonar);
   sensor_msgs::Range silent = sonar;
   silent.header.frame_id = "beacon_10";
-  silent.range = kInfinity;
+  silent.range = kInfiniteFloat;
   rig.pipeline.handle(silent);
   EXPECT_EQ(rig.pipeline.rejects().count("sensor_ranges", RejectReason::unknown_beacon), 3u);
   EXPECT_EQ(rig.pipeline.rejects().total(), 3u);

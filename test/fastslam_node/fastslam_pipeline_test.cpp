@@ -9,10 +9,6 @@ namespace {
 
 using Drive = FastSlamDrive;
 
-// Odometry and scans are exact. The filter, which believes in noise of 0.03 m per root metre,
-// draws from it; after 20 m it is seldom off by 0.1 m. Five times that is lost.
-constexpr double kLost = 0.5;  // m
-
 // ---- time -------------------------------------------------------------------------------------
 
 // A clock that is set while the robot drives: no reason to forget the map.

@@ -18,9 +18,6 @@ namespace {
 using Drive = FastSlamDrive;
 using visualization_msgs::Marker;
 
-// As in fastslam_pipeline_test: seldom off by 0.1 m, five times that is lost.
-constexpr double kLost = 0.5;  // m
-
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
                                           const Pose2& place) {
   geometry_msgs::TransformStamped transform;

@@ -15,9 +15,6 @@ namespace {
 
 using Drive = FastSlamDrive;
 
-// As in fastslam_pipeline_test.cpp: odometry and scans are exact, so this is lost.
-constexpr double kLost = 0.5;  // m
-
 TEST(FastSlamPipeline, BothRenewalsWorkAndSayWhatTheyAre) {
   FastSlamPipelineOptions options = Drive::options();
   options.filter.strategy.schedule = Schedule::every_n;

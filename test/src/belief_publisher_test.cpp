@@ -11,8 +11,8 @@
 namespace pf_resampling {
 namespace {
 
-const double kNan = std::numeric_limits<double>::quiet_NaN();
-const double kInfinity = std::numeric_limits<double>::infinity();
+const double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+const double kInfinite = std::numeric_limits<double>::infinity();
 const Pose2 kThere = {1.0, 2.0, 0.5};
 
 PoseEstimate sure(const Pose2& mean) {
@@ -36,9 +36,9 @@ TEST(BeliefPublisher, APoseThatIsNotFiniteIsHeldBackAndCounted) {
   options.path_period = 0.0;
   Publisher publisher(options);
   std::vector<PoseEstimate> bad(3, sure(kThere));
-  bad[0].mean.x = kNan;
-  bad[1].mean.heading = kInfinity;
-  bad[2].covariance(0, 1) = kNan;
+  bad[0].mean.x = kNoNumber;
+  bad[1].mean.heading = kInfinite;
+  bad[2].covariance(0, 1) = kNoNumber;
   for (const PoseEstimate& estimate : bad)
     publisher.belief.publish_pose(ros::Time(1.0), estimate, {});
   publisher.belief.publish_path(ros::Time(1.0));

@@ -184,19 +184,20 @@ TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
 }
 
 template <typename Read>
-std::string refusal(const Read& read, const std::string& path) {
+std::string refusal_of(const Read& read, const std::string& path) {
   return pf_resampling::refusal([&] { read(path); });
 }
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
   write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
-  EXPECT_EQ(refusal(read_beacon_mcl_checkpoint, path_),
+  EXPECT_EQ(refusal_of(read_beacon_mcl_checkpoint, path_),
             "checkpoint " + path_ +
                 ": filter: \"beacon_mcl\" expected, \"fastslam\" found; take another copy or start "
                 "without it");
   write_map_file(path_, small_map());
-  EXPECT_TRUE(says(refusal(read_fastslam_checkpoint, path_), "is not how a checkpoint begins"));
-  EXPECT_TRUE(says(refusal(read_fastslam_checkpoint, directory_.file("none")), "cannot be read"));
+  EXPECT_TRUE(says(refusal_of(read_fastslam_checkpoint, path_), "is not how a checkpoint begins"));
+  EXPECT_TRUE(
+      says(refusal_of(read_fastslam_checkpoint, directory_.file("none")), "cannot be read"));
   EXPECT_THROW(write_checkpoint(directory_.file("none/a"),
                                 FastSlamCheckpoint{some_progress(), kScene, small_map()}),
                Error);

@@ -18,7 +18,7 @@ nav_msgs::Odometry message_at(double seconds) {
   return odometry;
 }
 
-struct Drive {
+struct ReckonedDrive {
   void until(double seconds) {
     for (; 0.1 * next <= seconds + 1e-9; ++next) odometry.take(message_at(0.1 * next), noise);
   }
@@ -28,7 +28,7 @@ struct Drive {
 };
 
 TEST(DeadReckoning, KeepsTheMotionThatTheFilterHasNotUsed) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(2.0);
   EXPECT_NEAR(drive.odometry.since().mean.x, 2.0, 1e-9);
   EXPECT_NEAR(drive.odometry.until(ros::Time(100.75), drive.noise).mean.x, 0.75, 1e-9);
@@ -44,7 +44,7 @@ TEST(DeadReckoning, KeepsTheMotionThatTheFilterHasNotUsed) {
 }
 
 TEST(DeadReckoning, SaysWhichObservationsCannotBeUsed) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(2.0);
   drive.odometry.use_until(ros::Time(101.0), drive.noise);
   EXPECT_EQ(drive.odometry.check_stamp(ros::Time(99.0), 0.0)->reason,
@@ -60,7 +60,7 @@ TEST(DeadReckoning, SaysWhichObservationsCannotBeUsed) {
 // Half of the 30 s that are kept may go unused; then the filter is to follow until 7.5 s before
 // now.
 TEST(DeadReckoning, TellsWhenTheFilterHasToGoOnWithoutObservations) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(14.9);
   EXPECT_FALSE(drive.odometry.overdue());
   drive.until(15.1);
@@ -85,7 +85,7 @@ TEST(DeadReckoning, TellsWhenMoreMessagesWaitThanAreKept) {
 }
 
 TEST(DeadReckoning, StartsOverWhenTimeJumpsBack) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(5.0);
   drive.odometry.use_until(ros::Time(104.0), drive.noise);
   for (const double time : {1.0, 1.1, 1.2, 1.3}) {
@@ -104,7 +104,7 @@ TEST(DeadReckoning, StartsOverWhenTimeJumpsBack) {
 
 // A clock that is told the time: the robot is where it was, whatever the clock says.
 TEST(DeadReckoning, StartsOverWhenTimeJumpsForward) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(5.0);
   drive.odometry.use_until(ros::Time(104.0), drive.noise);
   for (const double time : {1e9, 1e9 + 0.1, 1e9 + 0.2, 1e9 + 0.3}) {
@@ -123,7 +123,7 @@ TEST(DeadReckoning, StartsOverWhenTimeJumpsForward) {
 
 // Until somebody has used it, odometry is kept; but not for ever.
 TEST(DeadReckoning, KeepsWhatTheFilterHasYetToUse) {
-  Drive drive;
+  ReckonedDrive drive;
   drive.until(60.0);
   drive.odometry.use_until(ros::Time(160.0), drive.noise);
   drive.until(60.5);

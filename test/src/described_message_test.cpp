@@ -17,7 +17,7 @@ namespace pf_resampling {
 namespace {
 
 template <typename Message>
-std::vector<std::uint8_t> bytes_of(const Message& message) {
+std::vector<std::uint8_t> serialized(const Message& message) {
   std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(message));
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   ros::serialization::serialize(stream, message);
@@ -40,7 +40,7 @@ TEST(ReadDescribed, ReadsWhatTheGeneratedCodeWrites) {
   imu.header.frame_id = "imu";
   imu.angular_velocity.z = -0.125;
   imu.angular_velocity_covariance[8] = 0.5;
-  const json read = described<sensor_msgs::Imu>(bytes_of(imu));
+  const json read = described<sensor_msgs::Imu>(serialized(imu));
   EXPECT_EQ(read["header"]["frame_id"], "imu");
   EXPECT_EQ(read["header"]["stamp"]["secs"], 1600000000u);
   EXPECT_EQ(read["header"]["stamp"]["nsecs"], 250000000u);
@@ -54,7 +54,7 @@ TEST(ReadDescribed, ReadsWhatTheGeneratedCodeWrites) {
   array.status[1].level = -1;
   array.status[1].values.resize(1);
   array.status[1].values[0].key = "a key";
-  const json list = described<diagnostic_msgs::DiagnosticArray>(bytes_of(array));
+  const json list = described<diagnostic_msgs::DiagnosticArray>(serialized(array));
   ASSERT_EQ(list["status"].size(), 2u);
   const json& second = list["status"][1];
   EXPECT_EQ(second["name"], "two");
@@ -65,7 +65,7 @@ TEST(ReadDescribed, ReadsWhatTheGeneratedCodeWrites) {
   status.renewed = 1;
   status.updates = 1ULL << 40;
   status.observation = -1;
-  const json of_filter = described<FilterStatus>(bytes_of(status));
+  const json of_filter = described<FilterStatus>(serialized(status));
   EXPECT_EQ(of_filter["renewed"], 1.0);
   EXPECT_EQ(of_filter["updates"], std::ldexp(1.0, 40));
   EXPECT_EQ(of_filter["observation"], -1.0);
@@ -104,7 +104,7 @@ TEST(ReadDescribed, ReadsEveryTypeOfNumber) {
 }
 
 TEST(ReadDescribed, RefusesWhatTheDefinitionDoesNotDescribe) {
-  std::vector<std::uint8_t> bytes = bytes_of(sensor_msgs::Imu());
+  std::vector<std::uint8_t> bytes = serialized(sensor_msgs::Imu());
   bytes.pop_back();
   EXPECT_THROW(described<sensor_msgs::Imu>(bytes), Error);
   bytes.resize(bytes.size() + 2);

@@ -14,10 +14,6 @@
 namespace pf_resampling {
 namespace {
 
-// What is driven and seen is exact; a filter that is right is within 0.1 m. Five times that is
-// lost.
-constexpr double kLost = 0.5;  // m
-
 template <typename AnyRig>
 class FilterPipelineOf : public testing::Test {};
 using Rigs = testing::Types<Rig, FastSlamRig>;

@@ -35,7 +35,7 @@ TEST(FramePattern, EmptyMatchesNothing) {
   EXPECT_EQ(FramePattern("").id_of("tag_7"), std::nullopt);
 }
 
-std::string error_of(const std::string& text) {
+std::string error_of_pattern(const std::string& text) {
   std::string field = "before";
   const Parameter parameter = pattern_parameter("group/pattern", &field, "Help.");
   try {
@@ -49,10 +49,10 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(FramePattern, AParameterThatIsNoneIsRefusedByNameAndValue) {
-  EXPECT_EQ(error_of("tag_(\\d+)"), "");
-  EXPECT_EQ(error_of(""), "");
+  EXPECT_EQ(error_of_pattern("tag_(\\d+)"), "");
+  EXPECT_EQ(error_of_pattern(""), "");
   for (const char* bad : {"tag_(", "tag_\\d+", "(tag)_(\\d+)", "["}) {
-    const std::string said = error_of(bad);
+    const std::string said = error_of_pattern(bad);
     EXPECT_TRUE(says(said, "group/pattern"));
     EXPECT_TRUE(says(said, bad));
     EXPECT_TRUE(says(said, "tag_(\\d+)"));

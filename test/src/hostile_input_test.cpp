@@ -17,9 +17,6 @@
 namespace pf_resampling {
 namespace {
 
-// What is driven and seen is exact; a filter that is right is within 0.1 m. Five times that is
-// lost.
-constexpr double kLost = 0.5;  // m
 // s, after which the pose has to be good again.
 constexpr double kRecovery = 30.0;
 

@@ -14,7 +14,7 @@
 namespace pf_resampling {
 namespace {
 
-std::string refusal(const ServiceFolder& folder, const std::string& name) {
+std::string refusal_in(const ServiceFolder& folder, const std::string& name) {
   return pf_resampling::refusal([&] { folder.path_of(name); });
 }
 
@@ -67,9 +67,9 @@ TEST(ServiceFolder, NothingOutsideOfItIsNamed) {
   for (const std::string& name :
        {std::string("../secret"), std::string("a/../../secret"), directory.file("secret"),
         std::string("/dev/null"), std::string("."), directory.file("maps_too/x")}) {
-    EXPECT_TRUE(says(refusal(folder, name), " is not in " + directory.file("maps")));
+    EXPECT_TRUE(says(refusal_in(folder, name), " is not in " + directory.file("maps")));
   }
-  EXPECT_EQ(refusal(folder, ""), "no file is given; give a name in " + directory.file("maps"));
+  EXPECT_EQ(refusal_in(folder, ""), "no file is given; give a name in " + directory.file("maps"));
 }
 
 TEST(ServiceFolder, FilesOfAnotherKindAreNotWritten) {
@@ -96,7 +96,7 @@ TEST(ServiceFolder, FilesOfAnotherKindAreNotWritten) {
 TEST(ServiceFolder, AFolderThatCannotBeMadeIsNamedWithTheParameter) {
   const TemporaryDirectory directory;
   directory.write("maps", "a file in the way");
-  const std::string said = refusal(ServiceFolder(directory.file("maps/of/robot")), "my.map");
+  const std::string said = refusal_in(ServiceFolder(directory.file("maps/of/robot")), "my.map");
   EXPECT_EQ(said.rfind("the folder " + directory.file("maps/of/robot") + " cannot be made: ", 0),
             0u)
       << said;

@@ -22,8 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kStart = 1000.0;  // s
-
 /// A robot that drives a square of 20 m with a landmark at each corner, and a filter whose path is
 /// that path seen from its own frame, 0.2 m shorter to each side of the middle, and whose map is
 /// likewise; one landmark is there twice.
@@ -35,7 +33,7 @@ class EvaluateSlamBag : public EvaluatedBag {
                        const std::string& loaded_map = "") const {
     std::string path = directory_.file("slam.bag");
     BagWriter bag(path);
-    const ros::Time start(kStart);
+    const ros::Time start(kEvaluatedStart);
     const double corners[4][2] = {{0, 0}, {20, 0}, {20, 20}, {0, 20}};
     const auto seen = [&](double x, double y) {
       return relative(frame, {10.0 + kShrink * (x - 10.0), 10.0 + kShrink * (y - 10.0), 0.0});
@@ -64,7 +62,7 @@ class EvaluateSlamBag : public EvaluatedBag {
       bag.write("/initialpose", start, initial);
     }
     for (int i = 0; i <= 400; ++i) {
-      const ros::Time time(kStart + 0.1 * i);
+      const ros::Time time(kEvaluatedStart + 0.1 * i);
       const int side = std::min(i / 100, 3);
       const double along = 0.2 * (i - 100 * side);
       const double* from = corners[side];
@@ -99,8 +97,8 @@ class EvaluateSlamBag : public EvaluatedBag {
       status.health = i < 100 ? "converging" : i < 300 ? "healthy" : "depleted";
       bag.write("/status", time, status);
     }
-    bag.write("/landmark_map", ros::Time(kStart + 40.0), LandmarkMap());
-    bag.write("/landmark_map", ros::Time(kStart + 40.1), estimated);
+    bag.write("/landmark_map", ros::Time(kEvaluatedStart + 40.0), LandmarkMap());
+    bag.write("/landmark_map", ros::Time(kEvaluatedStart + 40.1), estimated);
     bag.finish();
     return path;
   }

@@ -20,9 +20,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kStart = 1000.0;  // s
-constexpr double kHeading = 0.5;   // rad
-constexpr int kPoses = 501;        // at 10 Hz
+constexpr double kHeading = 0.5;  // rad
+constexpr int kPoses = 501;       // at 10 Hz
 
 struct BagOptions {
   bool with_truth = true;
@@ -38,7 +37,7 @@ struct BagOptions {
 // a variance of 1 m^2 per axis.
 void write_bag(const std::string& path, const BagOptions& options) {
   BagWriter bag(path);
-  const ros::Time start(kStart);
+  const ros::Time start(kEvaluatedStart);
   BeaconArray beacons;
   beacons.header.frame_id = "map";
   beacons.header.stamp = start;
@@ -56,7 +55,7 @@ void write_bag(const std::string& path, const BagOptions& options) {
     bag.write_latched("/tf_static", start, frames);
   }
   for (int i = 0; i < kPoses; ++i) {
-    const ros::Time time(kStart + 0.1 * i);
+    const ros::Time time(kEvaluatedStart + 0.1 * i);
     const double s = 0.1 * i;
     std_msgs::Header header;
     header.stamp = time;

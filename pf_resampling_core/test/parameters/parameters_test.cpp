@@ -38,7 +38,8 @@ const Parameter& named(const ParameterList& list, const std::string& name) {
                        [&](const Parameter& parameter) { return parameter.name == name; });
 }
 
-std::string refusal(const ParameterList& list, const std::string& name, const std::string& value) {
+std::string refusal_by(const ParameterList& list, const std::string& name,
+                       const std::string& value) {
   try {
     set_parameter(list, name, value);
   } catch (const Error& error) {
@@ -101,13 +102,13 @@ TEST(Parameters, RangesHoldTheirEnds) {
   for (const char* value : {"-3", "12"}) {
     EXPECT_NO_THROW(set_parameter(list, "group/count", value));
   }
-  for (const char* value : {"-1e-9", "1.0000001"}) refusal(list, "group/share", value);
-  for (const char* value : {"-4", "13"}) refusal(list, "group/count", value);
+  for (const char* value : {"-1e-9", "1.0000001"}) refusal_by(list, "group/share", value);
+  for (const char* value : {"-4", "13"}) refusal_by(list, "group/count", value);
   // Open below.
-  refusal(list, "group/deep/width", "0");
+  refusal_by(list, "group/deep/width", "0");
   EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "1e-12"));
   EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "50"));
-  refusal(list, "group/deep/width", "50.1");
+  refusal_by(list, "group/deep/width", "50.1");
 }
 
 TEST(Parameters, WhatIsNoValueIsRefusedAndChangesNothing) {
@@ -122,7 +123,7 @@ TEST(Parameters, WhatIsNoValueIsRefusedAndChangesNothing) {
   for (const auto& [name, values] : bad) {
     for (const std::string& value : values) {
       const std::string before = named(list, name).get();
-      expect_parts(refusal(list, name, value),
+      expect_parts(refusal_by(list, name, value),
                    {"parameter " + std::string(name), "'" + value + "'"});
       EXPECT_EQ(named(list, name).get(), before) << name << " '" << value << "'";
     }
@@ -132,16 +133,17 @@ TEST(Parameters, WhatIsNoValueIsRefusedAndChangesNothing) {
 TEST(Parameters, RefusalsNameParameterValueAndRange) {
   Sample sample;
   const ParameterList list = parameters_of(&sample);
-  expect_parts(refusal(list, "group/share", "1.5"), {"group/share", "'1.5'", "[0, 1]"});
-  expect_parts(refusal(list, "group/deep/width", "-2"), {"group/deep/width", "'-2'", "(0, 50] m"});
-  expect_parts(refusal(list, "group/count", "100"), {"group/count", "'100'", "[-3, 12]"});
+  expect_parts(refusal_by(list, "group/share", "1.5"), {"group/share", "'1.5'", "[0, 1]"});
+  expect_parts(refusal_by(list, "group/deep/width", "-2"),
+               {"group/deep/width", "'-2'", "(0, 50] m"});
+  expect_parts(refusal_by(list, "group/count", "100"), {"group/count", "'100'", "[-3, 12]"});
   // 2.5 lies in [-3, 12]: the text has to say what else is wanted.
-  expect_parts(refusal(list, "group/count", "2.5"), {"group/count", "'2.5'", "whole number"});
-  expect_parts(refusal(list, "flag", "maybe"), {"flag", "'maybe'", "true, false"});
-  expect_parts(refusal(list, "schedule", "sometimes"),
+  expect_parts(refusal_by(list, "group/count", "2.5"), {"group/count", "'2.5'", "whole number"});
+  expect_parts(refusal_by(list, "flag", "maybe"), {"flag", "'maybe'", "true, false"});
+  expect_parts(refusal_by(list, "schedule", "sometimes"),
                {"schedule", "'sometimes'", "never, always, effective_sample_size, every_n"});
   const ParameterList large = {integer_parameter("count", &sample.count, 1, 10000000, "A count.")};
-  expect_parts(refusal(large, "count", "0"), {"[1, 10000000]"});
+  expect_parts(refusal_by(large, "count", "0"), {"[1, 10000000]"});
 }
 
 // Whatever a configuration file has in a value or a name.
@@ -161,7 +163,7 @@ TEST(Parameters, RefusalsAreOneLine) {
 TEST(Parameters, WhatIsAllButAtItsLimitIsRefused) {
   Sample sample;
   const ParameterList list = parameters_of(&sample);
-  const std::string told = refusal(list, "group/deep/width", "1e-200");
+  const std::string told = refusal_by(list, "group/deep/width", "1e-200");
   EXPECT_TRUE(says(told, "group/deep/width is '1e-200'"));
   EXPECT_TRUE(says(told, "1.0e-12 or more"));
   EXPECT_EQ(sample.width, 2.0);
@@ -179,11 +181,11 @@ TEST(Parameters, TheNearestNameIsSuggested) {
       {"Ranges/sigma", "ranges/sigma"},
       {"population/resampling/sheme", "population/resampling/scheme"}};
   for (const auto& [wrong, right] : misspelt) {
-    expect_parts(refusal(list, wrong, "1"), {std::string("parameter ") + wrong, right});
+    expect_parts(refusal_by(list, wrong, "1"), {std::string("parameter ") + wrong, right});
   }
   EXPECT_THROW(set_parameter({}, "anything", "1"), Error);
-  EXPECT_EQ(refusal(list, "undo", "2"), "parameter undo is unknown; leave it out");
-  EXPECT_EQ(refusal(list, "recovery/window", "3"),
+  EXPECT_EQ(refusal_by(list, "undo", "2"), "parameter undo is unknown; leave it out");
+  EXPECT_EQ(refusal_by(list, "recovery/window", "3"),
             "parameter recovery/window is unknown; it is fixed at 6 s; leave it out");
 }
 

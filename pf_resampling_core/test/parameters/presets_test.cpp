@@ -12,13 +12,13 @@
 namespace pf_resampling {
 namespace {
 
-struct Sample {
+struct PresetSample {
   int count = 5;
   double share = 0.5;
   bool flag = false;
 };
 
-ParameterList parameters_of(Sample* sample) {
+ParameterList parameters_of(PresetSample* sample) {
   return {integer_parameter("count", &sample->count, 0, 100, "A count."),
           real_parameter("group/share", &sample->share, 0.0, 1.0, "", "A share."),
           boolean_parameter("flag", &sample->flag, "A switch.")};
@@ -28,14 +28,14 @@ const PresetList kPresets = {{"plain", "the defaults", {}},
                              {"many", "more of them", {{"count", "50"}}},
                              {"paper", "as in a paper", {{"count", "7"}, {"group/share", "0.10"}}}};
 
-void apply(const std::string& name, const std::set<std::string>& given, Sample* sample) {
-  Sample defaults;
+void apply(const std::string& name, const std::set<std::string>& given, PresetSample* sample) {
+  PresetSample defaults;
   apply_preset(preset_named(kPresets, name), kPresets, parameters_of(&defaults), given,
                parameters_of(sample));
 }
 
 TEST(Presets, StandInPlaceOfTheDefaults) {
-  Sample sample;
+  PresetSample sample;
   apply("paper", {}, &sample);
   EXPECT_EQ(sample.count, 7);
   EXPECT_EQ(sample.share, 0.1);
@@ -48,7 +48,7 @@ TEST(Presets, StandInPlaceOfTheDefaults) {
 }
 
 TEST(Presets, LeaveWhatTheUserGave) {
-  Sample sample;
+  PresetSample sample;
   sample.count = 12;
   sample.flag = true;  // no preset sets it
   apply("paper", {"count"}, &sample);

@@ -5,7 +5,7 @@
 namespace pf_resampling {
 namespace {
 
-struct Particles {
+struct Columns {
   Eigen::ArrayXd x;
   Eigen::ArrayXd tenfold;
 
@@ -18,15 +18,15 @@ struct Particles {
   }
 };
 
-Particles three_particles() {
-  Particles particles;
+Columns three_particles() {
+  Columns particles;
   particles.x.resize(3);
   particles.x << 1.0, 2.0, 3.0;
   particles.tenfold = 10.0 * particles.x;
   return particles;
 }
 
-void expect(const Particles& particles, const Eigen::ArrayXd& x) {
+void expect(const Columns& particles, const Eigen::ArrayXd& x) {
   ASSERT_EQ(particles.size(), x.size());
   EXPECT_TRUE((particles.x == x).all()) << particles.x.transpose();
   ASSERT_EQ(particles.tenfold.size(), x.size());
@@ -34,7 +34,7 @@ void expect(const Particles& particles, const Eigen::ArrayXd& x) {
 }
 
 TEST(ResizeColumns, FillsNewRowsWithCopiesInTurn) {
-  Particles particles = three_particles();
+  Columns particles = three_particles();
   resize_columns(8, &particles);
   expect(particles, (Eigen::ArrayXd(8) << 1, 2, 3, 1, 2, 3, 1, 2).finished());
   resize_columns(2, &particles);
@@ -42,13 +42,13 @@ TEST(ResizeColumns, FillsNewRowsWithCopiesInTurn) {
 }
 
 TEST(SelectColumns, CopiesTheAncestors) {
-  Particles particles = three_particles();
+  Columns particles = three_particles();
   select_columns((Eigen::ArrayXi(3) << 0, 2, 2).finished(), &particles);
   expect(particles, (Eigen::ArrayXd(3) << 1, 3, 3).finished());
 }
 
 TEST(SelectColumns, MakesAPopulationLargerAndSmaller) {
-  Particles particles = three_particles();
+  Columns particles = three_particles();
   select_columns((Eigen::ArrayXi(5) << 0, 1, 2, 1, 1).finished(), &particles);
   expect(particles, (Eigen::ArrayXd(5) << 1, 2, 3, 2, 2).finished());
   select_columns((Eigen::ArrayXi(2) << 0, 2).finished(), &particles);

@@ -11,7 +11,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::ArrayXd random_log_weights(int size, double spread, double offset) {
@@ -67,7 +67,7 @@ TEST(Normalize, EqualWeightsAreWorthTheirNumberAndOneIsWorthOne) {
     EXPECT_NEAR(summary.entropy_sample_size / size, 1.0, 1e-12);
     EXPECT_LE(summary.effective_sample_size, size);
 
-    log_weights.setConstant(-kInfinity);
+    log_weights.setConstant(-kInfinite);
     log_weights[size / 2] = 5.0;
     summary = normalize(log_weights, linear);
     EXPECT_EQ(summary.effective_sample_size, 1.0);
@@ -88,7 +88,7 @@ TEST(Normalize, IsNormalAgainAfterwards) {
 TEST(Normalize, RefusesWhatIsNoDistributionAndChangesNothing) {
   for (const int size : {1, 8, 9, 300}) {
     const Eigen::ArrayXd good = random_log_weights(size, 1.0, 0.0);
-    for (const double bad : {kNan, -kNan, kInfinity}) {
+    for (const double bad : {kNan, -kNan, kInfinite}) {
       for (const int place : {0, size / 2, size - 1}) {
         Eigen::ArrayXd log_weights = good;
         log_weights[place] = bad;
@@ -103,7 +103,7 @@ TEST(Normalize, RefusesWhatIsNoDistributionAndChangesNothing) {
       }
     }
     EXPECT_TRUE(is_normalizable(good));
-    Eigen::ArrayXd none = Eigen::ArrayXd::Constant(size, -kInfinity);
+    Eigen::ArrayXd none = Eigen::ArrayXd::Constant(size, -kInfinite);
     Eigen::ArrayXd linear(size);
     EXPECT_FALSE(is_normalizable(none));
     EXPECT_THROW(normalize(none, linear), Error);
@@ -119,7 +119,7 @@ TEST(Normalize, RefusesWhatIsNoDistributionAndChangesNothing) {
 
 // Weights 0.1, 0.2, 0.7 that likelihoods 3, 1, 0 come to, with a share of one half.
 TEST(Temper, TakesUpAShareOfTheLikelihoods) {
-  const double none = -kInfinity;
+  const double none = -kInfinite;
   const Eigen::ArrayXd before = Eigen::Array3d(0.1, 0.2, 0.7).log();
   Eigen::ArrayXd after = before + Eigen::Array3d(std::log(3.0), 0.0, none);
   const double left = temper(0.5, before, after);
@@ -134,7 +134,7 @@ TEST(Temper, TakesUpAShareOfTheLikelihoods) {
 }
 
 TEST(Temper, AWeightOfZeroStaysOne) {
-  const double none = -kInfinity;
+  const double none = -kInfinite;
   const Eigen::ArrayXd before = Eigen::Array2d(0.0, none);
   Eigen::ArrayXd after = Eigen::Array2d(-1.0, none);
   EXPECT_NEAR(temper(0.25, before, after), -0.75, 1e-14);
@@ -144,9 +144,9 @@ TEST(Temper, AWeightOfZeroStaysOne) {
 
 TEST(Temper, LeavesWhatIsNoDistribution) {
   const Eigen::ArrayXd before = Eigen::ArrayXd::Zero(2);
-  Eigen::ArrayXd after = Eigen::ArrayXd::Constant(2, -kInfinity);
+  Eigen::ArrayXd after = Eigen::ArrayXd::Constant(2, -kInfinite);
   EXPECT_EQ(temper(0.5, before, after), 0.0);
-  EXPECT_TRUE((after == -kInfinity).all());
+  EXPECT_TRUE((after == -kInfinite).all());
 }
 
 TEST(EffectiveSampleSize, IsOneOverTheSumOfSquares) {

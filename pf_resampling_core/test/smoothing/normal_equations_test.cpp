@@ -84,7 +84,7 @@ Eigen::MatrixXd dense_hessian(const NormalEquations& equations, const SmoothingG
   return hessian;
 }
 
-double largest(const Eigen::MatrixXd& matrix) {
+double largest_in(const Eigen::MatrixXd& matrix) {
   return matrix.size() == 0 ? 0.0 : matrix.cwiseAbs().maxCoeff();
 }
 
@@ -110,7 +110,7 @@ TEST_P(DrivesOf, AreSolvedLikeDenseEquations) {
         2.0 * Eigen::MatrixXd(dense.matrixL()).diagonal().array().log().sum();
     EXPECT_NEAR(equations.log_determinant(), log_determinant, 1e-6);
     const Eigen::VectorXd step = -dense.solve(equations.gradient());
-    EXPECT_LT(largest(equations.step() - step), 1e-7 * (1.0 + largest(step)));
+    EXPECT_LT(largest_in(equations.step() - step), 1e-7 * (1.0 + largest_in(step)));
   }
 }
 
@@ -119,7 +119,7 @@ TEST_P(DrivesOf, HaveTheGradientOfTheirCost) {
   const RingDrive drive = drive_of(GetParam());
   NormalEquations equations(drive.graph);
   equations.linearize(drive.graph, kRobustWidth);
-  const double scale = 1.0 + largest(equations.gradient());
+  const double scale = 1.0 + largest_in(equations.gradient());
   for (Eigen::Index i = 0; i < equations.size(); ++i) {
     const auto cost_at = [&](double by) {
       SmoothingGraph moved = drive.graph;
@@ -140,7 +140,7 @@ TEST(NormalEquations, OfLongDrivesAreSolved) {
     equations.linearize(drive.graph, kRobustWidth);
     ASSERT_TRUE(equations.factorize(0.0));
     const Eigen::VectorXd left = dense_hessian(equations, drive.graph) * equations.step();
-    EXPECT_LT(largest(left + equations.gradient()), 1e-6 * largest(equations.gradient()));
+    EXPECT_LT(largest_in(left + equations.gradient()), 1e-6 * largest_in(equations.gradient()));
   }
 }
 

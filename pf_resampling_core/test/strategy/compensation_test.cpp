@@ -16,7 +16,7 @@ namespace {
 // exp(-x/2) (1 + x/2) = 1e-6.
 constexpr double kChiSquare4 = 33.377;
 
-RandomStream test_stream(std::uint32_t step) {
+RandomStream compensation_stream(std::uint32_t step) {
   return RandomStream(11, RandomPurpose::test, step);
 }
 
@@ -32,7 +32,7 @@ CompensationResult compensate_with(Pairing pairing, ConstArray weights, double r
   CompensationOptions options;
   options.pairing = pairing;
   options.ratio = ratio;
-  return compensate(options, weights, test_stream(step));
+  return compensate(options, weights, compensation_stream(step));
 }
 
 void expect_pair(const BlendPair& pair, int low, int high, double share) {
@@ -189,7 +189,8 @@ TEST(Compensation, SharesHoldForTheSmallestWeights) {
 TEST(Compensation, LiteralPairsGoTowardsTheOrigin) {
   CompensationOptions options;
   options.blend = Blend::literal;
-  const auto result = compensate(options, 2.0 * array({0.1, 0.2, 0.3, 0.4}), test_stream(0));
+  const auto result =
+      compensate(options, 2.0 * array({0.1, 0.2, 0.3, 0.4}), compensation_stream(0));
   ASSERT_EQ(result.pairs.size(), 2u);
   expect_pair(result.pairs[0], 0, 3, 0.1);
   EXPECT_DOUBLE_EQ(result.pairs[0].total, 0.5);
@@ -220,10 +221,10 @@ TEST(Compensation, PairMeanKeepsTheWeightOfEachPair) {
   CompensationOptions options;
   options.weights_after = CompensatedWeights::pair_mean;
   const Eigen::ArrayXd weights = array({0.05, 0.5, 0.12, 0.3, 0.03});
-  const auto all = compensate(options, weights, test_stream(0));
+  const auto all = compensate(options, weights, compensation_stream(0));
   EXPECT_TRUE(all.log_weights.exp().isApprox(array({0.175, 0.265, 0.12, 0.175, 0.265}), 1e-14));
   options.ratio = 0.5;
-  const auto half = compensate(options, 2.0 * weights, test_stream(0));
+  const auto half = compensate(options, 2.0 * weights, compensation_stream(0));
   EXPECT_TRUE(half.log_weights.exp().isApprox(array({0.05, 0.265, 0.12, 0.3, 0.265}), 1e-14));
 }
 
@@ -231,7 +232,7 @@ TEST(Compensation, PairMeanIsOfAllThatShareAStrongParticle) {
   CompensationOptions options;
   options.pairing = Pairing::roulette;
   options.weights_after = CompensatedWeights::pair_mean;
-  const auto result = compensate(options, array({0.0, 0.0, 0.0, 1.0}), test_stream(0));
+  const auto result = compensate(options, array({0.0, 0.0, 0.0, 1.0}), compensation_stream(0));
   EXPECT_EQ(result.log_weights[2], -std::numeric_limits<double>::infinity());
   for (const int slot : {0, 1, 3}) EXPECT_NEAR(result.log_weights[slot], -std::log(3.0), 1e-15);
 }
@@ -239,7 +240,7 @@ TEST(Compensation, PairMeanIsOfAllThatShareAStrongParticle) {
 TEST(Compensation, WeightsAreNormalizedAfterwards) {
   for (std::uint32_t step = 0; step < 500; ++step) {
     Eigen::ArrayXd weights(1 + step % 40);
-    test_stream(step).fill_uniform(0, weights.size(), weights.data());
+    compensation_stream(step).fill_uniform(0, weights.size(), weights.data());
     weights /= weights.sum();
     for (const Pairing pairing : all_values<Pairing>()) {
       for (const CompensatedWeights policy : all_values<CompensatedWeights>()) {
@@ -248,7 +249,7 @@ TEST(Compensation, WeightsAreNormalizedAfterwards) {
         options.pairing = pairing;
         options.ratio = 1.0 / (1 + step % 4);
         options.weights_after = policy;
-        const auto result = compensate(options, weights, test_stream(step));
+        const auto result = compensate(options, weights, compensation_stream(step));
         ASSERT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-13);
         ASSERT_NO_THROW(check_pairs(result.pairs, static_cast<int>(weights.size())));
         for (const auto& pair : result.pairs) {
@@ -266,7 +267,7 @@ TEST(Compensation, RefusesWhatIsNoDistribution) {
   for (const Eigen::ArrayXd& weights :
        {Eigen::ArrayXd(), array({0.0, 0.0}), array({0.5, -0.1}), array({0.5, nan}),
         array({infinity, 1.0}), array({1e308, 1e308})}) {
-    EXPECT_THROW(compensate({}, weights, test_stream(0)), Error);
+    EXPECT_THROW(compensate({}, weights, compensation_stream(0)), Error);
   }
   for (const double ratio : {-0.5, 1.0001, nan}) {
     EXPECT_THROW(compensate_with(Pairing::rank, array({0.4, 0.6}), ratio), Error) << ratio;

@@ -20,7 +20,7 @@ namespace {
 
 using Scheme = ResamplingScheme;
 
-RandomStream test_stream(std::uint32_t step) {
+RandomStream scheme_stream(std::uint32_t step) {
   return RandomStream(11, RandomPurpose::test, step);
 }
 
@@ -119,8 +119,8 @@ TEST(Systematic, TakesItsOffsetFromTheStream) {
   Resampler resampler = make_resampler(Scheme::systematic);
   for (std::uint32_t trial = 0; trial < 1000; ++trial) {
     const Eigen::ArrayXd weights = random_weights(trial, 10);
-    ASSERT_TRUE((resampler.resample(weights, 10, test_stream(trial)).counts ==
-                 systematic_listing(weights, 10, test_stream(trial).uniform(0)))
+    ASSERT_TRUE((resampler.resample(weights, 10, scheme_stream(trial)).counts ==
+                 systematic_listing(weights, 10, scheme_stream(trial).uniform(0)))
                     .all());
   }
 }
@@ -129,7 +129,7 @@ TEST(Systematic, TakesItsOffsetFromTheStream) {
 // running sum, where they may differ, has a probability below 1e-9 in all the trials together.
 TEST(Systematic, IsWhatAllThreeListingsSay) {
   for (std::uint32_t trial = 0; trial < 200000; ++trial) {
-    const RandomStream stream = test_stream(trial);
+    const RandomStream stream = scheme_stream(trial);
     const int inputs = 1 + static_cast<int>(stream.uniform(1) * 12);
     const int size = 1 + static_cast<int>(stream.uniform(2) * 12);
     const Eigen::ArrayXd weights = random_weights(trial, inputs);
@@ -147,13 +147,13 @@ TEST(Stratified, IsTheListingOfMPutRight) {
     const int inputs = 1 + static_cast<int>(trial % 13);
     const int size = 1 + static_cast<int>(trial % 17);
     const Eigen::ArrayXd weights = random_weights(trial, inputs);
-    ASSERT_TRUE((resampler.resample(weights, size, test_stream(trial)).counts ==
-                 stratified_listing(weights, size, test_stream(trial)))
+    ASSERT_TRUE((resampler.resample(weights, size, scheme_stream(trial)).counts ==
+                 stratified_listing(weights, size, scheme_stream(trial)))
                     .all());
   }
   const Eigen::ArrayXd weights = make_weights(Weights::random, 100000);
-  EXPECT_TRUE((resampler.resample(weights, 100000, test_stream(1)).counts ==
-               stratified_listing(weights, 100000, test_stream(1)))
+  EXPECT_TRUE((resampler.resample(weights, 100000, scheme_stream(1)).counts ==
+               stratified_listing(weights, 100000, scheme_stream(1)))
                   .all());
 }
 
@@ -174,7 +174,7 @@ TEST_P(FloorOrCeil, Holds) {
     const int inputs = 1 + static_cast<int>(trial % 31);
     const int size = 1 + static_cast<int>(trial % 29);
     const Eigen::ArrayXd weights = random_weights(trial, inputs);
-    const ResamplingResult result = resampler.resample(weights, size, test_stream(trial));
+    const ResamplingResult result = resampler.resample(weights, size, scheme_stream(trial));
     for (int k = 0; k < inputs; ++k) {
       const double copies = weights[k] * size;
       ASSERT_GE(result.counts[k], std::floor(copies - 1e-12) - GetParam().below);
@@ -235,7 +235,7 @@ TEST_P(Variance, IsThatOfThePaper) {
     Eigen::ArrayXd sum_of_squares = Eigen::ArrayXd::Zero(size);
     for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
       const Eigen::ArrayXd square =
-          (resampler.resample(weights, size, test_stream(trial)).counts.cast<double>() -
+          (resampler.resample(weights, size, scheme_stream(trial)).counts.cast<double>() -
            weights * size)
               .square();
       sum += square;
@@ -261,7 +261,7 @@ TEST(Multinomial, HasTheProbabilitiesOfIndependentDraws) {
   constexpr int kTrials = 50000;
   double observed[4] = {};
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
-    observed[resampler.resample(weights, 3, test_stream(trial)).counts[0]] += 1.0;
+    observed[resampler.resample(weights, 3, scheme_stream(trial)).counts[0]] += 1.0;
   }
   const double probability[] = {0.343, 0.441, 0.189, 0.027};
   double chi_square = 0.0;
@@ -283,7 +283,7 @@ TEST(Ssp, SettlesPairByPair) {
   constexpr int kTrials = 50000;
   double observed[4] = {};
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
-    const ResamplingResult result = resampler.resample(weights, 2, test_stream(trial));
+    const ResamplingResult result = resampler.resample(weights, 2, scheme_stream(trial));
     ASSERT_EQ(result.counts[0] + result.counts[1], 1);
     ASSERT_EQ(result.counts[2] + result.counts[3], 1);
     observed[2 * result.counts[0] + result.counts[2]] += 1.0;
@@ -307,10 +307,10 @@ TEST(Ssp, HasNoPositiveCovariances) {
   double systematic_covariance = 0.0;
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
     const Eigen::VectorXd difference =
-        ssp_resampler.resample(weights, 4, test_stream(trial)).counts.cast<double>() - 0.5;
+        ssp_resampler.resample(weights, 4, scheme_stream(trial)).counts.cast<double>() - 0.5;
     covariance += difference * difference.transpose() / kTrials;
     const Eigen::Array<double, 8, 1> other =
-        systematic_resampler.resample(weights, 4, test_stream(trial)).counts.cast<double>() - 0.5;
+        systematic_resampler.resample(weights, 4, scheme_stream(trial)).counts.cast<double>() - 0.5;
     systematic_covariance += other[0] * other[2] / kTrials;
   }
   for (int i = 0; i < 8; ++i) {
@@ -327,7 +327,7 @@ TEST(Killing, LetsParticlesLiveByTheirWeightOverTheLargest) {
   constexpr int kTrials = 20000;
   Eigen::ArrayXd alive = Eigen::ArrayXd::Zero(4);
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
-    const ResamplingResult result = resampler.resample(weights, 4, test_stream(trial));
+    const ResamplingResult result = resampler.resample(weights, 4, scheme_stream(trial));
     ASSERT_GE(result.counts[1], 1);
     alive += (result.counts > 0).cast<double>() / kTrials;
   }
@@ -347,7 +347,7 @@ TEST(Partial, LeavesTheModerateAndSharesTheMassOfTheOthers) {
   const double share = (0.02 + 0.3 + 0.05 + 0.04) / 4.0;
   Resampler resampler = make_resampler(Scheme::partial);
   for (std::uint32_t trial = 0; trial < 100; ++trial) {
-    const ResamplingResult result = resampler.resample(weights, 8, test_stream(trial));
+    const ResamplingResult result = resampler.resample(weights, 8, scheme_stream(trial));
     for (const int moderate : {2, 4, 5, 6}) {
       ASSERT_EQ(result.counts[moderate], 1);
       ASSERT_EQ(result.ancestors[moderate], moderate);
@@ -366,7 +366,7 @@ TEST(Partial, ResetsTheWeightsWhenToldTo) {
   options.weights_after = WeightsAfter::reset;
   Resampler resampler(options);
   const ResamplingResult result =
-      resampler.resample(make_weights(Weights::skewed, 50), 50, test_stream(1));
+      resampler.resample(make_weights(Weights::skewed, 50), 50, scheme_stream(1));
   EXPECT_TRUE((result.log_weights + std::log(50.0)).abs().maxCoeff() < 1e-14);
 }
 
@@ -376,16 +376,16 @@ TEST(Partial, ThresholdsAreStrictAndSelectable) {
   weights << 0.5, 0.125, 0.125, 0.25;
   ResamplingOptions options;
   options.scheme = Scheme::partial;
-  EXPECT_TRUE((Resampler(options).resample(weights, 4, test_stream(1)).counts == 1).all());
+  EXPECT_TRUE((Resampler(options).resample(weights, 4, scheme_stream(1)).counts == 1).all());
   options.partial_high = 1.9;
   Resampler resampler(options);
   // Now the first takes part, alone: it gets its own slot back.
-  EXPECT_TRUE((resampler.resample(weights, 4, test_stream(1)).counts == 1).all());
+  EXPECT_TRUE((resampler.resample(weights, 4, scheme_stream(1)).counts == 1).all());
   options.partial_low = 0.6;
   Resampler both(options);
   // 0.5 and twice 0.125 share three slots: two copies of the first at the least.
   for (std::uint32_t trial = 0; trial < 50; ++trial) {
-    ASSERT_GE(both.resample(weights, 4, test_stream(trial)).counts[0], 2);
+    ASSERT_GE(both.resample(weights, 4, scheme_stream(trial)).counts[0], 2);
   }
 }
 
@@ -395,7 +395,7 @@ TEST(Partial, SharesMassesOfAnySize) {
   Eigen::ArrayXd weights(4);
   weights << 0.25, 0.25, 0.5, tiny;
   Resampler resampler = make_resampler(Scheme::partial);
-  const ResamplingResult result = resampler.resample(weights, 4, test_stream(1));
+  const ResamplingResult result = resampler.resample(weights, 4, scheme_stream(1));
   EXPECT_TRUE((result.counts == 1).all());
   EXPECT_NEAR(result.log_weights[3], -1074.0 * std::log(2.0), 1e-12);
   EXPECT_NEAR(result.log_weights[2], std::log(0.5), 1e-15);
@@ -409,7 +409,7 @@ TEST(Partial, LetsEverybodyTakePartWhenOnlyTheImpossibleWould) {
   Eigen::ArrayXi expected(4);
   expected << 0, 2, 2, 0;
   Resampler resampler = make_resampler(Scheme::partial);
-  const ResamplingResult result = resampler.resample(weights, 4, test_stream(1));
+  const ResamplingResult result = resampler.resample(weights, 4, scheme_stream(1));
   EXPECT_TRUE((result.counts == expected).all());
   EXPECT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-14);
 }
@@ -428,7 +428,7 @@ TEST(RankBased, GivesTheProbabilitiesOfEquationThree) {
   Eigen::ArrayXi counts(6);
   for (const double rank_max : {1.0, 1.25, 1.5, 2.0}) {
     options.rank_max = rank_max;
-    rank_based(scale_weights(weights.data(), 6, 6, &rescaled), options, test_stream(1), &work,
+    rank_based(scale_weights(weights.data(), 6, 6, &rescaled), options, scheme_stream(1), &work,
                counts.data());
     for (std::size_t k = 0; k < 6; ++k) {
       const double expected =
@@ -463,7 +463,7 @@ TEST(RankBased, RanksAsSortingDoes) {
     Eigen::ArrayXi counts(size);
     const ScaledWeights scaled = scale_weights(weights.data(), size, size, &rescaled);
     if (scaled.weights != weights.data()) continue;  // brought into range: others may be lost
-    rank_based(scaled, options, test_stream(1), &work, counts.data());
+    rank_based(scaled, options, scheme_stream(1), &work, counts.data());
     for (int k = 0; k < size; ++k) {
       double expected = 0.0;
       if (weights[k] > 0.0) {
@@ -487,7 +487,7 @@ TEST(RankBased, LeavesWeightsOverProbabilities) {
   const double p[] = {0.5 / 4, 1.5 / 4, (1.5 - 2.0 / 3) / 4, (1.5 - 1.0 / 3) / 4};
   Resampler resampler = make_resampler(Scheme::rank_based);
   for (std::uint32_t trial = 0; trial < 100; ++trial) {
-    const ResamplingResult result = resampler.resample(weights, 5, test_stream(trial));
+    const ResamplingResult result = resampler.resample(weights, 5, scheme_stream(trial));
     double sum = 0.0;
     for (const int k : result.ancestors) sum += weights[k] / p[k];
     for (int slot = 0; slot < 5; ++slot) {

@@ -12,7 +12,7 @@
 namespace pf_resampling {
 namespace {
 
-double normal_density(double deviation, double sigma) {
+double density(double deviation, double sigma) {
   return std::exp(-0.5 * deviation * deviation / (sigma * sigma)) / (std::sqrt(2.0 * M_PI) * sigma);
 }
 
@@ -37,7 +37,7 @@ TEST(BeaconMcl, WeightsAreTheProductOfLikelihoods) {
   for (Eigen::Index i = 0; i < start.size(); ++i) {
     const Pose2 at = compose({start.x[i], start.y[i], start.heading[i]}, {0.5, -0.2, 0.0});
     const auto likelihood = [&](double innovation, double sigma) {
-      return 0.9 * normal_density(innovation, sigma) + 0.1 / 50.0;
+      return 0.9 * density(innovation, sigma) + 0.1 / 50.0;
     };
     const double high = std::sqrt(at.x * at.x + at.y * at.y + 9.0);
     const double level = std::hypot(20.0 - at.x, 5.0 - at.y);

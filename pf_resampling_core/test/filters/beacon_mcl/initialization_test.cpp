@@ -12,9 +12,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kMany = 20000;
+constexpr int kPopulation = 20000;
 
-BeaconMclOptions options_for(Initialization method, int particles = kMany) {
+BeaconMclOptions options_for(Initialization method, int particles = kPopulation) {
   BeaconMclOptions options;
   options.particles = particles;
   options.initialization.method = method;
@@ -84,18 +84,18 @@ TEST(Initialization, GaussianHasTheGivenMoments) {
   covariance << 2.0, 0.6, 0.1, 0.6, 1.0, -0.1, 0.1, -0.1, 0.05;
   filter.initialize_gaussian(mean, covariance);
   const BeaconMclParticles& p = filter.particles();
-  Eigen::MatrixX3d errors(kMany, 3);
-  for (Eigen::Index i = 0; i < kMany; ++i) {
+  Eigen::MatrixX3d errors(kPopulation, 3);
+  for (Eigen::Index i = 0; i < kPopulation; ++i) {
     errors.row(i) << p.x[i] - 4.0, p.y[i] + 3.0, std::remainder(p.heading[i] - 3.0, 2 * M_PI);
   }
   const Eigen::Matrix3d root = covariance.llt().matrixL();
   const Eigen::MatrixX3d white = errors * root.inverse().transpose();
-  EXPECT_TRUE(is_chi_square(white.squaredNorm(), 3.0 * kMany));
+  EXPECT_TRUE(is_chi_square(white.squaredNorm(), 3.0 * kPopulation));
   for (int i = 0; i < 3; ++i) {
-    EXPECT_LT(std::abs(white.col(i).sum()), kOneInAMillion * std::sqrt(kMany));
+    EXPECT_LT(std::abs(white.col(i).sum()), kOneInAMillion * std::sqrt(kPopulation));
     const double product = white.col(i).dot(white.col((i + 1) % 3));
-    EXPECT_LT(std::abs(product), kOneInAMillion * std::sqrt(kMany));
-    EXPECT_TRUE(is_chi_square(white.col(i).squaredNorm(), kMany));
+    EXPECT_LT(std::abs(product), kOneInAMillion * std::sqrt(kPopulation));
+    EXPECT_TRUE(is_chi_square(white.col(i).squaredNorm(), kPopulation));
   }
   EXPECT_LE(p.heading.abs().maxCoeff(), M_PI);
   expect_fresh_weights(filter);
@@ -131,9 +131,9 @@ TEST(Initialization, GaussianAtTheStartIsTheOneOfTheOptions) {
   options.initialization.sigma_heading = 0.1;
   BeaconMcl filter(options, square_of_beacons(), 1);
   ASSERT_TRUE(filter.is_initialized());
-  EXPECT_TRUE(is_chi_square((filter.particles().x - 7.0).square().sum() / 4.0, kMany));
-  EXPECT_TRUE(is_chi_square((filter.particles().y - 5.0).square().sum() / 4.0, kMany));
-  EXPECT_TRUE(is_chi_square((filter.particles().heading + 1.0).square().sum() / 0.01, kMany));
+  EXPECT_TRUE(is_chi_square((filter.particles().x - 7.0).square().sum() / 4.0, kPopulation));
+  EXPECT_TRUE(is_chi_square((filter.particles().y - 5.0).square().sum() / 4.0, kPopulation));
+  EXPECT_TRUE(is_chi_square((filter.particles().heading + 1.0).square().sum() / 0.01, kPopulation));
 }
 
 // --- From the ranges -----------------------------------------------------------------------------

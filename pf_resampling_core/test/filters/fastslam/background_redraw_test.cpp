@@ -75,7 +75,7 @@ struct Live {
 };
 
 // All that a filter says, but for what it holds.
-std::vector<double> says(FastSlam* filter) {
+std::vector<double> all_of(FastSlam* filter) {
   const FastSlamStatus& status = filter->status();
   std::vector<double> all = {static_cast<double>(status.particles),
                              static_cast<double>(status.landmarks),
@@ -122,7 +122,7 @@ TEST(BackgroundRedraw, IsAfterwardsAsIfItHadWaited) {
       EXPECT_EQ(live.redraws.status().last_replayed, static_cast<int>(meanwhile));
       EXPECT_EQ(live.redraws.status().last_duration, 1.0);  // the gate's clock
       EXPECT_EQ(numbers_of(&live.filter), numbers_of(&waiting));
-      EXPECT_EQ(says(&live.filter), says(&waiting));
+      EXPECT_EQ(all_of(&live.filter), all_of(&waiting));
       for (std::size_t t = taken; t < steps.size(); ++t) {
         live.update(steps[t]);
         live.redraws.wait();
@@ -131,7 +131,7 @@ TEST(BackgroundRedraw, IsAfterwardsAsIfItHadWaited) {
       live.redraws.take_over(&live.filter);
       EXPECT_EQ(waiting.status().redraws, 5);
       EXPECT_EQ(numbers_of(&live.filter), numbers_of(&waiting));
-      EXPECT_EQ(says(&live.filter), says(&waiting));
+      EXPECT_EQ(all_of(&live.filter), all_of(&waiting));
       EXPECT_EQ(live.redraws.status().taken_over, 5);
       EXPECT_EQ(live.redraws.status().given_up, 0);
     }
@@ -229,7 +229,7 @@ TEST(BackgroundRedraw, DoesNotUndoWhatIsDoneMeanwhile) {
       EXPECT_EQ(live.filter.status().redraws, 0);
       without.put_off_redraw();  // as the other's is
       EXPECT_EQ(numbers_of(&live.filter), numbers_of(&without));
-      EXPECT_EQ(says(&live.filter), says(&without));
+      EXPECT_EQ(all_of(&live.filter), all_of(&without));
     }
   }
 }
@@ -257,7 +257,7 @@ TEST(BackgroundRedraw, OneWithoutASolutionIsCountedAndLeavesTheFilter) {
   EXPECT_EQ(waiting.status().redraws_refused, 1);
   EXPECT_EQ(bits_of(numbers_of(&live.filter)), before);
   EXPECT_EQ(bits_of(numbers_of(&live.filter)), bits_of(numbers_of(&waiting)));
-  EXPECT_EQ(bits_of(says(&live.filter)), bits_of(says(&waiting)));
+  EXPECT_EQ(bits_of(all_of(&live.filter)), bits_of(all_of(&waiting)));
 }
 
 // What is thrown in the thread is a redraw refused, with its reason; the filter goes on.

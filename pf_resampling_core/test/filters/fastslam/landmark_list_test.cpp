@@ -16,7 +16,7 @@ std::string path_of(const std::string& content) {
   return path;
 }
 
-std::string refusal(const std::string& content) {
+std::string refusal_of_list(const std::string& content) {
   return pf_resampling::refusal([&] { read_landmark_list(path_of(content), "map"); });
 }
 
@@ -98,7 +98,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x,y,xx,xy,yy\n1,2,3,0.1,0.2,0.1\n", "line 2: the covariance of landmark 1"},
   };
   for (const auto& test : cases) {
-    const std::string said = refusal(test.content);
+    const std::string said = refusal_of_list(test.content);
     EXPECT_TRUE(says(said, test.said));
     EXPECT_FALSE(says(said, "\n"));
   }
@@ -109,7 +109,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
 // The first line of a file that is no list may be a secret; so are its words.
 TEST(LandmarkList, SaysNothingOfWhatIsInAFileThatIsNoList) {
   for (const char* content : {"user,password\nroot,secret\n", "id,x,y,secret\n", "secret,id\n"}) {
-    const std::string said = refusal(content);
+    const std::string said = refusal_of_list(content);
     EXPECT_TRUE(says(said, "line 1: column "));
     for (const char* word : {"user", "password", "secret"}) {
       EXPECT_FALSE(says(said, word));

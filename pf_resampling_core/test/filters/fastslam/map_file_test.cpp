@@ -80,7 +80,7 @@ void write(const std::string& path, const std::string& content) {
 }
 
 // What is said of a file; empty if it is read.
-std::string refusal(const std::string& path) {
+std::string refusal_of_map(const std::string& path) {
   return pf_resampling::refusal([&] { read_map_file(path); });
 }
 
@@ -234,7 +234,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
   };
   for (const auto& test : cases) {
     write(path_, replaced(whole, test.from, test.to));
-    const std::string said = refusal(path_);
+    const std::string said = refusal_of_map(path_);
     EXPECT_EQ(said.rfind("map file " + path_, 0), 0u) << said;
     EXPECT_TRUE(says(said, test.said));
     EXPECT_FALSE(says(said, "\n"));
@@ -242,10 +242,10 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
 }
 
 TEST_F(MapFile, RefusesWhatIsNoFile) {
-  EXPECT_TRUE(says(refusal(directory_.file("none.map")), "cannot be read"));
-  EXPECT_TRUE(says(refusal(directory_.path()), "is not a file"));
+  EXPECT_TRUE(says(refusal_of_map(directory_.file("none.map")), "cannot be read"));
+  EXPECT_TRUE(says(refusal_of_map(directory_.path()), "is not a file"));
   write(path_, "");
-  EXPECT_TRUE(says(refusal(path_), "is not how a map begins"));
+  EXPECT_TRUE(says(refusal_of_map(path_), "is not how a map begins"));
 }
 
 TEST_F(MapFile, WritesNothingThatItWouldNotRead) {

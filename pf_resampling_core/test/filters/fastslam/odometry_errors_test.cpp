@@ -120,7 +120,7 @@ struct Drive {
   std::int64_t gated = 0;
 };
 
-Drive drive(bool estimate, std::uint64_t seed) {
+Drive driven(bool estimate, std::uint64_t seed) {
   constexpr double kScale = 1.08, kDelay = 0.25, kStep = 0.05;
   FastSlamOptions options;
   options.particles = 200;
@@ -172,8 +172,8 @@ Drive drive(bool estimate, std::uint64_t seed) {
 }
 
 TEST(OdometryErrors, AreFoundByFastSlam) {
-  const Drive without = drive(false, 1);
-  const Drive with = drive(true, 1);
+  const Drive without = driven(false, 1);
+  const Drive with = driven(true, 1);
   EXPECT_NEAR(with.mean[0], 0.08, 0.02);
   EXPECT_NEAR(with.mean[4], 0.25, 0.08);
   EXPECT_GT(with.log_likelihood, without.log_likelihood + 100.0);
