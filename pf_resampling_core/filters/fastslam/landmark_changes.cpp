@@ -7,7 +7,9 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kSamePlace = 0.25;     // m, and
+constexpr double kSamePlace = 0.25;  // m, and
+constexpr std::size_t kFewOff = 3;
+constexpr double kOffSigmas = 5.0;      // of their mean
 constexpr double kSameSigmas = 3.0;     // standard deviations, between sightings of one place
 constexpr int kFewestSightings = 4;     // of a place, ...
 constexpr double kShortest = 0.5;       // ... over so many s
@@ -47,7 +49,7 @@ void LandmarkChanges::start(const std::vector<LandmarkEstimate>& map) {
     Landmark& landmark = landmarks_[estimate.id];
     landmark.is_given = true;
     landmark.home().position = estimate.mean;
-    landmark.home().sigma = std::sqrt(0.5 * estimate.covariance.trace());
+    landmark.home().sigma = landmark.given_sigma = std::sqrt(0.5 * estimate.covariance.trace());
     index_.place(static_cast<int>(ids_.size()), estimate.mean);
     ids_.push_back(estimate.id);
   }
@@ -171,6 +173,7 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
   Place& place = places[at];
   if (is_there) {
     place.position = mapped;
+    landmark.off += (sighting.seen - mapped - landmark.off) / ++landmark.believed;
   } else {
     place.position += (sighting.seen - place.position) / (1.0 + place.sightings);
   }
@@ -271,6 +274,15 @@ double LandmarkChanges::probability_of(const Place& place) const {
   return kMoved / (kMoved + chance);
 }
 
+// A landmark that was moved by little is believed, time and again, to be where it is not.
+bool LandmarkChanges::is_off(const Landmark& landmark) const {
+  const Place& home = landmark.home();
+  if (!landmark.is_given || landmark.believed < kFewestSightings) return false;
+  const double seen = home.sigma / std::sqrt(landmark.believed / kPerOpinion);
+  const double sigma = std::hypot(landmark.given_sigma, seen, home.eye_sigma);
+  return landmark.off.norm() > std::max(kSamePlace, kOffSigmas * sigma);
+}
+
 // Against a landmark that is hidden as often as others are.
 double LandmarkChanges::probability_gone(const Landmark& landmark) const {
   const double hidden = (missed_ - landmark.missed + 1.0) / (visits_ - landmark.missed + 2.0);
@@ -279,6 +291,10 @@ double LandmarkChanges::probability_gone(const Landmark& landmark) const {
 
 std::vector<Finding> LandmarkChanges::findings() const {
   std::vector<Finding> findings;
+  std::size_t off = 0;
+  for (const auto& [id, landmark] : landmarks_) off += is_off(landmark) ? 1U : 0U;
+  // Where many are off it is the sensor, or the robot.
+  const bool few_are_off = off <= std::max(kFewOff, landmarks_.size() / 10);
   for (const auto& [id, landmark] : landmarks_) {
     const Place* best = nullptr;
     for (std::size_t i = 1; i < landmark.places.size(); ++i) {
@@ -302,6 +318,17 @@ std::vector<Finding> LandmarkChanges::findings() const {
           std::hypot(landmark.home().sigma, best->sigma / std::sqrt(best->sightings / kPerOpinion));
       finding.probability = probability_of(*best);
       finding.is_open = !best->is_believed && now_ < best->last + kOpen;
+    } else if (few_are_off && is_off(landmark)) {
+      const Place& home = landmark.home();
+      finding.kind = FindingKind::landmark_moved;
+      finding.begin = home.first;
+      finding.end = home.last;
+      finding.place = home.position + landmark.off;
+      finding.size = landmark.off.norm();
+      finding.sigma =
+          std::hypot(landmark.given_sigma, home.sigma / std::sqrt(landmark.believed / kPerOpinion));
+      finding.probability = kSure;
+      finding.is_open = now_ < home.last + kOpen;
     } else if (landmark.missed > 0 && probability_gone(landmark) >= kSurelyGone) {
       finding.kind = FindingKind::landmark_gone;
       finding.begin = landmark.missed_first;

@@ -63,8 +63,12 @@ class LandmarkChanges {
     const Place& home() const { return places.front(); }
     std::vector<Place> places = {Place()};  // that of the map, and others
     Eigen::Vector2d seen_from = Eigen::Vector2d::Zero();
+    // m, mean of what was believed to be at home: by how much it was not
+    Eigen::Vector2d off = Eigen::Vector2d::Zero();
+    int believed = 0;
     Visit visit;
-    bool is_given = false;     // at the start
+    bool is_given = false;     // at the start, ...
+    double given_sigma = 0.0;  // ... to that, in m
     double known_since = 0.0;  // s, else
     int missed = 0;            // visits in a row, in which it was not seen at home
     double missed_first = 0.0, missed_last = 0.0;
@@ -82,6 +86,7 @@ class LandmarkChanges {
   void end_visit(double time, Landmark* landmark);
   void confirm(std::int64_t id, bool needs_old, Place* place) const;
   double probability_of(const Place& place) const;
+  bool is_off(const Landmark& landmark) const;
   double probability_gone(const Landmark& landmark) const;
 
   std::map<std::int64_t, Landmark> landmarks_;

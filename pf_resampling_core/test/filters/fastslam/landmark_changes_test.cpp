@@ -11,8 +11,7 @@
 namespace pf_resampling {
 namespace {
 
-constexpr double kSigma = 0.05;    // m, of what is seen
-constexpr double kBelieved = 0.2;  // m from where the map has it
+constexpr double kSigma = 0.05;  // m, of what is seen
 
 // A corridor with a landmark every two metres, on the left and on the right, that the robot drives
 // along at 1 m/s, seeing 6 m ahead; the map is right but for what a test changes.
@@ -43,7 +42,7 @@ class Corridor {
         sighting.mapped = map_.at(id);
         sighting.seen = place + Eigen::Vector2d(error, 0.0) +
                         kSigma * Eigen::Vector2d(noise.normal(draw), noise.normal(draw + 1));
-        sighting.is_believed = (sighting.seen - map_.at(id)).norm() < kBelieved;
+        sighting.is_believed = (sighting.seen - map_.at(id)).norm() < believed_;
         draw += 2;
         sightings.push_back(sighting);
       }
@@ -55,6 +54,7 @@ class Corridor {
   LandmarkChanges changes_;
   std::map<std::int64_t, Eigen::Vector2d> map_;
   std::multimap<std::int64_t, Eigen::Vector2d> tags_;  // as they are
+  double believed_ = 0.2;                              // m from where the map has it
   double time_ = 0.0;
   std::uint32_t step_ = 0;
 };
@@ -78,6 +78,24 @@ TEST(LandmarkChanges, ALandmarkIsWhereItWasMovedTo) {
   EXPECT_GT(found[0].probability, 0.9);
   EXPECT_FALSE(found[0].is_open);  // it is long out of view
   EXPECT_EQ(sentence_of(found[0], 0.0), "landmark 20 is 1.0 m from the map");
+}
+
+// It is within what the filter believes, but always on the same side. Where all are, it is the
+// sensor.
+TEST(LandmarkChanges, ALandmarkThatWasMovedByLittleIsFound) {
+  Corridor corridor;
+  corridor.believed_ = 1.0;
+  corridor.tags_.find(20)->second.y() += 0.6;
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
+  EXPECT_EQ(found[0].id, 20);
+  EXPECT_NEAR(found[0].size, 0.6, 0.05);
+  Corridor shifted;
+  shifted.believed_ = 1.0;
+  shifted.drive(0.6);
+  EXPECT_TRUE(shifted.changes_.findings().empty());
 }
 
 TEST(LandmarkChanges, AnIdIsAtTwoPlaces) {
