@@ -28,6 +28,7 @@ constexpr double kSlipsApart = 5.0;  // s
 constexpr double kJump = 0.3;        // m
 constexpr double kTurnedJump = 0.1;  // rad
 constexpr double kSlipSquare = 40.0;
+constexpr double kSlipWindow = 3.0;   // s
 constexpr double kGrossScale = 0.4;   // of the odometry, less 1
 constexpr double kDrawnAlong = 30.0;  // s
 // How far a sensor's z axis may be off the robot's: cosine.
@@ -36,6 +37,11 @@ constexpr double kUpright = 0.9;
 RangeBearingObservation to_observation(const LandmarkObservation& message) {
   return {message.id, message.range, wrap_angle(message.bearing), message.range_variance,
           message.bearing_variance};
+}
+
+bool is_same_slip(const Finding& one, const Finding& other) {
+  return one.kind == other.kind && one.begin < other.end + kSlipsApart &&
+         other.begin < one.end + kSlipsApart;
 }
 
 }  // namespace
@@ -77,7 +83,10 @@ void FastSlamPipeline::restart_filter() {
     filter_->set_options(options_.filter);
   }
   filter_->reset();
-  if (start_map_) filter_->load(*start_map_);
+  if (start_map_) {
+    filter_->load(*start_map_);
+    filter_->begin_drive();
+  }
   loaded_map_ = start_map_ ? options_.map_file : "";
   if (start_map_) {
     log(LogLevel::info, "map " + options_.map_file + ": " +
@@ -175,7 +184,7 @@ void FastSlamPipeline::note_id_at_two_places(const std::string& which) {
 
 void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) {
   const std::int64_t refused_before = filter_->status().landmarks_refused;
-  if (expected_) expected_ = moved_by(*expected_, odometry);
+  for (Prediction& each : predictions_) each.pose = moved_by(each.pose, odometry);
   if (search_) search_->move(odometry.mean);
   static const std::vector<RangeBearingObservation> kNone;
   const auto& observations = search_ ? kNone : used.observations;
@@ -242,29 +251,53 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
     note_odometry_scale(stamp);
     changes_.follow(filter_->map());
   }
-  note_jump(stamp);
+  note_jump(stamp, scan);
   if (watches_landmarks()) note_changes(stamp, scan);
 }
 
 // Where the robot is not where odometry has brought it, what did not fit before may fit now. In a
-// map that is known, the wheels slipped.
-void FastSlamPipeline::note_jump(ros::Time stamp) {
-  const std::optional<PoseEstimate> expected = std::exchange(expected_, *belief_);
-  if (!expected) return;
-  const Pose2& now = belief_->mean;
-  const Eigen::Vector3d jump(now.x - expected->mean.x, now.y - expected->mean.y,
-                             wrap_angle(now.heading - expected->mean.heading));
-  const double distance = jump.head<2>().norm();
-  if (distance < kJump && std::abs(jump[2]) < kTurnedJump) return;
-  changes_.forget_latest();
-  const double square = jump.dot(expected->covariance.llt().solve(jump));
-  if (!options_.filter.map.frozen || !(square > kSlipSquare)) return;
-  Finding slip;
-  slip.begin = slip.end = stamp.toSec();
-  slip.place = {now.x, now.y};
-  slip.size = distance;
-  slip.probability = 1.0 - std::exp(-0.5 * square);
-  note_finding(slip);
+// map that is known, the wheels slipped: at once, or within seconds while the landmarks in view
+// held the belief.
+void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan) {
+  const bool is_known = options_.filter.map.frozen;
+  const auto error = [&](const Prediction& prediction) {
+    const Pose2 &is = belief_->mean, expected = prediction.pose.mean;
+    return Eigen::Vector3d(is.x - expected.x, is.y - expected.y,
+                           wrap_angle(is.heading - expected.heading));
+  };
+  const auto is_jump = [](const Eigen::Vector3d& by) {
+    return by.head<2>().norm() >= kJump || std::abs(by[2]) >= kTurnedJump;
+  };
+  if (!predictions_.empty() && is_jump(error(predictions_.back()))) changes_.forget_latest();
+  if (!predictions_.empty() && is_known) {
+    const Prediction& oldest = predictions_.front();
+    const Eigen::Vector3d by = error(oldest);
+    const double square = by.dot((oldest.pose.covariance + belief_->covariance).llt().solve(by));
+    if (is_jump(by) && square > kSlipSquare) {
+      changes_.forget_latest();
+      Finding slip;
+      slip.begin = oldest.since.toSec();
+      slip.end = stamp.toSec();
+      slip.place = {belief_->mean.x, belief_->mean.y};
+      slip.size = by.head<2>().norm();
+      slip.probability = 1.0 - std::exp(-0.5 * square);
+      const bool is_part =
+          std::any_of(findings_.begin(), findings_.end(), [&](const Finding& known) {
+            return is_same_slip(slip, known) && slip.size < known.size;
+          });
+      if (!is_part) note_finding(slip);
+    }
+  }
+  // Of a robot that no landmark confirms nothing is expected.
+  const auto is_confirmed = [](const ObservationOutcome& outcome) {
+    return !outcome.is_new && outcome.is_believed();
+  };
+  if (std::none_of(scan.outcomes.begin(), scan.outcomes.end(), is_confirmed)) return;
+  const ros::Duration window(is_known ? kSlipWindow : 0.0);
+  while (!predictions_.empty() && predictions_.front().since + window < stamp) {
+    predictions_.pop_front();
+  }
+  predictions_.push_back({stamp, *belief_});
 }
 
 // Where the whole drive, solved for anew, contradicts the odometry.
@@ -280,6 +313,8 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
   };
   withdraw(is_explained);
   for (const Slip& slip : slips) {
+    // Where a saved map is gone on from, the robot may be anywhere.
+    if (slip.begin <= given_ + kSlipsApart && given_ <= slip.end) continue;
     Finding finding;
     finding.kind = FindingKind::wheels_slipped;
     finding.begin = began + slip.begin;
@@ -380,9 +415,8 @@ void FastSlamPipeline::withdraw(const std::function<bool(const Finding&)>& is_wi
 void FastSlamPipeline::note_finding(const Finding& finding) {
   const auto known = std::find_if(findings_.begin(), findings_.end(), [&](const Finding& other) {
     if (is_of_landmark(finding)) return other.id == finding.id;
-    if (finding.kind != other.kind) return false;
-    return finding.kind != FindingKind::wheels_slipped ||
-           (finding.begin < other.end + kSlipsApart && other.begin < finding.end + kSlipsApart);
+    return finding.kind == other.kind &&
+           (finding.kind != FindingKind::wheels_slipped || is_same_slip(finding, other));
   });
   const bool is_new = known == findings_.end() || known->kind != finding.kind;
   const auto place = known - findings_.begin();
@@ -409,7 +443,8 @@ void FastSlamPipeline::note_given_map() {
   scene_ = Eigen::AlignedBox2d(Eigen::Vector2d(robot.x, robot.y));
   for (const LandmarkEstimate& landmark : map) scene_.extend(landmark.mean);
   findings_.clear();
-  expected_.reset();
+  predictions_.clear();
+  given_ = filter_->memory().state().time;
   changes_.start(map);
 }
 
@@ -424,7 +459,7 @@ void FastSlamPipeline::spread_over_map() {
   anywhere.covariance.diagonal() << std::pow(area.sizes().x(), 2) / 12.0 + kSmallestScene,
       std::pow(area.sizes().y(), 2) / 12.0 + kSmallestScene, std::pow(2.0 * kPi, 2) / 12.0;
   filter_->set_poses(anywhere);
-  expected_.reset();
+  predictions_.clear();
   begins_search_ = true;
 }
 
@@ -452,7 +487,7 @@ void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
   }
   if (!found) return;
   filter_->set_poses(*found);
-  expected_.reset();
+  predictions_.clear();
   log(LogLevel::info, "localized: the observations fit the map at (" + number_text(found->mean.x) +
                           ", " + number_text(found->mean.y) + ") m, heading " +
                           number_text(found->mean.heading) + " rad");

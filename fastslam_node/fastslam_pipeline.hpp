@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -120,7 +121,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
 
   void put_robot(const PoseEstimate& there) override {
     filter_->set_poses(there);
-    expected_.reset();
+    predictions_.clear();
   }
   void restart_filter() override;
   OdometryIncrement motion_since_update() const override;
@@ -148,7 +149,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_slips(ros::Time stamp);
   void note_odometry_scale(ros::Time stamp);
   void withdraw(const std::function<bool(const Finding&)>& is_withdrawn);
-  void note_jump(ros::Time stamp);
+  void note_jump(ros::Time stamp, const ScanPicture& scan);
   void note_empty_scan(ros::Time stamp, const Pose2& sensor);
   void note_changes(ros::Time stamp, const ScanPicture& scan);
   void note_finding(const Finding& finding);
@@ -181,8 +182,13 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::set<std::int64_t> labels_;                            // ids that have a marker
   Eigen::AlignedBox2d scene_;  // where the robot has been and has seen landmarks
   std::int64_t reported_injected_ = 0;
-  std::optional<PoseEstimate> expected_;  // by the belief of the last scan and odometry
+  struct Prediction {
+    ros::Time since;
+    PoseEstimate pose;
+  };
+  std::deque<Prediction> predictions_;  // by beliefs of the last seconds and odometry
   LandmarkChanges changes_;
+  double given_ = -1.0;            // s since the start of the memory: when a map was loaded
   std::vector<Finding> findings_;  // in order of discovery
   std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start

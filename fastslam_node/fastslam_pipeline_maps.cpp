@@ -53,6 +53,7 @@ std::string FastSlamPipeline::load_map(const std::string& path, bool frozen) {
   filter_->set_options(options);
   try {
     filter_->load(map);
+    filter_->begin_drive();
   } catch (...) {
     filter_->set_options(options_.filter);
     throw;

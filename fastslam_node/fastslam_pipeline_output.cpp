@@ -111,6 +111,7 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
 void FastSlamPipeline::add_health(HealthInputs* inputs) const {
   inputs->needs_past = !options_.filter.map.frozen;
   inputs->renews_past = can_redraw();
+  inputs->is_placed = filter_->is_placed();
   inputs->is_contradicted = filter_->memory().distrusts_odometry();
   inputs->misses_landmarks = filter_->memory().misses_landmarks();
   if (doubts_ >= kManyDoubts) inputs->misfit = "the sightings of a landmark";

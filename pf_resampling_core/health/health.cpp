@@ -45,6 +45,10 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
                         : "the heading is uncertain by a large part of a turn",
             "Drive on until it is known, and do not rely on it until then."};
   }
+  if (!inputs.is_placed) {
+    return {Health::converging, "nothing that was seen shows yet where in the map the robot is",
+            "Drive to where landmarks of the map are, or give the pose (initialpose)."};
+  }
   if (inputs.is_contradicted) {
     return {Health::doubtful,
             "odometry and " + inputs.observations + " contradict each other: slipping, or carried?",

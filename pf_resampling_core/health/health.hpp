@@ -29,7 +29,8 @@ struct HealthInputs {
   double lost = 0.0;              ///< LostDetector::probability()
   double position_unknown = 0.0;  ///< probability that the position is; farther_probability()
   double heading_unknown = 0.0;   ///< and the heading; unknown_heading_probability()
-  bool is_contradicted = false;   ///< by what was seen last, which is to be explained anew
+  bool is_placed = true;         ///< in a map that was given: what is seen shows where the robot is
+  bool is_contradicted = false;  ///< by what was seen last, which is to be explained anew
   bool misses_landmarks = false;  ///< those that should be in view are not seen, too many
   std::string misfit;  ///< what does not fit the rest, as "the ranges of a beacon"; empty: all does
   bool map_is_wrong = false;       ///< a finding is open: a landmark that is seen was moved

@@ -185,6 +185,30 @@ TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
   EXPECT_LT(run.map_error(), kLost);
 }
 
+// While landmarks in view hold the belief, wheels that slip by 0.4 m/s move it nowhere.
+TEST(FastSlamPipeline, WheelsThatSlipInAKnownMapAreFound) {
+  FastSlamRig run;
+  run.feed(Drive::messages(45.0));
+  run.pipeline.set_parameters({{"map/frozen", "true"}});
+  run.feed(Drive::messages(45.1, 60.0));
+  EXPECT_TRUE(run.out.statuses.back().findings.empty());
+  double ahead = 0.0;
+  for (double time = 60.1; time < 70.0; time += 0.1) {
+    if (time > 62.0 && time < 65.0) ahead += 0.04;
+    nav_msgs::Odometry odometry = Drive::odometry(Drive::at(time));
+    odometry.pose.pose.position.x += ahead;
+    run.pipeline.handle(odometry);
+    run.pipeline.handle(Drive::scan(odometry.header.stamp));
+  }
+  EXPECT_LT(run.error(), kLost);
+  ASSERT_EQ(run.out.statuses.back().findings.size(), 1u);
+  const FindingStatus& slip = run.out.statuses.back().findings[0];
+  EXPECT_EQ(slip.kind, "wheels_slipped");
+  EXPECT_GT(slip.end.toSec(), Drive::at(62.0).toSec());
+  EXPECT_LT(slip.begin.toSec(), Drive::at(65.0).toSec());
+  EXPECT_NEAR(slip.size, 1.2, 0.3);
+}
+
 TEST(FastSlamPipeline, ScansThatAreWrongAllOverCarryNobodyAway) {
   FastSlamRig run;
   run.feed(Drive::messages(45.0));

@@ -1,5 +1,6 @@
 // Maps that run_bag fastslam saves and goes on from, with the help of run_program.hpp.
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkObservationArray.h>
 #include <rosbag/view.h>
 
@@ -174,6 +175,27 @@ TEST_F(RunBagFastSlam, FindsWhatIsNotWhereTheMapHasIt) {
   const std::string judged = run_program("evaluate_bag " + out_).out;
   EXPECT_TRUE(says(judged, "found: landmark 4 is 1."));
   EXPECT_TRUE(says(judged, "doubtful"));  // while it is in view
+}
+
+// A robot that starts elsewhere than the map says has not slipped, and is not healthy until it sees
+// where it is.
+TEST_F(RunBagFastSlam, ARobotThatStartsElsewhereHasNotSlipped) {
+  const std::string later = directory_.file("later.bag");
+  cut(world_, later, 12.0, kForever);
+  const std::string json = directory_.file("found.json");
+  expect_success(world_ + " " + out_ + " --no-clouds --save-map " + map_);
+  for (const std::string& map : {survey_of(world_, directory_) + " --set map/frozen=true", map_}) {
+    SCOPED_TRACE(map);
+    expect_success(later + " " + out_ + " --no-clouds --findings " + json + " --load-map " + map);
+    EXPECT_EQ(nlohmann::json::parse(read_file(json)).dump(), "[]");
+    const rosbag::Bag bag = open_bag(out_);
+    rosbag::View view(bag, rosbag::TopicQuery("/status"));
+    EXPECT_EQ(view.begin()->instantiate<FilterStatus>()->health, "converging");
+    EXPECT_LT(pose_errors(out_, 24.0).worst, 1.0);
+    const auto truth = read_landmark_map(bag, "/ground_truth_landmarks").value();
+    const auto after = read_landmark_map(bag, "/landmark_map").value();
+    EXPECT_LT(evaluate_map(after, truth).rms_aligned.value(), 0.4);
+  }
 }
 
 // A robot that wakes up somewhere in a surveyed map: found within seconds, with ids and without.

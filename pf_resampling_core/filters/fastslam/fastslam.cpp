@@ -111,6 +111,7 @@ void FastSlam::reset() {
   paths_.clear();
   memory_.clear();
   is_lost_ = false;
+  unplaced_since_ = -1.0;
   redraw_is_untested_ = false;
   view_ = {};
 }

@@ -149,6 +149,12 @@ class FastSlam {
   /// in MapOptions, or whose landmarks have no ids where association/method is known.
   void load(const SavedMap& map);
 
+  /// After load(): this is another drive, and the robot may have been carried since the last. Until
+  /// what it sees shows where it is, is_placed() is false, and nothing is learnt from what does not
+  /// fit.
+  void begin_drive();
+  bool is_placed() const { return unplaced_since_ < 0.0; }
+
   /// Draws every particle's pose from a Gaussian (what rviz calls initial pose); all weigh the same
   /// and keep their maps. Throws Error, changing nothing, for a covariance that is not one.
   void set_poses(const PoseEstimate& poses);
@@ -285,6 +291,7 @@ class FastSlam {
   Memory memory_;
   bool redraw_is_untested_ = false;
   bool is_lost_ = false;
+  double unplaced_since_ = -1.0;  // s, of the memory; -1: the robot is placed
   bool defers_redraws_ = false;
   bool redraw_is_due_ = false;  // and the last update's renewal with it
   std::uint64_t interventions_ = 0;

@@ -110,6 +110,7 @@ void describe(Archive& archive, StateOfFilter& state) {
   archive("odometry_errors", map.odometry_errors);
   archive("memory", map.memory);
   archive("is_lost", map.is_lost);
+  archive("unplaced_since", map.unplaced_since);
   archive("observations_since_redraw", map.observations_since_redraw);
 }
 

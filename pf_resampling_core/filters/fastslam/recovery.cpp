@@ -24,6 +24,7 @@ bool fits(const std::vector<ObservationOutcome>& outcomes) {
 std::optional<PoseEstimate> FastSlam::recover(
     const std::vector<RangeBearingObservation>& observations, const Pose2& sensor,
     std::int64_t stamp, double lost) {
+  if (fits(outcomes_)) unplaced_since_ = -1.0;
   if (!options_.recovery.enabled || association_ != DataAssociation::known) return std::nullopt;
   // While a map is being made, it may be the map that is wrong: all of it is solved anew.
   const bool remembers = keeps_past() && !memory_.is_empty();
@@ -54,9 +55,10 @@ std::optional<PoseEstimate> FastSlam::recover(
   if (remembers) {
     // Has to explain the whole drive better.
     const bool was_carried =
-        memory_.solve_carried(options_.strategy.redraw.robust_width, found->mean);
+        memory_.solve_carried(options_.strategy.redraw.robust_width, found->mean, unplaced_since_);
     sightings_.clear();
     if (!was_carried) return std::nullopt;
+    unplaced_since_ = -1.0;
     intervene();
     ++step_;  // for a draw of its own
     if (!draw_from_memory(requested_size_)) return std::nullopt;
@@ -64,6 +66,7 @@ std::optional<PoseEstimate> FastSlam::recover(
     return estimate();
   }
   set_poses(*found);
+  unplaced_since_ = -1.0;
   status_.injected += particles_.size();
   return found;
 }

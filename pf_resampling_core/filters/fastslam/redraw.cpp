@@ -168,7 +168,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
     if (outcome.is_new || outcome.is_believed()) {
       memory_.append_sighting(id, sighting);
     } else {
-      memory_.append_doubtful_sighting(id, sighting);
+      memory_.append_doubtful_sighting(id, sighting, is_placed());
     }
   }
   if (association_ == DataAssociation::known) memory_.check_odometry_scales();
@@ -228,7 +228,11 @@ bool FastSlam::redraw(int size) {
 
 bool FastSlam::solve_memory() {
   const RedrawOptions& options = options_.strategy.redraw;
-  if (association_ == DataAssociation::known) return memory_.solve(options.robust_width);
+  if (association_ == DataAssociation::known) {
+    // A robot that was carried since the last drive is no reason to bend the map.
+    if (!is_placed() && memory_.has_doubts()) return false;
+    return memory_.solve(options.robust_width);
+  }
   // As many landmarks as there are to be seen: of these, new_landmark_share are new.
   const double log_density = log_density_of_new();
   return memory_.solve({options.robust_width, log_density,

@@ -152,6 +152,7 @@ SavedMap saved_map(FastSlam* filter, int particles) {
   if (chosen.size() > 0) {
     map.memory = filter->memory_.state();
     map.is_lost = filter->is_lost_;
+    map.unplaced_since = filter->unplaced_since_;
   }
   map.observations_since_redraw = filter->strategy_.observations_since_redraw();
 
@@ -238,9 +239,15 @@ void FastSlam::take_particles(const SavedMap& map) {
   odometry_errors_.resume(map.odometry_errors);
   memory_.resume(map.memory);
   is_lost_ = map.is_lost;
+  unplaced_since_ = map.unplaced_since;
   if (saved == options_.particles) return;
   draw_population(options_.particles);
   ancestry_.start(options_.particles);
+}
+
+void FastSlam::begin_drive() {
+  intervene();
+  unplaced_since_ = memory_.state().time;
 }
 
 void FastSlam::set_poses(const PoseEstimate& poses) {

@@ -48,6 +48,7 @@ struct SavedMap {
   OdometryErrorState odometry_errors;                        ///< a row of means per particle
   MemoryState memory;  ///< what a redraw draws from; nothing without particles
   bool is_lost = false;
+  double unplaced_since = -1.0;
   std::int64_t observations_since_redraw = 0;
 };
 

@@ -23,11 +23,12 @@ constexpr double kWrongId = 30.0;    // cost of an id that two landmarks have; s
 
 }  // namespace
 
-void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting) {
+void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting,
+                                      bool may_be_another) {
   const auto found = numbers_.find(landmark_id);
   if (found == numbers_.end()) return append_sighting(landmark_id, sighting);
   RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
-  if (++landmark.doubted > std::max(kFewFitted, landmark.fitted)) {
+  if (++landmark.doubted > std::max(kFewFitted, landmark.fitted) && may_be_another) {
     forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
     return append_sighting(landmark_id, sighting);
   }

@@ -48,7 +48,8 @@ constexpr double kCarriedShare = 1e-4;
 // still be where it believes: so many, and this share of all.
 constexpr double kFewMissed = 3.0;
 constexpr double kMissedShare = 0.04;
-constexpr double kNowhere = 1e9;  // m
+constexpr double kNowhere = 1e9;    // m
+constexpr double kSameTime = 1e-6;  // s
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
 
@@ -284,6 +285,20 @@ bool Memory::close_segments(double robust_width) {
   return true;
 }
 
+// Condenses what came before that time, in s since the start.
+bool Memory::close_before(double time, double robust_width) {
+  std::size_t motions = 0;
+  double reached = state_.closed;
+  while (motions < state_.open.motions.size() && reached < time - kSameTime) {
+    reached += state_.open.motions[motions++].duration();
+  }
+  if (motions == 0 || motions == state_.open.motions.size()) return true;
+  auto [before, rest] = cut(motions, state_.open);
+  if (!close(std::move(before), robust_width)) return false;
+  state_.open = std::move(rest);
+  return true;
+}
+
 // New landmarks, which are numbered as they were seen, are put where the segment saw them.
 bool Memory::close(Segment segment, double robust_width) {
   SegmentGraph& graph = state_.graph;
@@ -360,8 +375,12 @@ bool Memory::start_anew(double robust_width, SegmentGraph* graph) const {
 
 SegmentSolution Memory::solve_for_all(double robust_width) {
   equations_.reset();
+  if (!close_segments(robust_width) || state_.graph.segments.empty()) return {};
+  return solve_closed(robust_width);
+}
+
+SegmentSolution Memory::solve_closed(double robust_width) {
   SegmentGraph& graph = state_.graph;
-  if (!close_segments(robust_width) || graph.segments.empty()) return {};
   std::unique_ptr<SegmentEquations> equations;
   SegmentSolution solution = pf_resampling::solve(robust_width, &graph, &equations);
   const bool is_suspect =
@@ -420,20 +439,34 @@ void Memory::look_for_missed() {
       passages.missed - passages.hardly_seen > kFewMissed + kMissedShare * passages.all;
 }
 
-bool Memory::solve_carried(double robust_width, const Pose2& newest) {
+bool Memory::solve_carried(double robust_width, const Pose2& newest, double since) {
   if (belief_is_wrong()) believe_doubts();
-  const bool is_solved = solve_for_all(robust_width).is_solved;
+  equations_.reset();
+  if (!close_before(since, robust_width) || !close_segments(robust_width) ||
+      state_.graph.segments.empty()) {
+    return false;
+  }
+  // A solution of what contradicts itself is no start.
+  const SegmentGraph start = state_.graph;
+  const bool is_solved = since < 0.0 && solve_closed(robust_width).is_solved;
   SegmentGraph& graph = state_.graph;
-  if (graph.segments.empty()) return false;
   auto equations = std::make_unique<SegmentEquations>(graph);
   const double believed = is_solved ? equations->linearize_gradient(graph) + slip_loss(graph)
                                     : std::numeric_limits<double>::infinity();
   SegmentGraph best;
   double least = std::numeric_limits<double>::infinity();
-  const std::size_t count = graph.segments.size();
-  for (std::size_t s = count - std::min(count, kSuspects); s < count; ++s) {
-    if (!graph.segments[s]->has_data()) continue;
-    SegmentGraph candidate = carried(graph, s, newest);
+  const std::size_t count = start.segments.size();
+  std::size_t first = count - std::min(count, kSuspects);
+  std::size_t end = count;
+  if (since >= 0.0) {  // the segment that begins then, or holds that time
+    const auto next =
+        std::upper_bound(state_.begins.begin(), state_.begins.end(), since + kSameTime);
+    end = static_cast<std::size_t>(next - state_.begins.begin());
+    first = end - std::min<std::size_t>(end, 1);
+  }
+  for (std::size_t s = first; s < end; ++s) {
+    if (!start.segments[s]->has_data()) continue;
+    SegmentGraph candidate = carried(start, s, newest);
     if (!relinearize(robust_width, s, &candidate)) continue;
     const double cost = equations->linearize_gradient(candidate) + slip_loss(candidate);
     if (!(cost < least)) continue;

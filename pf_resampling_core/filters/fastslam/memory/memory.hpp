@@ -87,8 +87,10 @@ class Memory {
   void append_sighting(std::int64_t landmark_id, SightingFactor sighting);
   /// One that is not where its landmark is believed to be. Alone among others it is a misread id
   /// or a landmark that was moved, and takes no part; if many are such, or several in a row of
-  /// which one was in view until then, the belief is wrong.
-  void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting);
+  /// which one was in view until then, the belief is wrong. One that does not fit more often than
+  /// it did is of another landmark, or the same elsewhere, if it `may_be_another`.
+  void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting,
+                                bool may_be_another = true);
   /// Without ids: one that is of no landmark known.
   void append_unassigned(SightingFactor sighting);
   /// Without ids: the particles have given it up. It is dormant, if it was seen often, until it is
@@ -99,6 +101,7 @@ class Memory {
 
   /// Whether what is seen contradicts the belief.
   bool belief_is_wrong() const;
+  bool has_doubts() const { return !state_.open_doubts.empty(); }
   /// With ids, after the sightings of an update: whether the odometry is grossly wrong shows before
   /// anything else does.
   void check_odometry_scales();
@@ -125,8 +128,9 @@ class Memory {
   /// After solve().
   MemoryDraw draw(int particles, const RandomStream& stream) const;
   /// Solves as if the robot had been carried to `newest` in one of the last segments. False,
-  /// keeping the present solution, unless that explains the drive better.
-  bool solve_carried(double robust_width, const Pose2& newest);
+  /// keeping the present solution, unless that explains the drive better; if it is known to have
+  /// been carried `since` so many s since the start, rather than not at all (-1), it need not.
+  bool solve_carried(double robust_width, const Pose2& newest, double since);
   /// After solve(): leaves out and predicts what has been completed since the last call and states
   /// the noise by how well that went, from the next solve() on.
   void validate(double robust_width);
@@ -147,9 +151,11 @@ class Memory {
   void leave_out_doubts();
   std::set<std::int64_t> doubted_ids() const;
   SegmentSolution solve_for_all(double robust_width);
+  SegmentSolution solve_closed(double robust_width);
   void join_settled(double robust_width);
   void condense_past();
   bool close_segments(double robust_width);
+  bool close_before(double time, double robust_width);
   bool close(Segment segment, double robust_width);
   bool start_anew(double robust_width, SegmentGraph* graph) const;
   bool decide(const ReassociationOptions& options, std::int64_t* next_id);

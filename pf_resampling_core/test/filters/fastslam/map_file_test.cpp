@@ -106,9 +106,9 @@ TEST_F(MapFile, ComesBackToTheBit) {
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
- "format": "pf_resampling map 7",
+ "format": "pf_resampling map 8",
  "association": "mutual_exclusion",
- "checksum": "c0df5c4aac951be4",
+ "checksum": "552f280ad118a11f",
  "frame": "map",
  "landmarks": [
   {"covariance":[[0.0625,-0.03125],[-0.03125,0.125]],"held":1.0,"id":3,"last_seen":[4.0,2.5],"log_odds":3.6,"mean":[4.0,2.5]},
@@ -143,7 +143,8 @@ TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
    "yy": [0.0625,0.0625,0.5]
   },
   "particles": {"ancestor":[0,0],"heading":[-0.375,0.625],"log_weight":[-0.6931471805599453,-0.6931471805599453],"weight":[0.5,0.5],"x":[1.25,1.75],"y":[-0.75,0.25]},
-  "step": 120
+  "step": 120,
+  "unplaced_since": -1.0
  },
  "view_bearing": 1.5,
  "view_range": 8.25
@@ -212,7 +213,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 7\"", "map 8\"", "is of the format \"pf_resampling map 8\""},
+      {"map 8\"", "map 9\"", "is of the format \"pf_resampling map 9\""},
       {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},
