@@ -263,6 +263,7 @@ void LandmarkChanges::forget_latest() {
                                 [](const Place& place) { return !place.is_confirmed; }),
                  places.end());
     landmark.visit = {};
+    if (landmark.home().last > now_ - kFits) landmark.believed = 0;
   }
 }
 

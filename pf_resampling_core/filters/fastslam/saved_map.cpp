@@ -262,6 +262,7 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   sightings_.clear();
   paths_.clear();
   memory_.forget_drive();
+  if (!is_placed()) unplaced_since_ = memory_.state().time;
   const Eigen::Index count = particles_.size();
   draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, count, &particles_.x,
              &particles_.y, &particles_.heading);
