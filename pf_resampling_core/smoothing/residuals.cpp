@@ -11,6 +11,7 @@ namespace {
 constexpr double kNear = 5.0;
 constexpr double kSmallestDistance = 1e-6;  // m
 constexpr double kSmallestSigma = 1e-5;     // m, rad
+constexpr double kGrossTurn = 0.4;          // of the scale of turns, less 1
 
 Eigen::Matrix2d rotation(double angle) {
   const double cosine = std::cos(angle);
@@ -31,6 +32,14 @@ Eigen::Matrix3d motion_root(const MotionFactor& motion, double scale) {
   return root.matrixL().solve(Eigen::Matrix3d::Identity());
 }
 
+// A turn within the noise says nothing of the scale: of a robot that drives straight, any is
+// likelier than 1 whose noise is stated too large. Where the scale is grossly wrong all turns are.
+double turn_share(const MotionFactor& motion, double turn) {
+  if (std::abs(turn) > kGrossTurn) return 1.0;
+  const double square = std::pow(motion.sensitivity(2, SensorConstant::turn_scale), 2);
+  return square / (square + motion.covariance(2, 2) + kSmallestSigma * kSmallestSigma);
+}
+
 MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d& root,
                                const Pose2& from, const Pose2& to,
                                const SensorConstants& constants) {
@@ -39,10 +48,12 @@ MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d
   const double turn = constants[SensorConstant::turn_scale];
   const double missing = wrap_angle(moved.heading - motion.mean.heading);
   const double turned = motion.sensitivity(2, SensorConstant::turn_scale) + missing;
+  const double share = turn_share(motion, turn);
+  const double kept = 1.0 - share * turn / (1.0 + turn);
 
   MotionResidual residual;
   residual.value << stretch * moved.x - motion.mean.x, stretch * moved.y - motion.mean.y,
-      missing - turn / (1.0 + turn) * turned;
+      missing - share * turn / (1.0 + turn) * turned;
   residual.by_constants = -motion.sensitivity;
   residual.by_constants(0, SensorConstant::distance_scale) = 0.0;
   residual.by_constants(1, SensorConstant::distance_scale) = 0.0;
@@ -50,17 +61,18 @@ MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d
   residual.value += residual.by_constants * constants.head<kOdometryConstants>();
   residual.by_constants(0, SensorConstant::distance_scale) = -stretch * stretch * moved.x;
   residual.by_constants(1, SensorConstant::distance_scale) = -stretch * stretch * moved.y;
-  residual.by_constants(2, SensorConstant::turn_scale) = -turned / ((1.0 + turn) * (1.0 + turn));
+  residual.by_constants(2, SensorConstant::turn_scale) =
+      -share * turned / ((1.0 + turn) * (1.0 + turn));
 
   const Eigen::Matrix2d inverse = rotation(-from.heading);
   residual.by_from.setZero();
   residual.by_from.topLeftCorner<2, 2>() = -stretch * inverse;
   residual.by_from(0, 2) = stretch * moved.y;
   residual.by_from(1, 2) = -stretch * moved.x;
-  residual.by_from(2, 2) = -1.0 / (1.0 + turn);
+  residual.by_from(2, 2) = -kept;
   residual.by_to.setZero();
   residual.by_to.topLeftCorner<2, 2>() = stretch * inverse;
-  residual.by_to(2, 2) = 1.0 / (1.0 + turn);
+  residual.by_to(2, 2) = kept;
 
   residual.value = (root * residual.value).eval();
   residual.by_from = (root * residual.by_from).eval();

@@ -16,7 +16,9 @@ struct MotionResidual {
 
 /// `root`: inverse root of the covariance, see motion_root(). Distances and turns enter as the
 /// estimate divided by their scales, not as what was measured times these: the noise of the
-/// measurement would pull the scales down, and with them the map.
+/// measurement would pull the scales down, and with them the map. A turn has the more of its scale
+/// the larger it is than its noise (its square over that plus the variance), unless the scale is
+/// off by 0.4 or more.
 MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d& root,
                                const Pose2& from, const Pose2& to,
                                const SensorConstants& constants);

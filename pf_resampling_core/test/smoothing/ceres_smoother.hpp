@@ -91,9 +91,11 @@ class CeresSmoother {
       const T c = cos(from[2]);
       const T s = sin(from[2]);
       T turned = to[2] - from[2];
+      const double square = factor.mean.heading * factor.mean.heading;
+      const double share = square / (square + factor.covariance(2, 2) + 1e-10);
       T value[3] = {(c * dx + s * dy) / (1.0 + constants[0]) - factor.mean.x,
                     (c * dy - s * dx) / (1.0 + constants[0]) - factor.mean.y,
-                    turned / (1.0 + constants[1]) - factor.mean.heading};
+                    turned * (1.0 - share + share / (1.0 + constants[1])) - factor.mean.heading};
       for (int row = 0; row < 3; ++row) {
         for (int k = row < 2 ? 1 : 2; k < kOdometryConstants; ++k) {
           value[row] -= factor.sensitivity(row, k) * constants[k];

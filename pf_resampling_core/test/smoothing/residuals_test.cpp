@@ -63,7 +63,7 @@ TEST(Residuals, MotionDerivativesAreDifferences) {
 TEST(Residuals, MotionIsTheOdometryWithItsErrorsTakenOut) {
   MotionFactor motion;
   motion.mean = {1.0, 0.0, 0.2};
-  motion.covariance = Eigen::Matrix3d::Identity();
+  motion.covariance.setZero();
   motion.sensitivity(0, SensorConstant::distance_scale) = 1.0;
   motion.sensitivity(2, SensorConstant::turn_scale) = 0.2;
   SensorConstants constants = SensorConstants::Zero();
@@ -71,10 +71,27 @@ TEST(Residuals, MotionIsTheOdometryWithItsErrorsTakenOut) {
   constants[SensorConstant::turn_scale] = -0.2;
   const MotionResidual residual =
       motion_residual(motion, Eigen::Matrix3d::Identity(), Pose2{}, {1.1, 0.0, 0.16}, constants);
-  EXPECT_LT(residual.value.norm(), 1e-15);
+  EXPECT_LT(residual.value.norm(), 1e-9);  // a turn of 2e4 standard deviations
   const Pose2 expected = corrected_motion(motion, constants);
   EXPECT_NEAR(expected.x, 1.1, 1e-15);
   EXPECT_NEAR(expected.heading, 0.16, 1e-15);
+}
+
+// A robot that drives straight: what its odometry says of turns is noise, and nothing of a scale.
+TEST(Residuals, ATurnWithinTheNoiseSaysNothingOfTheScale) {
+  MotionFactor motion;
+  motion.mean = {0.1, 0.0, 0.001};
+  motion.sensitivity(2, SensorConstant::turn_scale) = 0.001;
+  motion.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  const auto by_scale = [&](double turn) {
+    SensorConstants constants = SensorConstants::Zero();
+    constants[SensorConstant::turn_scale] = turn;
+    return motion_residual(motion, Eigen::Matrix3d::Identity(), Pose2{}, {0.1, 0.0, 0.02},
+                           constants)
+        .by_constants(2, SensorConstant::turn_scale);
+  };
+  EXPECT_NEAR(by_scale(0.0), -0.02 / 101.0, 1e-6);
+  EXPECT_NEAR(by_scale(-2.0), -0.02, 1e-12);  // turns the wrong way: all turns are
 }
 
 TEST(Residuals, MotionRootWhitens) {
