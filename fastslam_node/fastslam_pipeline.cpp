@@ -294,9 +294,10 @@ void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan) {
   };
   if (std::none_of(scan.outcomes.begin(), scan.outcomes.end(), is_confirmed)) return;
   const ros::Duration window(is_known ? kSlipWindow : 0.0);
-  while (!predictions_.empty() && predictions_.front().since + window < stamp) {
-    predictions_.pop_front();
-  }
+  const auto is_old = [&](const Prediction& prediction) {  // or of a clock that was set back since
+    return prediction.since + window < stamp || stamp < prediction.since;
+  };
+  while (!predictions_.empty() && is_old(predictions_.front())) predictions_.pop_front();
   predictions_.push_back({stamp, *belief_});
 }
 
@@ -314,7 +315,7 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
   withdraw(is_explained);
   for (const Slip& slip : slips) {
     // Where a saved map is gone on from, the robot may be anywhere.
-    if (slip.begin <= given_ + kSlipsApart && given_ <= slip.end) continue;
+    if (given_ && slip.begin <= *given_ + kSlipsApart && *given_ <= slip.end) continue;
     Finding finding;
     finding.kind = FindingKind::wheels_slipped;
     finding.begin = began + slip.begin;
@@ -444,7 +445,8 @@ void FastSlamPipeline::note_given_map() {
   for (const LandmarkEstimate& landmark : map) scene_.extend(landmark.mean);
   findings_.clear();
   predictions_.clear();
-  given_ = filter_->memory().state().time;
+  given_.reset();
+  if (!filter_->is_placed()) given_ = filter_->memory().state().time;
   changes_.start(map);
 }
 

@@ -188,7 +188,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   };
   std::deque<Prediction> predictions_;  // by beliefs of the last seconds and odometry
   LandmarkChanges changes_;
-  double given_ = -1.0;            // s since the start of the memory: when a map was loaded
+  std::optional<double> given_;    // s since the start of the memory: when a map was loaded
   std::vector<Finding> findings_;  // in order of discovery
   std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start

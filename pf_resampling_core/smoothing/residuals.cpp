@@ -21,6 +21,14 @@ Eigen::Matrix2d rotation(double angle) {
   return matrix;
 }
 
+// A turn within the noise says nothing of the scale: of a robot that drives straight, any is
+// likelier than 1 whose noise is stated too large. Where the scale is grossly wrong all turns are.
+double turn_share(const MotionFactor& motion, double turn) {
+  if (std::abs(turn) > kGrossTurn) return 1.0;
+  const double square = std::pow(motion.sensitivity(2, SensorConstant::turn_scale), 2);
+  return square / (square + motion.covariance(2, 2) + kSmallestSigma * kSmallestSigma);
+}
+
 }  // namespace
 
 Eigen::Matrix3d motion_root(const MotionFactor& motion, double scale) {
@@ -30,14 +38,6 @@ Eigen::Matrix3d motion_root(const MotionFactor& motion, double scale) {
       motion.slip_covariance;
   const Eigen::LLT<Eigen::Matrix3d> root(covariance);
   return root.matrixL().solve(Eigen::Matrix3d::Identity());
-}
-
-// A turn within the noise says nothing of the scale: of a robot that drives straight, any is
-// likelier than 1 whose noise is stated too large. Where the scale is grossly wrong all turns are.
-double turn_share(const MotionFactor& motion, double turn) {
-  if (std::abs(turn) > kGrossTurn) return 1.0;
-  const double square = std::pow(motion.sensitivity(2, SensorConstant::turn_scale), 2);
-  return square / (square + motion.covariance(2, 2) + kSmallestSigma * kSmallestSigma);
 }
 
 MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d& root,
