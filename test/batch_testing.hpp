@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "pf_resampling_core/evaluation/stamped_path.hpp"
+#include "pf_resampling_core/models/point_alignment.hpp"
 #include "pf_resampling_core/test/says.hpp"
 #include "tools/worlds/simulated_recording.hpp"
 
@@ -33,8 +33,52 @@ void set_clock(double time, double forward, std::vector<Entry>* entries) {
   }
 }
 
+/// m: the mean distance of a path from the truth after a share of the time; `is_aligned`: after the
+/// best rigid fit, which is returned, too.
+struct PathError {
+  double mean = 0.0;
+  Pose2 alignment;
+};
+inline PathError path_error(const Recording& drive, const std::vector<StampedPose>& path,
+                            double clip, bool is_aligned = false) {
+  const double first = drive.truth.front().time, last = drive.truth.back().time;
+  std::vector<Eigen::Vector2d> from, to;
+  for (const auto& [time, truth] : drive.truth) {
+    if (time < first + clip * (last - first)) continue;
+    const Pose2 there = pose_at(path, time);
+    from.emplace_back(there.x, there.y);
+    to.emplace_back(truth.x, truth.y);
+  }
+  PathError error;
+  if (is_aligned) error.alignment = align_points(from, to);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    error.mean += (moved(from[i], error.alignment) - to[i]).norm();
+  }
+  error.mean /= static_cast<double>(from.size());
+  return error;
+}
+
+/// m: the root mean square distance of landmarks from the true ones of their ids, likewise.
+inline double map_error(const std::vector<PointLandmark>& map,
+                        const std::vector<PointLandmark>& truth, bool is_aligned = false) {
+  std::vector<Eigen::Vector2d> from, to;
+  for (const PointLandmark& landmark : map) {
+    for (const PointLandmark& other : truth) {
+      if (other.id != landmark.id) continue;
+      from.push_back(landmark.position);
+      to.push_back(other.position);
+    }
+  }
+  const Pose2 alignment = is_aligned ? align_points(from, to) : Pose2{};
+  double squares = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    squares += (moved(from[i], alignment) - to[i]).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(from.size()));
+}
+
 /// m.
-inline double distance(const EstimatedPose& a, const EstimatedPose& b) {
+inline double distance(const StampedPose& a, const StampedPose& b) {
   return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y);
 }
 

@@ -25,9 +25,10 @@ DATASETS = ROOT.parent / 'shared/datasets'
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / 'tools'))
 
+from command_line import Error
 from datasets import bag, csv_folder, labyrinth, mrclam, plaza, victoria_park  # noqa: E402
 from datasets.files import MatFile  # noqa: E402
-from datasets.recording import Beacon, Error, Odometry, Range, Recording, compose, relative, wrap_angle  # noqa: E402
+from datasets.recording import Beacon, Odometry, Range, Recording, compose, relative, wrap_angle  # noqa: E402
 
 
 def needs(name):

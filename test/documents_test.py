@@ -20,7 +20,7 @@ GROUPS = {name.split('/')[0] for name in PARAMETERS if '/' in name}
 TESTS = {'.'.join(names) for source in (*ROOT.glob('test/**/*.cpp'), *ROOT.glob('pf_resampling_core/test/**/*.cpp'))
          for names in re.findall(r'^(?:TYPED_)?TEST(?:_[FP])?\((\w+), (\w+)\)', source.read_text(), re.MULTILINE)}
 PROGRAM_SOURCES = '\n'.join(source.read_text() for room in ('tools', 'research') for source in sorted(
-    (*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'), ROOT / 'research/study')) if source.exists())
+    (*(ROOT / room).rglob('*.?pp'), *(ROOT / room).rglob('*.py'), *(ROOT / room).glob('[a-z]*[a-z]'))) if source.is_file())
 
 
 def first_of(*paths):
@@ -103,7 +103,7 @@ class Documents(unittest.TestCase):
         self.assertEqual(inner - {path.name for path in core.rglob('*.hpp')}, set())
         rows = re.findall(r'^\| (?:`([a-z_/]*)`)?[^|]*\| (`[^|]*\.hpp`) \|$', (ROOT / 'doc' / 'library.md').read_text(), re.MULTILINE)
         reached, waiting = set(), [core / folder / name for folder, names in rows for name in re.findall(r'`([a-z_]+\.hpp)`', names)]
-        self.assertGreater(len(waiting), 30)
+        self.assertGreater(len(waiting), 25)
         while waiting:
             header = waiting.pop()
             if header not in reached:

@@ -9,7 +9,7 @@ import unittest
 import rosunit
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / 'scripts'))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / 'tools'))
 
 import plot_paths  # noqa: E402
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <geometry_msgs/PointStamped.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <rosbag/view.h>
+
 #include <string>
 
 #include "pf_resampling_core/test/temporary_directory.hpp"
@@ -21,7 +25,16 @@ inline Recording recorded_drive(const std::string& data_set, const std::string& 
   recording.beacons = read_beacons(bag, "/beacons");
   recording.landmarks =
       read_landmark_map(bag, "/ground_truth_landmarks").value_or(recording.landmarks);
-  recording.truth = truth_while_recording(read_truth(bag, "/ground_truth"), recording.odometry);
+  const auto take = [&](double time, const geometry_msgs::Point& place) {
+    if (time < recording.odometry.front().time || time > recording.odometry.back().time) return;
+    recording.truth.push_back({time, {place.x, place.y, 0.0}});  // not all have a heading
+  };
+  for (const auto& message : rosbag::View(bag, rosbag::TopicQuery("/ground_truth"))) {
+    const auto pose = message.instantiate<geometry_msgs::PoseStamped>();
+    const auto point = message.instantiate<geometry_msgs::PointStamped>();
+    if (pose) take(pose->header.stamp.toSec(), pose->pose.position);
+    if (point) take(point->header.stamp.toSec(), point->point);
+  }
   return recording;
 }
 

@@ -14,6 +14,7 @@
 
 #include "pf_resampling_core/test/says.hpp"
 #include "test/bag_topics.hpp"
+#include "test/batch_testing.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag_contents.hpp"
 #include "tools/common/files.hpp"
@@ -43,10 +44,6 @@ inline void cut(const std::string& in, const std::string& out, double from, doub
   writer.finish();
 }
 
-inline double distance(const TruePose& truth, const EstimatedPose& pose) {
-  return std::hypot(truth.x - pose.pose.x, truth.y - pose.pose.y);
-}
-
 /// Of the poses of a run's output, from a time on, against the truth at the same times: m.
 struct PoseErrors {
   double mean = 0.0;
@@ -55,8 +52,8 @@ struct PoseErrors {
 };
 inline PoseErrors pose_errors(const std::string& path, double from = 0.0) {
   const rosbag::Bag bag = open_bag(path);
-  const std::vector<TruePose> truth = read_truth(bag, "/ground_truth");
-  const std::vector<EstimatedPose> poses = read_poses(bag, "/pose");
+  const std::vector<StampedPose> truth = read_poses(bag, "/ground_truth");
+  const std::vector<StampedPose> poses = read_poses(bag, "/pose");
   EXPECT_EQ(truth.size(), poses.size());
   PoseErrors errors;
   int count = 0;

@@ -21,4 +21,4 @@ QUICK = (
     "lost detector: the wider Gaussian",
 )
 # Rooms that these do not need, which take most of the time to build.
-QUICK_WITHOUT = ("benchmark", "evaluation", "filters", "simulation", "smoothing")
+QUICK_WITHOUT = ("benchmark", "filters", "simulation", "smoothing")

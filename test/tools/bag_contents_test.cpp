@@ -43,7 +43,6 @@ std::string error_of(const Message& message,
 // A recording whose messages are of another version has none that can be read.
 TEST(BagContents, WithoutAnyPoseTheBagIsNamed) {
   const std_msgs::String other;
-  EXPECT_EQ(error_of(other, read_truth), ": /topic is empty: it needs at least one pose");
   EXPECT_EQ(error_of(other, read_poses), ": /topic is empty: it needs at least one pose");
 }
 
@@ -56,7 +55,6 @@ TEST(BagContents, HeadingsAreThoseOfQuaternionsOfAnyLength) {
   const std::string path = directory.file("a.bag");
   rosbag::Bag(path, rosbag::bagmode::Write).write("/topic", ros::Time(1.0), pose);
   const rosbag::Bag bag(path);
-  EXPECT_NEAR(read_truth(bag, "/topic").front().heading.value(), 0.7, 1e-12);
   EXPECT_NEAR(read_poses(bag, "/topic").front().pose.heading, 0.7, 1e-12);
 }
 
@@ -66,7 +64,6 @@ TEST(BagContents, WithWhatIsNotFiniteTheBagIsNamed) {
   pose.pose.orientation.w = 1.0;
   pose.pose.position.x = std::nan("");
   const std::string not_finite = ": /topic: pose 1 of 1 is not finite (time 1.000000 s)";
-  EXPECT_EQ(error_of(pose, read_truth), not_finite);
   EXPECT_EQ(error_of(pose, read_poses), not_finite);
   nav_msgs::Path path;
   path.poses.push_back(pose);
@@ -81,7 +78,7 @@ TEST(BagContents, WithWhatIsNotFiniteTheBagIsNamed) {
   LandmarkMap map;
   map.landmarks.resize(1);
   map.landmarks[0].id = 9;
-  map.landmarks[0].covariance[3] = HUGE_VAL;
+  map.landmarks[0].position.x = HUGE_VAL;
   EXPECT_EQ(error_of(map, read_landmark_map), ": /topic: landmark 9 is not finite");
 }
 

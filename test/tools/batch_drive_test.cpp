@@ -9,8 +9,8 @@ namespace pf_resampling {
 namespace {
 
 /// Odometry at these times (s), at one place.
-std::vector<EstimatedPose> standing_at(const std::vector<double>& times) {
-  std::vector<EstimatedPose> path;
+std::vector<StampedPose> standing_at(const std::vector<double>& times) {
+  std::vector<StampedPose> path;
   for (const double time : times) {
     path.emplace_back();
     path.back().time = time;

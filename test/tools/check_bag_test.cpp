@@ -36,8 +36,8 @@ Recording good_recording() {
   Recording recording;
   for (int i = 0; i <= 100; ++i) {
     const double time = 10.0 + 0.1 * i;
-    recording.odometry.push_back({time, {0.1 * i, 0.0, 0.0}, Eigen::Matrix3d::Zero()});
-    recording.truth.push_back({time, 0.1 * i, 0.0, 0.0});
+    recording.odometry.push_back({time, {0.1 * i, 0.0, 0.0}});
+    recording.truth.push_back({time, {0.1 * i, 0.0, 0.0}});
   }
   for (int i = 0; i < 30; ++i) {
     recording.ranges.push_back({10.05 + i / 3.0, "antenna", 1 + i % 3, 2.0 + i});
@@ -294,7 +294,7 @@ Recording circle_among_beacons() {
     const double angle = 0.0125 * i;
     const double x = 4.0 * std::cos(angle);
     const double y = 4.0 * std::sin(angle);
-    recording.odometry.push_back({time, {x, y, angle + kPi / 2}, Eigen::Matrix3d::Zero()});
+    recording.odometry.push_back({time, {x, y, angle + kPi / 2}});
     const auto* beacon = places[i % 4];
     recording.ranges.push_back(
         {time, "base_link", 1 + i % 4, std::hypot(beacon[0] - x, beacon[1] - y)});

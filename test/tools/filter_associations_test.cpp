@@ -10,8 +10,8 @@
 namespace pf_resampling {
 namespace {
 
-EstimatedPose pose(double time, double x, double y, double heading) {
-  EstimatedPose estimate;
+StampedPose pose(double time, double x, double y, double heading) {
+  StampedPose estimate;
   estimate.time = time;
   estimate.pose = {x, y, heading};
   return estimate;
@@ -92,10 +92,8 @@ TEST(FilterAssociations, NeedAPath) {
   EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);
 }
 
-TEST(FilterAssociations, NeedAMapThatIsFiniteAndNotTooLarge) {
+TEST(FilterAssociations, NeedAMapThatIsNotTooLarge) {
   Drive drive;
-  drive.result.map[1].position.x() = std::nan("");
-  EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);
   // The gate looks at all pairs: a million landmarks would take an hour.
   drive.result.map.assign(5001, landmark(1, 0.0, 0.0));
   EXPECT_THROW(drive.ids_of(4.0, {sighting(3.0, 0.0)}), Error);

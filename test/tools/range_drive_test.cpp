@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/evaluation/path_errors.hpp"
 #include "test/batch_testing.hpp"
 #include "test/places.hpp"
 #include "test/recorded_drive.hpp"
@@ -30,11 +29,9 @@ World exact_world() {
   return world;
 }
 
-double mean_error(const Recording& drive, const std::vector<EstimatedPose>& path, double clip) {
+double mean_error(const Recording& drive, const std::vector<StampedPose>& path, double clip) {
   EXPECT_EQ(path.size(), drive.odometry.size());
-  PathErrorOptions options;
-  options.clip = clip;
-  return evaluate_path(drive.truth, path, options).cartesian.mean;
+  return path_error(drive, path, clip).mean;
 }
 
 TEST(SolveRanges, FindsPathRadiosAndErrorsOfTheOdometry) {
@@ -76,9 +73,7 @@ TEST(SolveRanges, AntennasSitAnywhereOnTheRobot) {
     beacon.is_planar = false;
   }
   for (StampedRange& range : drive.ranges) {
-    const TruePose at = *interpolate(drive.truth, range.time, 1.0);
-    const Pose2 robot = {at.x, at.y, *at.heading};
-    const Pose2 place = compose(robot, {antenna.x(), antenna.y(), 0.0});
+    const Pose2 place = compose(pose_at(drive.truth, range.time), {antenna.x(), antenna.y(), 0.0});
     for (const Beacon& beacon : drive.beacons) {
       if (beacon.id != range.beacon) continue;
       range.range = std::hypot(place.x - beacon.position.x(), place.y - beacon.position.y(), 2.0);
@@ -95,9 +90,8 @@ TEST(SolveRanges, FindsBeaconsThatAreNotKnown) {
   Recording drive = drive_through(exact_world(), 1);
   const std::vector<Beacon> truth = std::exchange(drive.beacons, {});
   const RangeSolution solution = solve_ranges(drive);
-  PathErrorOptions options;
-  const AlignedPathErrors aligned = evaluate_aligned_path(drive.truth, solution.path, options);
-  EXPECT_LT(aligned.cartesian.mean, 0.15);
+  const PathError aligned = path_error(drive, solution.path, 0.0, true);
+  EXPECT_LT(aligned.mean, 0.15);
   for (const RadioKnowledge& radio : solution.memory.radios()) {
     EXPECT_EQ(radio.account, RadioAccount::unlisted);
     ASSERT_EQ(radio.places.size(), 1U);

@@ -33,17 +33,15 @@ std::vector<Message> messages_of(const rosbag::Bag& bag, const std::string& topi
 
 Recording small_recording() {
   Recording recording;
-  const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
-  recording.odometry = {{10.0, {0.0, 0.0, 0.0}, none},
-                        {10.5, {1.0, 0.0, kPi / 2}, none},
-                        {11.0, {1.0, 1.0, kPi / 2}, none}};
+  recording.odometry = {
+      {10.0, {0.0, 0.0, 0.0}}, {10.5, {1.0, 0.0, kPi / 2}}, {11.0, {1.0, 1.0, kPi / 2}}};
   recording.odometry_noise = {0.1, 0.2, 0.3};
   recording.ranges = {{10.2, "antenna", 4, 3.5}, {10.5, "antenna_2", 7, 2.5}};
   recording.beacons = {{4, {1.0, 2.0, 0.3}, false}, {7, {3.0, 4.0, 5.0}, false}};
   recording.scans = {{10.5, "sensor", {{1, 2.0, 0.1, 0.01, 0.02}, {-1, 3.0, -0.2}}},
                      {10.9, "sensor", {{2, 4.0, 0.3}}}};
-  recording.landmarks = {{1, {6.0, 7.0}, Eigen::Matrix2d::Zero()}};
-  recording.truth = {{10.0, 5.0, 6.0, kPi}, {11.0, 4.0, 5.0, kPi}};
+  recording.landmarks = {{1, {6.0, 7.0}}};
+  recording.truth = {{10.0, {5.0, 6.0, kPi}}, {11.0, {4.0, 5.0, kPi}}};
   recording.frames["antenna"] =
       Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(kPi / 2, Eigen::Vector3d::UnitZ());
   return recording;

@@ -1,12 +1,9 @@
 #include "tools/common/bag_contents.hpp"
 
-#include <geometry_msgs/PointStamped.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
-#include <pf_resampling/BeaconMap.h>
-#include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
 #include <rosbag/view.h>
@@ -36,27 +33,8 @@ double stamp_of(const rosbag::MessageInstance& instance, const Message& message)
   return message.header.stamp.isZero() ? instance.getTime().toSec() : message.header.stamp.toSec();
 }
 
-bool is_zero(const geometry_msgs::Quaternion& q) {
-  return q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0;
-}
-
-TruePose true_pose(double time, const geometry_msgs::Pose& pose) {
-  TruePose result = {time, pose.position.x, pose.position.y, {}};
-  if (!is_zero(pose.orientation)) result.heading = yaw_of(pose.orientation);
-  return result;
-}
-
-EstimatedPose estimated_pose(double time, const geometry_msgs::Pose& pose) {
-  EstimatedPose result;
-  result.time = time;
-  result.pose = {pose.position.x, pose.position.y, yaw_of(pose.orientation)};
-  return result;
-}
-
-EstimatedPose estimated_pose(double time, const geometry_msgs::PoseWithCovariance& pose) {
-  EstimatedPose result = estimated_pose(time, pose.pose);
-  result.covariance = to_covariance3(pose.covariance);
-  return result;
+StampedPose stamped_pose(double time, const geometry_msgs::Pose& pose) {
+  return {time, to_pose2(pose)};
 }
 
 template <typename Stamped>
@@ -171,58 +149,24 @@ std::vector<nav_msgs::Odometry> odometry_in(const rosbag::MessageInstance& insta
   return result;
 }
 
-// Landmark or BeaconPlace.
-template <typename Message>
-PointLandmark to_landmark(const Message& message) {
-  PointLandmark landmark;
-  landmark.id = message.id;
-  landmark.position << message.position.x, message.position.y;
-  landmark.covariance << message.covariance[0], message.covariance[1], message.covariance[2],
-      message.covariance[3];
-  return landmark;
-}
-
 }  // namespace
-
-std::vector<std::string> truth_types() {
-  return {"geometry_msgs/PoseStamped", "geometry_msgs/PointStamped", "nav_msgs/Odometry",
-          "geometry_msgs/PoseWithCovarianceStamped"};
-}
 
 std::vector<std::string> pose_types() {
   return {"geometry_msgs/PoseWithCovarianceStamped", "nav_msgs/Odometry",
           "geometry_msgs/PoseStamped"};
 }
 
-std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<TruePose> truth;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    if (const auto pose = message_in<geometry_msgs::PoseStamped>(instance)) {
-      truth.push_back(true_pose(stamp_of(instance, *pose), pose->pose));
-    } else if (const auto point = message_in<geometry_msgs::PointStamped>(instance)) {
-      truth.push_back({stamp_of(instance, *point), point->point.x, point->point.y, {}});
-    } else if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
-      truth.push_back(true_pose(stamp_of(instance, *odometry), odometry->pose.pose));
-    } else if (const auto with_covariance =
-                   message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
-      truth.push_back(true_pose(stamp_of(instance, *with_covariance), with_covariance->pose.pose));
-    }
-  });
-  sort_by_time(&truth);
-  check_path(truth, place_of(bag, topic).c_str());
-  return truth;
-}
-
-std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<EstimatedPose> poses;
+std::vector<StampedPose> read_poses(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<StampedPose> poses;
   for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
     if (const auto with_covariance =
             message_in<geometry_msgs::PoseWithCovarianceStamped>(instance)) {
-      poses.push_back(estimated_pose(stamp_of(instance, *with_covariance), with_covariance->pose));
+      poses.push_back(
+          stamped_pose(stamp_of(instance, *with_covariance), with_covariance->pose.pose));
     } else if (const auto odometry = message_in<nav_msgs::Odometry>(instance)) {
-      poses.push_back(estimated_pose(stamp_of(instance, *odometry), odometry->pose));
+      poses.push_back(stamped_pose(stamp_of(instance, *odometry), odometry->pose.pose));
     } else if (const auto pose = message_in<geometry_msgs::PoseStamped>(instance)) {
-      poses.push_back(estimated_pose(stamp_of(instance, *pose), pose->pose));
+      poses.push_back(stamped_pose(stamp_of(instance, *pose), pose->pose));
     }
   });
   sort_by_time(&poses);
@@ -246,7 +190,7 @@ RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic,
       if (const auto wrong = check(odometry, own)) {
         if (rejected++ == 0) why = wrong->detail;
       } else {
-        result.poses.push_back(estimated_pose(odometry.header.stamp.toSec(), odometry.pose));
+        result.poses.push_back(stamped_pose(odometry.header.stamp.toSec(), odometry.pose.pose));
       }
     }
   });
@@ -259,23 +203,6 @@ RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic,
   if (result.poses.empty()) throw Error(bag.getFileName() + ": " + result.left_out);
   sort_by_time(&result.poses);
   check_path(result.poses, place_of(bag, topic).c_str());
-  return result;
-}
-
-std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
-                                            const std::vector<EstimatedPose>& odometry) {
-  if (odometry.empty()) return truth;
-  std::vector<TruePose> result;
-  for (const TruePose& pose : truth) {
-    if (pose.time >= odometry.front().time && pose.time <= odometry.back().time) {
-      result.push_back(pose);
-    }
-  }
-  if (result.empty()) {
-    throw Error("no pose of the ground truth lies in the time of the odometry (" +
-                std::to_string(odometry.front().time) + " to " +
-                std::to_string(odometry.back().time) + " s): their clocks have to agree");
-  }
   return result;
 }
 
@@ -323,31 +250,22 @@ std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& b
   const auto last = last_message<LandmarkMap>(bag, topic);
   if (!last) return std::nullopt;
   std::vector<PointLandmark> landmarks;
-  for (const Landmark& message : last->landmarks) landmarks.push_back(to_landmark(message));
-  check_map(landmarks, place_of(bag, topic).c_str());
+  for (const Landmark& message : last->landmarks) {
+    landmarks.push_back({message.id, {message.position.x, message.position.y}});
+    if (landmarks.back().position.allFinite()) continue;
+    throw Error(place_of(bag, topic) + ": landmark " + std::to_string(message.id) +
+                " is not finite");
+  }
   return landmarks;
 }
 
-std::optional<std::vector<PointLandmark>> read_beacon_map(const rosbag::Bag& bag,
-                                                          const std::string& topic) {
-  const auto last = last_message<BeaconMap>(bag, topic);
-  if (!last) return std::nullopt;
-  std::vector<PointLandmark> beacons;
-  for (const BeaconPlace& message : last->places) {
-    const bool is_other_place = !beacons.empty() && beacons.back().id == message.id;
-    if (!is_other_place) beacons.push_back(to_landmark(message));
-  }
-  check_map(beacons, place_of(bag, topic).c_str());
-  return beacons;
-}
-
-std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
-                                                    const std::string& topic) {
+std::optional<std::vector<StampedPose>> read_path(const rosbag::Bag& bag,
+                                                  const std::string& topic) {
   const auto last = last_message<nav_msgs::Path>(bag, topic);
   if (!last) return std::nullopt;
-  std::vector<EstimatedPose> poses;
+  std::vector<StampedPose> poses;
   for (const geometry_msgs::PoseStamped& pose : last->poses) {
-    poses.push_back(estimated_pose(pose.header.stamp.toSec(), pose.pose));
+    poses.push_back(stamped_pose(pose.header.stamp.toSec(), pose.pose));
   }
   sort_by_time(&poses);
   if (!poses.empty()) check_path(poses, place_of(bag, topic).c_str());
@@ -397,46 +315,6 @@ std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
   }
   const Eigen::Array3d sigma = (variance / duration).sqrt();
   return StatedOdometryNoise{sigma[0], sigma[1], sigma[2]};
-}
-
-std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic) {
-  FilterSummary summary;
-  int messages = 0;
-  int renewals = 0;
-  double ancestors = 0.0;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = message_in<FilterStatus>(instance);
-    if (!status) return;
-    ++messages;
-    summary.mean_effective_sample_size += status->effective_sample_size;
-    if (status->renewed) {
-      ++renewals;
-      ancestors += status->distinct_ancestors_of_renewal;
-    }
-    summary.particles = static_cast<int>(status->particles);
-    summary.updates = status->updates;
-    summary.renewals = status->renewals;
-    summary.weight_resets = status->weight_resets;
-    summary.map_file = status->map_file;
-    summary.findings = status->findings;
-    summary.ancestors_since_start = static_cast<int>(status->distinct_ancestors_since_start);
-  });
-  if (messages == 0) return std::nullopt;
-  summary.mean_effective_sample_size /= messages;
-  summary.mean_ancestors_of_renewal = renewals > 0 ? ancestors / renewals : summary.particles;
-  return summary;
-}
-
-std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic) {
-  std::vector<StampedHealth> list;
-  for_each_message(bag, topic, [&](const rosbag::MessageInstance& instance) {
-    const auto status = message_in<FilterStatus>(instance);
-    if (!status || status->health.empty()) return;
-    list.push_back(
-        {stamp_of(instance, *status), status->health, static_cast<int>(status->hypotheses.size())});
-  });
-  sort_by_time(&list);
-  return list;
 }
 
 std::map<std::string, Eigen::Isometry3d> read_frames_on_robot(const rosbag::Bag& bag,

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <pf_resampling/FindingStatus.h>
 #include <rosbag/bag.h>
 
 #include <Eigen/Geometry>
@@ -10,10 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "src/frames/frame_names.hpp"
+#include "tools/common/stamped_pose.hpp"
 
 namespace pf_resampling {
 
@@ -21,31 +19,21 @@ namespace pf_resampling {
 /// a header has none); all lists are in order of their stamps. The topic's presence is the caller's
 /// to check (require_topics); a message that cannot be used is an Error that names topic and time.
 
-/// Message types that read_truth() takes.
-std::vector<std::string> truth_types();
 /// Message types that read_poses() takes.
 std::vector<std::string> pose_types();
 
-/// True poses. PointStamped has no heading; nor has a PoseStamped with the quaternion 0, 0, 0, 0.
-std::vector<TruePose> read_truth(const rosbag::Bag& bag, const std::string& topic);
-
-/// Poses with covariance, or without (zero).
-std::vector<EstimatedPose> read_poses(const rosbag::Bag& bag, const std::string& topic);
+/// Of these.
+std::vector<StampedPose> read_poses(const rosbag::Bag& bag, const std::string& topic);
 
 /// Dead reckoning, without what filters reject of it.
 struct RecordedOdometry {
-  std::vector<EstimatedPose> poses;
+  std::vector<StampedPose> poses;
   std::string left_out;  ///< how many messages, and why the first; empty: none
 };
 /// Of the types of read_poses(), or from odom to base on a topic of tf2_msgs/TFMessage. Throws
 /// Error if that leaves no pose.
 RecordedOdometry read_odometry(const rosbag::Bag& bag, const std::string& topic,
                                const FrameNames& frames = {});
-
-/// The true poses while there is odometry (all if that is empty): a reference that was switched on
-/// earlier, or off later, is nothing a filter can be judged by. Throws Error if that leaves none.
-std::vector<TruePose> truth_while_recording(const std::vector<TruePose>& truth,
-                                            const std::vector<EstimatedPose>& odometry);
 
 /// The beacons of the last message on a topic of BeaconArray; none if there is none. A height
 /// of NaN says that the beacon is as high as the antenna.
@@ -63,16 +51,15 @@ struct StampedRange {
 std::vector<std::string> recorded_range_types();
 std::vector<StampedRange> read_ranges(const rosbag::Bag& bag, const std::string& topic);
 
+struct PointLandmark {
+  std::int32_t id = -1;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map frame
+};
 /// The landmarks of the last message on a topic of LandmarkMap; nothing if there is none.
 std::optional<std::vector<PointLandmark>> read_landmark_map(const rosbag::Bag& bag,
                                                             const std::string& topic);
-/// Likewise of BeaconMap: of each beacon the likeliest place.
-std::optional<std::vector<PointLandmark>> read_beacon_map(const rosbag::Bag& bag,
-                                                          const std::string& topic);
-
 /// The poses of the last message on a topic of nav_msgs/Path; nothing if there is none.
-std::optional<std::vector<EstimatedPose>> read_path(const rosbag::Bag& bag,
-                                                    const std::string& topic);
+std::optional<std::vector<StampedPose>> read_path(const rosbag::Bag& bag, const std::string& topic);
 
 /// What a sensor saw of one landmark.
 struct SeenLandmark {
@@ -102,29 +89,6 @@ struct StatedOdometryNoise {
 /// message before; nothing if none is stated.
 std::optional<StatedOdometryNoise> read_odometry_noise(const rosbag::Bag& bag,
                                                        const std::string& topic);
-
-/// What a filter said of its population (FilterStatus).
-struct FilterSummary {
-  int particles = 0;                        ///< at the end
-  std::uint64_t updates = 0;                ///< likewise
-  std::uint64_t renewals = 0;               ///< calls of resampling or compensation, likewise
-  std::uint64_t weight_resets = 0;          ///< likewise
-  double mean_effective_sample_size = 0.0;  ///< over the updates
-  double mean_ancestors_of_renewal = 0.0;   ///< distinct ones; all particles without a renewal
-  int ancestors_since_start = 0;            ///< distinct ones, at the end
-  std::string map_file;                     ///< the map it had loaded at the end; empty: none
-  std::vector<FindingStatus> findings;      ///< at the end
-};
-/// What it said of its health, in order of time.
-struct StampedHealth {
-  double time = 0.0;  ///< s
-  std::string health;
-  int places = 0;  ///< that fitted
-};
-std::vector<StampedHealth> read_health(const rosbag::Bag& bag, const std::string& topic);
-
-/// Nothing if the bag has no such message.
-std::optional<FilterSummary> read_filter_summary(const rosbag::Bag& bag, const std::string& topic);
 
 /// Where the frames of /tf_static sit on the robot, in the frame `base`, as the nodes find them:
 /// going up from a frame to `base`. The newest transform of a frame counts.

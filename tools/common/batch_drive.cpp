@@ -30,13 +30,6 @@ SmoothingResult smooth_with(double robust_width, SmoothingGraph* graph) {
   return smooth(options, graph);
 }
 
-EstimatedPose stamped(double time, const Pose2& pose) {
-  EstimatedPose estimate;
-  estimate.time = time;
-  estimate.pose = pose;
-  return estimate;
-}
-
 // Of drive_to(). Not an integer: a clock may be set by more seconds than one holds.
 double steps_between(double from, double to) {
   return std::ceil((to - from) / kLongestStep);
@@ -44,7 +37,7 @@ double steps_between(double from, double to) {
 
 }  // namespace
 
-void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<double>& times) {
+void check_size(const std::vector<StampedPose>& odometry, const std::vector<double>& times) {
   double last = odometry.front().time;
   double poses = 1.0;
   for (const double time : times) {
@@ -70,7 +63,7 @@ void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<do
               ": give a part of the recording (rosbag filter)");
 }
 
-BatchDrive::BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
+BatchDrive::BatchDrive(const std::vector<StampedPose>& odometry, OdometryBetween motion_between,
                        GaussianPrior prior, double robust_width)
     : motion_between_(std::move(motion_between)), robust_width_(robust_width) {
   check_path(odometry, "odometry");
@@ -94,15 +87,15 @@ void BatchDrive::drive_to(double time) {
   }
 }
 
-EstimatedPose BatchDrive::newest_at(double time) const {
+StampedPose BatchDrive::newest_at(double time) const {
   const MotionFactor motion = motion_between_(times.back(), time);
-  return stamped(time, compose(graph.poses.back(), corrected_motion(motion, graph.constants)));
+  return {time, compose(graph.poses.back(), corrected_motion(motion, graph.constants))};
 }
 
-std::vector<EstimatedPose> BatchDrive::path_at(const std::vector<EstimatedPose>& stamps) const {
-  std::vector<EstimatedPose> path;
+std::vector<StampedPose> BatchDrive::path_at(const std::vector<StampedPose>& stamps) const {
+  std::vector<StampedPose> path;
   std::size_t before = 0;
-  for (const EstimatedPose& stamp : stamps) {
+  for (const StampedPose& stamp : stamps) {
     while (before + 2 < times.size() && times[before + 1] <= stamp.time) ++before;
     const auto by_odometry = [&](double time) {
       return compose(graph.poses[before],
@@ -110,9 +103,9 @@ std::vector<EstimatedPose> BatchDrive::path_at(const std::vector<EstimatedPose>&
     };
     const double share = (stamp.time - times[before]) / (times[before + 1] - times[before]);
     const Pose2 missing = relative(by_odometry(times[before + 1]), graph.poses[before + 1]);
-    path.push_back(stamped(
-        stamp.time, compose(by_odometry(stamp.time),
-                            {share * missing.x, share * missing.y, share * missing.heading})));
+    path.push_back(
+        {stamp.time, compose(by_odometry(stamp.time),
+                             {share * missing.x, share * missing.y, share * missing.heading})});
   }
   return path;
 }
@@ -132,7 +125,7 @@ SmoothingResult BatchDrive::solve_both_ways() {
   return other;
 }
 
-OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
+OnlineSolution solve_along(const std::vector<StampedPose>& odometry,
                            const std::vector<double>& times,
                            const std::function<void(std::size_t)>& observe,
                            const std::function<bool()>& is_surprising, BatchDrive* drive) {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <vector>
 
-#include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
+#include "tools/common/stamped_pose.hpp"
 
 namespace pf_resampling {
 
@@ -14,7 +14,7 @@ using OdometryBetween = std::function<MotionFactor(double from, double to)>;
 /// Throws Error for a drive of more poses than memory can be expected to hold: one at each of these
 /// times (s, ascending, of the odometry, which is a path) and at its end, and in between at least
 /// every half second, whether or not there is odometry.
-void check_size(const std::vector<EstimatedPose>& odometry, const std::vector<double>& times);
+void check_size(const std::vector<StampedPose>& odometry, const std::vector<double>& times);
 
 /// A drive up to a time: the poses of a graph, with their times, joined by odometry. What was
 /// observed from them is the caller's to add.
@@ -23,7 +23,7 @@ class BatchDrive {
   /// Begins at the prior's pose, at the first stamp of the odometry (in a frame of its own).
   /// `robust_width`: of the loss of what is observed, in standard deviations. Throws Error for
   /// odometry that is no path or has no duration.
-  BatchDrive(const std::vector<EstimatedPose>& odometry, OdometryBetween motion_between,
+  BatchDrive(const std::vector<StampedPose>& odometry, OdometryBetween motion_between,
              GaussianPrior prior, double robust_width);
 
   /// From the estimate as it is.
@@ -35,11 +35,11 @@ class BatchDrive {
   void drive_to(double time);
 
   /// The newest pose, brought to a time after it by odometry.
-  EstimatedPose newest_at(double time) const;
+  StampedPose newest_at(double time) const;
 
   /// At each of these stamps: from the pose before by odometry, and what is then missing to the
   /// pose after, in proportion to the time.
-  std::vector<EstimatedPose> path_at(const std::vector<EstimatedPose>& stamps) const;
+  std::vector<StampedPose> path_at(const std::vector<StampedPose>& stamps) const;
 
   int newest() const { return static_cast<int>(graph.poses.size()) - 1; }
 
@@ -52,7 +52,7 @@ class BatchDrive {
 };
 
 struct OnlineSolution {
-  std::vector<EstimatedPose> path;  ///< at the stamps of the odometry
+  std::vector<StampedPose> path;  ///< at the stamps of the odometry
   int solutions = 0;
   int refused = 0;  ///< of these; the estimate stayed as the odometry had it
 };
@@ -60,7 +60,7 @@ struct OnlineSolution {
 /// What least squares says while the robot drives. `observe` adds what was observed at the i-th of
 /// these times, ascending, to the newest pose; `is_surprising`: whether the newest observations are
 /// far from the solution, which then is looked for both ways.
-OnlineSolution solve_along(const std::vector<EstimatedPose>& odometry,
+OnlineSolution solve_along(const std::vector<StampedPose>& odometry,
                            const std::vector<double>& times,
                            const std::function<void(std::size_t)>& observe,
                            const std::function<bool()>& is_surprising, BatchDrive* drive);

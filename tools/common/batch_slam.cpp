@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/evaluation/statistics.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
 
@@ -137,7 +135,7 @@ class DriveAmongLandmarks {
   /// The odometry between two times.
   MotionFactor motion_between(double from, double to) const {
     MotionFactor motion;
-    motion.mean = relative(odometry_at(from), odometry_at(to));
+    motion.mean = relative(pose_at(recording_.odometry, from), pose_at(recording_.odometry, to));
     const double duration = to - from;
     double along, across;
     double heading = noise_.heading * std::sqrt(duration);
@@ -174,10 +172,6 @@ class DriveAmongLandmarks {
   std::vector<std::int32_t> ids;  ///< of the landmarks
 
  private:
-  Pose2 odometry_at(double time) const {
-    return interpolate(recording_.odometry, time, std::numeric_limits<double>::infinity())->pose;
-  }
-
   const Recording& recording_;
   BatchNoise noise_;
   std::vector<StampedScan> scans_;  // in order of time, with at least one landmark each
@@ -185,6 +179,13 @@ class DriveAmongLandmarks {
 };
 
 }  // namespace
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
 
 BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {
   DriveAmongLandmarks data(recording, noise);

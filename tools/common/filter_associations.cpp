@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/batch_slam.hpp"
@@ -11,21 +13,36 @@
 namespace pf_resampling {
 namespace {
 
-Pose2 odometry_at(const std::vector<EstimatedPose>& odometry, double time) {
-  const double inside = std::clamp(time, odometry.front().time, odometry.back().time);
-  return interpolate(odometry, inside, std::numeric_limits<double>::infinity())->pose;
+struct Pair {
+  double distance;
+  std::size_t seen, landmark;
+};
+
+double usual_gate(const std::vector<PointLandmark>& map) {
+  constexpr double kLeast = 0.5;  // m
+  if (map.size() < 2) return kLeast;
+  std::vector<double> distances;
+  for (const PointLandmark& landmark : map) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const PointLandmark& other : map) {
+      if (&other == &landmark) continue;
+      nearest = std::min(nearest, (landmark.position - other.position).norm());
+    }
+    distances.push_back(nearest);
+  }
+  return std::max(kLeast, 0.5 * median(std::move(distances)));
 }
 
 // A path of few poses, at any time.
-Pose2 pose_at(const std::vector<EstimatedPose>& path, const std::vector<EstimatedPose>& odometry,
-              double time) {
+Pose2 robot_at(const std::vector<StampedPose>& path, const std::vector<StampedPose>& odometry,
+               double time) {
   const auto after =
       std::upper_bound(path.begin(), path.end(), time,
-                       [](double t, const EstimatedPose& pose) { return t < pose.time; });
-  const EstimatedPose& before = after == path.begin() ? *after : *(after - 1);
-  const Pose2 start = odometry_at(odometry, before.time);
+                       [](double t, const StampedPose& pose) { return t < pose.time; });
+  const StampedPose& before = after == path.begin() ? *after : *(after - 1);
+  const Pose2 start = pose_at(odometry, before.time);
   const auto by_odometry = [&](double t) {
-    return compose(before.pose, relative(start, odometry_at(odometry, t)));
+    return compose(before.pose, relative(start, pose_at(odometry, t)));
   };
   const Pose2 here = by_odometry(time);
   if (after == path.begin() || after == path.end()) return here;
@@ -39,7 +56,6 @@ Pose2 pose_at(const std::vector<EstimatedPose>& path, const std::vector<Estimate
 std::vector<StampedScan> associated_by(const FilterResult& result, const Recording& recording) {
   check_path(result.path, "path");
   check_path(recording.odometry, "odometry");
-  check_map(result.map, "map");
   if (result.map.size() > kMostBatchLandmarks) {  // the gate looks at all pairs
     throw Error("a map of " + std::to_string(result.map.size()) +
                 " landmarks: the batch solution takes " + std::to_string(kMostBatchLandmarks) +
@@ -50,17 +66,26 @@ std::vector<StampedScan> associated_by(const FilterResult& result, const Recordi
   for (StampedScan& scan : scans) {
     const auto sensor = recording.frames.find(scan.frame);
     if (sensor == recording.frames.end()) continue;
-    const Pose2 robot = pose_at(result.path, recording.odometry, scan.time);
+    const Pose2 robot = robot_at(result.path, recording.odometry, scan.time);
     const Pose2 eye = compose(robot, to_pose2(sensor->second));
-    std::vector<PointLandmark> seen;
-    for (SeenLandmark& landmark : scan.landmarks) {
-      const double direction = eye.heading + landmark.bearing;
-      seen.emplace_back().position = {eye.x + landmark.range * std::cos(direction),
-                                      eye.y + landmark.range * std::sin(direction)};
-      landmark.id = -1;
+    std::vector<Pair> pairs;
+    for (std::size_t i = 0; i < scan.landmarks.size(); ++i) {
+      SeenLandmark& seen = scan.landmarks[i];
+      const double direction = eye.heading + seen.bearing;
+      const Eigen::Vector2d place(eye.x + seen.range * std::cos(direction),
+                                  eye.y + seen.range * std::sin(direction));
+      for (std::size_t j = 0; j < result.map.size(); ++j) {
+        const double distance = (place - result.map[j].position).norm();
+        if (distance <= gate) pairs.push_back({distance, i, j});
+      }
+      seen.id = -1;
     }
-    for (const LandmarkMatch& match : match_by_nearest(seen, result.map, gate)) {
-      scan.landmarks[match.estimated].id = result.map[match.truth].id;
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+    std::set<std::size_t> taken;  // landmarks
+    for (const Pair& pair : pairs) {
+      SeenLandmark& seen = scan.landmarks[pair.seen];
+      if (seen.id < 0 && taken.insert(pair.landmark).second) seen.id = result.map[pair.landmark].id;
     }
   }
   return scans;

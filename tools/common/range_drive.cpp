@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/bag.hpp"
@@ -48,12 +47,12 @@ class OdometrySteps {
 
   void start_at(double time) {
     time_ = time;
-    last_ = odometry_at(time);
+    last_ = pose_at(drive_.odometry, time);
   }
 
   void append_up_to(double time, OdometryIncrement* increment) {
     if (!(time > time_)) return;
-    const Pose2 pose = odometry_at(time);
+    const Pose2 pose = pose_at(drive_.odometry, time);
     append({}, relative(last_, pose), time - time_, increment);
     last_ = pose;
     time_ = time;
@@ -72,10 +71,6 @@ class OdometrySteps {
   }
 
  private:
-  Pose2 odometry_at(double time) const {
-    return interpolate(drive_.odometry, time, std::numeric_limits<double>::infinity())->pose;
-  }
-
   const Recording& drive_;
   double time_ = 0.0;
   Pose2 last_;
@@ -96,29 +91,22 @@ RangeObservation observation_of(const Recording& drive, const StampedRange& rang
   return observation;
 }
 
-EstimatedPose stamped(double time, const Pose2& pose) {
-  EstimatedPose estimated;
-  estimated.time = time;
-  estimated.pose = pose;
-  return estimated;
-}
-
 Pose2 newest_pose(const RangeMemory& memory) {
   return pose_of(memory.newest(memory.modes().front()).mean.head<4>());
 }
 
 // From the keyframe before by odometry, and what is then missing to the keyframe after, in
 // proportion to the time.
-std::vector<EstimatedPose> path_of(const Recording& drive, const RangeSolution& solution) {
+std::vector<StampedPose> path_of(const Recording& drive, const RangeSolution& solution) {
   const RangeMemory& memory = solution.memory;
   const RangeEstimate& estimate = memory.modes().front().estimate;
   const double begin = drive.odometry.front().time;
   const std::vector<double>& times = memory.keyframe_times();
-  std::vector<EstimatedPose> path;
+  std::vector<StampedPose> path;
   std::size_t before = 0;
   OdometrySteps steps(drive, begin + times[0]);
   OdometryIncrement since;
-  for (const EstimatedPose& known : solution.online.path) {
+  for (const StampedPose& known : solution.online.path) {
     const double time = known.time - begin;
     if (time < times.front()) {
       path.push_back(known);
@@ -141,7 +129,7 @@ std::vector<EstimatedPose> path_of(const Recording& drive, const RangeSolution& 
       missing = {share * off.x, share * off.y, share * off.heading};
     }
     const Pose2 pose = compose(pose_of(from), corrected_motion(since, from, estimate.constants));
-    path.push_back(stamped(known.time, compose(pose, missing)));
+    path.push_back({known.time, compose(pose, missing)});
   }
   return path;
 }
@@ -173,7 +161,7 @@ RangeSolution solve_ranges(Recording drive) {
   double next_solution = drive.odometry.front().time;
   auto range = drive.ranges.begin();
   ProgressBar bar("solving", drive.odometry.size());
-  for (const EstimatedPose& stamp : drive.odometry) {
+  for (const StampedPose& stamp : drive.odometry) {
     bar.update(solution.online.path.size());
     while (range != drive.ranges.end() && range->time <= stamp.time) {
       const double time = range->time;
@@ -189,7 +177,7 @@ RangeSolution solve_ranges(Recording drive) {
     }
     memory.add(steps.step_to(stamp.time), {});
     solution.online.path.push_back(
-        stamped(stamp.time, memory.modes().empty() ? stamp.pose : newest_pose(memory)));
+        {stamp.time, memory.modes().empty() ? stamp.pose : newest_pose(memory)});
   }
   for (int i = 0; i < kSolutionsAtTheEnd; ++i) memory.solve_all();
   if (memory.modes().empty()) {

@@ -12,7 +12,7 @@ struct RangeSolution {
   RangeMemory memory;  ///< with all data
   /// At the stamps of the odometry, in the frame of the beacons; in that of the first pose where
   /// fewer than two are known. From all data, but as `online` for what has left the memory.
-  std::vector<EstimatedPose> path;
+  std::vector<StampedPose> path;
   OnlineSolution online;  ///< what could be known while the robot drove
   int ranges = 0;         ///< that took part
   int outliers = 0;       ///< of these, farther off than 4 standard deviations

@@ -22,7 +22,7 @@ std::string describe(const std::vector<Stamped>& list) {
   return text;
 }
 
-double path_length(const std::vector<EstimatedPose>& odometry) {
+double path_length(const std::vector<StampedPose>& odometry) {
   double length = 0.0;
   for (std::size_t i = 1; i < odometry.size(); ++i) {
     length += std::hypot(odometry[i].pose.x - odometry[i - 1].pose.x,

@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "pf_resampling_core/evaluation/map_errors.hpp"
-#include "pf_resampling_core/evaluation/stamped_path.hpp"
 #include "src/frames/frame_names.hpp"
 #include "tools/common/bag_contents.hpp"
 
@@ -18,14 +16,14 @@ namespace pf_resampling {
 /// What a robot recorded on a drive, of a bag or a simulation. Times in s, on one clock; each list
 /// in order of time.
 struct Recording {
-  std::vector<EstimatedPose> odometry;                ///< in a frame of its own
+  std::vector<StampedPose> odometry;                  ///< in a frame of its own
   std::optional<StatedOdometryNoise> odometry_noise;  ///< if it is stated
   std::vector<StampedRange> ranges;
   std::vector<Beacon> beacons;                      ///< whose place is known; map frame
   std::vector<StampedScan> scans;                   ///< of landmarks; ids of -1 are unknown
   std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
-  std::vector<TruePose> truth;                      ///< map frame, if it is known, as these:
-  std::vector<PointLandmark> landmarks;             ///< without covariances
+  std::vector<StampedPose> truth;                   ///< map frame, if it is known, as these:
+  std::vector<PointLandmark> landmarks;
 };
 
 /// Of a bag: odometry, ranges and scans of these topics, as far as they are there, and the frames

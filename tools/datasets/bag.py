@@ -4,7 +4,9 @@ import sys
 import time
 from itertools import groupby
 
-from .recording import Error, Frame, relative
+from command_line import Error
+
+from .recording import Frame, relative
 
 LATEST = 2.0**32 - 1  # s, of a time in ROS
 # s, by which beacons and frames precede all else: readers of bags see equal times in any order, and a range whose antenna

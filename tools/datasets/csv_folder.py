@@ -7,8 +7,10 @@ t,v,omega: velocities that hold from t to the next row.
 import math
 import os
 
+from command_line import Error
+
 from .files import lines_of, number_of, require_directory
-from .recording import (Beacon, Error, Frame, Landmark, Observation, Odometry, Range, Recording, Truth, compose,
+from .recording import (Beacon, Frame, Landmark, Observation, Odometry, Range, Recording, Truth, compose,
                         median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "a directory with CSV files of your own"

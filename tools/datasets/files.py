@@ -4,7 +4,8 @@ import os
 import re
 import warnings
 
-from .recording import Error
+from command_line import Error
+
 
 
 def require_directory(path, what):

@@ -11,8 +11,10 @@ import math
 import os
 from collections import Counter
 
+from command_line import Error
+
 from .files import finite_number, lines_of, require_directory
-from .recording import Beacon, Error, Odometry, Range, Recording, Truth, compose, midpoint_motion
+from .recording import Beacon, Odometry, Range, Recording, Truth, compose, midpoint_motion
 
 LINE = "text files of TU Chemnitz (Labyrinth, UWB)"
 HELP = """Makes a bag of a directory with one file *Input.txt (lines range2 and

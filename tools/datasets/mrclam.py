@@ -13,8 +13,10 @@ fit); an odometry delay of 0.2 takes that out.
 """
 import os
 
+from command_line import Error, UsageError
+
 from .files import NumberTable, number_of, require_directory
-from .recording import (Error, Frame, Landmark, Observation, Odometry, Recording, Truth, UsageError, compose, midpoint_motion,
+from .recording import (Frame, Landmark, Observation, Odometry, Recording, Truth, compose, midpoint_motion,
                         wrap_angle)
 
 LINE = "text files of UTIAS (multi-robot data sets 1 to 9), one robot"

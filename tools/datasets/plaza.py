@@ -10,8 +10,10 @@ reverse does not show in them.
 """
 import math
 
+from command_line import Error, UsageError
+
 from .files import MatFile, number_of
-from .recording import (METRES_PER_FOOT, Beacon, Error, Frame, Odometry, Range, Recording, Truth, UsageError, compose,
+from .recording import (METRES_PER_FOOT, Beacon, Frame, Odometry, Range, Recording, Truth, compose,
                         median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"

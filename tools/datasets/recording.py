@@ -7,17 +7,11 @@ import math
 from bisect import bisect_left
 from collections import namedtuple
 
+from command_line import UsageError
+
 METRES_PER_FOOT = 0.3048
 METRES_PER = {"m": 1.0, "ft": METRES_PER_FOOT, "cm": 0.01, "mm": 0.001}
 FEWEST_RANGES_FOR_RATIO = 10
-
-
-class Error(Exception):
-    """Of an input: one line that names the file, the place in it, what is wrong there and the remedy."""
-
-
-class UsageError(Error):
-    """Of the command line."""
 
 
 Odometry = namedtuple("Odometry", "time pose")  # dead reckoning from the origin of the frame "odom"

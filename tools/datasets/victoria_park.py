@@ -13,8 +13,10 @@ in which the vehicle starts.
 import math
 import os
 
+from command_line import Error
+
 from .files import MatFile, NumberTable, require_directory
-from .recording import Error, Frame, Observation, Odometry, Recording, Truth, compose, midpoint_motion, wrap_angle
+from .recording import Frame, Observation, Odometry, Recording, Truth, compose, midpoint_motion, wrap_angle
 
 LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
 HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (or

@@ -9,11 +9,11 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "src/configuration/parameter_table.hpp"
 #include "src/messages/conversions.hpp"
-#include "tools/common/evaluation_report.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/progress_bar.hpp"
 #include "tools/common/text.hpp"
@@ -29,6 +29,24 @@ const std::set<std::string> kOutputTopics = {"/pose",        "/path",         "/
 double cpu_seconds(const rusage& usage) {
   return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+/// As in FilterStatus; times in s.
+nlohmann::json to_json(const std::vector<FindingStatus>& findings) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const FindingStatus& finding : findings) {
+    list.push_back({{"kind", finding.kind},
+                    {"id", finding.id},
+                    {"begin", finding.begin.toSec()},
+                    {"end", finding.end.toSec()},
+                    {"place", {finding.place.x, finding.place.y}},
+                    {"size", finding.size},
+                    {"sigma", finding.sigma},
+                    {"probability", finding.probability},
+                    {"open", static_cast<bool>(finding.open)},
+                    {"text", finding.text}});
+  }
+  return list;
 }
 
 double wall_seconds() {

@@ -121,7 +121,7 @@ class Writer {
     const auto& truth = recording_.truth[index];
     const ros::Time stamp = stamp_of(truth.time);
     auto pose = stamped<geometry_msgs::PoseStamped>(stamp, "map");
-    pose.pose = to_pose_message(Pose2{truth.x, truth.y, truth.heading.value_or(0.0)});
+    pose.pose = to_pose_message(truth.pose);
     bag_->write("/ground_truth", stamp, pose);
   }
 

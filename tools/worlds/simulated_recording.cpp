@@ -9,8 +9,7 @@ namespace {
 
 void add_landmarks(const World& world, const SimulatedDrive& drive, Recording* recording) {
   for (std::size_t id = 0; id < world.landmarks.size(); ++id) {
-    recording->landmarks.push_back(
-        {static_cast<std::int32_t>(id), world.landmarks[id], Eigen::Matrix2d::Zero()});
+    recording->landmarks.push_back({static_cast<std::int32_t>(id), world.landmarks[id]});
   }
   const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
   for (const auto& scan : drive.scans) {
@@ -45,9 +44,8 @@ Recording simulated_recording(const World& world, std::uint64_t seed) {
   recording.odometry_noise = {root * errors.speed_sigma, root * errors.lateral_sigma,
                               root * errors.yaw_rate_sigma};
   for (const auto& odometry : drive.odometry) {
-    recording.odometry.push_back({odometry.time, odometry.pose, Eigen::Matrix3d::Zero()});
-    const Pose2& truth = odometry.truth;
-    recording.truth.push_back({odometry.time, truth.x, truth.y, truth.heading});
+    recording.odometry.push_back({odometry.time, odometry.pose});
+    recording.truth.push_back({odometry.time, odometry.truth});
   }
   add_beacons(world, drive, &recording);
   add_landmarks(world, drive, &recording);

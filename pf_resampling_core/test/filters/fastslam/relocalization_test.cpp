@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "pf_resampling_core/evaluation/map_errors.hpp"
+#include "pf_resampling_core/models/point_alignment.hpp"
 #include "pf_resampling_core/population/random_stream.hpp"
 
 namespace pf_resampling {

@@ -1,24 +1,15 @@
-#!/usr/bin/python3
 """Draws what evaluate_bag found: paths, beacons and landmarks, and the errors over time with their 3-sigma bands.
 
-    plot_paths.py data.json png > picture.png
-
-data.json is written by evaluate_bag (tools/common/plot_paths.cpp): metres, radians, seconds.
+The data are those of evaluation/report.py: metres, radians, seconds.
 """
-
-import json
 import os
-import sys
 
-try:
-    import matplotlib
+import matplotlib
+import numpy as np
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    import numpy as np
-    from matplotlib.collections import EllipseCollection
-except ImportError as error:
-    sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.collections import EllipseCollection  # noqa: E402
 
 TRUTH, ESTIMATE, DEAD_RECKONING, BEACON = "#222222", "#1667b7", "#c9662b", "#8a2be2"
 LANDMARK, CLOSURE, ALIGNED = "#0a8f5b", "#f2b90f", "#c2185b"
@@ -281,20 +272,3 @@ def draw(data):
     figure.align_ylabels(panels)
     figure.suptitle(f"{title}\n{summary(data)}", fontsize=11)
     return figure
-
-
-def main():
-    if len(sys.argv) != 3:
-        sys.exit("usage: plot_paths.py data.json png|pdf|svg > picture")
-    with open(sys.argv[1], encoding="utf-8") as file:
-        data = json.load(file)
-    figure = draw(data)
-    try:
-        figure.savefig(sys.stdout.buffer, dpi=130, format=sys.argv[2])
-        sys.stdout.flush()
-    except OSError as error:
-        sys.exit(f"cannot be written: {error.strerror}")
-
-
-if __name__ == "__main__":
-    main()
