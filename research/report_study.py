@@ -13,6 +13,7 @@ try:
 except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-numpy")
 
+from command_line import Error
 from report_statistics import lost_difference, mean_and_error, t_difference
 
 Estimate = namedtuple("Estimate", "mean standard_error count")
@@ -26,7 +27,7 @@ SCHEME_NAMES = {"residual_then_systematic": "RSR", "stratified": "Stratified", "
                 "systematic": "Systematic", "multinomial": "Multinomial"}
 
 
-class StudyError(Exception):
+class StudyError(Error):
     """A folder that holds no study, or one that was damaged: one line that names the file."""
 
 

@@ -558,7 +558,7 @@ class StudyReport(unittest.TestCase):
         installed = self.folder / 'lib'
         installed.mkdir()
         research = ROOT / 'research'
-        for path in (*research.glob('report_*.py'), research / 'study_report.py', ROOT / 'tools/new_file.py',
+        for path in (*research.glob('report_*.py'), research / 'study_report.py', *(ROOT / 'tools' / f'{name}.py' for name in ('command_line', 'new_file')),
                      research / 'data/papers.json', research / 'data/report_claims.json'):
             shutil.copy(str(path), str(installed))
         (self.folder / 'study').mkdir()

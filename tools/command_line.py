@@ -86,15 +86,14 @@ def draw(data, path):
 
 
 def run_tool(tool, body):
-    """Runs `body` on the arguments, without those for ROS; returns the exit code."""
+    """Runs `body` on the arguments, without those for ROS; returns the exit code, which `body` may return."""
     # If the caller has closed a standard stream, its number must not become that of a file.
     while os.open(os.devnull, os.O_RDONLY) <= 2:
         pass
     end_well_on_signals()
     try:
-        body([word for word in sys.argv[1:] if not (word.startswith("__") and ":=" in word)])
-    except (Error, WriteError) as error:
+        return body([word for word in sys.argv[1:] if not (word.startswith("__") and ":=" in word)]) or 0
+    except (Error, WriteError, OSError) as error:
         line = "".join(" " if c in "\n\r\t" else c if c.isprintable() else "?" for c in str(error))
         print(f"{tool}: {line}", file=sys.stderr)
         return 2 if isinstance(error, UsageError) else 1
-    return 0
