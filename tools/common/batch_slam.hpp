@@ -3,10 +3,20 @@
 #include <cstddef>
 #include <vector>
 
-#include "tools/common/batch_drive.hpp"
 #include "tools/common/recording.hpp"
 
 namespace pf_resampling {
+
+/// Throws Error for a drive of more poses than memory can be expected to hold: one at each of these
+/// times (s, ascending, of the odometry, which is a path) and at its end, and in between at least
+/// every half second, whether or not there is odometry.
+void check_size(const std::vector<StampedPose>& odometry, const std::vector<double>& times);
+
+struct OnlineSolution {
+  std::vector<StampedPose> path;  ///< at the stamps of the odometry
+  int solutions = 0;
+  int refused = 0;  ///< of these; the estimate stayed as the odometry had it
+};
 
 /// More would take two matrices of 0.8 GB.
 inline constexpr std::size_t kMostBatchLandmarks = 5000;

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "pf_resampling_core/range_memory/range_memory.hpp"
-#include "tools/common/batch_drive.hpp"
+#include "tools/common/batch_slam.hpp"
 #include "tools/common/recording.hpp"
 
 namespace pf_resampling {
