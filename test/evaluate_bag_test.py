@@ -199,6 +199,10 @@ class EvaluateBag(unittest.TestCase):
         self.assert_refused((self.bag,), says='/pose: pose 251 of 501 is not finite')
         write_bag(self.bag, line_of(spoiled=['/odom']))
         self.assertIn('1 of 501 messages of /odom left out', self.said(self.bag))
+        with rosbag.Bag(str(self.bag), 'a') as bag:
+            kind = PoseWithCovarianceStamped
+            bag.write('/pose', (kind._type, b'', kind._md5sum, kind), Time.from_sec(START), raw=True)
+        self.assert_refused((self.bag,), says=f'{self.bag}: ')
         half, text = self.folder / 'half.bag', self.folder / 'text.bag'
         half.write_bytes(self.bag.read_bytes()[:100000])
         text.write_text('not a bag\n', encoding='utf-8')

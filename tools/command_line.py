@@ -1,5 +1,6 @@
 """What programs in Python do as those in C++ do: options, one line for an error, and exit codes."""
 import argparse
+import contextlib
 import json
 import os
 import subprocess
@@ -57,6 +58,18 @@ def require_separate(written, read):
             if os.path.samefile(path, there) if is_there else os.path.abspath(path) == os.path.abspath(there):
                 raise Error(f"{role} {path} is the same file as {other} {there}; give another name")
         known.append((role, path))
+
+
+@contextlib.contextmanager
+def naming(path):
+    """Whatever a file of the wrong kind leads to is an Error that names the file, or an option."""
+    try:
+        yield
+    except (WriteError, UsageError):
+        raise
+    except Exception as error:
+        what = str(error) or type(error).__name__
+        raise Error(what if path in what or what.startswith("--") else f"{path}: {what}") from error
 
 
 def solution_of(bag, options):

@@ -1,5 +1,6 @@
 // simulate_bag: a simulated drive as a bag, with the truth.
 #include <cstdint>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -58,7 +59,8 @@ int simulate_bag(const std::vector<std::string>& arguments) {
       for (SeenLandmark& seen : scan.landmarks) seen.id = -1;
     }
   }
-  write_and_report(recording, line.text("WORLD"), line.text("out.bag"));
+  write_recording(recording, line.text("out.bag"));
+  std::cout << "wrote " << line.text("out.bag") << "\n";
   return 0;
 }
 

@@ -35,7 +35,4 @@ Recording read_recording(const rosbag::Bag& bag, const std::string& odometry,
 /// In the plane.
 Pose2 to_pose2(const Eigen::Isometry3d& frame);
 
-/// The recording's counts, duration and rates, a line each.
-std::string report(const Recording& recording);
-
 }  // namespace pf_resampling

@@ -277,15 +277,15 @@ def read_run(bag, given, with_odometry, with_truth):
     run.beacons = map_of(listed.beacons if listed else [], name(given.beacons))
     found = last_of(messages[MAP], LandmarkMap)
     real = last_of(messages[TRUE_MAP], LandmarkMap)
+    beacon_map = last_of(messages[BEACON_MAP], BeaconMap)
     run.true_map = map_of(real.landmarks, name(TRUE_MAP)) if real else None
     last = last_of(messages[PATH], nav_msgs.msg.Path)
     if found:
         run.map = map_of(found.landmarks, name(MAP))
         if last and last.poses:
             run.believed = believed_of(last, name(PATH), place)
-    elif BEACON_MAP in bag.types:
-        run.finds_beacons = True
-        places = last_of(messages[BEACON_MAP], BeaconMap).places
+    elif beacon_map:
+        run.finds_beacons, places = True, beacon_map.places
         # Of each beacon the likeliest place, which is the first.
         run.map = map_of([each for before, each in zip([None] + places, places) if not before or before.id != each.id],
                          name(BEACON_MAP))

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <limits>
 
 #include "src/messages/conversions.hpp"
@@ -191,20 +190,10 @@ class Writer {
 
 }  // namespace
 
-void write_recording(const Recording& recording, BagWriter* bag) {
-  Writer(recording, bag).write();
-}
-
 void write_recording(const Recording& recording, const std::string& path) {
   BagWriter bag(path);
-  write_recording(recording, &bag);
+  Writer(recording, &bag).write();
   bag.finish();
-}
-
-void write_and_report(const Recording& recording, const std::string& name,
-                      const std::string& path) {
-  write_recording(recording, path);
-  std::cout << name << "\n" << report(recording) << "wrote " << path << "\n";
 }
 
 }  // namespace pf_resampling

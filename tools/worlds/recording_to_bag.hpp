@@ -7,18 +7,12 @@
 
 namespace pf_resampling {
 
-/// Writes a recording as the messages that the nodes read, in order of time: odom, ranges, beacons
-/// (latched), landmarks, ground_truth, ground_truth_landmarks (latched), tf, tf_static (latched).
-/// Bag time is the stamp; maps and frames come a millisecond before all else. Twists are those
-/// between two poses of the odometry. A recording that begins at or before time zero, which ROS
-/// takes for "no time", is shifted to begin at 1 s. Throws Error if there is nothing in the
-/// recording, or a time that ROS cannot hold.
-void write_recording(const Recording& recording, BagWriter* bag);
-
-/// The same into a new bag, which appears when it is whole.
+/// Writes a new bag of a recording, as the messages that the nodes read, in order of time: odom,
+/// ranges, beacons (latched), landmarks, ground_truth, ground_truth_landmarks (latched), tf,
+/// tf_static (latched). Bag time is the stamp; maps and frames come a millisecond before all else.
+/// Twists are those between two poses of the odometry. A recording that begins at or before time
+/// zero, which ROS takes for "no time", is shifted to begin at 1 s. Throws Error if there is
+/// nothing in the recording, or a time that ROS cannot hold. The bag appears when it is whole.
 void write_recording(const Recording& recording, const std::string& path);
-
-/// Likewise; then prints the report, under the name of what the recording is of.
-void write_and_report(const Recording& recording, const std::string& name, const std::string& path);
 
 }  // namespace pf_resampling
