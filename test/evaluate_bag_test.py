@@ -238,6 +238,14 @@ class EvaluateBag(unittest.TestCase):
         self.assertNotIn('lost:', text)  # a robot with a frame of its own
         self.assertIn('lost:', self.said(self.bag, '--frame', 'given'))
 
+    def test_bags_of_any_packing_give_the_same_figures(self):
+        expected, packed = self.of_square(), self.folder / 'packed.bag'
+        for compression in ('none', 'bz2', 'lz4'):
+            with rosbag.Bag(str(self.bag)) as bag, rosbag.Bag(str(packed), 'w', compression, chunk_threshold=5000) as other:
+                for message in bag.read_messages():
+                    other.write(*message)
+            self.assertEqual(self.evaluate(packed), expected)
+
     def test_frames_are_laid_on_the_truth_as_is_asked_for(self):
         for options, bag, frame in (((), {'initial_pose': True}, 'given'), ((), {'loaded': 'site.csv'}, 'given'),
                                     (('--frame', 'fit'), {}, 'fit')):
