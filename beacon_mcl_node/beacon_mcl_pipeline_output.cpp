@@ -187,10 +187,13 @@ bool BeaconMclPipeline::BeaconHealth::is_silent(ros::Time now) const {
 }
 
 void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
-  // A place that is taken for its mirror bends the path.
-  if (finds_beacons() &&
-      (filter_->memory()->is_ambiguous() || filter_->found_beacons().size() < kFewestBeacons)) {
-    inputs->position_unknown = 1.0;
+  if (const RangeMemory* memory = filter_->memory()) {
+    // A place that is taken for its mirror bends the path, and a beacon that is not as listed.
+    const bool is_known = finds_beacons() ? !memory->is_ambiguous() &&
+                                                filter_->found_beacons().size() >= kFewestBeacons
+                                          : memory->are_judged();
+    if (!is_known) inputs->position_unknown = 1.0;
+    if (memory->is_torn()) inputs->misfit = "the ranges of a beacon, it is not clear of which,";
   }
   for (const auto& [id, health] : beacon_health_) {
     if (health.misfit_share > kMisfitShare && !health.is_silent(last_observation_)) {

@@ -15,12 +15,14 @@ namespace {
 using RadioOf = RadioUnknown;
 
 constexpr int kFewestRanges = 30;
+constexpr int kFewestRangesAtFirst = 10;   // while odometry alone has the shape of the path
 constexpr double kSuspiciousCost = 0.6;    // mean of a range; independent ones: 0.45
 constexpr double kPull = 3.0;              // gain of the cost if its place were free
 constexpr double kOwnBias = 2.0;           // standard deviations
 constexpr double kRigid = 60.0;            // s that odometry alone has the shape of the path
 constexpr int kRounds = 4;                 // of faults and errors, one found in each
 constexpr double kLeastFault = 0.3;        // m
+constexpr double kPromising = 20.0;        // of the logarithm of the evidence
 constexpr std::size_t kMistakesTried = 4;  // of two radios
 // Along one line mirrored paths and places explain ranges as well as the true ones: no radio is
 // named.
@@ -49,12 +51,16 @@ double excess_of(int radio, const RangeGraph& graph, const RangeNoise& noise,
 }  // namespace
 
 void RangeMemory::judge_radios() {
+  const int heard = std::accumulate(radios_.begin(), radios_.end(), 0,
+                                    [](int sum, const Radio& radio) { return sum + radio.ranges; });
+  are_judged_ = heard >= kFewestRangesAtFirst * static_cast<int>(radios_.size());
   has_turned_ = heading_spread(modes_.front()) > kTurnedBeforeNaming;
+  const int fewest = time_ < kRigid ? kFewestRangesAtFirst : kFewestRanges;
   for (int round = 0; round < kRounds; ++round) {
     const RangeMode mode = modes_.front();
     std::vector<int> listed, faults;
     for (std::size_t r = 0; r < radios_.size(); ++r) {
-      if (mode.accounts[r] == RadioAccount::as_listed && radios_[r].ranges >= kFewestRanges) {
+      if (mode.accounts[r] == RadioAccount::as_listed && radios_[r].ranges >= fewest) {
         listed.push_back(static_cast<int>(r));
       } else if (mode.accounts[r] != RadioAccount::unlisted) {
         faults.push_back(static_cast<int>(r));
@@ -91,7 +97,15 @@ void RangeMemory::judge_radios() {
       others.push_back(with_other_error(mode, static_cast<LooseError::Index>(error)));
     }
     for (std::optional<RangeMode>& other : others) {
-      if (other) modes_.push_back(std::move(*other));
+      if (!other) continue;
+      // Another fault may need another error, too.
+      const bool is_promising = other->accounts != mode.accounts &&
+                                log_probability(*other) > log_probability(mode) - kPromising;
+      for (std::size_t error = 0; is_promising && error < LooseError::count; ++error) {
+        auto both = with_other_error(*other, static_cast<LooseError::Index>(error));
+        if (both) modes_.push_back(std::move(*both));
+      }
+      modes_.push_back(std::move(*other));
     }
     weigh_modes();
     if (modes_.front().accounts == mode.accounts && modes_.front().loose == mode.loose) return;
@@ -192,10 +206,7 @@ std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
   std::sort(pairs.begin(), pairs.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
   // A wrong pair explains a few ranges, too.
-  const int heard = std::accumulate(radios_.begin(), radios_.end(), 0,
-                                    [](int sum, const Radio& radio) { return sum + radio.ranges; });
-  const bool may_be_named = heard >= kFewestRanges * static_cast<int>(radios_.size());
-  pairs.resize(std::min(pairs.size(), may_be_named ? kMistakesTried : 0));
+  pairs.resize(std::min(pairs.size(), are_judged_ ? kMistakesTried : 0));
   pairs.emplace_back(0.0, listed);
   std::vector<RangeMode> found;
   for (const auto& [cost, pair] : pairs) {

@@ -35,7 +35,9 @@ constexpr double kAnyHeading = 3.0;  // rad
 constexpr double kFixed = 1e-3;      // m, rad: of a first pose that is the frame
 constexpr double kFixedScale = 1e-4;
 constexpr double kBiased = 2.0;  // m
-constexpr double kNamed = 0.95;  // probability
+constexpr double kNamed = 0.99;  // probability
+constexpr double kApart = 9.0;   // of two places, in standard deviations, squared
+constexpr double kTorn = 0.02;   // probability
 // Wheels are 1 % off, as a rule, and what they are off by looks like a bias of the ranges.
 constexpr double kTightWheels = 0.45;
 
@@ -460,6 +462,21 @@ bool RangeMemory::is_ambiguous() const {
   const std::vector<RadioKnowledge> all = radios();
   return std::any_of(all.begin(), all.end(),
                      [](const RadioKnowledge& radio) { return radio.places.size() > 1; });
+}
+
+bool RangeMemory::is_torn() const {
+  if (modes_.empty() || !modes_.front().belief.is_usable) return false;
+  const RangeMode& best = modes_.front();
+  const Eigen::Matrix2d covariance = doubt_ * doubt_ * best.belief.covariance.topLeftCorner<2, 2>();
+  double elsewhere = 0.0;
+  for (const RangeMode& mode : modes_) {
+    const Eigen::Vector2d off =
+        (mode.estimate.keyframes.back() - best.estimate.keyframes.back()).head<2>();
+    const bool is_other =
+        mode.accounts != best.accounts && off.dot(covariance.inverse() * off) > kApart;
+    if (is_other) elsewhere += mode.probability;
+  }
+  return elsewhere > kTorn;
 }
 
 std::optional<RangeInnovation> RangeMemory::innovation() const {

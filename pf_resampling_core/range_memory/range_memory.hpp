@@ -160,6 +160,11 @@ class RangeMemory {
   std::vector<Beacon> found() const;
   /// Whether a radio may be at more than one place.
   bool is_ambiguous() const;
+  /// Whether there were enough ranges to find radios that are not as listed.
+  bool are_judged() const { return are_judged_; }
+  /// Whether the robot may well be elsewhere: if another radio is wrong than the most probable mode
+  /// says.
+  bool is_torn() const;
   /// The newest range less what was expected of it, m; nothing while that is not known.
   std::optional<RangeInnovation> innovation() const;
   /// Place among the constants of a radio that was heard: see radio_at().
@@ -262,6 +267,7 @@ class RangeMemory {
   std::optional<RangeEstimate> before_;  // of the last solution of all
   double next_solution_of_all_ = 0.0;    // s
   double doubt_ = 1.0;
+  bool are_judged_ = false;
   bool has_turned_ = false;  // when radios were last judged
   int next_trial_ = 0;
   std::array<double, 4> trial_steps_ = {2.0, 2.0, 2.0, 1.5};  // of RangeNoise

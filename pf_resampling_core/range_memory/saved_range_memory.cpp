@@ -108,6 +108,7 @@ void describe(Archive& archive, RangeMemory& memory) {
   archive("before", memory.before_);
   archive("next_solution_of_all", memory.next_solution_of_all_);
   archive("doubt", memory.doubt_);
+  archive("are_judged", memory.are_judged_);
   archive("has_turned", memory.has_turned_);
   archive("next_trial", memory.next_trial_);
   archive("trial_steps", memory.trial_steps_);

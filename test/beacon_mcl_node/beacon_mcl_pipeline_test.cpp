@@ -261,6 +261,33 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   EXPECT_LT(run.error(), 0.5);
 }
 
+// While it cannot tell yet, a filter with a wrong list is sure of a place that is metres away.
+TEST(BeaconMclPipeline, IsNotHealthyBeforeTheListWasJudged) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  Rig run(options);
+  int healthy = 0;
+  double error_before = 0.0;
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(40.0)) {
+    if (std::holds_alternative<BeaconArray::ConstPtr>(message)) {
+      BeaconArray swapped = BeaconMclDrive::beacon_array();
+      std::swap(swapped.beacons[0].position, swapped.beacons[1].position);
+      run.pipeline.handle(swapped);
+      continue;
+    }
+    handle(message, &run.pipeline);
+    if (run.out.statuses.empty() || run.out.poses.empty()) continue;
+    if (run.out.statuses.back().health != "healthy") {
+      error_before = std::max(error_before, run.error());
+      continue;
+    }
+    ++healthy;
+    ASSERT_LT(run.error(), 1.0) << run.out.statuses.back().health_text;
+  }
+  EXPECT_GT(error_before, 3.0);
+  EXPECT_GT(healthy, 200);
+}
+
 TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   const int third = BeaconMclDrive::beacons()[2].id;
   const std::string name = "beacon " + std::to_string(third);

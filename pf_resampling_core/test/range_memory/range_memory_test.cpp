@@ -302,6 +302,30 @@ TEST(RangeMemory, NamesTheRadioThatIsBiased) {
   EXPECT_NEAR(radio_of(radios, 4).calibration.bias, 1.1, 0.3);
 }
 
+// For a while either of two radios may be the wrong one, each with the robot at another place.
+TEST(RangeMemory, IsTornUntilTheDataTellWhichRadioIsWrong) {
+  DriveAmongRadios drive;
+  std::vector<Beacon> listed = drive.beacons;
+  listed[3].position.x() += 2.0;
+  RangeMemory memory({}, listed);
+  double largest_error = 0.0;
+  int steps = 0;
+  drive.drive(24.0, 1, [&](const OdometryIncrement& increment, const RangeObservation& range) {
+    memory.add(increment, {range});
+    if (++steps % 20 != 0) return;
+    memory.solve();
+    if (steps < 80) return;
+    EXPECT_GT(memory.radios()[0].fault + memory.radios()[3].fault, 0.7) << steps;
+    EXPECT_EQ(memory.radios()[0].account, RadioAccount::as_listed) << steps;
+    const double error = drive.error(memory);
+    largest_error = std::max(largest_error, error);
+    EXPECT_TRUE(error < 0.3 || memory.is_torn()) << steps;
+  });
+  EXPECT_GT(largest_error, 0.5);
+  EXPECT_FALSE(memory.is_torn());
+  EXPECT_GT(memory.radios()[3].fault, 0.95);
+}
+
 TEST(RangeMemory, NamesTheRadioThatRepeatsAnother) {
   DriveAmongRadios drive;
   drive.radio_that_repeats = 2;
