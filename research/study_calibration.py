@@ -22,8 +22,8 @@ COLUMNS = (("drives", "drives", 0), ("marginal", "marginal", 0), ("share", "shar
 
 
 def drawn_world(kind, seed):
-    """A world of simulate_bag. Errors of odometry and radios are within what the filters expect; the frame is that of the start, and
-    where nobody knows the beacons its metre is that of the odometry."""
+    """A world of simulate_bag. Errors of odometry and radios are within what the filters expect; the frame is that of the
+    start."""
     draw = np.random.default_rng((seed, list(KINDS).index(kind)))
     size = draw.uniform(10.0, 30.0, 2)
 
@@ -40,7 +40,7 @@ def drawn_world(kind, seed):
              "duration": DURATION,
              "robot": {"speed": between(0.4, 1.5), "control_period": 0.1, "yaw_rate_limit": 1.0,
                        "motion_noise": {"speed": between(0.02, 0.2), "lateral": between(0.005, 0.05), "yaw_rate": between(0.003, 0.05)}},
-             "odometry": {"period": 0.1, "distance_scale": normal(1.0, 0.0 if kind == "unknown beacons" else 0.02), "yaw_scale": normal(1.0, 0.02),
+             "odometry": {"period": 0.1, "distance_scale": normal(1.0, 0.02), "yaw_scale": normal(1.0, 0.02),
                           "yaw_rate_bias": normal(0.0, 0.002)}}
     if KINDS[kind][0] == "fastslam":
         world["landmarks"] = places(int(draw.integers(20, 60)))

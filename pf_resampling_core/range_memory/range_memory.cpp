@@ -130,6 +130,11 @@ std::optional<int> RangeMemory::number_of(int id) const {
   return std::nullopt;
 }
 
+Eigen::Vector2d RangeMemory::origin() const {
+  if (!first_ || beacons_.size() >= 2) return Eigen::Vector2d::Zero();
+  return {first_->mean.x, first_->mean.y};
+}
+
 // Nothing if there are too many to be solved for.
 std::optional<int> RangeMemory::radio_of(int id) {
   if (const auto known = number_of(id)) return known;

@@ -147,6 +147,8 @@ class RangeMemory {
 
   /// Those whose place is known.
   const std::vector<Beacon>& beacons() const { return beacons_; }
+  /// Where the frame began, if fewer than two are known: with the first pose.
+  Eigen::Vector2d origin() const;
   /// The most probable first; none before the ranges allow a start.
   const std::vector<RangeMode>& modes() const { return modes_; }
   const RangeGraph& graph() const { return graph_; }

@@ -386,6 +386,36 @@ void drive_straight(double seconds, Rig* run) {
   }
 }
 
+// Nothing else says how long it is.
+TEST(BeaconMclPipeline, IsAsUnsureOfAMetreAsItsOdometryWhereNobodyListsBeacons) {
+  Rig run(that_finds_beacons());
+  for (const BeaconMclMessage& message : without_list(BeaconMclDrive::messages(60.0))) {
+    if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
+      nav_msgs::Odometry longer = **odometry;
+      longer.pose.pose.position.x *= 1.04;
+      longer.pose.pose.position.y *= 1.04;
+      run.pipeline.handle(longer);
+    } else {
+      handle(message, &run.pipeline);
+    }
+  }
+  EXPECT_EQ(run.out.statuses.back().health, "healthy") << run.out.statuses.back().health_text;
+  const Pose2 truth = relative(BeaconMclDrive::truth(BeaconMclDrive::at(0.0)),
+                               BeaconMclDrive::truth(BeaconMclDrive::at(30.0)));
+  const auto is_there = [](const auto& pose) {
+    return pose.header.stamp >= BeaconMclDrive::at(30.0);
+  };
+  const auto there = std::find_if(run.out.poses.begin(), run.out.poses.end(), is_there);
+  ASSERT_NE(there, run.out.poses.end());
+  const Eigen::Vector2d off(there->pose.pose.position.x - truth.x,
+                            there->pose.pose.position.y - truth.y);
+  Eigen::Matrix2d covariance;
+  covariance << there->pose.covariance[0], there->pose.covariance[1], there->pose.covariance[6],
+      there->pose.covariance[7];
+  EXPECT_GT(off.norm(), 0.2);
+  EXPECT_LT(off.dot(covariance.inverse() * off), 9.0);
+}
+
 TEST(BeaconMclPipeline, ShowsBothSidesAndIsNotHealthyBeforeATurn) {
   Rig run(that_finds_beacons());
   drive_straight(30.0, &run);
