@@ -59,9 +59,9 @@ HealthJudgement judge_health(const HealthInputs& inputs) {
             "Do not rely on the pose or the map: a place was taken for one that looks alike."};
   }
   if (!inputs.misfit.empty()) {
-    return {Health::doubtful,
-            inputs.misfit + " contradict the others: moved, reflected, or faulty?",
-            "/diagnostics names it; remove it until it is repaired."};
+    return {
+        Health::doubtful, inputs.misfit + " contradict the others: moved, reflected, or faulty?",
+        "If /diagnostics names one, remove it until it is repaired; if not, drive on, with turns."};
   }
   if (inputs.map_is_wrong) {
     return {Health::doubtful, "a landmark is not where the map has it",
