@@ -6,8 +6,8 @@ SECONDS := 60
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
-# What the demo runs: check_bag on your bag only, nodes and panel where there is a display; the rest is for `make build`.
-DEMO := pf_resampling_generate_messages_py run_bag simulate_bag $(if $(BAG),check_bag)
+# What the demo runs: nodes and panel where there is a display; the rest is for `make build`.
+DEMO := pf_resampling_generate_messages_py run_bag simulate_bag
 DEMO += $(if $(DISPLAY),beacon_mcl_node fastslam_node played_tf_node pf_resampling_rviz_panel)
 demo: ## install what is missing, build what it takes, run both filters on simulated drives (BAG=file.bag: on yours, OPTIONS=: of check_bag)
 	@scripts/set_up build demo

@@ -72,16 +72,21 @@ def naming(path):
         raise Error(what if path in what or what.startswith("--") else f"{path}: {what}") from error
 
 
-def solution_of(bag, options):
-    """What solve_bag says of a bag; raises Error with what it says if it cannot."""
-    program = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "solve_bag")
+def output_of(tool, arguments):
+    """What another program prints; raises Error with what it says if it cannot."""
+    program = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), tool)
     # On a terminal it shows how far it has come.
-    child = subprocess.run([program, bag, *options], stdout=subprocess.PIPE, check=False,
+    child = subprocess.run([program, *arguments], stdout=subprocess.PIPE, check=False,
                            stderr=None if sys.stderr and sys.stderr.isatty() else subprocess.PIPE)
     if child.returncode:
-        said = (child.stderr or b"solve_bag: no solution, as it says").decode("utf-8", "surrogateescape").strip()
-        raise (UsageError if child.returncode == 2 else Error)(said.replace("solve_bag: ", "", 1))
-    return json.loads(child.stdout)
+        said = (child.stderr or f"{tool}: failed, as it says".encode()).decode("utf-8", "surrogateescape").strip()
+        raise (UsageError if child.returncode == 2 else Error)(said.replace(f"{tool}: ", "", 1))
+    return child.stdout
+
+
+def answer_of(tool, arguments):
+    """Likewise of one that prints JSON."""
+    return json.loads(output_of(tool, arguments))
 
 
 def require_picture(path):

@@ -40,6 +40,7 @@ CommandLine command_line() {
   line.flag("no-clouds",
             "leave out what is only for display: clouds, markers, and all paths but the last");
   line.flag("pose-only", "write pose and tf only");
+  line.flag("dry-run", "write nothing; say what the filter would use, as JSON (for check_bag)");
   line.option<std::string>(
       "load-map", "FILE",
       "fastslam: continue a saved map; with --set map/frozen=true localize in it");

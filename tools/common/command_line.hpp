@@ -22,10 +22,10 @@ class UsageError : public Error {
 /// The command line of one program: positional arguments, options, and a help text with usage and
 /// examples.
 ///
-///     CommandLine line("check_bag", "Says what a bag holds.");
-///     line.positional("bag", "the bag to check");
+///     CommandLine line("solve_bag", "The path that fits a bag best.");
+///     line.positional("bag", "a bag with odometry");
 ///     line.topic("odom", "/odom", "odometry");
-///     line.example("check_bag plaza2.bag");
+///     line.example("solve_bag plaza2.bag");
 ///     if (!line.parse(arguments)) return 0;  // help was asked for and has been printed
 ///     open_bag(line.text("bag"));
 class CommandLine {

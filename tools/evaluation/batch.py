@@ -1,6 +1,6 @@
 """The least-squares solution of the same data (solve_bag), judged as the estimate is."""
 import numpy as np
-from command_line import solution_of
+from command_line import answer_of
 
 from .maps import Map, evaluate_map
 from .maps import moved as moved_map
@@ -19,7 +19,7 @@ def ratio(value, by):
 def compare(given, run, found, truth_of_path, choose_frame):
     """Figures; `found` of the estimate, `truth_of_path` the truth at the stamps of the path as it was believed at the end."""
     topics = [word for name in ("odom", "landmarks", "ranges", "beacons") for word in (f"--{name}", getattr(given, name))]
-    solution = solution_of(given.bag, [*topics, *["--online"] * given.batch_online])
+    solution = answer_of("solve_bag", [given.bag, *topics, *["--online"] * given.batch_online])
     estimate, clip = found.figures["estimate"], given.clip
     path = path_from(solution["path"], run.place)
     radios = solution["ranges"]

@@ -4,6 +4,7 @@
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
+#include "tools/runs/dry_run.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
@@ -25,6 +26,11 @@ BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
 int beacon_mcl_over_bag(const CommandLine& line) {
   BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
   const BeaconMclTopics topics = beacon_mcl_topics(line);
+  if (line.get<bool>("dry-run")) {
+    return dry_run<BeaconMclPipeline>(line, options, {}, [&](const BeaconMclPipeline& pipeline) {
+      return topics.inputs(options.frames.base, pipeline.antenna());
+    });
+  }
   FilterOverBag run(line);
   options.deferred = run.is_flight();
   if (run.is_only()) {

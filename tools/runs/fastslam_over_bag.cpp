@@ -8,6 +8,7 @@
 #include "tools/common/filter_options.hpp"
 #include "tools/common/filter_topics.hpp"
 #include "tools/common/text.hpp"
+#include "tools/runs/dry_run.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
@@ -34,11 +35,27 @@ std::string table_of(const LandmarkMap& map) {
   return table;
 }
 
+int dry_run_of_fastslam(const CommandLine& line, const FastSlamPipelineOptions& options,
+                        const FastSlamTopics& topics) {
+  std::map<std::int64_t, int> sightings;
+  std::uint64_t observations = 0;
+  FastSlamSinks sinks;
+  sinks.scan = [&](const LandmarkScan& scan) {
+    observations += scan.observations.size();
+    for (const RangeBearingObservation& seen : scan.observations) {
+      if (seen.id >= 0) ++sightings[seen.id];
+    }
+  };
+  const auto inputs = [&](const auto&) { return topics.inputs(options.frames.base); };
+  return dry_run<FastSlamPipeline>(line, options, sinks, inputs, sightings, observations);
+}
+
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
   FastSlamPipelineOptions options = read_fastslam_options(line);
   const FastSlamTopics topics = fastslam_topics(line);
+  if (line.get<bool>("dry-run")) return dry_run_of_fastslam(line, options, topics);
   FilterOverBag run(line);
   options.deferred = run.is_flight();
   if (run.is_only()) {

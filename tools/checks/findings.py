@@ -1,0 +1,240 @@
+"""Which filter can use a bag, by which command, and what is odd in it."""
+import re
+import shlex
+from dataclasses import dataclass, field
+
+import yaml
+from command_line import Error, answer_of, output_of
+
+from .survey import survey_of, turns_in_degrees, unit_of_ranges
+
+LONG_DELAY = 1.0  # s, between stamp and bag time
+LONG_GAP = 1.5  # s, without odometry; recordings pause for a second
+BEACONS = "pf_resampling/BeaconArray"
+ODOMETRY_TYPES = ["nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"]
+# Those of drivers as in src/messages/foreign_messages.cpp.
+RANGE_TYPES = ["pf_resampling/BeaconRange", "uwb_driver/UwbRange", "gtec_msgs/Ranging"]
+LANDMARK_TYPES = ["pf_resampling/LandmarkObservationArray", "apriltag_ros/AprilTagDetectionArray",
+                  "fiducial_msgs/FiducialTransformArray", "aruco_msgs/MarkerArray", "mrpt_msgs/ObservationRangeBearing"]
+FILTERS = "beacon_mcl", "fastslam"
+TOPICS_OF = {"beacon_mcl": ("odom", "imu", "ranges", "sensor_ranges", "beacons"), "fastslam": ("odom", "imu", "landmarks")}
+
+
+class Setup:
+    """How --config and --set configure the filters. Raises Error if neither takes them."""
+
+    range_types, landmark_types = ["sensor_msgs/Range", *RANGE_TYPES], LANDMARK_TYPES
+
+    def __init__(self, given):
+        self.words = [word for name in ("config", "set") for value in getattr(given, name) for word in (f"--{name}", value)]
+        self.faults, self.values, self.lists = {}, {}, {"beacons": [], "antennas": []}
+        for name in reversed(FILTERS):  # the values of the former count
+            try:
+                self.values.update(yaml.safe_load(output_of("run_bag", [name, "--parameters", *self.words])))
+            except Error as error:
+                self.faults[name] = str(error)
+        if len(self.faults) == len(FILTERS):
+            raise Error("; ".join(f"{name}: {self.faults[name]}" for name in FILTERS))
+        for path in given.config:
+            with open(path, encoding="utf-8") as file:
+                read = yaml.safe_load(file) or {}
+            self.lists["beacons"] = read.get("beacons") or self.lists["beacons"]
+            self.lists["antennas"] += read.get("antennas") or []
+        self.frames_of_beacons = {str(each["frame"]).lstrip("/"): each["id"] for each in self.lists["beacons"] if "frame" in each}
+
+    def value(self, name):
+        return self.values.get(name, "")
+
+
+@dataclass
+class Verdict:
+    """Whether a filter can run on a bag."""
+    filter: str
+    problems: list = field(default_factory=list)  # why it cannot, a line each
+    advice: list = field(default_factory=list)  # options of check_bag and run_bag that could mend a problem each
+    command: str = ""  # what runs it, with the options that this bag needs
+
+    def text(self):
+        return f"ready for {self.filter}: " + (f"no: {'; '.join(self.problems)}" if self.problems else "yes")
+
+    def advise(self, words):
+        if words not in self.advice:
+            self.advice.append(words)
+
+    def is_worth_a_try(self):
+        """Whether what is advised could mend all that is wrong."""
+        return 0 < len(self.problems) == len(self.advice)
+
+
+class Checker:
+    def __init__(self, bag, topics, usual, setup):
+        self.bag, self.topics, self.usual, self.setup = bag, topics, usual, setup
+        self.survey = survey_of(bag, topics, setup)
+        self.verdicts = {name: Verdict(name) for name in FILTERS}
+        self.remarks = []
+        self.settings = list(setup.words)  # options of run_bag: those given, and for frames of other names
+
+    def remark(self, text):
+        if text not in self.remarks:
+            self.remarks.append(text)
+
+    def blame(self, problem, filters=FILTERS):
+        for name in filters:
+            self.verdicts[name].problems.append(problem)
+
+    def advise(self, words, filters=FILTERS):
+        for name in filters:
+            self.verdicts[name].advise(words)
+
+    def check(self):
+        for name, fault in self.setup.faults.items():
+            self.blame(fault, [name])
+        self.check_presence()
+        for heard in (self.survey.odometry, self.survey.ranges, self.survey.landmarks):
+            if max(heard.delays, default=0.0) > LONG_DELAY:
+                self.remark(f"{heard.topic}: stamps and bag times differ by up to {max(heard.delays):.3f} s")
+        self.check_frames()
+        self.check_odometry()
+        self.check_beacons()
+        for name, verdict in self.verdicts.items():
+            if not verdict.problems:
+                self.run(name, verdict)
+            verdict.command = " ".join(map(shlex.quote, ["rosrun", "pf_resampling", "run_bag", name, self.bag.name, "out.bag",
+                                                         *self.options_of(name), *self.settings]))
+        return self
+
+    def options_of(self, name):
+        return [word for role in TOPICS_OF[name] if getattr(self.topics, role) != getattr(self.usual, role)
+                for word in (f"--{role.replace('_', '-')}", getattr(self.topics, role))]
+
+    # ---- what is there ----
+
+    def need(self, role, types, filters=FILTERS, instead=""):
+        """no /odom ..., /robot/odom could be it"""
+        name, known = getattr(self.topics, role), self.survey.types
+        if known.get(name) in types:
+            return
+        problem = (f"{name} is a {known[name]}" if name in known else f"no {name}") + f" (needed: {types[0]})"
+        # Ground truth and what filters say are poses, too.
+        outputs = self.topics.ground_truth, "/pose", "/initialpose", "/amcl_pose"
+        others = [other for other, kind in known.items() if kind in types and other != name and other not in outputs]
+        if others and not instead:
+            self.advise([f"--{role}", others[0]], filters)
+        problem += "".join(f", {other} could be it (--{role} {other}; for the node {role}:={other})" for other in others)
+        self.blame(problem + instead, filters)
+
+    def check_presence(self):
+        survey, value, known = self.survey, self.setup.value, self.survey.types
+        if value("odometry_input/source") != "tf":
+            self.need("odom", ODOMETRY_TYPES, instead=self.odometry_on_tf())
+        elif not survey.base_frames:
+            self.blame(f"nothing on /tf says where '{value('frames/base')}' is in '{value('frames/odom')}'")
+        self.check_imu()
+        if survey.ranges.topic == self.topics.ranges:
+            sensors = [name for name, kind in known.items() if kind == "sensor_msgs/Range"]
+            if sensors and self.topics.ranges not in known:
+                self.advise(["--sensor-ranges", sensors[0]], ["beacon_mcl"])
+            self.need("ranges", RANGE_TYPES, ["beacon_mcl"], "".join(
+                f", {name} could be it (--sensor-ranges {name}; for the node sensor_ranges:={name})" for name in sensors))
+        if not self.setup.lists["beacons"]:
+            self.need("beacons", [BEACONS], ["beacon_mcl"], " (or give the beacons in the configuration: --config beacons.yaml)")
+        elif self.topics.beacons in known:
+            self.remark(f"{self.topics.beacons} is ignored: the configuration has beacons")
+        pattern = value("landmark_input/tag_pattern")
+        if not pattern:
+            self.need("landmarks", LANDMARK_TYPES, ["fastslam"], self.tags_instead())
+        elif not survey.landmarks.frames and self.topics.landmarks not in known:
+            self.blame(f"no {self.topics.landmarks}, and no frame in /tf has a name that fits landmark_input/tag_pattern {pattern}",
+                       ["fastslam"])
+
+    def odometry_on_tf(self):
+        """Transforms that could be odometry, where there is no such topic."""
+        known, (odom, base, space) = self.survey.types, [self.setup.value(f"frames/{name}") for name in ("odom", "base", "map")]
+        if self.topics.odom in known or "nav_msgs/Odometry" in [
+                kind for name, kind in known.items() if name != self.topics.ground_truth]:
+            return ""
+        for parent, child in sorted(self.survey.transforms):
+            if child in (base, "base_footprint") and parent != space:
+                words = ["--set", "odometry_input/source=tf", *["--set", f"frames/odom={parent}"] * (parent != odom),
+                         *["--set", f"frames/base={child}"] * (child != base)]
+                self.advise(words)
+                return f", '{parent}' -> '{child}' on /tf could be it ({' '.join(map(shlex.quote, words))})"
+        return ""
+
+    def check_imu(self):
+        if self.setup.value("odometry_input/imu_heading") != "none":
+            return self.need("imu", ["sensor_msgs/Imu"])
+        for name, kind in self.survey.types.items():
+            if kind == "sensor_msgs/Imu":
+                option = "" if name == self.usual.imu else f"--imu {name} "
+                self.remark(f"{name} is an IMU: {option}--set odometry_input/imu_heading=yaw_rate takes the turns from it, "
+                            "orientation its heading, if it has a good one")
+
+    def tags_instead(self):
+        """What frames with a number in /tf could be, as detectors of tags publish them."""
+        if self.topics.landmarks in self.survey.types:
+            return ""
+        for parent, child in sorted(self.survey.transforms):
+            match = re.fullmatch(r"(.*\D)[0-9]+", child)
+            if match and parent != "map" and parent not in self.survey.odometry.frames | self.survey.base_frames:
+                setting = f"landmark_input/tag_pattern={match.group(1)}(\\d+)"
+                self.advise(["--set", setting], ["fastslam"])
+                return f", '{child}' on /tf could be a tag (--set {shlex.quote(setting)})"
+        return ""
+
+    # ---- what is odd ----
+
+    def check_frames(self):
+        odom = self.survey.odometry.frames
+        for frames, name in ((odom, "odom"), (self.survey.base_frames, "base"), ({self.survey.beacon_frame}, "map")):
+            usual = self.setup.value(f"frames/{name}")
+            for frame in sorted(frames - {"", usual}):
+                self.remark(f"frame '{frame}' instead of '{usual}': set the parameter frames/{name} to it")
+                if len(frames) == 1:
+                    self.settings += ["--set", f"frames/{name}={frame}"]
+        for parent, child in sorted(self.survey.transforms):
+            if child in odom:
+                self.remark(f"/tf places '{child}' in '{parent}': that is from another localization; leave it out when you play "
+                            "the bag")
+
+    def check_odometry(self):
+        odometry = self.survey.odometry
+        if "" in self.survey.base_frames:
+            self.remark(f"{odometry.topic} names no child_frame_id: it is taken as that of '{self.setup.value('frames/base')}' "
+                        "(frames/base)")
+        gap, begin = odometry.longest_gap()
+        if gap > LONG_GAP:
+            self.remark(f"{odometry.topic}: nothing came for {gap:.3f} s after {begin:.3f} s")
+        if turns_in_degrees(self.survey.poses):
+            self.remark(f"{odometry.topic}: it turns about 57 times as much as its path: is the heading in degrees? It has to be "
+                        "in radians")
+
+    def check_beacons(self):
+        survey = self.survey
+        known = {beacon for _, beacon, _ in survey.measured} & survey.beacons.keys()
+        if 0 < len(known) < 3:
+            self.remark(f"ranges to only {len(known)} known beacons: the pose may stay ambiguous")
+        unit = unit_of_ranges(survey.measured, survey.beacons)
+        if unit:
+            self.blame(f"{survey.ranges.topic}: ranges are about {unit[0]} for the distances between the beacons, as if {unit[1]}: "
+                       "both have to be in metres", ["beacon_mcl"])
+        antennas = sorted(str(each["frame"]) for each in self.setup.lists["antennas"])
+        if antennas and survey.ranges.frames and survey.ranges.frames.isdisjoint(antennas):
+            self.remark(f"the list `antennas` places '{antennas[0]}', but {survey.ranges.topic} is measured from "
+                        f"{', '.join(sorted(survey.ranges.frames))}: --set range_input/antenna={antennas[0]} says that it is (for "
+                        "drivers that name no frame)")
+
+    def run(self, name, verdict):
+        """A dry run of the filter tells what it can use."""
+        said = answer_of("run_bag", [name, self.bag.name, "--dry-run", *self.options_of(name), *self.settings])
+        if not said["used"]:
+            verdict.problems.append(said["why_none"])
+            return
+        for line in said["remarks"]:
+            self.remark(line)
+        sightings, topic = said["sightings"], self.survey.landmarks.topic
+        if said["observations"] and not sightings:
+            self.remark(f"{topic}: without ids; the filter associates them by their positions")
+        elif said["observations"] and set(sightings) == {1}:
+            self.remark(f"{topic}: no id is seen twice, so no landmark can correct the odometry (association/method "
+                        "mutual_exclusion ignores ids)")
