@@ -6,33 +6,14 @@ FACTOR = ("multifrontal_cholesky_test",)
 
 BUGS = [
     # Among radios.
-    (
-        "what is wild pulls like any other range",
-        "range_memory/range_graph.cpp",
-        "student / (student + floor) / (1.0 + square)",
-        "1.0 / (1.0 + square)",
-        RANGES,
-    ),
-    (
-        "data that have left the memory are no evidence any more",
-        "range_memory/range_graph.cpp",
-        "belief.log_evidence = before + log_normalizers",
-        "belief.log_evidence = log_normalizers",
-        RANGES,
-    ),
+    ("what is wild pulls like any other range", "range_memory/range_graph.cpp",
+     "student / (student + floor) / (1.0 + square)", "1.0 / (1.0 + square)", RANGES),
+    ("data that have left the memory are no evidence any more", "range_memory/range_graph.cpp",
+     "belief.log_evidence = before + log_normalizers", "belief.log_evidence = log_normalizers", RANGES),
     # How noisy the data are.
-    (
-        "cross-validation: chance passes for noise",
-        "cross_validation.cpp",
-        "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
-        "return squares.both / kMeanSquareOfTwo + 0.0 * standard_error(blocks);",
-        CROSS_VALIDATION,
-    ),
-    (
-        "factor: a block that stands twice in a term forgets what is between",
-        "smoothing/multifrontal_cholesky.cpp",
-        "for (std::size_t a = 0; a < rows.size(); ++a) {",
-        "for (std::size_t a = b; a < rows.size(); ++a) {",
-        FACTOR,
-    ),
+    ("cross-validation: chance passes for noise", "cross_validation.cpp",
+     "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
+     "return squares.both / kMeanSquareOfTwo + 0.0 * standard_error(blocks);", CROSS_VALIDATION),
+    ("factor: a block that stands twice in a term forgets what is between", "smoothing/multifrontal_cholesky.cpp",
+     "for (std::size_t a = 0; a < rows.size(); ++a) {", "for (std::size_t a = b; a < rows.size(); ++a) {", FACTOR),
 ]
