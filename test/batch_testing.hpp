@@ -6,15 +6,16 @@
 
 #include "pf_resampling_core/models/point_alignment.hpp"
 #include "pf_resampling_core/test/says.hpp"
-#include "tools/worlds/simulated_recording.hpp"
+#include "test/recorded_drive.hpp"
+#include "tools/worlds/simulated_bag.hpp"
 
 namespace pf_resampling {
 
-/// A drive through a world, which does not say how good its odometry is.
-inline Recording drive_through(const World& world, std::uint64_t seed) {
-  Recording recording = simulated_recording(world, seed);
-  recording.odometry_noise.reset();
-  return recording;
+/// A drive through a world.
+inline KnownDrive drive_through(const World& world, std::uint64_t seed) {
+  const TemporaryDirectory directory;
+  write_simulated_bag(world, seed, true, directory.file("drive.bag"));
+  return drive_in(directory.file("drive.bag"));
 }
 
 /// Leaves out what is later than `end` (s).
@@ -39,7 +40,7 @@ struct PathError {
   double mean = 0.0;
   Pose2 alignment;
 };
-inline PathError path_error(const Recording& drive, const std::vector<StampedPose>& path,
+inline PathError path_error(const KnownDrive& drive, const std::vector<StampedPose>& path,
                             double clip, bool is_aligned = false) {
   const double first = drive.truth.front().time, last = drive.truth.back().time;
   std::vector<Eigen::Vector2d> from, to;

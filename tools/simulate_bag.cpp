@@ -6,8 +6,7 @@
 
 #include "tools/common/command_line.hpp"
 #include "tools/common/text.hpp"
-#include "tools/worlds/recording_to_bag.hpp"
-#include "tools/worlds/simulated_recording.hpp"
+#include "tools/worlds/simulated_bag.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace {
@@ -53,13 +52,8 @@ int simulate_bag(const std::vector<std::string>& arguments) {
   if (!line.parse(arguments)) return 0;
   const auto seed = line.get<std::int64_t>("seed");
   if (seed < 0) throw UsageError("--seed " + std::to_string(seed) + ": has to be 0 or above");
-  Recording recording = simulated_recording(world_from(line), static_cast<std::uint64_t>(seed));
-  if (line.get<bool>("unknown-ids")) {
-    for (StampedScan& scan : recording.scans) {
-      for (SeenLandmark& seen : scan.landmarks) seen.id = -1;
-    }
-  }
-  write_recording(recording, line.text("out.bag"));
+  write_simulated_bag(world_from(line), static_cast<std::uint64_t>(seed),
+                      !line.get<bool>("unknown-ids"), line.text("out.bag"));
   std::cout << "wrote " << line.text("out.bag") << "\n";
   return 0;
 }

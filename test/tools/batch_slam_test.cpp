@@ -10,7 +10,6 @@
 #include "pf_resampling_core/test/says.hpp"
 #include "test/batch_testing.hpp"
 #include "test/places.hpp"
-#include "test/recorded_drive.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
@@ -27,7 +26,7 @@ World exact_world() {
 }
 
 TEST(SolveBatch, FindsPathMapAndScalesOfExactData) {
-  const Recording recording = drive_through(exact_world(), 1);
+  const KnownDrive recording = drive_through(exact_world(), 1);
   const BatchSolution solution = solve_batch(recording);
   EXPECT_NEAR(solution.distance_scale, 1.05, 0.002);
   EXPECT_NEAR(solution.yaw_scale, 1.08, 0.002);
@@ -45,7 +44,7 @@ TEST(SolveBatch, FindsPathMapAndScalesOfExactData) {
 }
 
 TEST(SolveBatch, MisreadIdsHardlyPull) {
-  Recording recording = drive_through(exact_world(), 1);
+  KnownDrive recording = drive_through(exact_world(), 1);
   int misread = 0;
   int count = 0;
   for (StampedScan& scan : recording.scans) {
@@ -61,7 +60,7 @@ TEST(SolveBatch, MisreadIdsHardlyPull) {
 }
 
 TEST(SolveBatch, SensorsSitAnywhereOnTheRobot) {
-  Recording recording = drive_through(exact_world(), 1);
+  KnownDrive recording = drive_through(exact_world(), 1);
   const Pose2 mount = {0.4, -0.3, 1.2};
   for (StampedScan& scan : recording.scans) {
     for (SeenLandmark& seen : scan.landmarks) {
@@ -87,7 +86,7 @@ TEST(SolveBatch, ReachesTheBoundOfTheReferenceWorld) {
   double sum = 0.0;
   constexpr int kSeeds = 25;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const Recording recording = simulated_recording(world, static_cast<std::uint64_t>(seed));
+    const KnownDrive recording = drive_through(world, static_cast<std::uint64_t>(seed));
     sum += map_error(solve_batch(recording, noise).landmarks, recording.landmarks);
   }
   EXPECT_NEAR(sum / kSeeds, 0.173, 0.08);
@@ -100,7 +99,7 @@ TEST(SolveBatch, ReachesTheBoundOfMrclam) {
   }
   // DATASETS.md, batch after alignment, m, of robot 1; within 15 %, as its noise model is not told
   // in every detail.
-  const Recording recording = recorded_drive("mrclam " + directory, " --robot 1");
+  const KnownDrive recording = recorded_drive("mrclam " + directory, " --robot 1");
   const BatchSolution solution = solve_batch(recording);
   const double path = path_error(recording, solution.path, 0.0, true).mean;
   const double map = map_error(solution.landmarks, recording.landmarks, true);
@@ -111,15 +110,15 @@ TEST(SolveBatch, ReachesTheBoundOfMrclam) {
 }
 
 // The reference world as it is, to `end` (s).
-Recording noisy_problem(double end) {
-  Recording recording = drive_through(load_world("indoor_two_loops"), 3);
+KnownDrive noisy_problem(double end) {
+  KnownDrive recording = drive_through(load_world("indoor_two_loops"), 3);
   cut(end, &recording.odometry);
   cut(end, &recording.scans);
   return recording;
 }
 
 TEST(SolveOnline, KnowsThePastOnly) {
-  const Recording whole = noisy_problem(1e9);
+  const KnownDrive whole = noisy_problem(1e9);
   const double half_time = whole.odometry[whole.odometry.size() / 2].time;
   const OnlineSolution all = solve_online(whole);
   const OnlineSolution half = solve_online(noisy_problem(half_time));
@@ -135,7 +134,7 @@ TEST(SolveOnline, KnowsThePastOnly) {
 
 // Then it knows what the whole problem knows.
 TEST(SolveOnline, EndsWhereTheBatchSolutionEnds) {
-  const Recording problem = noisy_problem(1e9);
+  const KnownDrive problem = noisy_problem(1e9);
   const OnlineSolution online = solve_online(problem);
   EXPECT_EQ(online.refused, 0);
   // Both stop within a hundredth of a standard deviation, which is a decimetre.
@@ -143,8 +142,8 @@ TEST(SolveOnline, EndsWhereTheBatchSolutionEnds) {
 }
 
 // The world without noise, with the clock set forward by so much in the middle.
-Recording problem_with_clock_set(double forward) {
-  Recording recording = drive_through(exact_world(), 1);
+KnownDrive problem_with_clock_set(double forward) {
+  KnownDrive recording = drive_through(exact_world(), 1);
   const double middle = 0.5 * recording.odometry.back().time;
   set_clock(middle, forward, &recording.odometry);
   set_clock(middle, forward, &recording.scans);
@@ -154,7 +153,7 @@ Recording problem_with_clock_set(double forward) {
 // From 1970 to now; and by eleven days.
 TEST(SolveBatch, AClockThatWasSetIsToldOf) {
   for (const double forward : {1.7e9, 1e6}) {
-    const Recording problem = problem_with_clock_set(forward);
+    const KnownDrive problem = problem_with_clock_set(forward);
     for (const std::string& said :
          {refusal([&] { solve_batch(problem); }), refusal([&] { solve_online(problem); })}) {
       EXPECT_TRUE(says(said, "has a gap of " + std::to_string(static_cast<int>(forward))));
@@ -164,14 +163,14 @@ TEST(SolveBatch, AClockThatWasSetIsToldOf) {
 
 // The robot stands for an hour, say, and its odometry is silent.
 TEST(SolveBatch, AnHourWithoutOdometryIsBridged) {
-  const Recording problem = problem_with_clock_set(3600.0);
+  const KnownDrive problem = problem_with_clock_set(3600.0);
   const BatchSolution solution = solve_batch(problem);
   EXPECT_EQ(solution.path.size(), problem.odometry.size());
   EXPECT_EQ(solution.outliers, 0);
 }
 
 TEST(SolveBatch, LandmarksWithoutEndAreToldOf) {
-  Recording problem = noisy_problem(10.0);
+  KnownDrive problem = noisy_problem(10.0);
   for (int id = 0; id < 100000; ++id) {
     problem.scans.back().landmarks.push_back({id, 5.0, 0.1, 0.01, 0.01});
   }
@@ -182,7 +181,7 @@ TEST(SolveBatch, LandmarksWithoutEndAreToldOf) {
 }
 
 TEST(SolveBatch, NeedsIdsAndOdometry) {
-  Recording recording = drive_through(exact_world(), 1);
+  KnownDrive recording = drive_through(exact_world(), 1);
   for (StampedScan& scan : recording.scans) {
     for (SeenLandmark& seen : scan.landmarks) seen.id = -1;
   }

@@ -9,7 +9,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "test/batch_testing.hpp"
 #include "test/places.hpp"
-#include "test/recorded_drive.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
@@ -29,14 +28,14 @@ World exact_world() {
   return world;
 }
 
-double mean_error(const Recording& drive, const std::vector<StampedPose>& path, double clip) {
+double mean_error(const KnownDrive& drive, const std::vector<StampedPose>& path, double clip) {
   EXPECT_EQ(path.size(), drive.odometry.size());
   return path_error(drive, path, clip).mean;
 }
 
 TEST(SolveRanges, FindsPathRadiosAndErrorsOfTheOdometry) {
   const World world = exact_world();
-  const Recording drive = drive_through(world, 1);
+  const KnownDrive drive = drive_through(world, 1);
   const RangeSolution solution = solve_ranges(drive);
   EXPECT_LT(mean_error(drive, solution.path, 0.0), 0.02);
   for (const RadioKnowledge& radio : solution.memory.radios()) {
@@ -54,7 +53,7 @@ TEST(SolveRanges, FindsPathRadiosAndErrorsOfTheOdometry) {
 }
 
 TEST(SolveRanges, RangesThatAreWrongHardlyPull) {
-  Recording drive = drive_through(exact_world(), 1);
+  KnownDrive drive = drive_through(exact_world(), 1);
   int wrong = 0;
   for (std::size_t i = 7; i < drive.ranges.size(); i += 23, ++wrong) {
     drive.ranges[i].range += 15.0;
@@ -65,7 +64,7 @@ TEST(SolveRanges, RangesThatAreWrongHardlyPull) {
 }
 
 TEST(SolveRanges, AntennasSitAnywhereOnTheRobot) {
-  Recording drive = drive_through(exact_world(), 1);
+  KnownDrive drive = drive_through(exact_world(), 1);
   const Eigen::Vector3d antenna(0.8, -0.6, 1.0);
   drive.frames["antenna"] = Eigen::Translation3d(antenna);
   for (Beacon& beacon : drive.beacons) {
@@ -87,7 +86,7 @@ TEST(SolveRanges, AntennasSitAnywhereOnTheRobot) {
 
 // In the frame of the first pose.
 TEST(SolveRanges, FindsBeaconsThatAreNotKnown) {
-  Recording drive = drive_through(exact_world(), 1);
+  KnownDrive drive = drive_through(exact_world(), 1);
   const std::vector<Beacon> truth = std::exchange(drive.beacons, {});
   const RangeSolution solution = solve_ranges(drive);
   const PathError aligned = path_error(drive, solution.path, 0.0, true);
@@ -103,17 +102,17 @@ TEST(SolveRanges, FindsBeaconsThatAreNotKnown) {
 }
 
 TEST(SolveRanges, NeedsRangesWhileThereIsOdometry) {
-  Recording drive = drive_through(exact_world(), 1);
+  KnownDrive drive = drive_through(exact_world(), 1);
   for (StampedRange& range : drive.ranges) range.time += 1e6;
   EXPECT_THROW(solve_ranges(drive), Error);
   EXPECT_THROW(solve_ranges({}), Error);
 }
 
 // The world as it is, to `end` (s).
-Recording noisy_drive(double end) {
+KnownDrive noisy_drive(double end) {
   World world = load_world("beacons_figure8");
   world.duration = 120.0;
-  Recording drive = drive_through(world, 3);
+  KnownDrive drive = drive_through(world, 3);
   cut(end, &drive.odometry);
   cut(end, &drive.ranges);
   return drive;
@@ -122,7 +121,7 @@ Recording noisy_drive(double end) {
 // From 1970 to now; and by eleven days.
 TEST(SolveRanges, AClockThatWasSetIsToldOf) {
   for (const double forward : {1.7e9, 1e6}) {
-    Recording drive = noisy_drive(60.0);
+    KnownDrive drive = noisy_drive(60.0);
     set_clock(30.0, forward, &drive.odometry);
     set_clock(30.0, forward, &drive.ranges);
     const std::string said = refusal([&] { solve_ranges(drive); });
@@ -131,7 +130,7 @@ TEST(SolveRanges, AClockThatWasSetIsToldOf) {
 }
 
 TEST(SolveRanges, KnowsThePastOnlyOnLine) {
-  const Recording whole = noisy_drive(1e9);
+  const KnownDrive whole = noisy_drive(1e9);
   const double half_time = whole.odometry[whole.odometry.size() / 2].time;
   const OnlineSolution all = solve_ranges(whole).online;
   const OnlineSolution half = solve_ranges(noisy_drive(half_time)).online;
@@ -149,8 +148,8 @@ TEST(SolveRanges, ReachesTheBoundOfRecordings) {
   if (!std::filesystem::exists(datasets + "/plaza2")) {
     GTEST_SKIP() << "the data sets are not there: " << datasets;
   }
-  const Recording plaza = recorded_drive("plaza " + datasets + "/plaza2/Plaza2.mat");
-  const Recording labyrinth = recorded_drive("labyrinth " + datasets + "/labyrinth_uwb");
+  const KnownDrive plaza = recorded_drive("plaza " + datasets + "/plaza2/Plaza2.mat");
+  const KnownDrive labyrinth = recorded_drive("labyrinth " + datasets + "/labyrinth_uwb");
   for (const auto& [drive, bound] :
        {std::make_pair(plaza, 0.27), std::make_pair(labyrinth, 0.045)}) {
     const RangeSolution solution = solve_ranges(drive);

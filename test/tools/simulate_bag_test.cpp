@@ -7,12 +7,15 @@
 #include <pf_resampling/LandmarkMap.h>
 #include <pf_resampling/LandmarkObservationArray.h>
 #include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
+#include "src/messages/conversions.hpp"
 #include "test/bag_topics.hpp"
 #include "test/run_program.hpp"
 #include "tools/common/bag_contents.hpp"
@@ -63,6 +66,13 @@ TEST_F(SimulateBag, WritesWhatTheWorldSays) {
   ASSERT_EQ(arrays.size(), 1u);
   EXPECT_EQ(arrays[0].header.frame_id, "map");
   ASSERT_EQ(arrays[0].beacons.size(), 6u);
+  const auto placed = messages<tf2_msgs::TFMessage>(path, "/tf_static");
+  ASSERT_EQ(placed.at(0).transforms.size(), 1u);
+  EXPECT_EQ(placed[0].transforms[0].header.frame_id, "base_link");
+  EXPECT_EQ(placed[0].transforms[0].child_frame_id, "antenna");
+  const auto ranges = messages<BeaconRange>(path, "/ranges");
+  EXPECT_EQ(ranges[0].header.frame_id, "antenna");
+  EXPECT_EQ(ranges[0].variance, 0.0);
 
   const auto odometry = messages<nav_msgs::Odometry>(path, "/odom");
   EXPECT_EQ(odometry.front().header.frame_id, "odom");
@@ -72,6 +82,29 @@ TEST_F(SimulateBag, WritesWhatTheWorldSays) {
   EXPECT_EQ(truth.front().header.frame_id, "map");
   EXPECT_NEAR(truth.front().pose.position.x, 25.0, 1e-9);  // start of config/worlds/beacons_circle
   EXPECT_NEAR(truth.front().pose.position.y, 15.0, 1e-9);
+}
+
+// Readers of bags see equal times in any order: what explains the rest has to have an earlier one.
+TEST_F(SimulateBag, BagTimeIsTheStampAndMapsAndFramesComeBeforeAllElse) {
+  const rosbag::Bag bag = open_bag(simulate("indoor_two_loops --duration 5", "loops.bag"));
+  const std::set<std::string> is_static = {"/ground_truth_landmarks", "/tf_static"};
+  ros::Time first = ros::TIME_MAX;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag)) {
+    if (is_static.count(instance.getTopic()) > 0) {
+      EXPECT_LT(instance.getTime(), ros::Time(1.0));
+      continue;
+    }
+    first = std::min(first, instance.getTime());
+    const auto odometry = instance.instantiate<nav_msgs::Odometry>();
+    EXPECT_TRUE(!odometry || instance.getTime() == odometry->header.stamp);
+    const auto scan = instance.instantiate<LandmarkObservationArray>();
+    EXPECT_TRUE(!scan || instance.getTime() == scan->header.stamp);
+  }
+  EXPECT_EQ(first, ros::Time(1.0));
+  const auto odometry = messages<nav_msgs::Odometry>(bag.getFileName(), "/odom");
+  const Pose2 before = to_pose2(odometry[40].pose.pose), now = to_pose2(odometry[41].pose.pose);
+  EXPECT_NEAR(odometry[41].twist.twist.linear.x, relative(before, now).x / 0.025, 1e-6);
+  EXPECT_NEAR(odometry[41].twist.twist.angular.z, relative(before, now).heading / 0.025, 1e-6);
 }
 
 TEST_F(SimulateBag, SameSeedSameBytesAndAnotherSeedOthers) {

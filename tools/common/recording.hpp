@@ -13,8 +13,7 @@
 
 namespace pf_resampling {
 
-/// What a robot recorded on a drive, of a bag or a simulation. Times in s, on one clock; each list
-/// in order of time.
+/// What a robot recorded on a drive. Times in s, on one clock; each list in order of time.
 struct Recording {
   std::vector<StampedPose> odometry;                  ///< in a frame of its own
   std::optional<StatedOdometryNoise> odometry_noise;  ///< if it is stated
@@ -22,8 +21,6 @@ struct Recording {
   std::vector<Beacon> beacons;                      ///< whose place is known; map frame
   std::vector<StampedScan> scans;                   ///< of landmarks; ids of -1 are unknown
   std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
-  std::vector<StampedPose> truth;                   ///< map frame, if it is known, as these:
-  std::vector<PointLandmark> landmarks;
 };
 
 /// Of a bag: odometry, ranges and scans of these topics, as far as they are there, and the frames
