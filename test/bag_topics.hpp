@@ -1,13 +1,19 @@
 #pragma once
 
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <pf_resampling/LandmarkMap.h>
 #include <rosbag/view.h>
 
 #include <cstdint>
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "src/messages/conversions.hpp"
 #include "tools/common/bag.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
@@ -27,6 +33,32 @@ inline std::set<std::string> latched_in(const std::string& path) {
     if (message.isLatching()) latched.insert(message.getTopic());
   }
   return latched;
+}
+
+/// The poses of a topic, in order of their stamps.
+inline std::vector<StampedPose> read_poses(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<StampedPose> poses;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    const auto believed = instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>();
+    const auto pose = instance.instantiate<geometry_msgs::PoseStamped>();
+    if (pose) poses.push_back({pose->header.stamp.toSec(), to_pose2(pose->pose)});
+    if (believed) poses.push_back({believed->header.stamp.toSec(), to_pose2(believed->pose.pose)});
+  }
+  return poses;
+}
+
+/// The landmarks of the last map on a topic.
+inline std::vector<PointLandmark> read_landmark_map(const rosbag::Bag& bag,
+                                                    const std::string& topic) {
+  std::vector<PointLandmark> landmarks;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    const auto map = instance.instantiate<LandmarkMap>();
+    landmarks.clear();
+    for (const Landmark& each : map->landmarks) {
+      landmarks.push_back({each.id, {each.position.x, each.position.y}});
+    }
+  }
+  return landmarks;
 }
 
 }  // namespace pf_resampling

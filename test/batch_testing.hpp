@@ -5,17 +5,45 @@
 #include <vector>
 
 #include "pf_resampling_core/models/point_alignment.hpp"
+#include "pf_resampling_core/simulation/simulate.hpp"
 #include "pf_resampling_core/test/says.hpp"
-#include "test/recorded_drive.hpp"
-#include "tools/worlds/simulated_bag.hpp"
+#include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
-/// A drive through a world.
+/// With the truth, map frame.
+struct KnownDrive : Recording {
+  std::vector<StampedPose> truth;
+  std::vector<PointLandmark> landmarks;
+};
+
+/// A drive through a world, which does not say how good its odometry is.
 inline KnownDrive drive_through(const World& world, std::uint64_t seed) {
-  const TemporaryDirectory directory;
-  write_simulated_bag(world, seed, true, directory.file("drive.bag"));
-  return drive_in(directory.file("drive.bag"));
+  const SimulatedDrive simulated = simulate(world, seed);
+  KnownDrive drive;
+  for (const SimulatedDrive::Odometry& each : simulated.odometry) {
+    drive.odometry.push_back({each.time, each.pose});
+    drive.truth.push_back({each.time, each.truth});
+  }
+  for (const SimulatedBeacon& each : world.beacons) drive.beacons.push_back(each.beacon);
+  for (const SimulatedDrive::Range& each : simulated.ranges) {
+    drive.ranges.push_back({each.time, "antenna", each.beacon, each.range});
+  }
+  for (const Eigen::Vector2d& place : world.landmarks) {
+    drive.landmarks.push_back({static_cast<std::int32_t>(drive.landmarks.size()), place});
+  }
+  const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
+  for (const SimulatedDrive::Scan& scan : simulated.scans) {
+    drive.scans.push_back({scan.time, "sensor", {}});
+    for (const SimulatedLandmarkObservation& seen : scan.observations) {
+      drive.scans.back().landmarks.push_back({seen.id, seen.range, seen.bearing,
+                                              sensor.range_sigma * sensor.range_sigma,
+                                              sensor.bearing_sigma * sensor.bearing_sigma});
+    }
+  }
+  drive.frames["sensor"] = Eigen::Isometry3d::Identity();
+  drive.frames["antenna"] = Eigen::Translation3d(world.ranges.antenna);
+  return drive;
 }
 
 /// Leaves out what is later than `end` (s).

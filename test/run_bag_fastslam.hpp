@@ -16,7 +16,6 @@
 #include "test/bag_topics.hpp"
 #include "test/batch_testing.hpp"
 #include "test/run_program.hpp"
-#include "tools/common/bag_contents.hpp"
 #include "tools/common/files.hpp"
 
 /// What the tests of `run_bag fastslam` share: the reference world, and what comes out of a run.

@@ -72,11 +72,11 @@ def naming(path):
         raise Error(what if path in what or what.startswith("--") else f"{path}: {what}") from error
 
 
-def output_of(tool, arguments):
-    """What another program prints; raises Error with what it says if it cannot."""
+def output_of(tool, arguments, given=b""):
+    """What another program prints of what it is given; raises Error with what it says if it cannot."""
     program = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), tool)
     # On a terminal it shows how far it has come.
-    child = subprocess.run([program, *arguments], stdout=subprocess.PIPE, check=False,
+    child = subprocess.run([program, *arguments], input=given, stdout=subprocess.PIPE, check=False,
                            stderr=None if sys.stderr and sys.stderr.isatty() else subprocess.PIPE)
     if child.returncode:
         said = (child.stderr or f"{tool}: failed, as it says".encode()).decode("utf-8", "surrogateescape").strip()
@@ -84,9 +84,9 @@ def output_of(tool, arguments):
     return child.stdout
 
 
-def answer_of(tool, arguments):
+def answer_of(tool, arguments, given=b""):
     """Likewise of one that prints JSON."""
-    return json.loads(output_of(tool, arguments))
+    return json.loads(output_of(tool, arguments, given))
 
 
 def require_picture(path):

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/says.hpp"
 #include "test/batch_testing.hpp"
-#include "test/places.hpp"
 #include "tools/worlds/world_file.hpp"
 
 namespace pf_resampling {
@@ -90,23 +88,6 @@ TEST(SolveBatch, ReachesTheBoundOfTheReferenceWorld) {
     sum += map_error(solve_batch(recording, noise).landmarks, recording.landmarks);
   }
   EXPECT_NEAR(sum / kSeeds, 0.173, 0.08);
-}
-
-TEST(SolveBatch, ReachesTheBoundOfMrclam) {
-  const std::string directory = std::string(kDatasetsFolder) + "/mrclam6";
-  if (!std::filesystem::exists(directory)) {
-    GTEST_SKIP() << "the data set is not there: " << directory;
-  }
-  // DATASETS.md, batch after alignment, m, of robot 1; within 15 %, as its noise model is not told
-  // in every detail.
-  const KnownDrive recording = recorded_drive("mrclam " + directory, " --robot 1");
-  const BatchSolution solution = solve_batch(recording);
-  const double path = path_error(recording, solution.path, 0.0, true).mean;
-  const double map = map_error(solution.landmarks, recording.landmarks, true);
-  EXPECT_NEAR(path, 0.091, 0.15 * 0.091);
-  EXPECT_NEAR(map, 0.045, 0.15 * 0.045);
-  EXPECT_GT(solution.distance_scale, 1.0);  // "speed reads 2 to 8 % high"
-  EXPECT_LT(solution.distance_scale, 1.08);
 }
 
 // The reference world as it is, to `end` (s).

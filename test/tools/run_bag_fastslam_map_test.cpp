@@ -23,7 +23,7 @@ std::string survey_of(const std::string& world, const TemporaryDirectory& direct
   std::ostringstream list;
   list.precision(9);
   list << "# by tape measure\nid,x,y,sigma\n";
-  const auto marks = read_landmark_map(open_bag(world), "/ground_truth_landmarks").value();
+  const auto marks = read_landmark_map(open_bag(world), "/ground_truth_landmarks");
   for (const PointLandmark& mark : marks) {
     list << mark.id << "," << mark.position.x() + (mark.id == 4 ? moved : 0.0) << ","
          << mark.position.y() << ",0.02\n";
@@ -48,7 +48,7 @@ TEST_F(RunBagFastSlam, TheOutputHoldsPosesAndTheMapThatIsSaved) {
     seeing += message.instantiate<LandmarkObservationArray>()->observations.empty() ? 0 : 1;
   }
   EXPECT_EQ(counts["/status"], seeing);
-  const auto published = read_landmark_map(open_bag(out_), "/landmark_map").value();
+  const auto published = read_landmark_map(open_bag(out_), "/landmark_map");
   const SavedMap saved = read_map_file(map_);
   EXPECT_EQ(saved.frame, "map");
   EXPECT_EQ(saved.particles.size(), 1000);
@@ -61,7 +61,7 @@ TEST_F(RunBagFastSlam, TheOutputHoldsPosesAndTheMapThatIsSaved) {
   // In the last two seconds dead reckoning is off by 1.0 to 1.6 m; both loops are closed then.
   EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);
   // What is left after alignment is of the size of one sighting's noise at 5 m: 0.13 m.
-  const auto truth = read_landmark_map(open_bag(out_), "/ground_truth_landmarks").value();
+  const auto truth = read_landmark_map(open_bag(out_), "/ground_truth_landmarks");
   EXPECT_LT(map_error(published, truth, true), 0.4);
 }
 
@@ -191,8 +191,8 @@ TEST_F(RunBagFastSlam, ARobotThatStartsElsewhereHasNotSlipped) {
     rosbag::View view(bag, rosbag::TopicQuery("/status"));
     EXPECT_EQ(view.begin()->instantiate<FilterStatus>()->health, "converging");
     EXPECT_LT(pose_errors(out_, 24.0).worst, 1.0);
-    const auto truth = read_landmark_map(bag, "/ground_truth_landmarks").value();
-    const auto after = read_landmark_map(bag, "/landmark_map").value();
+    const auto truth = read_landmark_map(bag, "/ground_truth_landmarks");
+    const auto after = read_landmark_map(bag, "/landmark_map");
     EXPECT_LT(map_error(after, truth, true), 0.4);
   }
 }

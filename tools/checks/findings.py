@@ -3,8 +3,9 @@ import re
 import shlex
 from dataclasses import dataclass, field
 
-import yaml
-from command_line import Error, answer_of, output_of
+from command_line import answer_of
+from filter_setup import FILTERS
+from messages import LANDMARK_TYPES, RANGE_TYPES
 
 from .survey import survey_of, turns_in_degrees, unit_of_ranges
 
@@ -12,38 +13,7 @@ LONG_DELAY = 1.0  # s, between stamp and bag time
 LONG_GAP = 1.5  # s, without odometry; recordings pause for a second
 BEACONS = "pf_resampling/BeaconArray"
 ODOMETRY_TYPES = ["nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"]
-# Those of drivers as in src/messages/foreign_messages.cpp.
-RANGE_TYPES = ["pf_resampling/BeaconRange", "uwb_driver/UwbRange", "gtec_msgs/Ranging"]
-LANDMARK_TYPES = ["pf_resampling/LandmarkObservationArray", "apriltag_ros/AprilTagDetectionArray",
-                  "fiducial_msgs/FiducialTransformArray", "aruco_msgs/MarkerArray", "mrpt_msgs/ObservationRangeBearing"]
-FILTERS = "beacon_mcl", "fastslam"
 TOPICS_OF = {"beacon_mcl": ("odom", "imu", "ranges", "sensor_ranges", "beacons"), "fastslam": ("odom", "imu", "landmarks")}
-
-
-class Setup:
-    """How --config and --set configure the filters. Raises Error if neither takes them."""
-
-    range_types, landmark_types = ["sensor_msgs/Range", *RANGE_TYPES], LANDMARK_TYPES
-
-    def __init__(self, given):
-        self.words = [word for name in ("config", "set") for value in getattr(given, name) for word in (f"--{name}", value)]
-        self.faults, self.values, self.lists = {}, {}, {"beacons": [], "antennas": []}
-        for name in reversed(FILTERS):  # the values of the former count
-            try:
-                self.values.update(yaml.safe_load(output_of("run_bag", [name, "--parameters", *self.words])))
-            except Error as error:
-                self.faults[name] = str(error)
-        if len(self.faults) == len(FILTERS):
-            raise Error("; ".join(f"{name}: {self.faults[name]}" for name in FILTERS))
-        for path in given.config:
-            with open(path, encoding="utf-8") as file:
-                read = yaml.safe_load(file) or {}
-            self.lists["beacons"] = read.get("beacons") or self.lists["beacons"]
-            self.lists["antennas"] += read.get("antennas") or []
-        self.frames_of_beacons = {str(each["frame"]).lstrip("/"): each["id"] for each in self.lists["beacons"] if "frame" in each}
-
-    def value(self, name):
-        return self.values.get(name, "")
 
 
 @dataclass

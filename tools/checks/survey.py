@@ -1,16 +1,12 @@
 """What a bag holds for the filters, before anything is judged."""
 import math
-import re
-import struct
 from dataclasses import dataclass, field
 
-import genpy.dynamic
 import numpy as np
-from evaluation.recorded_run import SIZE, TIME, unpacked, yaw_of
+from evaluation.recorded_run import unpacked, yaw_of
+from messages import LANDMARK_TYPES, RANGE_TYPES, header_at, id_in, pose_at, ranges_of, transforms_in
 from pf_resampling.msg import BeaconArray
-from sensor_msgs.msg import Range
 
-POSE = struct.Struct("<7d").unpack_from  # position and quaternion
 SAME_MOMENT = 0.5  # s
 FEWEST_PAIRS, FEWEST_TURNS = 20, 20
 # Shares of the pairs of ranges that do not fit: no unit is to have more than the first, that of the beacons has to have more
@@ -58,56 +54,8 @@ class Survey:
     beacon_frame: str = ""
 
 
-def header_at(data, at=0):
-    """(seconds, nanoseconds, frame, where it ends)"""
-    end = at + 16 + SIZE(data, at + 12)[0]
-    return (*TIME(data, at + 4), name_of(data[at + 16:end]), end)
-
-
-def name_of(text):
-    """Of a frame, as the filters compare them."""
-    name = text.decode("utf-8", "replace")
-    return name[1:] if name.startswith("/") else name
-
-
-def transforms_in(data):
-    """[(header, child frame, position and quaternion)] of a tf2_msgs/TFMessage."""
-    at = 4
-    for _ in range(SIZE(data)[0]):
-        header = header_at(data, at)
-        child = header[3] + 4 + SIZE(data, header[3])[0]
-        yield header, name_of(data[header[3] + 4:child]), POSE(data, child)
-        at = child + 56
-
-
-def id_in(pattern, frame):
-    match = re.fullmatch(pattern, frame) if pattern else None
-    return int(match.group(1)) if match and re.fullmatch("[0-9]+", match.group(1)) else None
-
-
 def planar(pose):
     return pose[0], pose[1], float(yaw_of(*pose[3:]))
-
-
-def ranges_of(connection, data, time, setup):
-    """(header or None, [(time, beacon, range)]) of a message of any type that is taken."""
-    if connection.datatype == "sensor_msgs/Range":
-        header, message = header_at(data), Range().deserialize(data)
-        beacon = setup.frames_of_beacons.get(header[2], id_in(setup.value("range_input/frame_pattern"), header[2]))
-        is_inside = message.min_range == message.max_range == 0 or message.min_range <= message.range <= message.max_range
-        seen = [(beacon, message.range)] if beacon is not None and is_inside else []
-        header = (*header[:2], None, 0)  # the frame is the beacon's
-    elif connection.datatype == "pf_resampling/BeaconRange":
-        header = header_at(data)
-        seen = [struct.unpack_from("<id", data, header[3])]
-    else:
-        kind = genpy.dynamic.generate_dynamic(connection.datatype, connection.msg_def)[connection.datatype]
-        message = kind().deserialize(data)
-        is_gtec = connection.datatype == "gtec_msgs/Ranging"
-        stamp = divmod(round(1e9 * time), 10**9) if is_gtec else (message.header.stamp.secs, message.header.stamp.nsecs)
-        header = (*stamp, setup.value("range_input/antenna") or setup.value("frames/base"), 0)
-        seen = [(message.anchorId, 0.001 * message.range) if is_gtec else (message.responder_id, message.distance)]
-    return header, [(header[0] + 1e-9 * header[1], *each) for each in seen if math.isfinite(each[1]) and each[1] > 0]
 
 
 def survey_of(bag, topics, setup):
@@ -129,13 +77,13 @@ def survey_of(bag, topics, setup):
             if connection.datatype == "tf2_msgs/TFMessage":
                 note_transforms(survey, setup, topic, transforms_in(data), time)
     for connection, data, time in messages[survey.ranges.topic]:
-        if connection.datatype in setup.range_types:
+        if connection.datatype in ("sensor_msgs/Range", *RANGE_TYPES):
             header, measured = ranges_of(connection, data, time, setup)
             survey.ranges.add(header, time)
             survey.ranges.frames |= {header[2]} - {None}
             survey.measured += measured
     for connection, data, time in messages[topics.landmarks]:
-        if connection.datatype in setup.landmark_types:
+        if connection.datatype in LANDMARK_TYPES:
             survey.landmarks.add(header_at(data), time)
     if not survey.beacons:
         for message in unpacked(messages[topics.beacons], BeaconArray):
@@ -147,12 +95,8 @@ def survey_of(bag, topics, setup):
 def note_odometry(survey, messages, base):
     for connection, data, time in messages:
         if connection.datatype in ("nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"):
-            header, child = header_at(data), base
-            begin = header[3]
-            if connection.datatype == "nav_msgs/Odometry":
-                begin += 4 + SIZE(data, begin)[0]
-                child = name_of(data[header[3] + 4:begin])
-            note_pose(survey, header, child, POSE(data, begin), time)
+            header, child, pose = pose_at(connection, data, base)
+            note_pose(survey, header, child, pose, time)
 
 
 def note_pose(survey, header, child, pose, time):

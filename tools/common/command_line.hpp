@@ -22,12 +22,12 @@ class UsageError : public Error {
 /// The command line of one program: positional arguments, options, and a help text with usage and
 /// examples.
 ///
-///     CommandLine line("solve_bag", "The path that fits a bag best.");
-///     line.positional("bag", "a bag with odometry");
+///     CommandLine line("run_bag", "Runs a filter over a bag.");
+///     line.positional("in.bag", "a bag with odometry");
 ///     line.topic("odom", "/odom", "odometry");
-///     line.example("solve_bag plaza2.bag");
+///     line.example("run_bag slam.bag");
 ///     if (!line.parse(arguments)) return 0;  // help was asked for and has been printed
-///     open_bag(line.text("bag"));
+///     open_bag(line.text("in.bag"));
 class CommandLine {
  public:
   /// `tool`: the name to be typed, for instance "dataset_to_bag plaza"; `summary`: what it does.

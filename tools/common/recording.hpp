@@ -1,17 +1,52 @@
 #pragma once
 
-#include <rosbag/bag.h>
-
 #include <Eigen/Geometry>
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "src/frames/frame_names.hpp"
-#include "tools/common/bag_contents.hpp"
+#include "pf_resampling_core/models/beacon_range.hpp"
+#include "tools/common/stamped_pose.hpp"
 
 namespace pf_resampling {
+
+/// A range with its time and the frame of the antenna.
+struct StampedRange {
+  double time = 0.0;  ///< s
+  std::string frame;
+  int beacon = 0;
+  double range = 0.0;  ///< m
+};
+
+struct PointLandmark {
+  std::int32_t id = -1;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map frame
+};
+
+/// What a sensor saw of one landmark.
+struct SeenLandmark {
+  std::int32_t id = -1;           ///< -1: unknown
+  double range = 0.0;             ///< m
+  double bearing = 0.0;           ///< rad, in the sensor's frame
+  double range_variance = 0.0;    ///< m^2; 0: unknown
+  double bearing_variance = 0.0;  ///< rad^2; 0: unknown
+};
+/// The landmarks of one scan, with its time and the frame of the sensor.
+struct StampedScan {
+  double time = 0.0;  ///< s
+  std::string frame;
+  std::vector<SeenLandmark> landmarks;
+};
+
+/// White noise of the odometry, as standard deviations that grow with the root of the time.
+struct StatedOdometryNoise {
+  double along = 0.0;    ///< m per sqrt(s), ahead
+  double across = 0.0;   ///< m per sqrt(s), to the side
+  double heading = 0.0;  ///< rad per sqrt(s)
+};
 
 /// What a robot recorded on a drive. Times in s, on one clock; each list in order of time.
 struct Recording {
@@ -23,13 +58,10 @@ struct Recording {
   std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
 };
 
-/// Of a bag: odometry, ranges and scans of these topics, as far as they are there, and the frames
-/// of /tf_static. Throws Error without odometry.
-Recording read_recording(const rosbag::Bag& bag, const std::string& odometry,
-                         const std::string& ranges, const std::string& landmarks,
-                         const FrameNames& frames = {});
-
 /// In the plane.
-Pose2 to_pose2(const Eigen::Isometry3d& frame);
+inline Pose2 to_pose2(const Eigen::Isometry3d& frame) {
+  const Eigen::Matrix3d turn = frame.linear();
+  return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
+}
 
 }  // namespace pf_resampling

@@ -1,10 +1,12 @@
-"""The least-squares solution of the same data (solve_bag), judged as the estimate is."""
+"""The least-squares solution of the same data (solve_drive), judged as the estimate is."""
 import numpy as np
-from command_line import answer_of
+from filter_setup import Setup
 
+from .drive import drive_of, solution_of
 from .maps import Map, evaluate_map
 from .maps import moved as moved_map
 from .paths import Path, compose, evaluate_aligned_path, evaluate_path, inverse, moved, path_of_place
+from .recorded_run import RecordedBag
 
 
 def path_from(columns, place):
@@ -18,8 +20,8 @@ def ratio(value, by):
 
 def compare(given, run, found, truth_of_path, choose_frame):
     """Figures; `found` of the estimate, `truth_of_path` the truth at the stamps of the path as it was believed at the end."""
-    topics = [word for name in ("odom", "landmarks", "ranges", "beacons") for word in (f"--{name}", getattr(given, name))]
-    solution = answer_of("solve_bag", [given.bag, *topics, *["--online"] * given.batch_online])
+    drive = drive_of(RecordedBag(given.bag), given, Setup())
+    solution = solution_of(drive, given.batch_online)
     estimate, clip = found.figures["estimate"], given.clip
     path = path_from(solution["path"], run.place)
     radios = solution["ranges"]
@@ -31,8 +33,8 @@ def compare(given, run, found, truth_of_path, choose_frame):
 
     alignment = alignment_of(path)
     fit, aligned = evaluate_aligned_path(run.truth, path, clip)
-    batch = {name: solution[name] for name in ("distance_scale", "yaw_scale", "observations", "outliers", "ids", "ranges")}
-    batch.update(cartesian=evaluate_path(run.truth, moved(path, alignment), clip).figures["cartesian"],
+    batch = {name: solution[name] for name in ("distance_scale", "yaw_scale", "observations", "outliers", "ranges")}
+    batch.update(ids=drive["ids"], cartesian=evaluate_path(run.truth, moved(path, alignment), clip).figures["cartesian"],
                  cartesian_aligned=aligned, map=None, map_ratio=None,
                  online_ratio=ratio(estimate["cartesian_aligned"]["mean"], aligned["mean"]))
     batch["path_ratio"] = batch["online_ratio"]

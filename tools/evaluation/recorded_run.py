@@ -159,8 +159,8 @@ def map_of(landmarks, name):
     return found
 
 
-def place_on_robot(messages, wanted):
-    """Where the frame that the truth is about sits on base_link, in the plane: (x, y, heading)."""
+def frames_on_robot(messages, base):
+    """Where the frames of /tf_static sit on the robot: 4 x 4, by name, as the nodes find them going up from each to the base."""
     parents = {}
     for message in unpacked(messages, TFMessage):
         for each in message.transforms:
@@ -169,20 +169,29 @@ def place_on_robot(messages, wanted):
             length = np.linalg.norm([q.x, q.y, q.z, q.w])
             if parent != child and abs(length - 1) <= 0.01 and np.linalg.norm([t.x, t.y, t.z]) <= 1e6:
                 parents[child] = parent, [t.x, t.y, t.z], [q.x, q.y, q.z, q.w]
-    frame, place, turn = wanted or "ground_truth", np.zeros(3), np.eye(3)
-    if frame in parents:
+    if parents:
         from scipy.spatial.transform import Rotation
-    for _ in range(50):
-        if frame not in parents:
-            break
-        frame, shift, quaternion = parents[frame]
-        matrix = Rotation.from_quat(quaternion).as_matrix()
-        place, turn = matrix @ place + shift, matrix @ turn
-    if frame != "base_link":
-        if wanted:
-            raise Error(f"--truth-frame {wanted}: /tf_static does not place it on base_link; give one that it does")
-        return np.zeros(3)
-    return np.array([place[0], place[1], np.arctan2(turn[1, 0], turn[0, 0])])
+    frames = {base: np.eye(4)}
+    for frame in parents:
+        name, place = frame, np.eye(4)
+        for _ in range(50):
+            if name == base or name not in parents:
+                break
+            name, shift, quaternion = parents[name]
+            step = np.eye(4)
+            step[:3, :3], step[:3, 3] = Rotation.from_quat(quaternion).as_matrix(), shift
+            place = step @ place
+        if name == base:
+            frames[frame] = place
+    return frames
+
+
+def place_on_robot(messages, wanted):
+    """Where the frame that the truth is about sits on base_link, in the plane: (x, y, heading)."""
+    place = frames_on_robot(messages, "base_link").get(wanted or "ground_truth")
+    if place is None and wanted:
+        raise Error(f"--truth-frame {wanted}: /tf_static does not place it on base_link; give one that it does")
+    return np.zeros(3) if place is None else np.array([*place[:2, 3], np.arctan2(place[1, 0], place[0, 0])])
 
 
 def summary_of(statuses):

@@ -1,20 +1,15 @@
-// Least squares on all data of a drive, for evaluate_bag and survey_beacons: the path, and where
-// landmarks are or what is wrong with radios, as JSON.
+// Least squares on all data of a drive, for evaluate_bag and survey_beacons, which read the bag:
+// the path, and where landmarks are or what is wrong with radios. JSON in, JSON out.
 #include <cmath>
 #include <cstdio>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "beacon_mcl_node/beacon_file.hpp"
-#include "beacon_mcl_node/pipeline_options.hpp"
 #include "pf_resampling_core/range_memory/radio_remark.hpp"
-#include "tools/common/bag.hpp"
-#include "tools/common/bag_contents.hpp"
 #include "tools/common/batch_slam.hpp"
 #include "tools/common/command_line.hpp"
-#include "tools/common/filter_associations.hpp"
-#include "tools/common/filter_options.hpp"
-#include "tools/common/filter_topics.hpp"
 #include "tools/common/range_drive.hpp"
 
 namespace pf_resampling {
@@ -22,21 +17,36 @@ namespace {
 
 using nlohmann::json;
 
-CommandLine command_line() {
-  CommandLine line("solve_bag",
-                   "The path, and landmarks or radios, that fit all data of a drive best at once "
-                   "(batch least squares), as JSON: m, rad, s. evaluate_bag and survey_beacons "
-                   "print it for people.");
-  line.positional("bag", "a bag with odometry, and landmarks or ranges");
-  line.flag("online", "also solve at every scan of landmarks with the data up to then");
-  line.flag("unlisted", "look for all beacons, whatever bag and configuration list");
-  add_filter_options(&line);
-  line.topic("odom", "/odom", "odometry");
-  line.topic("landmarks", "/landmarks", "landmarks; 'none' for ranges");
-  line.topic("ranges", "/ranges", "ranges, where nothing is in landmarks");
-  line.topic("beacons", "/beacons", "beacons whose places are known, if any");
-  line.example("solve_bag slam.bag > solution.json");
-  return line;
+/// As tools/evaluation/drive.py writes it.
+Recording recording_of(const json& drive) {
+  Recording recording;
+  const json& odometry = drive.at("odometry");
+  for (std::size_t i = 0; i < odometry.at("time").size(); ++i) {
+    recording.odometry.push_back(
+        {odometry["time"][i], {odometry["x"][i], odometry["y"][i], odometry["heading"][i]}});
+  }
+  const json& noise = drive.at("odometry_noise");
+  if (!noise.is_null()) recording.odometry_noise = {noise[0], noise[1], noise[2]};
+  for (const auto& [name, place] : drive.at("frames").items()) {
+    recording.frames[name] = Eigen::Translation3d(place[0], place[1], place[2]) *
+                             Eigen::AngleAxisd(place[3], Eigen::Vector3d::UnitZ());
+  }
+  for (const json& range : drive.at("ranges")) {
+    recording.ranges.push_back({range[0], range[1], range[2], range[3]});
+  }
+  for (const json& beacon : drive.at("beacons")) {
+    const bool is_planar = beacon[3].is_null();
+    recording.beacons.push_back(
+        {beacon[0], {beacon[1], beacon[2], is_planar ? 0.0 : beacon[3].get<double>()}, is_planar});
+    recording.beacons.back().sigma = beacon[4];
+  }
+  for (const json& scan : drive.at("scans")) {
+    recording.scans.push_back({scan[0], scan[1], {}});
+    for (const json& seen : scan[2]) {
+      recording.scans.back().landmarks.push_back({seen[0], seen[1], seen[2], seen[3], seen[4]});
+    }
+  }
+  return recording;
 }
 
 json columns_of(const std::vector<StampedPose>& path) {
@@ -56,28 +66,7 @@ json to_json(const OnlineSolution& online) {
           {"refused", online.refused}};
 }
 
-/// Where no observation has an id: those of the landmarks that it is of by the filter's last path
-/// and map. False if there are ids, or no such path and map.
-bool take_ids_of_filter(const rosbag::Bag& bag, Recording* recording) {
-  for (const StampedScan& scan : recording->scans) {
-    for (const SeenLandmark& seen : scan.landmarks) {
-      if (seen.id >= 0) return false;
-    }
-  }
-  const auto path = read_path(bag, "/path");
-  const auto map = read_landmark_map(bag, "/landmark_map");
-  if (!path || path->empty() || !map || map->empty()) return false;
-  recording->scans = associated_by({*path, *map}, *recording);
-  return true;
-}
-
-json solution_of_landmarks(const rosbag::Bag& bag, const CommandLine& line) {
-  const std::string odometry = line.topic("odom"), landmarks = line.topic("landmarks");
-  require_topics(
-      bag, bag.getFileName(),
-      {{odometry, pose_types(), "--odom"}, {landmarks, landmark_types(), "--landmarks"}});
-  Recording recording = read_recording(bag, odometry, "", landmarks);
-  const bool has_ids_of_filter = take_ids_of_filter(bag, &recording);
+json solution_of_landmarks(const Recording& recording, bool is_online) {
   const BatchSolution solution = solve_batch(recording);
   json places = json::array();
   for (const PointLandmark& landmark : solution.landmarks) {
@@ -89,35 +78,14 @@ json solution_of_landmarks(const rosbag::Bag& bag, const CommandLine& line) {
                  {"yaw_scale", solution.yaw_scale},
                  {"observations", solution.observations},
                  {"outliers", solution.outliers},
-                 {"ids", has_ids_of_filter ? "filter" : "observations"},
                  {"ranges", nullptr}};
-  if (line.get<bool>("online")) result["online"] = to_json(solve_online(recording));
+  if (is_online) result["online"] = to_json(solve_online(recording));
   return result;
 }
 
-Recording drive_of(const rosbag::Bag& bag, const CommandLine& line) {
-  BeaconMclPipelineOptions options;
-  apply_filter_options(line, &options);
-  const bool is_on_tf = options.odometry_input.source == OdometrySource::tf;
-  const std::string odometry = is_on_tf ? "/tf" : line.topic("odom");
-  const std::vector<std::string> types =
-      is_on_tf ? std::vector<std::string>{"tf2_msgs/TFMessage"} : pose_types();
-  require_topics(
-      bag, bag.getFileName(),
-      {{odometry, types, "--odom"}, {line.topic("ranges"), recorded_range_types(), "--ranges"}});
-  Recording drive = read_recording(bag, odometry, line.topic("ranges"), "", options.frames);
-  for (const auto& [frame, place] : options.antennas) {
-    drive.frames[frame] = Eigen::Translation3d(place);
-  }
-  if (line.get<bool>("unlisted")) return drive;
-  drive.beacons = options.beacons;
-  if (drive.beacons.empty()) drive.beacons = read_beacons(bag, line.topic("beacons"));
-  return drive;
-}
-
 /// For people who look for radios.
-json survey_of(const std::string& bag, const RangeMemory& memory, const std::vector<Beacon>& listed,
-               const RangeMemory::Newest& newest) {
+json survey_of(const std::string& name, const RangeMemory& memory,
+               const std::vector<Beacon>& listed, const RangeMemory::Newest& newest) {
   json lines = json::array(), known = json::array(), places = json::array(),
        constants = json::array();
   for (const RadioKnowledge& radio : memory.radios()) {
@@ -142,7 +110,6 @@ json survey_of(const std::string& bag, const RangeMemory& memory, const std::vec
         kConstants + CommonUnknown::lever_x + 1, kConstants + CommonUnknown::lever_x + 2}) {
     constants.push_back({newest.mean[at], std::sqrt(newest.covariance(at, at))});
   }
-  const std::string name = bag.substr(bag.find_last_of('/') + 1);
   return {{"radios", lines},
           {"listed", known},
           {"places", places},
@@ -150,8 +117,7 @@ json survey_of(const std::string& bag, const RangeMemory& memory, const std::vec
           {"file", beacon_file(name, memory)}};
 }
 
-json solution_of_ranges(const rosbag::Bag& bag, const CommandLine& line) {
-  const Recording drive = drive_of(bag, line);
+json solution_of_ranges(const Recording& drive, const std::string& name) {
   const RangeSolution solution = solve_ranges(drive);
   const RangeMemory& memory = solution.memory;
   const RangeMemory::Newest newest = memory.newest(memory.modes().front());
@@ -174,7 +140,6 @@ json solution_of_ranges(const rosbag::Bag& bag, const CommandLine& line) {
           {"yaw_scale", scale_of(CommonUnknown::turn_scale)},
           {"observations", solution.ranges},
           {"outliers", solution.outliers},
-          {"ids", "observations"},
           {"ranges",
            {{"radios", radios},
             {"remarks", remarks},
@@ -182,20 +147,21 @@ json solution_of_ranges(const rosbag::Bag& bag, const CommandLine& line) {
             {"translation_factor", memory.noise().translation},
             {"heading_factor", memory.noise().heading},
             {"yaw_rate_bias", newest.mean[KeyframeUnknown::yaw_rate_bias]}}},
-          {"survey", survey_of(bag.getFileName(), memory, drive.beacons, newest)}};
+          {"survey", survey_of(name, memory, drive.beacons, newest)}};
 }
 
-int solve_bag(const std::vector<std::string>& arguments) {
-  CommandLine line = command_line();
+int solve_drive(const std::vector<std::string>& arguments) {
+  CommandLine line("solve_drive",
+                   "The path, and landmarks or radios, that fit all data of a drive best at once "
+                   "(batch least squares).\nReads the drive from standard input, as "
+                   "tools/evaluation/drive.py writes it, and writes JSON: m, rad, s.");
   if (!line.parse(arguments)) return 0;
-  const rosbag::Bag bag = open_bag(line.text("bag"));
-  const json solution = naming(line.text("bag"), [&] {
-    const bool is_of_ranges =
-        line.text("landmarks") == "none" ||
-        (!has_topic(bag, line.topic("landmarks")) && has_topic(bag, line.topic("ranges")));
-    return is_of_ranges ? solution_of_ranges(bag, line) : solution_of_landmarks(bag, line);
-  });
-  // What a bag or its name says may be of any encoding.
+  const json drive = json::parse(std::cin);
+  const Recording recording = recording_of(drive);
+  const json solution = drive.at("is_of_ranges")
+                            ? solution_of_ranges(recording, drive.at("name"))
+                            : solution_of_landmarks(recording, drive.at("online"));
+  // What the bag's name says may be of any encoding.
   std::puts(solution.dump(-1, ' ', false, json::error_handler_t::replace).c_str());
   return 0;
 }
@@ -204,5 +170,5 @@ int solve_bag(const std::vector<std::string>& arguments) {
 }  // namespace pf_resampling
 
 int main(int argc, char** argv) {
-  return pf_resampling::run_tool("solve_bag", argc, argv, pf_resampling::solve_bag);
+  return pf_resampling::run_tool("solve_drive", argc, argv, pf_resampling::solve_drive);
 }
