@@ -198,9 +198,7 @@ void BeaconMclPipeline::put_robot(const PoseEstimate& there) {
 std::optional<PoseEstimate> BeaconMclPipeline::belief_of_filter() {
   if (!filter_->is_initialized()) return std::nullopt;
   yaw_rate_bias_ = filter_->yaw_rate_bias();
-  PoseEstimate belief = filter_->estimate();
-  belief.covariance.topLeftCorner<2, 2>() += covariance_of_metre({belief.mean.x, belief.mean.y});
-  return belief;
+  return filter_->estimate();
 }
 
 OdometryIncrement BeaconMclPipeline::motion_since_update() const {

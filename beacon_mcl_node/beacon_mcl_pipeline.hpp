@@ -118,7 +118,6 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
     return options_.filter.beacon_positions == BeaconPositions::estimated;
   }
   std::vector<PlacedBeacon> places() const;
-  Eigen::Matrix2d covariance_of_metre(const Eigen::Vector2d& place) const;
   void publish_map_if_due(ros::Time stamp) override;
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;

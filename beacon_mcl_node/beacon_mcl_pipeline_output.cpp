@@ -25,8 +25,6 @@ constexpr double kMisfitShare = 0.3;
 constexpr double kBeaconSilence = 5.0;  // s
 // Without that many the path is that of the odometry.
 constexpr std::size_t kFewestBeacons = 2;
-// Standard deviation of the scale of an odometry.
-constexpr double kOdometryScale = 0.02;
 constexpr double kSilentPeriods = 8.0;
 
 }  // namespace
@@ -56,20 +54,11 @@ std::vector<PlacedBeacon> BeaconMclPipeline::places() const {
     for (const RadioPlace& fits : radio.places) {
       beacon.position.head<2>() = fits.position;
       PlacedBeacon& place = add(beacon);
-      place.covariance = fits.covariance + covariance_of_metre(fits.position);
+      place.covariance = fits.covariance;
       place.probability = fits.probability;
     }
   }
   return places;
-}
-
-// Where nobody lists two, a metre is one of the odometry, from the origin of the frame on.
-Eigen::Matrix2d BeaconMclPipeline::covariance_of_metre(const Eigen::Vector2d& place) const {
-  if (!finds_beacons() || filter_->beacons().size() >= kFewestBeacons) {
-    return Eigen::Matrix2d::Zero();
-  }
-  const Eigen::Vector2d error = kOdometryScale * (place - filter_->memory()->origin());
-  return error * error.transpose();
 }
 
 void BeaconMclPipeline::publish_map_if_due(ros::Time stamp) {

@@ -403,6 +403,10 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
   if (!std::isfinite(belief.cost)) return belief;
   if ((!is_at_solution || kept != nullptr) && !elimination.run(*estimate, 0.0, kept)) return belief;
   belief.covariance = elimination.covariance();
+  constexpr int kMetre = kState + Common::distance_scale;
+  const Eigen::VectorXd by_metre =
+      prior.metre / belief.covariance(kMetre, kMetre) * belief.covariance.col(kMetre);
+  belief.covariance += by_metre * by_metre.transpose();
   belief.is_usable = belief.covariance.allFinite();
   const double before = past == nullptr ? 0.0 : past->log_evidence;
   belief.log_evidence = before + log_normalizers(graph, noise, *estimate, stretch) -

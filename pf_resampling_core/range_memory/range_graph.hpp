@@ -71,6 +71,8 @@ struct RangePrior {
   Eigen::VectorXd constants;        ///< CommonUnknown, then RadioUnknown of each radio
   Eigen::VectorXd constants_sigma;  ///< likewise
   double yaw_rate_walk = 1.3e-5;    ///< rad/s/sqrt(s): 1e-4 rad/s over a minute
+  /// Of the distance scale, where it says how long a metre is: not solved for, in all covariances.
+  double metre = 0.0;
 };
 
 /// Factors of the standard deviations that the data state, and the losses' widths.

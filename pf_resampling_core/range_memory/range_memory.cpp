@@ -23,8 +23,9 @@ constexpr double kLongestSpacing = 1.0;     // m
 constexpr double kShortestSpacing = 0.05;   // m
 constexpr double kNoisePerDistance = 0.05;  // m/sqrt(m), of the odometry
 constexpr double kShareOfRangeNoise = 0.5;
-constexpr double kTurn = 0.2;      // rad
-constexpr double kDuration = 2.0;  // s
+constexpr double kTurn = 0.2;           // rad
+constexpr double kDuration = 2.0;       // s
+constexpr double kStandingTurn = 0.05;  // rad, that a gyro drifts in that time
 
 // A radio stands no higher than this share of the listed ones' area is long, as a rule.
 constexpr double kHeightOfArea = 0.05;
@@ -85,20 +86,21 @@ Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& all, const std::vector<int>
   return covariance;
 }
 
-// Without what a shift and a turn of all makes: where a frame lies that began with the first pose
-// says nothing of how well the beacons are known.
+// Without what a shift, a turn and a stretch of all make: where a frame lies that began with the
+// first pose, and how long its metre is, says nothing of how well the beacons are known.
 Eigen::MatrixXd without_frame(const std::vector<Beacon>& beacons,
                               const Eigen::MatrixXd& covariance) {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   for (const Beacon& beacon : beacons) center += beacon.position.head<2>();
   center /= static_cast<double>(beacons.size());
-  Eigen::MatrixXd rigid(covariance.rows(), 3);
+  Eigen::MatrixXd similar(covariance.rows(), 4);
   for (std::size_t b = 0; b < beacons.size(); ++b) {
     const Eigen::Vector2d off = beacons[b].position.head<2>() - center;
-    rigid.middleRows<2>(static_cast<Eigen::Index>(2 * b)) << 1.0, 0.0, -off.y(), 0.0, 1.0, off.x();
+    similar.middleRows<2>(static_cast<Eigen::Index>(2 * b)) << 1.0, 0.0, -off.y(), off.x(),  //
+        0.0, 1.0, off.x(), off.y();
   }
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows()) -
-                               rigid * rigid.completeOrthogonalDecomposition().pseudoInverse();
+                               similar * similar.completeOrthogonalDecomposition().pseudoInverse();
   return rest * covariance * rest.transpose();
 }
 
@@ -128,11 +130,6 @@ std::optional<int> RangeMemory::number_of(int id) const {
     if (radios_[i].id == id) return static_cast<int>(i);
   }
   return std::nullopt;
-}
-
-Eigen::Vector2d RangeMemory::origin() const {
-  if (!first_ || beacons_.size() >= 2) return Eigen::Vector2d::Zero();
-  return {first_->mean.x, first_->mean.y};
 }
 
 // Nothing if there are too many to be solved for.
@@ -249,7 +246,10 @@ RangePrior RangeMemory::prior() const {
     prior.first_sigma.head<3>() =
         first_->covariance.diagonal().cwiseSqrt().cwiseMax(Eigen::Vector3d::Constant(kFixed));
   }
-  if (beacons_.size() < 2) prior.first_sigma.head<3>().setConstant(kFixed);
+  if (beacons_.size() < 2) {
+    prior.first_sigma.head<3>().setConstant(kFixed);
+    prior.metre = options_.metre;
+  }
   return prior;
 }
 
@@ -308,7 +308,7 @@ void RangeMemory::add(const OdometryIncrement& odometry,
   if (ranges.empty()) return;
   const bool moved = std::hypot(pending_.mean.x, pending_.mean.y) > spacing() ||
                      std::abs(pending_.mean.heading) > kTurn || pending_.duration > kDuration;
-  if (moved) add_keyframe();
+  if (moved && has_begun()) add_keyframe();
   for (const RangeObservation& observation : ranges) {
     const std::optional<int> number = radio_of(observation.beacon);
     if (!number) continue;
@@ -329,6 +329,19 @@ void RangeMemory::add(const OdometryIncrement& odometry,
     range.since = pending_;
     graph_.ranges.back().push_back(range);
   }
+}
+
+// A robot that stands has no path yet. Were the frame that of its first pose, all places would turn
+// with what the gyro is found to drift until it drives.
+bool RangeMemory::has_begun() {
+  const bool stands = graph_.keyframes() == 1 && beacons_.size() < 2 &&
+                      std::hypot(pending_.mean.x, pending_.mean.y) < kShortestSpacing &&
+                      std::abs(pending_.mean.heading) < kStandingTurn;
+  if (!stands) return true;
+  pending_ = OdometryIncrement{};
+  graph_.ranges.back().clear();
+  times_.back() = time_;
+  return false;
 }
 
 void RangeMemory::add_keyframe() {

@@ -28,6 +28,7 @@ struct RangeMemoryOptions {
   double height = 1.5;      ///< m over the antenna, of a radio whose height is not stated
   double distance_scale = 0.03;
   double turn_scale = 0.03;
+  double metre = 0.02;            ///< of distances, where nothing else says how long a metre is
   double tight = 0.1;             ///< share of these that is left of a LooseError that is not there
   double yaw_rate = 0.01;         ///< rad/s
   double yaw_rate_walk = 1.3e-5;  ///< rad/s/sqrt(s)
@@ -117,7 +118,8 @@ class RangeMemory {
  public:
   /// `beacons`: those whose place is known. `calibration`: by id, -1 for all others; as the filter
   /// has it. `first`: where the robot is, if that is known; with fewer than two beacons the frame
-  /// is that in which its first pose is this, or else zero. Throws Error if two have one id.
+  /// is that in which its pose is this, or else zero, when it drives off. Throws Error if two have
+  /// one id.
   RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
               const std::vector<std::pair<int, RangeCalibration>>& calibration = {},
               const std::optional<PoseEstimate>& first = {});
@@ -147,8 +149,6 @@ class RangeMemory {
 
   /// Those whose place is known.
   const std::vector<Beacon>& beacons() const { return beacons_; }
-  /// Where the frame began, if fewer than two are known: with the first pose.
-  Eigen::Vector2d origin() const;
   /// The most probable first; none before the ranges allow a start.
   const std::vector<RangeMode>& modes() const { return modes_; }
   const RangeGraph& graph() const { return graph_; }
@@ -217,6 +217,7 @@ class RangeMemory {
   const Beacon* listed(int id) const;
   RadioKnowledge knowledge_of(int id) const;
   RangeCalibration calibration_of(int id) const;
+  bool has_begun();
   void add_keyframe();
   double spacing() const;
   RangePrior prior() const;

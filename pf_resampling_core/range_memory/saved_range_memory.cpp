@@ -130,6 +130,7 @@ bool RangeMemory::resume(const RangeMemory& saved) {
     if (const Beacon* beacon = listed(radio.id)) radio.listed = *beacon;
     radio.calibration = calibration_of(radio.id);
   }
+  for (RangeMode& mode : anew.modes_) mode.prior.metre = prior().metre;
   *this = std::move(anew);
   return true;
 }

@@ -102,8 +102,8 @@ void BeaconMcl::solve_memory() {
     if (mode.probability < kLeastProbability) continue;
     const RangeMemory::Newest newest = memory_->newest(mode);
     const double variance = newest.covariance.topLeftCorner<2, 2>().trace();
-    const bool is_sure = variance < kLargestSigma * kLargestSigma &&
-                         newest.covariance(2, 2) < kLargestTurn * kLargestTurn;
+    const bool is_sure = finds_beacons() || (variance < kLargestSigma * kLargestSigma &&
+                                             newest.covariance(2, 2) < kLargestTurn * kLargestTurn);
     if (!newest.covariance.allFinite() || !is_sure) return;
     shares.push_back(mode.probability);
     modes.push_back(newest);

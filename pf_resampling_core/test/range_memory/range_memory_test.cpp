@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 
@@ -374,6 +375,47 @@ TEST(RangeMemory, IsAsSureOfRadiosFarFromTheStart) {
   const double near = largest_sigma_from({0.0, 0.0, 0.0});
   EXPECT_LT(near, 0.2);
   EXPECT_NEAR(largest_sigma_from({1000.0, -500.0, 2.0}), near, 0.02);
+}
+
+// Nothing else says how long it is: poses and places are all a little farther apart, or nearer.
+TEST(RangeMemory, AMetreIsOneOfTheOdometryWhereNobodyListsBeacons) {
+  DriveAmongRadios drive;
+  drive.distance_scale = 1.04;
+  const Pose2 start = drive.truth;
+  RangeMemory memory({}, {});
+  drive.drive(180.0, 7, &memory);
+  const auto expect_consistent = [&](Eigen::Vector2d there, const Eigen::Vector2d& true_place,
+                                     const Eigen::Matrix2d& covariance) {
+    const Pose2 place = relative(start, {true_place.x(), true_place.y(), start.heading});
+    there -= Eigen::Vector2d(place.x, place.y);
+    EXPECT_GT(there.norm(), 0.2);
+    EXPECT_LT(there.dot(covariance.inverse() * there), 9.0);
+  };
+  const RangeMemory::Newest newest = memory.newest(memory.modes().front());
+  expect_consistent(newest.mean.head<2>(), {drive.truth.x, drive.truth.y},
+                    newest.covariance.topLeftCorner<2, 2>());
+  const RadioPlace farthest = radio_of(memory.radios(), 3).places.front();
+  expect_consistent(farthest.position, drive.beacons[2].position.head<2>(), farthest.covariance);
+}
+
+// The gyro drifts while it stands, by so much that nobody knows where ahead was.
+TEST(RangeMemory, TheFrameBeginsWhereTheRobotDrivesOff) {
+  const auto sigma_of_place = [](double standing) {
+    DriveAmongRadios drive;
+    RangeMemory memory({}, {});
+    for (double time = 0.0; time < standing; time += 0.1) {
+      OdometryIncrement increment;
+      append(OdometryNoise{}, {0.0, 0.0, 7e-4}, 0.1, &increment);
+      RangeObservation range;
+      range.beacon = 1;
+      range.range = 4.0;
+      memory.add(increment, {range});
+    }
+    drive.yaw_rate_bias = 7e-3;
+    drive.drive(60.0, 7, &memory);
+    return std::sqrt(radio_of(memory.radios(), 3).places.front().covariance.trace());
+  };
+  EXPECT_NEAR(sigma_of_place(30.0), sigma_of_place(0.0), 0.05);
 }
 
 // One at a place that is hardly known makes the others no worse.
