@@ -3,7 +3,6 @@
 namespace pf_resampling {
 
 const char* const kBuildFolder = PF_RESAMPLING_BUILD;
-const char* const kDatasetsFolder = PF_RESAMPLING_DATASETS;
 const char* const kProgramsFolder = PF_RESAMPLING_PROGRAMS;
 const char* const kSourceFolder = PF_RESAMPLING_SOURCE;
 

@@ -11,9 +11,6 @@ if((CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CXX_COMPILER_VERSION VERS
   set(KNOWN_COMPILER ON)
 endif()
 option(PF_RESAMPLING_WARNINGS_AS_ERRORS "Warnings of our targets are errors" ${KNOWN_COMPILER})
-get_filename_component(DATASETS "${CMAKE_CURRENT_LIST_DIR}/../../../shared/datasets" ABSOLUTE)
-set(PF_RESAMPLING_DATASETS ${DATASETS} CACHE PATH
-  "Public recordings for tests; those that need one skip when it is not there")
 set(PF_RESAMPLING_SANITIZE "" CACHE STRING "Sanitizers for our targets, for instance address,undefined")
 
 # From nothing, what includes much compiles in half of the time when neighbours share a translation unit; so names in

@@ -64,14 +64,10 @@ TEST(OpenBag, EveryTruncationIsAnErrorThatNamesReindex) {
   }
 }
 
-TEST(TopicsOf, TellsNamesAndTypes) {
+TEST(HasTopic, TellsNamesAndTypes) {
   const TemporaryDirectory directory;
   write_example(directory.file("a.bag"));
   const rosbag::Bag bag = open_bag(directory.file("a.bag"));
-  const auto topics = topics_of(bag);
-  ASSERT_EQ(topics.size(), 2U);
-  EXPECT_EQ(topics[0].name, "/name");
-  EXPECT_EQ(topics[1].type, "std_msgs/Float64");
   EXPECT_TRUE(has_topic(bag, "/name"));
   EXPECT_TRUE(has_topic(bag, "/name", "std_msgs/String"));
   EXPECT_FALSE(has_topic(bag, "/name", "std_msgs/Float64"));
@@ -85,7 +81,7 @@ TEST(ForEachInOrder, NamesTheBagWhateverEndsIt) {
   const rosbag::Bag bag = open_bag(path);
   const auto error_with = [&](const auto& thrown) -> std::string {
     return refusal([&] {
-      for_each_in_order(bag, path, {}, [&](const rosbag::MessageInstance&) { throw thrown; });
+      for_each_in_order({&bag}, path, {}, [&](const rosbag::MessageInstance&) { throw thrown; });
     });
   };
   EXPECT_EQ(error_with(std::bad_alloc()), path + ": cannot be read to its end (std::bad_alloc)");

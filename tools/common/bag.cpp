@@ -120,8 +120,6 @@ std::string fault_in(const std::string& path) {
   return said.substr(0, said.find('\n'));
 }
 
-}  // namespace
-
 bool begins_like_a_bag(const std::string& path) {
   static const std::string kMagic = "#ROSBAG V";
   std::array<char, 9> begin{};
@@ -129,6 +127,18 @@ bool begins_like_a_bag(const std::string& path) {
   stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
 }
+
+/// The topics of a bag, and their types.
+std::map<std::string, std::string> topics_of(const rosbag::Bag& bag) {
+  rosbag::View everything(bag);
+  std::map<std::string, std::string> types;
+  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
+    types[connection->topic] = connection->datatype;
+  }
+  return types;
+}
+
+}  // namespace
 
 rosbag::Bag open_bag(const std::string& path) {
   require_regular_file(path, "bag");
@@ -141,28 +151,10 @@ rosbag::Bag open_bag(const std::string& path) {
   return rosbag::Bag(path, rosbag::bagmode::Read);
 }
 
-std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
-  rosbag::View everything(bag);
-  std::map<std::string, std::string> types;
-  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
-    types[connection->topic] = connection->datatype;
-  }
-  std::vector<BagTopic> topics;
-  for (const auto& [name, type] : types) topics.push_back({name, type});
-  return topics;
-}
-
 bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
-  const std::vector<BagTopic> topics = topics_of(bag);
-  return std::any_of(topics.begin(), topics.end(), [&](const BagTopic& topic) {
-    return topic.name == name && (type.empty() || topic.type == type);
-  });
-}
-
-std::string list_of(const std::vector<BagTopic>& topics) {
-  std::vector<std::string> words;
-  for (const BagTopic& topic : topics) words.push_back(topic.name + " (" + topic.type + ")");
-  return words.empty() ? "nothing" : joined(words, ", ");
+  const auto topics = topics_of(bag);
+  const auto found = topics.find(name);
+  return found != topics.end() && (type.empty() || found->second == type);
 }
 
 void require_topics(const rosbag::Bag& bag, const std::string& path,
@@ -172,16 +164,12 @@ void require_topics(const rosbag::Bag& bag, const std::string& path,
         std::any_of(need.types.begin(), need.types.end(),
                     [&](const std::string& type) { return has_topic(bag, need.name, type); });
     if (fits) continue;
+    std::vector<std::string> known;
+    for (const auto& [name, type] : topics_of(bag)) known.push_back(name + " (" + type + ")");
     throw Error(path + ": has no " + need.name + " of type " + joined(need.types, " or ") +
-                "; it has " + list_of(topics_of(bag)) +
+                "; it has " + (known.empty() ? "nothing" : joined(known, ", ")) +
                 (need.option.empty() ? "" : "; " + need.option + " names another topic"));
   }
-}
-
-void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
-                       const std::vector<std::string>& order,
-                       const std::function<void(const rosbag::MessageInstance&)>& take) {
-  for_each_in_order(std::vector<const rosbag::Bag*>{&bag}, path, order, take);
 }
 
 void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::string& path,

@@ -36,23 +36,8 @@ boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
   }
 }
 
-/// Whether a file begins as bags do.
-bool begins_like_a_bag(const std::string& path);
-
-/// What a bag says about one topic.
-struct BagTopic {
-  std::string name;
-  std::string type;  // for instance "nav_msgs/Odometry"
-};
-
-/// The topics of a bag, by name.
-std::vector<BagTopic> topics_of(const rosbag::Bag& bag);
-
 /// Whether a bag has a topic of that name, and, unless `type` is empty, of that type.
 bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type = "");
-
-/// Topics as text on one line: "/odom (nav_msgs/Odometry), /ranges (pf_resampling/BeaconRange)".
-std::string list_of(const std::vector<BagTopic>& topics);
 
 /// A topic that a program needs from a bag.
 struct NeededTopic {
@@ -66,15 +51,10 @@ struct NeededTopic {
 void require_topics(const rosbag::Bag& bag, const std::string& path,
                     const std::vector<NeededTopic>& needed);
 
-/// Hands out every message of a bag in order of time. Of those with the same time, the topics in
-/// `order` come first, in that order (transforms, what is observed, odometry: what others need),
+/// Hands out every message of some bags in order of time. Of those with the same time, the topics
+/// in `order` come first, in that order (transforms, what is observed, odometry: what others need),
 /// whatever the order in the file, which rosbag does not tell: so a copy of a bag gives the same
 /// result. Throws Error that names the file if it cannot be read to its end.
-void for_each_in_order(const rosbag::Bag& bag, const std::string& path,
-                       const std::vector<std::string>& order,
-                       const std::function<void(const rosbag::MessageInstance&)>& take);
-
-/// Likewise of several bags at once.
 void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::string& path,
                        const std::vector<std::string>& order,
                        const std::function<void(const rosbag::MessageInstance&)>& take);

@@ -46,6 +46,14 @@ SmoothingResult smooth_with(double robust_width, SmoothingGraph* graph) {
   return smooth(options, graph);
 }
 
+// Of an even number of values the mean of the middle two; there has to be one.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
 // Of drive_to(). Not an integer: a clock may be set by more seconds than one holds.
 double steps_between(double from, double to) {
   return std::ceil((to - from) / kLongestStep);
@@ -282,13 +290,6 @@ void check_size(const std::vector<StampedPose>& odometry, const std::vector<doub
   }
   throw Error("the batch solution would need " + fixed(poses, 0) + " poses and takes " + most +
               ": give a part of the recording (rosbag filter)");
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {

@@ -35,9 +35,6 @@ struct BatchNoise {
   double yaw_scale = 0.1;       ///< prior of true over measured turn, about 1
 };
 
-/// Of an even number of values the mean of the middle two; there has to be one.
-double median(std::vector<double> values);
-
 struct BatchSolution {
   std::vector<StampedPose> path;  ///< at the stamps of the odometry; the first is the origin
   std::vector<PointLandmark> landmarks;

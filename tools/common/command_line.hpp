@@ -1,9 +1,7 @@
 #pragma once
 
 #include <boost/program_options.hpp>
-#include <exception>
 #include <functional>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -98,12 +96,6 @@ class CommandLine {
   /// get<std::string>(name).
   std::string text(const std::string& name) const { return get<std::string>(name); }
 
-  /// The value, if the option was given or has a default.
-  template <typename T>
-  std::optional<T> optional(const std::string& name) const {
-    return has(name) ? std::optional<T>(get<T>(name)) : std::nullopt;
-  }
-
   /// The topic that an option names, absolute as names in bags are: "odom" is "/odom".
   std::string topic(const std::string& name) const;
 
@@ -134,21 +126,6 @@ class CommandLine {
   boost::program_options::options_description options_;
   boost::program_options::variables_map values_;
 };
-
-/// What `work` makes of a file. An error that names neither the file nor, at its beginning, an
-/// option gets the file's name in front, whatever its type; but not a UsageError.
-template <typename Work>
-auto naming(const std::string& path, const Work& work) {
-  try {
-    return work();
-  } catch (const UsageError&) {
-    throw;
-  } catch (const std::exception& error) {
-    const std::string what = error.what();
-    if (what.find(path) != std::string::npos || what.rfind("--", 0) == 0) throw;
-    throw Error(path + ": " + what);
-  }
-}
 
 /// The body of every main: runs `body` on the arguments (without the program's name) and returns
 /// the exit code: what `body` returns, 2 for misuse of the command line, 1 for every other error,

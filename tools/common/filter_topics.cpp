@@ -74,32 +74,22 @@ std::optional<FastSlamMessage> read_landmarks(const rosbag::MessageInstance& mes
       read_foreign(message, landmarks_in));
 }
 
+std::vector<std::string> with(const char* own, std::vector<std::string> foreign) {
+  foreign.insert(foreign.begin(), own);
+  return foreign;
+}
+
 void need_odometry(const rosbag::Bag& bag, const std::string& path, const std::string& topic,
                    OdometrySource source, std::vector<NeededTopic>* needed) {
   if (source == OdometrySource::topic) {
-    needed->push_back({topic, odometry_types(), "--odom"});
+    needed->push_back(
+        {topic, {"nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"}, "--odom"});
   } else if (!has_topic(bag, "/tf")) {
     throw Error(path + ": there is no /tf, which odometry_input/source tf needs");
   }
 }
 
 }  // namespace
-
-std::vector<std::string> odometry_types() {
-  return {"nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"};
-}
-
-std::vector<std::string> range_types() {
-  std::vector<std::string> types = {"pf_resampling/BeaconRange"};
-  for (const std::string& type : foreign_range_types()) types.push_back(type);
-  return types;
-}
-
-std::vector<std::string> landmark_types() {
-  std::vector<std::string> types = {"pf_resampling/LandmarkObservationArray"};
-  for (const std::string& type : foreign_landmark_types()) types.push_back(type);
-  return types;
-}
 
 std::vector<FilterInput<BeaconMclMessage>> BeaconMclTopics::inputs(
     const std::string& base, const std::string& antenna) const {
@@ -156,8 +146,8 @@ void require_beacon_mcl_topics(const rosbag::Bag& bag, const std::string& path,
   std::vector<NeededTopic> needed;
   need_odometry(bag, path, topics.odom, source, &needed);
   if (!has_topic(bag, topics.sensor_ranges, "sensor_msgs/Range")) {
-    needed.push_back(
-        {topics.ranges, range_types(), "--sensor-ranges for sensor_msgs/Range, --ranges"});
+    needed.push_back({topics.ranges, with("pf_resampling/BeaconRange", foreign_range_types()),
+                      "--sensor-ranges for sensor_msgs/Range, --ranges"});
   }
   if (needs_beacons) {
     needed.push_back({topics.beacons,
@@ -173,7 +163,9 @@ void require_fastslam_topics(const rosbag::Bag& bag, const std::string& path,
   std::vector<NeededTopic> needed;
   need_odometry(bag, path, topics.odom, source, &needed);
   if (needs_landmarks) {
-    needed.push_back({topics.landmarks, landmark_types(), "--landmarks"});
+    needed.push_back({topics.landmarks,
+                      with("pf_resampling/LandmarkObservationArray", foreign_landmark_types()),
+                      "--landmarks"});
   }
   require_topics(bag, path, needed);
 }

@@ -48,11 +48,6 @@ struct FastSlamTopics {
   std::vector<FilterInput<FastSlamMessage>> inputs(const std::string& base) const;
 };
 
-/// Types of odometry, ranges and landmarks that are taken.
-std::vector<std::string> odometry_types();
-std::vector<std::string> range_types();
-std::vector<std::string> landmark_types();
-
 /// Adds the options --odom, --imu, --ranges, --sensor-ranges and --beacons.
 void add_beacon_mcl_topics(CommandLine* line);
 BeaconMclTopics beacon_mcl_topics(const CommandLine& line);

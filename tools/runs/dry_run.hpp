@@ -42,7 +42,7 @@ int dry_run(const CommandLine& line, Options options, typename Pipeline::Sinks s
   }
   if (pipeline) {
     const auto inputs = inputs_of(*pipeline);
-    for_each_in_order(bag, bag.getFileName(), names_of(inputs), [&](const auto& instance) {
+    for_each_in_order({&bag}, bag.getFileName(), names_of(inputs), [&](const auto& instance) {
       if (const auto message = to_message(instance, inputs)) handle(*message, &*pipeline);
     });
     for (const std::string& text : lines_of(pipeline->rejects())) remarks.push_back(text);
