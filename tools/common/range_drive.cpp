@@ -17,22 +17,19 @@ constexpr double kSolvedEvery = 0.25;  // s
 constexpr int kMostKeyframes = 4000;   // an hour at a metre per second
 constexpr int kSolutionsAtTheEnd = 5;  // in which the noise settles
 
-// What takes part, in order of time.
+// What takes part.
 void keep_what_is_of_use(Recording* drive) {
-  check_path(drive->odometry, "odometry");
+  if (drive->odometry.empty()) throw Error("there is no odometry: the batch solution needs it");
   const double begin = drive->odometry.front().time;
   const double end = drive->odometry.back().time;
   std::vector<StampedRange>& ranges = drive->ranges;
-  const auto is_of_no_use = [&](const StampedRange& range) {
-    return !std::isfinite(range.range) || !(range.range > 0.0) ||
-           !(range.time >= begin && range.time <= end);
+  const auto is_outside = [&](const StampedRange& range) {
+    return !(range.time >= begin && range.time <= end);
   };
-  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), is_of_no_use), ranges.end());
+  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), is_outside), ranges.end());
   if (ranges.empty()) {
     throw Error("no range while there is odometry: the batch solution needs both");
   }
-  std::stable_sort(ranges.begin(), ranges.end(),
-                   [](const auto& a, const auto& b) { return a.time < b.time; });
   std::vector<double> times;
   for (const StampedRange& range : ranges) {
     if (times.empty() || range.time > times.back()) times.push_back(range.time);

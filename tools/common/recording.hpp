@@ -8,10 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
-#include "tools/common/stamped_pose.hpp"
 
 namespace pf_resampling {
+
+/// Where the robot was at a time, or is believed to have been.
+struct StampedPose {
+  double time = 0.0;  ///< s
+  Pose2 pose;
+};
 
 /// A range with its time and the frame of the antenna.
 struct StampedRange {
@@ -48,7 +54,8 @@ struct StatedOdometryNoise {
   double heading = 0.0;  ///< rad per sqrt(s)
 };
 
-/// What a robot recorded on a drive. Times in s, on one clock; each list in order of time.
+/// What a robot recorded on a drive. Times in s, on one clock; each list in order of time, of
+/// finite numbers.
 struct Recording {
   std::vector<StampedPose> odometry;                  ///< in a frame of its own
   std::optional<StatedOdometryNoise> odometry_noise;  ///< if it is stated
@@ -57,6 +64,10 @@ struct Recording {
   std::vector<StampedScan> scans;                   ///< of landmarks; ids of -1 are unknown
   std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
 };
+
+/// A path at a time: between two poses the position is linear, the heading on the shorter arc;
+/// before and after it the pose stays as it is there.
+Pose2 pose_at(const std::vector<StampedPose>& path, double time);
 
 /// In the plane.
 inline Pose2 to_pose2(const Eigen::Isometry3d& frame) {
