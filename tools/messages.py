@@ -5,7 +5,7 @@ import re
 import struct
 
 import genpy.dynamic
-from evaluation.recorded_run import SIGHTING, SIGHTINGS, SIZE, TIME
+from evaluation.recorded_run import SIGHTINGS, SIZE, TIME
 from sensor_msgs.msg import Range
 
 # Those of drivers as in src/messages/foreign_messages.cpp.

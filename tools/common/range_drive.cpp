@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "tools/common/bag.hpp"
 #include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
