@@ -62,7 +62,6 @@ bool Memory::belief_is_wrong() const {
     ++row;
     was_in_view |=
         landmark.fitted >= kFewestInView && state_.updates - landmark.last_seen <= kInView;
-    if (landmark.fitted <= kFewFitted) continue;
     ++doubts;
     doubted.insert(id);
     in_a_row.insert(id);

@@ -195,6 +195,20 @@ TEST(Memory, DoubtsTheOdometryOnceWhatIsInViewDoesNotFit) {
   }
 }
 
+// A camera that passes a tag sees it a few times at best: where two in a row are elsewhere, however
+// rarely they were seen, it is the robot that is.
+TEST(Memory, DoubtsTheBeliefWhereLandmarksHardlySeenDoNotFit) {
+  MotionFactor still;
+  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  Memory memory = stand(6, 1);
+  for (const std::int64_t id : {0, 0, 1}) {
+    EXPECT_FALSE(memory.belief_is_wrong());
+    memory.append(still);
+    memory.append_doubtful_sighting(id, kElsewhere);
+  }
+  EXPECT_TRUE(memory.belief_is_wrong());
+}
+
 // What was seen twice, and then elsewhere again and again, is elsewhere.
 TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
   Memory memory = stand(6, 2);
