@@ -18,6 +18,8 @@ constexpr double kFullShare = 4.0;
 // Without so many, odometry and sightings are not taken to be better than stated.
 constexpr std::size_t kFewestWindows = 6;
 constexpr std::size_t kFewestPassages = 20;
+// Nor does one alone tell ranges from bearings.
+constexpr std::size_t kFewestErrors = 3;
 // Standard deviation of the logarithm of a scale before there is any block.
 constexpr double kPriorSigma = 0.7;
 
@@ -110,10 +112,10 @@ double better_motion(const std::vector<PredictedBlock>& windows, const NoiseScal
 }
 
 // How much larger, in standard deviations, the errors of ranges are than those of bearings, nearer
-// to 1 by a standard error.
+// to 1 by a standard error. Of a few, one may be next to nothing.
 double ratio_of_range(const std::vector<PredictedBlock>& passages, const NoiseScales& scales) {
   const MeanSquares squares = mean_squares(passages, scales);
-  if (squares.range <= 0.0 || squares.bearing <= 0.0) return 1.0;
+  if (passages.size() < kFewestErrors || squares.range <= 0.0 || squares.bearing <= 0.0) return 1.0;
   const double ratio = 0.5 * std::log(squares.range / squares.bearing);
   const double error = standard_error(passages);
   return std::exp(ratio - std::clamp(ratio, -error, error));

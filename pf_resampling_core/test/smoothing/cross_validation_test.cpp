@@ -56,6 +56,13 @@ TEST(CrossValidation, NothingIsLearntFromNothing) {
   EXPECT_EQ(small.bearing, 1.0);
 }
 
+// A single bearing that is predicted to a hair says nothing of the ranges.
+TEST(CrossValidation, ASinglePassageDoesNotTellRangesFromBearings) {
+  const NoiseScales scales = noise_scales(errors(1, 1.0, 1e-4, 9), {});
+  EXPECT_NEAR(scales.range, 1.0, 0.2);
+  EXPECT_NEAR(scales.bearing, 1.0, 0.2);
+}
+
 // But where they scatter less from scan to scan, too; not below that, nor by a few passages.
 TEST(CrossValidation, FindsSightingsThatAreBetterThanStated) {
   const std::vector<PredictedBlock> passages = errors(500, 0.3, 0.3, 7);
