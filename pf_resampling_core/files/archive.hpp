@@ -32,13 +32,13 @@ struct FileKind {
 
 inline constexpr FileKind kMapFile = {"map file",
                                       "map",
-                                      "pf_resampling map 8",
+                                      "pf_resampling map 9",
                                       true,
                                       "give one that save_map wrote",
                                       "repair it, save the map again or take another copy"};
 inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              "checkpoint",
-                                             "pf_resampling checkpoint 13",
+                                             "pf_resampling checkpoint 14",
                                              false,
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};

@@ -11,6 +11,7 @@ void describe(Archive& archive, MotionFactor& motion) {
   archive("covariance", motion.covariance);
   archive("slip_covariance", motion.slip_covariance);
   archive("sensitivity", motion.sensitivity);
+  archive("turn_share", motion.turn_share);
 }
 
 void describe(Archive& archive, SightingFactor& sighting) {

@@ -21,14 +21,6 @@ Eigen::Matrix2d rotation(double angle) {
   return matrix;
 }
 
-// A turn within the noise says nothing of the scale: of a robot that drives straight, any is
-// likelier than 1 whose noise is stated too large. Where the scale is grossly wrong all turns are.
-double turn_share(const MotionFactor& motion, double turn) {
-  if (std::abs(turn) > kGrossTurn) return 1.0;
-  const double square = std::pow(motion.sensitivity(2, SensorConstant::turn_scale), 2);
-  return square / (square + motion.covariance(2, 2) + kSmallestSigma * kSmallestSigma);
-}
-
 }  // namespace
 
 Eigen::Matrix3d motion_root(const MotionFactor& motion, double scale) {
@@ -48,7 +40,7 @@ MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d
   const double turn = constants[SensorConstant::turn_scale];
   const double missing = wrap_angle(moved.heading - motion.mean.heading);
   const double turned = motion.sensitivity(2, SensorConstant::turn_scale) + missing;
-  const double share = turn_share(motion, turn);
+  const double share = std::abs(turn) > kGrossTurn ? 1.0 : motion.turn_share;
   const double kept = 1.0 - share * turn / (1.0 + turn);
 
   MotionResidual residual;

@@ -16,9 +16,10 @@ struct MotionResidual {
 
 /// `root`: inverse root of the covariance, see motion_root(). Distances and turns enter as the
 /// estimate divided by their scales, not as what was measured times these: the noise of the
-/// measurement would pull the scales down, and with them the map. A turn has the more of its scale
-/// the larger it is than its noise (its square over that plus the variance), unless the scale is
-/// off by 0.4 or more.
+/// measurement would pull the scales down, and with them the map. A turn has its share of its scale
+/// only, since one within the noise says nothing of it (of a robot that drives straight, any scale
+/// is likelier than 1 whose noise is stated too large), unless the scale is off by 0.4 or more:
+/// then all turns are wrong.
 MotionResidual motion_residual(const MotionFactor& motion, const Eigen::Matrix3d& root,
                                const Pose2& from, const Pose2& to,
                                const SensorConstants& constants);

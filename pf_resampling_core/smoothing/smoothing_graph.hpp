@@ -39,6 +39,7 @@ struct MotionFactor {
       Eigen::Matrix3d::Zero();  ///< that slips add, whatever the noise
   Eigen::Matrix<double, 3, kOdometryConstants> sensitivity =
       Eigen::Matrix<double, 3, kOdometryConstants>::Zero();
+  double turn_share = 1.0;  ///< of its turn that tells the scale of turns
 
   /// s: how far a constant turn rate would turn it.
   double duration() const { return sensitivity(2, SensorConstant::yaw_rate); }

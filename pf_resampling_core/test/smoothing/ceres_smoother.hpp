@@ -91,8 +91,7 @@ class CeresSmoother {
       const T c = cos(from[2]);
       const T s = sin(from[2]);
       T turned = to[2] - from[2];
-      const double square = factor.mean.heading * factor.mean.heading;
-      const double share = square / (square + factor.covariance(2, 2) + 1e-10);
+      const double share = factor.turn_share;
       T value[3] = {(c * dx + s * dy) / (1.0 + constants[0]) - factor.mean.x,
                     (c * dy - s * dx) / (1.0 + constants[0]) - factor.mean.y,
                     turned * (1.0 - share + share / (1.0 + constants[1])) - factor.mean.heading};

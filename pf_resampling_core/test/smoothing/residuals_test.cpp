@@ -77,12 +77,11 @@ TEST(Residuals, MotionIsTheOdometryWithItsErrorsTakenOut) {
   EXPECT_NEAR(expected.heading, 0.16, 1e-15);
 }
 
-// A robot that drives straight: what its odometry says of turns is noise, and nothing of a scale.
-TEST(Residuals, ATurnWithinTheNoiseSaysNothingOfTheScale) {
+TEST(Residuals, ATurnTellsItsShareOfTheScale) {
   MotionFactor motion;
   motion.mean = {0.1, 0.0, 0.001};
   motion.sensitivity(2, SensorConstant::turn_scale) = 0.001;
-  motion.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  motion.turn_share = 0.01;
   const auto by_scale = [&](double turn) {
     SensorConstants constants = SensorConstants::Zero();
     constants[SensorConstant::turn_scale] = turn;
@@ -90,7 +89,7 @@ TEST(Residuals, ATurnWithinTheNoiseSaysNothingOfTheScale) {
                            constants)
         .by_constants(2, SensorConstant::turn_scale);
   };
-  EXPECT_NEAR(by_scale(0.0), -0.02 / 101.0, 1e-6);
+  EXPECT_NEAR(by_scale(0.0), -0.01 * 0.02, 1e-9);
   EXPECT_NEAR(by_scale(-2.0), -0.02, 1e-12);  // turns the wrong way: all turns are
 }
 

@@ -106,7 +106,7 @@ TEST_F(MapFile, ComesBackToTheBit) {
 // line.
 TEST_F(MapFile, IsOfTheFormatThatIsDocumented) {
   const std::string documented = R"({
- "format": "pf_resampling map 8",
+ "format": "pf_resampling map 9",
  "association": "mutual_exclusion",
  "checksum": "552f280ad118a11f",
  "frame": "map",
@@ -213,7 +213,7 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* to;
     const char* said;
   } cases[] = {
-      {"map 8\"", "map 9\"", "is of the format \"pf_resampling map 9\""},
+      {"map 9\"", "map 10\"", "is of the format \"pf_resampling map 10\""},
       {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},
