@@ -8,6 +8,7 @@ FastSlamPipelineOptions::FastSlamPipelineOptions(const std::string& preset_name)
     : filter(fastslam_options_of(preset_name)) {
   name = "fastslam";
   preset = preset_name;
+  odometry_input.use_twist_covariance = true;
 }
 
 ParameterList parameters_of(FastSlamPipelineOptions* options) {

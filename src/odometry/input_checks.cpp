@@ -99,6 +99,8 @@ StampedOdometry to_stamped_odometry(const nav_msgs::Odometry& odometry) {
   stamped.pose = to_pose2(odometry.pose.pose);
   const Eigen::Matrix3d covariance = to_covariance3(odometry.pose.covariance);
   if (covariance.diagonal().minCoeff() > 0.0) stamped.covariance = covariance;
+  const auto& of_twist = odometry.twist.covariance;
+  stamped.velocity_variances = {of_twist[0], of_twist[7], of_twist[35]};
   return stamped;
 }
 

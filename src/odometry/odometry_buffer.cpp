@@ -20,6 +20,9 @@ constexpr std::size_t kVelocityPoses = 50;
 constexpr double kLongestJump = 2.0;  // s
 /// After so long, it is the clock that was set, not the odometry that was silent.
 constexpr double kLongestGap = 3600.0;  // s
+/// Standard deviations after a second that an odometry may state, m/sqrt(s) and rad/sqrt(s).
+constexpr double kLeastStatedNoise = 2e-4;
+constexpr double kMostStatedNoise = 1.0;
 
 /// The motion that takes `share` of the time of `motion`, at constant speed and turn rate: a piece
 /// of the same arc.
@@ -72,9 +75,11 @@ ParameterList parameters_of(OdometryBufferOptions* options) {
           "odometry_input/imu_heading", &options->imu_heading,
           "Source of heading changes: the odometry (none), or yaw_rate or orientation of the topic "
           "imu. Where the IMU is silent, odometry is used.")),
-      boolean_parameter("odometry_input/use_covariance", &options->use_covariance,
-                        "Use the covariance of the odometry messages, wherever it grows, in place "
-                        "of the motion model's noise."),
+      boolean_parameter(
+          "odometry_input/use_covariance", &options->use_covariance,
+          "Use the covariance of the odometry messages in place of the motion model's "
+          "noise: of their poses, wherever it grows; fastslam: or else of their "
+          "twists."),
   };
 }
 
@@ -100,6 +105,18 @@ std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2&
   }
   return Eigen::Matrix3d(solver.eigenvectors() * values.cwiseMax(0.0).asDiagonal() *
                          solver.eigenvectors().transpose());
+}
+
+std::optional<Eigen::Matrix3d> covariance_of_step(const Eigen::Vector3d& velocity_variances,
+                                                  double duration) {
+  const Eigen::Array3d after_a_second = (duration * velocity_variances.array()).sqrt();
+  const auto is_stated = [&](int axis) {
+    return after_a_second[axis] >= kLeastStatedNoise && after_a_second[axis] <= kMostStatedNoise;
+  };
+  if (!is_stated(0) || !is_stated(2)) return std::nullopt;
+  Eigen::Vector3d variances = velocity_variances;
+  if (!is_stated(1)) variances[1] = kLeastStatedNoise * kLeastStatedNoise / duration;
+  return Eigen::Matrix3d((duration * duration * variances).asDiagonal());
 }
 
 bool OdometryBuffer::continues(ros::Time stamp, const Pose2& pose,
@@ -178,9 +195,15 @@ void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<P
                          wrap_angle(*odometry.heading - *last.heading));
     }
     if (motion) offset_ = compose(compose(last.pose, *motion), relative(odometry.pose, Pose2{}));
-    if (!given && options_.use_covariance && last.covariance && odometry.covariance) {
-      sample.step_covariance =
-          covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
+    if (!given && options_.use_covariance) {
+      if (last.covariance && odometry.covariance) {
+        sample.step_covariance =
+            covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
+      }
+      if (!sample.step_covariance && options_.use_twist_covariance) {
+        sample.step_covariance =
+            covariance_of_step(odometry.velocity_variances, (odometry.stamp - last.stamp).toSec());
+      }
     }
   }
   sample.pose = compose(offset_, odometry.pose);

@@ -36,8 +36,11 @@ struct OdometryBufferOptions {
   static constexpr double max_gap = 5.0;
   /// s; older by more than this, which no network is late by, means that time itself jumped back.
   static constexpr double jump_back = 1.0;
-  bool use_covariance = true;  ///< take the noise of a step from the growth of the messages'
-                               ///< covariance, where it grows
+  /// Take the noise of a step from the growth of the messages' covariance, where it grows.
+  bool use_covariance = true;
+  /// Or else from that of their velocities, where they state one that an odometry may have. It is
+  /// white noise alone, too little for a filter that does not know scales and drift by itself.
+  bool use_twist_covariance = false;
 };
 
 /// The parameters of the buffer, in the group "odometry_input".
@@ -48,6 +51,9 @@ struct StampedOdometry {
   ros::Time stamp;
   Pose2 pose;
   std::optional<Eigen::Matrix3d> covariance;  ///< of (x, y, heading) since the start of odometry
+  /// Variances (m^2/s^2, rad^2/s^2) of the mean velocity since the message before, in the frame of
+  /// the robot: ahead, to the left, turning. 0: not stated.
+  Eigen::Vector3d velocity_variances = Eigen::Vector3d::Zero();
   /// rad; of an IMU, from any zero. Between two messages that have one, the robot turned by their
   /// difference, and drove as far as the poses say.
   std::optional<double> heading;
@@ -165,5 +171,10 @@ class OdometryBuffer {
 std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2& to,
                                                  const Eigen::Matrix3d& before,
                                                  const Eigen::Matrix3d& after);
+
+/// Covariance of a step of `duration` s whose mean velocity has those variances. Nothing unless
+/// they are what an odometry may have: drivers also write 0, 1e-9 or 1e6 for what they do not know.
+std::optional<Eigen::Matrix3d> covariance_of_step(const Eigen::Vector3d& velocity_variances,
+                                                  double duration);
 
 }  // namespace pf_resampling

@@ -396,6 +396,39 @@ TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
   }
 }
 
+// Of the mean velocity over a step: a tenth of a second at 0.2 m/s is 0.02 m. What no odometry has
+// (not known, exact, broken) leaves the motion model's noise; without one to the side, wheels do
+// not go there: 0.2 mm after a second.
+TEST(OdometryBuffer, TakesTheNoiseFromVelocities) {
+  const double nan = std::nan("");
+  const auto noise_of_a_second = [](const Eigen::Vector3d& variances, bool use) {
+    OdometryBufferOptions options;
+    options.use_twist_covariance = use;
+    OdometryBuffer buffer(options);
+    for (int i = 0; i <= 10; ++i) {
+      StampedOdometry odometry = at(100.0 + 0.1 * i, 0.0);
+      odometry.velocity_variances = variances;
+      odometry.covariance = 0.01 * Eigen::Matrix3d::Identity();  // constant: it says nothing
+      buffer.add(odometry);
+    }
+    OdometryNoise model = OdometryNoise::none();
+    model.translation_per_time = 0.5;
+    return Eigen::Vector3d(
+        buffer.integrate(ros::Time(100.0), ros::Time(101.0), model).covariance.diagonal());
+  };
+  const Eigen::Vector3d stated(0.04, 0.01, 0.0025);
+  const Eigen::Vector3d of_model = noise_of_a_second(stated, false);
+  EXPECT_NEAR(of_model[0], 0.25, 1e-9);
+  EXPECT_LT((noise_of_a_second(stated, true) - 0.1 * stated).norm(), 1e-9);
+  EXPECT_LT(
+      (noise_of_a_second({0.04, 0.0, 0.0025}, true) - Eigen::Vector3d(4e-3, 4e-8, 2.5e-4)).norm(),
+      1e-9);
+  for (const double unknown : {0.0, 1e-9, -0.04, nan, 1e6, 1e308}) {
+    EXPECT_EQ(noise_of_a_second({unknown, 0.01, 0.0025}, true), of_model) << unknown;
+    EXPECT_EQ(noise_of_a_second({0.04, 0.01, unknown}, true), of_model) << unknown;
+  }
+}
+
 // Wheels that see four fifths of every turn, and an IMU that sees all of it: the robot is on the
 // circle that it drove, and the poses as received are left alone.
 TEST(OdometryBuffer, TurnsAsTheImuSays) {
