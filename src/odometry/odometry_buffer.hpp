@@ -172,8 +172,9 @@ std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2&
                                                  const Eigen::Matrix3d& before,
                                                  const Eigen::Matrix3d& after);
 
-/// Covariance of a step of `duration` s whose mean velocity has those variances. Nothing unless
-/// they are what an odometry may have: drivers also write 0, 1e-9 or 1e6 for what they do not know.
+/// Covariance of a step of `duration` s whose mean velocity has those variances; with twice their
+/// standard deviations, since there is more than white noise. Nothing unless they are what an
+/// odometry may have: drivers also write 0, 1e-9 or 1e6 for what they do not know.
 std::optional<Eigen::Matrix3d> covariance_of_step(const Eigen::Vector3d& velocity_variances,
                                                   double duration);
 

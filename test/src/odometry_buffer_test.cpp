@@ -396,9 +396,9 @@ TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
   }
 }
 
-// Of the mean velocity over a step: a tenth of a second at 0.2 m/s is 0.02 m. What no odometry has
-// (not known, exact, broken) leaves the motion model's noise; without one to the side, wheels do
-// not go there: 0.2 mm after a second.
+// Of the mean velocity over a step: a tenth of a second at 0.2 m/s is 0.02 m, and counts as 0.04 m.
+// What no odometry has (not known, exact, broken) leaves the motion model's noise; without one to
+// the side, wheels do not go there: 0.2 mm after a second.
 TEST(OdometryBuffer, TakesTheNoiseFromVelocities) {
   const double nan = std::nan("");
   const auto noise_of_a_second = [](const Eigen::Vector3d& variances, bool use) {
@@ -419,9 +419,9 @@ TEST(OdometryBuffer, TakesTheNoiseFromVelocities) {
   const Eigen::Vector3d stated(0.04, 0.01, 0.0025);
   const Eigen::Vector3d of_model = noise_of_a_second(stated, false);
   EXPECT_NEAR(of_model[0], 0.25, 1e-9);
-  EXPECT_LT((noise_of_a_second(stated, true) - 0.1 * stated).norm(), 1e-9);
+  EXPECT_LT((noise_of_a_second(stated, true) - 4.0 * 0.1 * stated).norm(), 1e-9);
   EXPECT_LT(
-      (noise_of_a_second({0.04, 0.0, 0.0025}, true) - Eigen::Vector3d(4e-3, 4e-8, 2.5e-4)).norm(),
+      (noise_of_a_second({0.04, 0.0, 0.0025}, true) - Eigen::Vector3d(1.6e-2, 1.6e-7, 1e-3)).norm(),
       1e-9);
   for (const double unknown : {0.0, 1e-9, -0.04, nan, 1e6, 1e308}) {
     EXPECT_EQ(noise_of_a_second({unknown, 0.01, 0.0025}, true), of_model) << unknown;

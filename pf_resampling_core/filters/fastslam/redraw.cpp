@@ -17,8 +17,13 @@ constexpr double kSmallestVariance = 1e-18;  // of a sensor's constant that is k
 constexpr int kFewToStartFrom = 50;          // landmarks from which a past starts at once, ...
 constexpr int kMostToStartFrom = 500;        // ... and at most,
 constexpr int kStepsBetweenStarts = 20;      // updates after which it is tried again
-constexpr double kDistrust = 10.0;           // standard deviations of odometry that may be wrong
 constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are within it
+
+// A slip does not ask how good the odometry is.
+Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& odometry) {
+  if (!(odometry.duration > 0.0)) return Eigen::Matrix3d::Zero();
+  return slip_covariance(std::hypot(odometry.mean.x, odometry.mean.y), odometry.duration);
+}
 
 }  // namespace
 
@@ -50,10 +55,10 @@ double FastSlam::noise_doubt() const {
 // What the particles are given: noise as large as it was found to be, and the errors of the sensor
 // taken out as far as they are known.
 OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
-  double scale = memory_.is_empty() ? 1.0 : noise().motion;
-  if (memory_.distrusts_odometry()) scale = kDistrust * std::max(1.0, scale);
+  const double scale = memory_.is_empty() ? 1.0 : noise().motion;
   odometry.covariance *= scale * scale;
   odometry.covariance += odometry.slip_covariance;
+  if (memory_.distrusts_odometry()) odometry.covariance += slip_covariance_of(odometry);
   return odometry;
 }
 
@@ -147,7 +152,7 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
                          const Pose2& sensor) {
   MotionFactor motion = {odometry.mean, odometry.covariance, odometry.slip_covariance,
                          odometry_errors_.sensitivity()};
-  if (memory_.distrusts_odometry()) motion.covariance *= kDistrust * kDistrust;
+  if (memory_.distrusts_odometry()) motion.slip_covariance += slip_covariance_of(odometry);
   memory_.append(motion);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];
