@@ -204,7 +204,9 @@ void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<P
         sample.step_covariance =
             covariance_growth(last.received, odometry.pose, *last.covariance, *odometry.covariance);
       }
-      if (!sample.step_covariance && options_.use_twist_covariance) {
+      const Pose2 step = relative(last.received, odometry.pose);
+      const bool stands = step.x == 0.0 && step.y == 0.0 && step.heading == 0.0;
+      if (!sample.step_covariance && options_.use_twist_covariance && !stands) {
         sample.step_covariance =
             covariance_of_step(odometry.velocity_variances, (odometry.stamp - last.stamp).toSec());
       }

@@ -38,8 +38,9 @@ struct OdometryBufferOptions {
   static constexpr double jump_back = 1.0;
   /// Take the noise of a step from the growth of the messages' covariance, where it grows.
   bool use_covariance = true;
-  /// Or else from that of their velocities, where they state one that an odometry may have. It is
-  /// white noise alone, too little for a filter that does not know scales and drift by itself.
+  /// Or else from that of their velocities, where they state one that an odometry may have, unless
+  /// the robot stands: drivers state a constant. It is white noise alone, too little for a filter
+  /// that does not know scales and drift by itself.
   bool use_twist_covariance = false;
 };
 

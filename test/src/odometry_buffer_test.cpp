@@ -401,12 +401,13 @@ TEST(OdometryBuffer, TakesTheNoiseFromGrowingCovariances) {
 // the side, wheels do not go there: 0.2 mm after a second.
 TEST(OdometryBuffer, TakesTheNoiseFromVelocities) {
   const double nan = std::nan("");
-  const auto noise_of_a_second = [](const Eigen::Vector3d& variances, bool use) {
+  const auto noise_of_a_second = [](const Eigen::Vector3d& variances, bool use,
+                                    double speed = 1e-6) {
     OdometryBufferOptions options;
     options.use_twist_covariance = use;
     OdometryBuffer buffer(options);
     for (int i = 0; i <= 10; ++i) {
-      StampedOdometry odometry = at(100.0 + 0.1 * i, 0.0);
+      StampedOdometry odometry = at(100.0 + 0.1 * i, 0.1 * i * speed);
       odometry.velocity_variances = variances;
       odometry.covariance = 0.01 * Eigen::Matrix3d::Identity();  // constant: it says nothing
       buffer.add(odometry);
@@ -423,6 +424,7 @@ TEST(OdometryBuffer, TakesTheNoiseFromVelocities) {
   EXPECT_LT(
       (noise_of_a_second({0.04, 0.0, 0.0025}, true) - Eigen::Vector3d(1.6e-2, 1.6e-7, 1e-3)).norm(),
       1e-9);
+  EXPECT_EQ(noise_of_a_second(stated, true, 0.0), of_model);  // the robot stands
   for (const double unknown : {0.0, 1e-9, -0.04, nan, 1e6, 1e308}) {
     EXPECT_EQ(noise_of_a_second({unknown, 0.01, 0.0025}, true), of_model) << unknown;
     EXPECT_EQ(noise_of_a_second({0.04, 0.01, unknown}, true), of_model) << unknown;
