@@ -19,6 +19,8 @@ constexpr int kAllBeacons = -1;
 // Bounds of what is learnt about noise: beyond them the model is wrong in another way.
 constexpr double kLargestFactor = 30.0;
 constexpr double kLargestVarianceFactor = kLargestFactor * kLargestFactor;
+// Of a likelihood: below it the squares of weights vanish.
+constexpr double kSquareVanishes = 1e-150;
 
 // Weighted mean and standard deviation over the population of what each particle holds as mean and
 // variance.
@@ -249,13 +251,18 @@ void BeaconMcl::normalize_weights(const double* likelihoods, int count, const We
     reset_weights();
     return;
   }
-  double inverse_sum = 1.0;
-  const WeightSummary summary = summary_of(sums, 0.0, particles_.size(), &inverse_sum);
-  const auto rescale_block = [&](std::int64_t begin, std::int64_t end) {
-    rescale(inverse_sum, summary.log_sum, end - begin, particles_.weight.data() + begin,
-            particles_.log_weight.data() + begin);
-  };
-  pool_->for_each_block(particles_.size(), rescale_block, WorkerPool::kManyCheapElements);
+  WeightSummary summary;
+  if (likelihoods[count - 1] < kSquareVanishes) {
+    summary = normalize(particles_.log_weight, particles_.weight);
+  } else {
+    double inverse_sum = 1.0;
+    summary = summary_of(sums, 0.0, particles_.size(), &inverse_sum);
+    const auto rescale_block = [&](std::int64_t begin, std::int64_t end) {
+      rescale(inverse_sum, summary.log_sum, end - begin, particles_.weight.data() + begin,
+              particles_.log_weight.data() + begin);
+    };
+    pool_->for_each_block(particles_.size(), rescale_block, WorkerPool::kManyCheapElements);
+  }
   status_.log_likelihood += std::log(likelihoods[count - 1]);
   status_.effective_sample_size = summary.effective_sample_size;
   status_.entropy_sample_size = summary.entropy_sample_size;

@@ -91,6 +91,21 @@ TEST(BeaconMcl, RangesOfAMomentAreTakenInAsOneAfterTheOther) {
   EXPECT_NEAR(together.status().effective_sample_size, single.status().effective_sample_size, 1e-7);
 }
 
+// Their product is a likelihood whose square vanishes.
+TEST(BeaconMcl, RangesOfAMomentThatAreHardlyExplainedAreTakenInToo) {
+  BeaconMcl together(plain_options(), square_of_beacons(), 3);
+  BeaconMcl single(plain_options(), square_of_beacons(), 3);
+  std::vector<RangeObservation> ranges;
+  for (int i = 0; i < 4; ++i) {
+    ranges.push_back(range_of(1 + i, 21.0, 0.2));
+    single.update({}, {ranges.back()});
+  }
+  together.update({}, ranges);
+  ASSERT_EQ(together.status().weight_resets, 0);
+  ASSERT_LT(together.status().log_likelihood, -400.0);
+  EXPECT_NEAR(together.status().effective_sample_size, single.status().effective_sample_size, 1e-7);
+}
+
 TEST(BeaconMcl, OneWildRangeMovesNothing) {
   BeaconMclOptions options = plain_options();
   options.particles = 5000;
