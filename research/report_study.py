@@ -60,10 +60,6 @@ def rows_of(path):
         yield from csv.DictReader(file)
 
 
-def reading_table(path):
-    return reading(path, f"make it anew: rosrun pf_resampling study merge {path.parent}")
-
-
 def number(text):
     return float(text) if text else float("nan")
 
@@ -85,7 +81,7 @@ class Study:
         for name, read in (("trials.csv", self._read_trials), ("times.csv", lambda path: times.update(self._times_in(path))),
                            ("scheme_times.csv", self._read_scheme_times), ("curves.csv", self._read_curves),
                            ("paths.csv", self._read_paths), ("places.csv", self._read_places)):
-            with reading_table(folder / name):
+            with reading(folder / name, "run the study again with this folder"):
                 read(folder / name)
         self._add_times(times)
         self._add_scheme_times()
