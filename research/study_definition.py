@@ -14,78 +14,39 @@ def builtin_studies():
     return {path.stem: path for folder in (HERE / "studies", HERE) for path in sorted(folder.glob("*.yaml"))}
 
 
-# How the value of a key is read: each takes what YAML has there, texts as they are written, and where that is.
-def text(value, where):
-    if not isinstance(value, str):
-        raise StudyError(f"{where} has to be a word or a text")
-    return value
+FILTERS = "fastslam", "beacon_mcl"
 
 
-def number(value, where):
-    try:
-        return float(text(value, where))
-    except ValueError:
-        raise StudyError(f'{where} is "{value}", needed: a number') from None
-
-
-def count(value, where):
-    if not text(value, where).lstrip("-").isdigit():
-        raise StudyError(f'{where} is "{value}", needed: a whole number')
-    return int(value)
-
-
-def truth(value, where):
-    if value not in ("true", "false"):
-        raise StudyError(f'{where} is "{value}", needed: true or false')
-    return value == "true"
-
-
-def settings(value, where):
-    if not isinstance(value, dict):
-        raise StudyError(f"{where} has to be a map of parameters and values")
-    return {key: text(each, f"{where}: {key}") for key, each in value.items()}
-
-
-def one_of(*words):
-    def read(value, where):
-        if value not in words:
-            raise StudyError(f'{where} is "{value}", has to be {" or ".join(words)}')
-        return value
-    return read
-
-
-def list_of(read):
-    def read_all(value, where):
+def take(value, form, where):
+    """What YAML has there, with texts as they are written, as `form` is: of the type of a default; a list of [form]; a map of
+    {key: form}, {} of any texts; or what a function makes of it. Raises StudyError that says where what makes no sense is."""
+    if callable(form):
+        return form(value, where)
+    if isinstance(form, list):
         if not isinstance(value, list):
             raise StudyError(f"{where} has to be a list")
-        return [read(each, where) for each in value]
-    return read_all
-
-
-def table(keys, *needed):
-    """Of these keys, {key: (how it is read, what it is if it is left out)}."""
-    def read(value, where):
+        return [take(each, form[0], where) for each in value]
+    if isinstance(form, dict):
         if not isinstance(value, dict):
             raise StudyError(f"{where} has to be a map of keys and values")
-        for key in value:
-            if key not in keys:
-                raise StudyError(f"{where}: {key} is unknown; known: {', '.join(keys)}")
-        for key in needed:
-            if key not in value:
-                raise StudyError(f"{where}: {key} is missing")
-        return {key: how(value[key], f"{where}: {key}") if key in value else default for key, (how, default) in keys.items()}
-    return read
+        unknown = next((key for key in value if form and key not in form), None)
+        if unknown is not None:
+            raise StudyError(f"{where}: {unknown} is unknown; known: {', '.join(form)}")
+        absent = {key: None if callable(of) else type(of)() if isinstance(of, (list, dict)) else of for key, of in form.items()}
+        return {**absent, **{key: take(each, form.get(key, ""), f"{where}: {key}") for key, each in value.items()}}
+    if not isinstance(value, str):
+        raise StudyError(f"{where} has to be a word, a number or a text")
+    try:
+        return {"true": True, "false": False}[value] if isinstance(form, bool) else type(form)(value)
+    except (KeyError, ValueError):
+        needed = {bool: "true or false", int: "a whole number", float: "a number"}[type(form)]
+        raise StudyError(f'{where} is "{value}", needed: {needed}') from None
 
 
-PROBLEM = table({"name": (text, ""), "world": (text, ""), "bag": (text, ""), "duration": (number, 0.0), "clip": (number, 0.2),
-                 "config": (text, ""), "calibrated": (truth, False)}, "name")
-FILTER = table({"name": (text, ""), "settings": (settings, {}), "calibrated": (truth, True),
-                "estimator": (one_of("filter", "ekf_slam"), "filter")}, "name")
-GROUP = table({"name": (text, ""), "filters": (list_of(FILTER), [])}, "name")
-STUDY = table({"study": (text, ""), "title": (text, ""), "filter": (one_of("fastslam", "beacon_mcl"), ""), "preset": (text, ""),
-               "settings": (settings, {}), "trials": (count, 30), "block": (count, 1), "reference": (text, ""),
-               "times_schemes": (truth, False), "problems": (list_of(PROBLEM), []), "groups": (list_of(GROUP), []),
-               "particles": (list_of(count), [])}, "study", "filter")
+PROBLEM = {"name": "", "world": "", "bag": "", "duration": 0.0, "clip": 0.2, "config": "", "calibrated": False}
+FILTER = {"name": "", "settings": {}, "calibrated": True, "estimator": "filter"}
+STUDY = {"study": "", "title": "", "filter": "", "preset": "", "settings": {}, "trials": 30, "block": 1, "reference": "",
+         "times_schemes": False, "problems": [PROBLEM], "groups": [{"name": "", "filters": [FILTER]}], "particles": [0]}
 
 
 def whole_path(path, folder):
@@ -106,7 +67,7 @@ def parse_study(yaml_text, where, folder=""):
     sense; paths of files are relative to `folder`. What settings mean is checked by the filters."""
     try:
         # Texts as they are written: 0.10 stays 0.10, and off is a word.
-        read = STUDY(yaml.load(yaml_text, Loader=yaml.BaseLoader), where)
+        read = take(yaml.load(yaml_text, Loader=yaml.BaseLoader), STUDY, where)
     except yaml.YAMLError as error:
         raise StudyError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
     filters = [dict(each, group=group["name"]) for group in read.pop("groups") for each in group["filters"]]
@@ -126,6 +87,8 @@ def checked(study, where):
         if not is_so:
             raise StudyError(f"{where}: {what}")
 
+    require(study["study"] and study["filter"] in FILTERS,
+            f"study is '{study['study']}' and filter '{study['filter']}': a study needs a name, and one of {', '.join(FILTERS)}")
     for key in ("problems", "filters"):
         require(study[key], f"a study needs {key}, and there are none")
         names = [each["name"] for each in study[key]]
@@ -143,8 +106,8 @@ def checked(study, where):
         require(not problem["calibrated"] or (study["filter"] == "beacon_mcl" and problem["kind"] == "world"),
                 f"problem {name}: only beacon_mcl in a world can be calibrated; for a recording give a calibration by config")
     for each in study["filters"]:
-        require(each["estimator"] == "filter" or study["filter"] == "fastslam",
-                f"filter {each['name']}: ekf_slam is for studies of fastslam")
+        require(each["estimator"] == "filter" or (each["estimator"], study["filter"]) == ("ekf_slam", "fastslam"),
+                f"filter {each['name']}: estimator is '{each['estimator']}': it has to be filter or, in studies of fastslam, ekf_slam")
     return study
 
 

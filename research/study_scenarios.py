@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import yaml
 from report_study import StudyError
-from study_definition import count, list_of, number, one_of, settings, table, text, truth, whole_path
+from study_definition import FILTERS, take, whole_path
 from study_faults import Drive, faults, write
 
 # {name: of what evaluate_bag says}, in m, rad and shares. None: there is no such thing in this drive.
@@ -27,27 +27,31 @@ FIGURES = {
 SETTLED = 0.2  # share of a drive after which criteria hold and figures are taken, unless `after` says otherwise
 
 
+def number(value, where):
+    return take(value, 0.0, where)
+
+
 def bound(value, where):
-    match = re.fullmatch(r"(below|above) (\S+)", text(value, where))
+    match = re.fullmatch(r"(below|above) (\S+)", str(value))
     if not match:
         raise StudyError(f'{where} is "{value}", needed: below or above a number, for instance below 0.1')
     return match[1], number(match[2], where)
 
 
-CRITERION = table({"after": (number, None), "finding": (text, None), **{name: (bound, None) for name in FIGURES}})
-SCENARIO = table({"name": (text, ""), "filter": (one_of("fastslam", "beacon_mcl"), ""), "world": (text, ""), "bag": (text, ""),
-                  "recording": (text, ""), "duration": (number, None), "ids": (truth, True), "fault": (text, ""), "seed": (count, 1),
-                  "config": (text, ""), "options": (text, ""), "settings": (settings, {}), "truth": (text, "/ground_truth"),
-                  "criteria": (list_of(CRITERION), [])}, "name", "filter")
+SCENARIO = {"name": "", "filter": "", "world": "", "bag": "", "recording": "", "duration": 0.0, "ids": True, "fault": "", "seed": 1,
+            "config": "", "options": "", "settings": {}, "truth": "/ground_truth",
+            "criteria": [{"after": number, "finding": "", **{name: bound for name in FIGURES}}]}
 
 
 def read_scenarios(file):
     """The scenarios of a YAML file; test/scenarios.yaml explains the keys. Raises StudyError that names what makes no sense."""
     try:
-        scenarios = list_of(SCENARIO)(yaml.load(Path(file).read_text(encoding="utf-8"), Loader=yaml.BaseLoader), str(file))
+        scenarios = take(yaml.load(Path(file).read_text(encoding="utf-8"), Loader=yaml.BaseLoader), [SCENARIO], str(file))
     except (yaml.YAMLError, OSError, ValueError) as error:
         raise StudyError(f"{file}: cannot be read: {error}") from None
     for each in scenarios:
+        if not each["name"] or each["filter"] not in FILTERS:
+            raise StudyError(f'{file}: scenario "{each["name"]}" of "{each["filter"]}" needs a name, and one of {", ".join(FILTERS)}')
         if sum(map(bool, (each["world"], each["bag"], each["recording"]))) != 1:
             raise StudyError(f'{file}: {each["name"]} needs one of world, bag and recording')
         for key in ("world", "bag", "config"):
