@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.collections import EllipseCollection  # noqa: E402
 
 TRUTH, ESTIMATE, DEAD_RECKONING, BEACON = "#222222", "#1667b7", "#c9662b", "#8a2be2"
-LANDMARK, CLOSURE, ALIGNED = "#0a8f5b", "#f2b90f", "#c2185b"
+LANDMARK, ALIGNED = "#0a8f5b", "#c2185b"
 
 
 def numbers(values):
@@ -25,27 +25,6 @@ def window(values, margin=0.06):
     low, high = np.min(values), np.max(values)
     margin *= max(high - low, 1e-3)
     return low - margin, high + margin
-
-
-def loop_closures(estimate):
-    """Where the robot comes back to where it was, after a way over new ground of half the extent or more: [(index in the
-    estimate, time)]. How sure the filter is tells it less well: with few particles that goes up and down all the time."""
-    x, y, time = (np.array(estimate[name]) for name in ("x", "y", "time"))
-    if len(x) < 2:
-        return []
-    extent = np.hypot(np.ptp(x), np.ptp(y))
-    near, far = 0.05 * extent, 0.5 * extent
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    keys = np.unique(np.searchsorted(way, np.arange(0.0, way[-1], 0.5 * max(near, 1e-3))))
-    closures, known_until = [], 0.0
-    for key in keys:
-        earlier = keys[way[keys] < way[key] - far]
-        if not np.any(np.hypot(x[earlier] - x[key], y[earlier] - y[key]) < near):
-            continue
-        if way[key] - known_until > far:
-            closures.append((key, time[key]))
-        known_until = way[key]
-    return closures
 
 
 def draw_landmarks(axes, data):
@@ -111,7 +90,7 @@ def width_of(path):
     return np.clip(15.0 * extent / max(np.sum(np.hypot(np.diff(x), np.diff(y))), 1e-6), 0.35, 1.0)
 
 
-def draw_paths(axes, data, closures):
+def draw_paths(axes, data):
     truth, estimate, dead_reckoning = data["truth"], data["estimate"], data["dead_reckoning"]
     truth = {"x": numbers(truth["x"]), "y": numbers(truth["y"])}
     has_truth = len(truth["x"]) > 0
@@ -135,10 +114,6 @@ def draw_paths(axes, data, closures):
     known = np.flatnonzero(np.isfinite(main["x"]))
     axes.plot(main["x"][known[0]], main["y"][known[0]], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=8)
     axes.plot(main["x"][known[-1]], main["y"][known[-1]], "s", color=TRUTH, mec="white", ms=7, label="end", zorder=8)
-    if closures:
-        at = [i for i, _ in closures]
-        axes.plot(estimate["x"][at], estimate["y"][at], "*", color=CLOSURE, mec=TRUTH, mew=0.7,
-                  ms=13, label="loop closed", zorder=9)
     draw_beacons(axes, data["beacons"])
     draw_landmarks(axes, data)
     set_window(axes, data, main, {name: values[begin:] for name, values in estimate.items()})
@@ -239,12 +214,11 @@ def summary(data):
 def draw(data):
     errors, dead_reckoning = data.get("errors"), data.get("dead_reckoning_errors")
     title = os.path.basename(data["title"])
-    closures = loop_closures(data["estimate"]) if data["is_slam"] else []
     if not errors:
         figure = plt.figure(figsize=(8.5, 8.0), constrained_layout=True)
         axes, below = path_axes(figure, figure.add_gridspec(1, 1)[0])
         axes.grid(alpha=0.3)
-        draw_paths(axes, data, closures)
+        draw_paths(axes, data)
         draw_legend(axes, below)
         figure.suptitle(title + ": no ground truth", fontsize=12)
         return figure
@@ -253,7 +227,7 @@ def draw(data):
     paths, below = path_axes(figure, grid[:, 0])
     panels = [figure.add_subplot(grid[0, 1])]
     panels += [figure.add_subplot(grid[row, 1], sharex=panels[0]) for row in (1, 2, 3)]
-    draw_paths(paths, data, closures)
+    draw_paths(paths, data)
     draw_legend(paths, below)
     draw_cartesian(panels[0], errors, dead_reckoning, data.get("aligned_errors"))
     draw_signed(panels[1], errors, "cross_track", "cross-track (m)")
@@ -263,8 +237,6 @@ def draw(data):
         shade_clipped(axes, errors)
         axes.tick_params(labelbottom=axes is panels[-1])
         axes.margins(x=0.0)
-        for _, time in closures:
-            axes.axvline(time, color=CLOSURE, lw=1.0, ls="--", zorder=1)
     panels[-1].set_xlabel("time (s); shaded grey: left out of the figures" if any(errors["clipped"])
                           else "time (s)")
     for axes in [paths] + panels:
