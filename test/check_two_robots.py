@@ -3,24 +3,21 @@
 two_robots.launch (private parameter `filter`: beacon_mcl or fastslam), and looks whether each finds its own
 robot and nothing crosses."""
 
-import bisect
-import math
+import collections
 import os
 import subprocess
 import sys
 import tempfile
 import unittest
 
+import numpy as np
 import rosbag
 import rosgraph
+import roslib.packages
 import rospkg
 import rospy
 import rostest
 import yaml
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-from pf_resampling.msg import FilterStatus
-from tf2_msgs.msg import TFMessage
 
 ROBOTS = ('robot1', 'robot2')
 SECONDS = 90.0
@@ -77,93 +74,71 @@ def make_bag(name, folder):
     return both
 
 
-class Heard:
-    def __init__(self):
-        self.poses = {robot: [] for robot in ROBOTS}
-        self.truth = {robot: [] for robot in ROBOTS}
-        self.status = {}
-        self.frames = {robot: set() for robot in ROBOTS}
-        self.callers = {robot: set() for robot in ROBOTS}
-        self.transforms = set()
-        self.diagnostics = set()
-        for robot in ROBOTS:
-            rospy.Subscriber(f'/{robot}/pose', PoseWithCovarianceStamped, self.take_pose, robot, queue_size=10000)
-            rospy.Subscriber(f'/{robot}/ground_truth', PoseStamped, self.take_truth, robot, queue_size=10000)
-            rospy.Subscriber(f'/{robot}/status', FilterStatus, self.take_status, robot, queue_size=10000)
-        rospy.Subscriber('/tf', TFMessage, self.take_transforms, queue_size=10000)
-        rospy.Subscriber('/diagnostics', DiagnosticArray, self.take_diagnostics, queue_size=10000)
-
-    def take_pose(self, message, robot):
-        place = message.pose.pose.position
-        self.poses[robot].append((message.header.stamp.to_sec(), place.x, place.y))
-        self.frames[robot].add(message.header.frame_id)
-        self.callers[robot].add(message._connection_header['callerid'])
-
-    def take_truth(self, message, robot):
-        place = message.pose.position
-        self.truth[robot].append((message.header.stamp.to_sec(), place.x, place.y))
-
-    def take_status(self, message, robot):
-        self.status[robot] = message
-
-    def take_transforms(self, message):
-        for transform in message.transforms:
-            self.transforms.add((message._connection_header['callerid'], transform.header.frame_id,
-                                 transform.child_frame_id))
-
-    def take_diagnostics(self, message):
-        self.diagnostics.update(status.name for status in message.status)
-
-
 def mean_error(poses, truth):
-    """Over the second half of the drive."""
-    stamps = [entry[0] for entry in truth]
-    errors = []
-    for stamp, x, y in poses[len(poses) // 2:]:
-        place = bisect.bisect_left(stamps, stamp - 1e-6)
-        if place < len(stamps) and abs(stamps[place] - stamp) < 1e-3:
-            errors.append(math.hypot(x - truth[place][1], y - truth[place][2]))
-    return sum(errors) / len(errors), len(errors)
+    """m, over the second half of the drive."""
+    poses, truth = np.array(poses[len(poses) // 2:]), np.array(truth)
+    return np.hypot(*(poses[:, i] - np.interp(poses[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2))).mean()
 
 
 class TwoRobots(unittest.TestCase):
-    def test_each_node_finds_its_own_robot_and_nothing_crosses(self):
-        name = rospy.get_param('~filter', 'beacon_mcl')
-        heard = Heard()
+    def setUp(self):
+        self.name = rospy.get_param('~filter', 'beacon_mcl')
+        self.paths, self.senders = collections.defaultdict(list), collections.defaultdict(set)
+        self.status, self.transforms, self.diagnostics = {}, set(), set()
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.check_call(['rosbag', 'play', '--quiet', '--delay', '3', '--rate', str(RATE),
-                                   make_bag(name, folder)],
-                                  stdout=subprocess.DEVNULL)
-        rospy.sleep(2.0)
+            recorded, played = os.path.join(folder, 'recorded.bag'), make_bag(self.name, folder)
+            record = roslib.packages.find_node('rosbag', 'record')[0]  # `rosbag record` ends before it does
+            topics = [f'/{robot}/{topic}' for robot in ROBOTS for topic in ('pose', 'ground_truth', 'status')]
+            recorder = subprocess.Popen([record, '--quiet', '-b', '0', '-O', recorded, '/tf', '/diagnostics', *topics])
+            subprocess.check_call(['rosbag', 'play', '--quiet', '--delay', '3', '--rate', str(RATE), played], stdout=subprocess.DEVNULL)
+            rospy.sleep(2.0)
+            recorder.send_signal(2)
+            recorder.wait()
+            with rosbag.Bag(recorded) as bag:
+                for message in bag.read_messages(return_connection_header=True):
+                    self.take(*message)
 
-        for robot in ROBOTS:
-            node = f'/{robot}/{name}'
-            frame = 'map' if name == 'beacon_mcl' else f'{robot}/map'
-            self.assertGreater(len(heard.poses[robot]), 500, robot)
-            error, compared = mean_error(heard.poses[robot], heard.truth[robot])
-            other = next(each for each in ROBOTS if each != robot)
-            elsewhere, _ = mean_error(heard.poses[robot], heard.truth[other])
-            print(f'{robot}: {len(heard.poses[robot])} poses, error {error:.3f} m over {compared} true poses, '
-                  f'{elsewhere:.1f} m to the other robot')
-            self.assertLess(error, LARGEST_ERROR[name])
-            self.assertGreater(elsewhere, 3.0 * LARGEST_ERROR[name], 'the drives do not tell the robots apart')
-            self.assertEqual(heard.frames[robot], {frame})
-            self.assertEqual(heard.callers[robot], {node})
-            self.assertEqual([(reject.input, reject.reason) for reject in heard.status[robot].rejects
+    def take(self, topic, message, _, header):
+        caller = header['callerid']
+        caller = caller.decode() if isinstance(caller, bytes) else caller
+        robot, name = topic.split('/')[1], topic.split('/')[-1]
+        if name == 'tf':
+            self.transforms |= {(caller, each.header.frame_id, each.child_frame_id) for each in message.transforms}
+        elif name == 'diagnostics':
+            self.diagnostics |= {each.name for each in message.status}
+        elif name == 'status':
+            self.status[robot] = message
+        else:
+            place = getattr(message.pose, 'pose', message.pose).position
+            self.paths[robot, name].append((message.header.stamp.to_sec(), place.x, place.y))
+            self.senders[robot, name].add((caller, message.header.frame_id))
+
+    def test_each_node_finds_its_own_robot_and_nothing_crosses(self):
+        for robot, other in (ROBOTS, ROBOTS[::-1]):
+            node = f'/{robot}/{self.name}'
+            frame = 'map' if self.name == 'beacon_mcl' else f'{robot}/map'
+            poses = self.paths[robot, 'pose']
+            self.assertGreater(len(poses), 500, robot)
+            error, elsewhere = (mean_error(poses, self.paths[each, 'ground_truth']) for each in (robot, other))
+            print(f'{robot}: {len(poses)} poses, error {error:.3f} m, {elsewhere:.1f} m to the other robot')
+            self.assertLess(error, LARGEST_ERROR[self.name])
+            self.assertGreater(elsewhere, 3.0 * LARGEST_ERROR[self.name], 'the drives do not tell the robots apart')
+            self.assertEqual(self.senders[robot, 'pose'], {(node, frame)})
+            self.assertEqual([(reject.input, reject.reason) for reject in self.status[robot].rejects
                               if reject.reason in ('wrong_frame', 'unknown_frame', 'unknown_beacon')], [])
-            self.assertEqual({(parent, child) for caller, parent, child in heard.transforms if caller == node},
+            self.assertEqual({(parent, child) for caller, parent, child in self.transforms if caller == node},
                              {(frame, robot + '/odom')})
-            for part in PARTS[name]:
-                self.assertIn(f'{robot}/{name}: {part}', heard.diagnostics)
-        self.assertNotIn(f'{name}: inputs', heard.diagnostics)
-        self.check_names(name)
+            for part in PARTS[self.name]:
+                self.assertIn(f'{robot}/{self.name}: {part}', self.diagnostics)
+        self.assertNotIn(f'{self.name}: inputs', self.diagnostics)
+        self.check_names()
 
-    def check_names(self, name):
+    def check_names(self):
         """Only what all robots share is outside of their namespaces."""
         publishers, _, services = rosgraph.Master('/check_two_robots').getSystemState()
         shared = {'/tf', '/tf_static', '/diagnostics', '/rosout'}
         for robot in ROBOTS:
-            node = f'/{robot}/{name}'
+            node = f'/{robot}/{self.name}'
             for topic, nodes in publishers:
                 if node in nodes and topic not in shared:
                     self.assertTrue(topic.startswith(f'/{robot}/'), topic)
