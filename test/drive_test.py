@@ -24,6 +24,7 @@ DATASETS = ROOT.parent / 'shared/datasets'
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / 'tools'))
 
+from command_line import Error  # noqa: E402
 from evaluation import drive, recorded_run  # noqa: E402
 from evaluation.maps import Map, evaluate_map  # noqa: E402
 from evaluation.paths import Path, evaluate_aligned_path, evaluate_path  # noqa: E402
@@ -69,6 +70,20 @@ class Drive(unittest.TestCase):
         self.assertAlmostEqual(noise[0], 0.2)  # the root of 0.04 m^2/s^2, over steps of 1 s
         self.assertEqual(noise[1:], [0.0, 0.0])
         self.assertIsNone(drive.noise_of(self.read(('/odom', 1.0, Odometry()))['/odom']))
+
+    def test_a_drive_that_memory_cannot_hold_is_refused(self):
+        def size_of(odometry, *seen):
+            scans = [[time, 'sensor', [[number, 1.0, 0.0, 0.0, 0.0]]] for number, time in enumerate(seen)]
+            drive.require_size({'odometry': {'time': odometry}, 'ranges': [], 'scans': scans})
+
+        # A pose at the start, every half second from there on, and at every observation in between.
+        size_of([0.0, 49999.5])
+        size_of([0.0, 1.0, 3601.0, 49999.0], 100.25)
+        for given, words in ((([0.0, 50000.0],), '100001 poses'), (([0.0, 49999.0], 100.25, 200.35), '100001 poses'),
+                             (([0.0, 12.5, 1.7e9, 1.7e9 + 9.0], 0.5), 'gap of 1699999988 s after 12.500 s'),
+                             (([0.0, 9.0], *6000 * [1.0]), '6000 landmarks')):
+            with self.assertRaisesRegex(Error, words):
+                size_of(*given)
 
     def associated(self, time, *seen, frame='laser', number=-1):
         """The robot goes east at 1 m/s for 10 s; the path has its first and last pose alone. The odometry has a frame of its own,

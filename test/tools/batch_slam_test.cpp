@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/test/says.hpp"
 #include "test/batch_testing.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -122,43 +121,15 @@ TEST(SolveOnline, EndsWhereTheBatchSolutionEnds) {
   EXPECT_LT(distance(online.path.back(), solve_batch(problem).path.back()), 2e-3);
 }
 
-// The world without noise, with the clock set forward by so much in the middle.
-KnownDrive problem_with_clock_set(double forward) {
-  KnownDrive recording = drive_through(exact_world(), 1);
-  const double middle = 0.5 * recording.odometry.back().time;
-  set_clock(middle, forward, &recording.odometry);
-  set_clock(middle, forward, &recording.scans);
-  return recording;
-}
-
-// From 1970 to now; and by eleven days.
-TEST(SolveBatch, AClockThatWasSetIsToldOf) {
-  for (const double forward : {1.7e9, 1e6}) {
-    const KnownDrive problem = problem_with_clock_set(forward);
-    for (const std::string& said :
-         {refusal([&] { solve_batch(problem); }), refusal([&] { solve_online(problem); })}) {
-      EXPECT_TRUE(says(said, "has a gap of " + std::to_string(static_cast<int>(forward))));
-    }
-  }
-}
-
 // The robot stands for an hour, say, and its odometry is silent.
 TEST(SolveBatch, AnHourWithoutOdometryIsBridged) {
-  const KnownDrive problem = problem_with_clock_set(3600.0);
+  KnownDrive problem = drive_through(exact_world(), 1);
+  const double middle = 0.5 * problem.odometry.back().time;
+  set_clock(middle, 3600.0, &problem.odometry);
+  set_clock(middle, 3600.0, &problem.scans);
   const BatchSolution solution = solve_batch(problem);
   EXPECT_EQ(solution.path.size(), problem.odometry.size());
   EXPECT_EQ(solution.outliers, 0);
-}
-
-TEST(SolveBatch, LandmarksWithoutEndAreToldOf) {
-  KnownDrive problem = noisy_problem(10.0);
-  for (int id = 0; id < 100000; ++id) {
-    problem.scans.back().landmarks.push_back({id, 5.0, 0.1, 0.01, 0.01});
-  }
-  for (const std::string& said :
-       {refusal([&] { solve_batch(problem); }), refusal([&] { solve_online(problem); })}) {
-    EXPECT_TRUE(says(said, "100000 landmarks"));
-  }
 }
 
 TEST(SolveBatch, NeedsIdsAndOdometry) {
@@ -170,44 +141,6 @@ TEST(SolveBatch, NeedsIdsAndOdometry) {
   EXPECT_THROW(solve_online(recording), Error);
   EXPECT_THROW(solve_batch({}), Error);
   EXPECT_THROW(solve_online({}), Error);
-}
-
-/// Odometry at these times (s), at one place.
-std::vector<StampedPose> standing_at(const std::vector<double>& times) {
-  std::vector<StampedPose> path;
-  for (const double time : times) {
-    path.emplace_back();
-    path.back().time = time;
-  }
-  return path;
-}
-
-// A pose at the start, every half second from there on, and at every observation in between.
-TEST(CheckSize, CountsThePosesThatADriveWouldHave) {
-  const auto said = [](double end, const std::vector<double>& times) {
-    const auto odometry = standing_at({0.0, 0.25 * end, 0.5 * end, 0.75 * end, end});
-    return refusal([&] { check_size(odometry, times); });
-  };
-  EXPECT_EQ(said(49999.5, {}), "");
-  EXPECT_EQ(said(50000.0, {}),
-            "the batch solution would need 100001 poses and takes 100000 at most: give a part of "
-            "the recording (rosbag filter)");
-  EXPECT_EQ(said(49999.0, {100.25}), "");
-  EXPECT_NE(said(49999.0, {100.25, 200.35}), "");
-  std::vector<double> times;
-  for (int i = 1; i <= 200000; ++i) times.push_back(1e-3 * i);
-  EXPECT_TRUE(says(said(200.0, times), " 200001 poses"));
-}
-
-// An hour is none that matters; what a clock that is set from 1970 to now leaves, is named.
-TEST(CheckSize, NamesAGapOfTheOdometryThatIsTooLong) {
-  EXPECT_EQ(refusal([] { check_size(standing_at({0.0, 1.0, 3601.0, 3602.0}), {}); }), "");
-  EXPECT_EQ(refusal([] {
-              check_size(standing_at({0.0, 12.5, 1.7e9, 1.7e9 + 9.0}), {0.5});
-            }),
-            "the odometry has a gap of 1699999988 s after 12.500 s: the batch solution would need "
-            "3400000019 poses and takes 100000 at most; if the clock was set, cut the recording "
-            "there (rosbag filter)");
 }
 
 }  // namespace

@@ -116,17 +116,6 @@ KnownDrive noisy_drive(double end) {
   return drive;
 }
 
-// From 1970 to now; and by eleven days.
-TEST(SolveRanges, AClockThatWasSetIsToldOf) {
-  for (const double forward : {1.7e9, 1e6}) {
-    KnownDrive drive = noisy_drive(60.0);
-    set_clock(30.0, forward, &drive.odometry);
-    set_clock(30.0, forward, &drive.ranges);
-    const std::string said = refusal([&] { solve_ranges(drive); });
-    EXPECT_TRUE(says(said, "has a gap of " + std::to_string(static_cast<int>(forward))));
-  }
-}
-
 TEST(SolveRanges, KnowsThePastOnlyOnLine) {
   const KnownDrive whole = noisy_drive(1e9);
   const double half_time = whole.odometry[whole.odometry.size() / 2].time;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -49,26 +48,6 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
     same_time.push_back(message);
   }
   flush();
-}
-
-std::string last_words;
-
-extern "C" void say_last_words(int /*signal*/) {
-  [[maybe_unused]] const ssize_t said = write(STDERR_FILENO, last_words.data(), last_words.size());
-  _exit(1);
-}
-
-/// Where a wrong length leads depends on what lies behind it in memory: what a child could read may
-/// end this process. It then says one line.
-void leave_last_words(const std::string& what, const std::string& path) {
-  last_words = std::string(program_invocation_short_name) + ": " + path + ": " + what + "\n";
-  for (const int signal : {SIGSEGV, SIGBUS}) {
-    struct sigaction now {};
-    // Sanitizers have a handler of their own.
-    if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_DFL) {
-      std::signal(signal, say_last_words);
-    }
-  }
 }
 
 /// Reads a bag to its end; what goes wrong is said on the stream.
@@ -147,7 +126,6 @@ rosbag::Bag open_bag(const std::string& path) {
   if (!fault.empty()) {
     throw Error(path + ": is truncated or damaged (" + fault + "); try: rosbag reindex " + path);
   }
-  leave_last_words("is damaged, or this program has a fault: reading the bag ended it", path);
   return rosbag::Bag(path, rosbag::bagmode::Read);
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -12,7 +11,6 @@
 #include "pf_resampling_core/smoothing/residuals.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
 #include "tools/common/progress_bar.hpp"
-#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -29,8 +27,6 @@ constexpr double kLongestStep = 0.5;
 // pulls, so that loops close from afar; at last misread ones hardly do.
 constexpr std::array<double, 3> kLossWidths = {30.0, 10.0, 4.0};
 constexpr int kIterations = 100;
-// Their equations take 2.4 GB. An hour's drive has 7,200, or as many as it has observations.
-constexpr int kMostPoses = 100000;
 
 GaussianPrior prior_of(const BatchNoise& noise) {
   SensorConstants sigma = SensorConstants::Zero();
@@ -52,11 +48,6 @@ double median(std::vector<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
-// Of drive_to(). Not an integer: a clock may be set by more seconds than one holds.
-double steps_between(double from, double to) {
-  return std::ceil((to - from) / kLongestStep);
 }
 
 /// The data of a drive up to a time, as a graph. Its first pose is the origin.
@@ -82,18 +73,6 @@ class DriveAmongLandmarks {
       throw Error(
           "no landmark observation with an id, and no filter's path and map to say which landmark "
           "it is of: the batch solution needs one or the other");
-    }
-    std::vector<double> times;
-    for (const StampedScan& scan : scans_) times.push_back(scan.time);
-    check_size(recording.odometry, times);
-    std::set<std::int32_t> known;
-    for (const StampedScan& scan : scans_) {
-      for (const SeenLandmark& seen : scan.landmarks) known.insert(seen.id);
-    }
-    if (known.size() > kMostBatchLandmarks) {
-      throw Error(std::to_string(known.size()) + " landmarks: the batch solution takes " +
-                  std::to_string(kMostBatchLandmarks) +
-                  " at most; give a part of the recording (rosbag filter)");
     }
   }
   DriveAmongLandmarks(const DriveAmongLandmarks&) = delete;
@@ -193,7 +172,7 @@ class DriveAmongLandmarks {
   /// Poses up to `time`, by odometry as it is now believed; none is far from the next.
   void drive_to(double time) {
     const double last = times_.back();
-    const int steps = static_cast<int>(steps_between(last, time));
+    const int steps = static_cast<int>(std::ceil((time - last) / kLongestStep));
     for (int step = 1; step <= steps; ++step) {
       const double next = step == steps ? time : last + (time - last) * step / steps;
       graph.motions.push_back(motion_between(times_.back(), next));
@@ -259,32 +238,6 @@ class DriveAmongLandmarks {
 };
 
 }  // namespace
-
-void check_size(const std::vector<StampedPose>& odometry, const std::vector<double>& times) {
-  double last = odometry.front().time;
-  double poses = 1.0;
-  for (const double time : times) {
-    poses += steps_between(last, time);
-    last = time;
-  }
-  poses += steps_between(last, odometry.back().time);
-  if (poses <= kMostPoses) return;
-  double gap = 0.0;
-  double begin = odometry.front().time;
-  for (std::size_t i = 1; i < odometry.size(); ++i) {
-    const double duration = odometry[i].time - odometry[i - 1].time;
-    if (duration > gap) begin = odometry[i - 1].time;
-    gap = std::max(gap, duration);
-  }
-  const std::string most = std::to_string(kMostPoses) + " at most";
-  if (2.0 * steps_between(0.0, gap) > poses) {
-    throw Error("the odometry has a gap of " + fixed(gap, 0) + " s after " + fixed(begin, 3) +
-                " s: the batch solution would need " + fixed(poses, 0) + " poses and takes " +
-                most + "; if the clock was set, cut the recording there (rosbag filter)");
-  }
-  throw Error("the batch solution would need " + fixed(poses, 0) + " poses and takes " + most +
-              ": give a part of the recording (rosbag filter)");
-}
 
 BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {
   DriveAmongLandmarks data(recording, noise);

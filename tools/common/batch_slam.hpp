@@ -1,25 +1,16 @@
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "tools/common/recording.hpp"
 
 namespace pf_resampling {
 
-/// Throws Error for a drive of more poses than memory can be expected to hold: one at each of these
-/// times (s, ascending, of the odometry, which is a path) and at its end, and in between at least
-/// every half second, whether or not there is odometry.
-void check_size(const std::vector<StampedPose>& odometry, const std::vector<double>& times);
-
 struct OnlineSolution {
   std::vector<StampedPose> path;  ///< at the stamps of the odometry
   int solutions = 0;
   int refused = 0;  ///< of these; the estimate stayed as the odometry had it
 };
-
-/// More would take two matrices of 0.8 GB.
-inline constexpr std::size_t kMostBatchLandmarks = 5000;
 
 /// Standard deviations that least squares weighs its data by where the data state none: a wheeled
 /// robot, and a camera that measures distances by the size of what it sees (MRCLAM).
@@ -47,8 +38,8 @@ struct BatchSolution {
 /// The path, map and scales of the odometry that fit all data best at once: one smoothing problem
 /// with a robust loss for misread ids; landmarks without one are left out. No filter can do better
 /// on the same model, as it knows the past only. Throws Error if there is no solution, no landmark
-/// with an id, a sensor frame that is nowhere on the robot, or more than memory can be expected to
-/// hold (check_size(); 5,000 landmarks).
+/// with an id, or a sensor frame that is nowhere on the robot. How large a drive memory can be
+/// expected to hold, tools/evaluation/drive.py says.
 BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise = {});
 
 /// What can be known while the robot drives, on the same model: solved anew after every scan with

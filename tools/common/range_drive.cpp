@@ -29,11 +29,6 @@ void keep_what_is_of_use(Recording* drive) {
   if (ranges.empty()) {
     throw Error("no range while there is odometry: the batch solution needs both");
   }
-  std::vector<double> times;
-  for (const StampedRange& range : ranges) {
-    if (times.empty() || range.time > times.back()) times.push_back(range.time);
-  }
-  check_size(drive->odometry, times);
 }
 
 /// The odometry between times that do not go back.

@@ -20,8 +20,7 @@ struct RangeSolution {
 
 /// The path, places of radios that are not known, and errors of radios, antenna and odometry that
 /// fit all data best at once: see RangeMemory. Ranges while there is no odometry are left out.
-/// Throws Error if there is no solution, no range, a range's frame that is nowhere on the robot, or
-/// more than memory can be expected to hold (check_size()).
+/// Throws Error if there is no solution, no range, or a range's frame that is nowhere on the robot.
 RangeSolution solve_ranges(Recording drive);
 
 }  // namespace pf_resampling

@@ -16,8 +16,10 @@ from .paths import compose, interpolate, inverse
 from .recorded_run import (MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, frames_on_robot, last_of, map_of, odometry_of,
                            path_of, yaw_of)
 
-MOST_LANDMARKS = 5000  # of a map whose associations are looked for: the gate looks at all pairs
+MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB, and where associations are looked for, the gate looks at all pairs
 LEAST_GATE = 0.5  # m
+LONGEST_STEP = 0.5  # s from pose to pose, as in tools/common/batch_slam.cpp
+MOST_POSES = 100000  # their equations take 2.4 GB; an hour has 7,200, or as many as it has observations
 
 
 def drive_of(bag, topics, setup, listed=True):
@@ -54,8 +56,24 @@ def read_drive(bag, topics, setup, listed):
     else:
         drive["scans"] = scans_of(messages[topics.landmarks], frames, setup.value("frames/base"))
         take_ids_of_filter(drive, odometry, frames, messages, bag.name)
+    require_size(drive)
     drive["frames"] = {name: [*place[:3, 3], math.atan2(place[1, 0], place[0, 0])] for name, place in frames.items()}
     return drive
+
+
+def require_size(drive):
+    """Raises Error for a drive of more landmarks or poses than memory can be expected to hold: one at each observation, and some in
+    between, whether or not there is odometry."""
+    landmarks = len({seen[0] for scan in drive["scans"] for seen in scan[2]})
+    if landmarks > MOST_LANDMARKS:
+        raise Error(f"{landmarks} landmarks: the batch solution takes {MOST_LANDMARKS} at most; give a part of the recording (rosbag filter)")
+    odometry = np.array(drive["odometry"]["time"])
+    seen = np.clip([each[0] for each in drive["ranges"] + drive["scans"]], odometry[0], odometry[-1])
+    poses = 1 + np.ceil(np.diff(np.unique([odometry[0], *seen, odometry[-1]])) / LONGEST_STEP).sum()
+    if poses > MOST_POSES:
+        gap = np.argmax(np.diff(odometry))
+        raise Error(f"the batch solution would need {poses:.0f} poses and takes {MOST_POSES} at most: give a part of the recording (rosbag "
+                    f"filter). The odometry has a gap of {np.diff(odometry)[gap]:.0f} s after {odometry[gap]:.3f} s: was the clock set?")
 
 
 def solution_of(drive, is_online=False):
