@@ -10,7 +10,7 @@ import os
 from command_line import Error
 
 from .files import finite_number, lines_of, require_directory
-from .recording import (Beacon, Frame, Landmark, Observation, Odometry, Range, Recording, Truth, compose,
+from .recording import (Beacon, Frame, Landmark, Observation, Range, Recording, Truth, compose,
                         median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "a directory with CSV files of your own"
@@ -116,11 +116,9 @@ def read(directory, range_unit="m"):
 def add_odometry(kind, rows, _, recording):
     times, is_of_steps = [row["t"] for row in rows], kind[1] == "distance"
     if is_of_steps and times:
-        recording.odometry.append(Odometry(start_of_steps(times), (0.0, 0.0, 0.0)))
+        recording.add_pose(start_of_steps(times), (0.0, 0.0, 0.0))
     for time, pose in zip(times, {"x": poses_of_poses, "distance": poses_of_steps, "v": poses_of_velocities}[kind[1]](rows)):
-        if recording.odometry and time <= recording.odometry[-1].time:  # one at the same time replaces the last
-            recording.odometry.pop()
-        recording.odometry.append(Odometry(time, pose))
+        recording.add_pose(time, pose)
     merged = len(times) + (is_of_steps and bool(times)) - len(recording.odometry)
     note_degrees(rows, "odometry.csv", kind[-1], recording, turns=kind[1] != "x")
     if merged:

@@ -13,7 +13,7 @@ import math
 from command_line import Error, UsageError
 
 from .files import MatFile, number_of
-from .recording import (METRES_PER_FOOT, Beacon, Frame, Odometry, Range, Recording, Truth, compose,
+from .recording import (METRES_PER_FOOT, Beacon, Frame, Range, Recording, Truth, compose,
                         median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
@@ -108,15 +108,8 @@ def read_odometry(file, recording):
         raise Error(f"{file.path}: has no variable DR [t distance dheading] nor DRp; it has {file.names()}")
     rows = usable_rows(poses, 4, "DRp", recording)
     for row in rows:
-        append_odometry(row[0], relative(rows[0][1:4], row[1:4]), recording)
+        recording.add_pose(row[0], relative(rows[0][1:4], row[1:4]))
     recording.notes.append("no variable DR: odometry is DRp")
-
-
-def append_odometry(time, pose, recording):
-    """A pose at the same time replaces the last."""
-    if recording.odometry and time <= recording.odometry[-1].time:
-        recording.odometry.pop()
-    recording.odometry.append(Odometry(time, pose))
 
 
 def integrate_steps(steps, recording):
@@ -128,10 +121,10 @@ def integrate_steps(steps, recording):
     if recording.truth and first - START_WITHIN * (first - start) <= recording.truth[0].time < first:
         start = recording.truth[0].time
     pose = (0.0, 0.0, 0.0)
-    recording.odometry.append(Odometry(start, pose))
+    recording.add_pose(start, pose)
     for step in steps:
         pose = compose(pose, midpoint_motion(step[1], step[2]))
-        append_odometry(step[0], pose, recording)
+        recording.add_pose(step[0], pose)
 
 
 def read_beacons(file, recording):

@@ -30,6 +30,12 @@ class Recording:
         self.truth, self.truth_has_heading, self.frames = [], False, []
         self.notes = []  # what the reader found and did, for people
 
+    def add_pose(self, time, pose):
+        """Of the odometry; one at the same time replaces the last."""
+        if self.odometry and time <= self.odometry[-1].time:
+            self.odometry.pop()
+        self.odometry.append(Odometry(time, pose))
+
     def report(self):
         """Counts, duration and rates, a line each, then the notes."""
         length = sum(math.hypot(b.pose[0] - a.pose[0], b.pose[1] - a.pose[1])
