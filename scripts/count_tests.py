@@ -1,68 +1,43 @@
 #!/usr/bin/env python3
-"""Counts the JUnit results below a folder, names what failed, ends with 'N passed, N failed'."""
+"""Counts the JUnit results below a folder, names what failed or was skipped, ends with 'N passed, N failed'."""
 
 import pathlib
 import sys
 import xml.etree.ElementTree as ElementTree
 
 
-def outcome(case):
-    """'failed', 'skipped' or 'passed' of one <testcase>, and the first line of the reason."""
-    for tag in ('failure', 'error'):
+def outcome(program, case):
+    """Of one <testcase>: 'failed', 'skipped' or 'passed', its name, and the reason."""
+    name = '%s: %s.%s' % (program, case.get('classname', ''), case.get('name', ''))
+    for tag, result in (('failure', 'failed'), ('error', 'failed'), ('skipped', 'skipped')):
         found = case.find(tag)
         if found is not None:
-            reason = (found.get('message') or found.text or '').strip()
-            return 'failed', reason
-    skipped = case.find('skipped')
-    if skipped is not None:
-        return 'skipped', (skipped.get('message') or skipped.text or '').strip()
-    if case.get('result') == 'skipped' or case.get('status') == 'notrun':
-        return 'skipped', ''
-    return 'passed', ''
+            return result, name, (found.get('message') or found.text or '').strip()
+    is_skipped = case.get('result') == 'skipped' or case.get('status') == 'notrun'
+    return 'skipped' if is_skipped else 'passed', name, ''
 
 
-def count(folder):
-    """Outcomes of all results below `folder`: {'passed': [...], 'failed': [...], 'skipped': [...]}."""
-    outcomes = {'passed': [], 'failed': [], 'skipped': []}
-    for path in sorted(pathlib.Path(folder).rglob('*.xml')):
-        try:
-            root = ElementTree.parse(str(path)).getroot()
-        except ElementTree.ParseError as error:
-            outcomes['failed'].append((path.name, 'unreadable results: %s' % error))
-            continue
-        cases = list(root.iter('testcase'))
-        if not cases:
-            # A program that registers no test has nothing to show; that is a mistake.
-            outcomes['failed'].append((path.name, 'no test in it'))
-        for case in cases:
-            result, reason = outcome(case)
-            name = '%s: %s.%s' % (path.stem, case.get('classname', ''), case.get('name', ''))
-            outcomes[result].append((name, reason))
-    return outcomes
-
-
-def show(title, cases):
-    for name, reason in cases:
-        lines = reason.splitlines()[:12]
-        print('%s %s' % (title, name))
-        for line in lines:
-            print('    ' + line)
+def outcomes_in(path):
+    try:
+        cases = ElementTree.parse(str(path)).getroot().iter('testcase')
+    except ElementTree.ParseError as error:
+        return [('failed', path.name, 'unreadable results: %s' % error)]
+    # A program that registers no test has nothing to show; that is a mistake.
+    return [outcome(path.stem, case) for case in cases] or [('failed', path.name, 'no test in it')]
 
 
 def main():
     if len(sys.argv) != 2:
-        print('usage: count_tests.py FOLDER', file=sys.stderr)
-        return 2
-    outcomes = count(sys.argv[1])
-    show('SKIPPED', outcomes['skipped'])
-    show('FAILED', outcomes['failed'])
-    passed, failed, skipped = (len(outcomes[key]) for key in ('passed', 'failed', 'skipped'))
+        sys.exit('usage: count_tests.py FOLDER')
+    outcomes = [each for path in sorted(pathlib.Path(sys.argv[1]).rglob('*.xml')) for each in outcomes_in(path)]
+    for wanted in ('skipped', 'failed'):
+        for result, name, reason in outcomes:
+            if result == wanted:
+                print('\n    '.join(['%s %s' % (wanted.upper(), name), *reason.splitlines()[:12]]))
+    passed, failed, skipped = (sum(each[0] == result for each in outcomes) for result in ('passed', 'failed', 'skipped'))
     if passed + failed == 0:
         print('no test ran', file=sys.stderr)
-    line = '%d passed, %d failed' % (passed, failed)
-    if skipped:
-        line += ', %d skipped' % skipped
-    print(line)
+    print('%d passed, %d failed' % (passed, failed) + (', %d skipped' % skipped if skipped else ''))
     return 1 if failed or passed == 0 else 0
 
 
