@@ -131,23 +131,30 @@ class Sets {
 
 /// Sets of particles whose cells touch one another.
 std::vector<Indices> components(const View& all, const Indices& members, const Grid& grid) {
-  std::vector<std::pair<std::uint64_t, Eigen::Index>> sorted;
+  std::vector<std::pair<std::uint64_t, std::size_t>> sorted;
   sorted.reserve(members.size());
   for (const Eigen::Index k : members) {
-    sorted.emplace_back(grid.cell(all.x[k], all.y[k], all.heading[k]), k);
+    sorted.emplace_back(grid.cell(all.x[k], all.y[k], all.heading[k]), sorted.size());
   }
   std::sort(sorted.begin(), sorted.end());
   std::vector<std::uint64_t> cells;
-  for (const auto& [cell, k] : sorted) {
+  std::vector<std::size_t> cell_of(members.size());
+  for (const auto& [cell, i] : sorted) {
     if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+    cell_of[i] = cells.size() - 1;
   }
   Sets sets(cells.size());
   // Neighbours are fixed numbers away: half of the columns, whose others have this one as theirs,
-  // and the headings beside each; the last and the first touch, too.
+  // and the headings beside each; the last and the first touch, too, where there is a first.
   const std::int64_t last = grid.bins - 1;
+  std::vector<std::int64_t> turns = {-1, 0, 1};
+  const auto is_first = [](std::uint64_t cell) { return cell % (1 << 16) == 0; };
+  if (std::any_of(cells.begin(), cells.end(), is_first)) {
+    turns.insert(turns.end(), {-last, last});
+  }
   for (const std::int64_t column : {0, 1, (1 << 22) - 1, 1 << 22, (1 << 22) + 1}) {
-    for (const std::int64_t turn :
-         {-last, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1}, last}) {
+    for (const std::int64_t turn : turns) {
+      if (column == 0 && turn <= 0) continue;
       const auto offset = static_cast<std::uint64_t>(column * (1 << 16) + turn);
       std::size_t other = 0;
       for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -158,15 +165,13 @@ std::vector<Indices> components(const View& all, const Indices& members, const G
   }
   std::vector<std::size_t> place(cells.size(), cells.size());
   std::vector<Indices> found;
-  std::size_t cell = 0;
-  for (const auto& [key, k] : sorted) {
-    if (cells[cell] != key) ++cell;
-    const std::size_t root = sets.root(cell);
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const std::size_t root = sets.root(cell_of[i]);
     if (place[root] == cells.size()) {
       place[root] = found.size();
       found.emplace_back();
     }
-    found[place[root]].push_back(k);
+    found[place[root]].push_back(members[i]);
   }
   return found;
 }
@@ -247,7 +252,6 @@ std::vector<Part> places(const View& all, const Indices& members, const Moments&
       strays.insert(strays.end(), component.begin(), component.end());
       continue;
     }
-    std::sort(component.begin(), component.end());
     Part part;
     part.moments = moments_of(all, component);
     part.members = std::move(component);

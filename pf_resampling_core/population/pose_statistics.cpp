@@ -120,11 +120,10 @@ PoseStatistics pose_statistics(ConstArray weights, ConstArray x, ConstArray y, C
 void draw_poses(const PoseEstimate& belief, const RandomStream& normals, Eigen::Index begin,
                 Eigen::Index end, Eigen::ArrayXd* x, Eigen::ArrayXd* y, Eigen::ArrayXd* heading) {
   const Eigen::Matrix3d root = lower_root(belief.covariance);
+  Eigen::Matrix4Xd drawn(4, end - begin);
+  normals.fill_normal(4 * static_cast<std::uint64_t>(begin), drawn.size(), drawn.data());
   for (Eigen::Index i = begin; i < end; ++i) {
-    const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
-    const Eigen::Vector3d offset =
-        root * Eigen::Vector3d(normals.normal(index), normals.normal(index + 1),
-                               normals.normal(index + 2));
+    const Eigen::Vector3d offset = root * drawn.col(i - begin).head<3>();
     (*x)[i] = belief.mean.x + offset[0];
     (*y)[i] = belief.mean.y + offset[1];
     (*heading)[i] = wrap_angle(belief.mean.heading + offset[2]);

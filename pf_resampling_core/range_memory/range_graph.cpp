@@ -16,7 +16,7 @@ constexpr int kState = KeyframeUnknown::count;
 constexpr double kLeastSigma = 1e-4;         // m, rad
 constexpr double kLeastYawRateSigma = 1e-7;  // rad/s
 constexpr double kLeastDistance = 1e-3;      // m
-constexpr double kFirstDamping = 1e-6;
+constexpr double kFirstDamping = 1e-3;
 constexpr double kLargestDamping = 1e6;
 // Wheels slip: a motion's errors are of Student's distribution, with this number less 3 degrees of
 // freedom.
@@ -70,7 +70,7 @@ class Elimination {
         kept->constants = estimate.constants;
         kept->information = info_;
         kept->gradient = gradient_;
-        kept->log_evidence = -0.5 * log_determinant_;
+        kept->log_evidence = log_evidence();
       }
       add_ranges(k, estimate);
       if (k < last && !eliminate(k, estimate, damping)) return false;
@@ -79,18 +79,23 @@ class Elimination {
       const double sigma = prior_.constants_sigma[i - kState];
       const double information = 1.0 / (sigma * sigma);
       info_(i, i) += information;
-      gradient_[i] += information * (estimate.constants[i - kState] - prior_.constants[i - kState]);
+      const double off = estimate.constants[i - kState] - prior_.constants[i - kState];
+      gradient_[i] += information * off;
+      cost_ += 0.5 * information * off * off;
+      log_normalizers_ -= std::log(sigma);
     }
     info_.diagonal() *= 1.0 + damping;
     last_.compute(info_);
     if (last_.info() != Eigen::Success) return false;
     log_determinant_ += 2.0 * last_.matrixLLT().diagonal().array().log().sum();
-    return std::isfinite(log_determinant_);
+    step_ = last_.solve(-gradient_);
+    expected_gain_ -= 0.5 * step_.dot(gradient_);
+    return std::isfinite(log_determinant_) && std::isfinite(cost_);
   }
 
   /// Moves the estimate by the step that solves the equations.
   void move(RangeEstimate* estimate) const {
-    Eigen::VectorXd step = last_.solve(-gradient_);
+    Eigen::VectorXd step = step_;
     estimate->constants += step.tail(size_ - kState);
     for (int k = graph_.keyframes() - 1;; --k) {
       KeyframeState& state = estimate->keyframes[static_cast<std::size_t>(k)];
@@ -121,7 +126,11 @@ class Elimination {
     return all;
   }
 
-  double log_determinant() const { return log_determinant_; }
+  /// Half the sum of squares, robust, where the estimate was.
+  double cost() const { return cost_; }
+  /// By which move() makes it smaller, were it quadratic.
+  double expected_gain() const { return expected_gain_; }
+  double log_evidence() const { return log_normalizers_ - cost_ - 0.5 * log_determinant_; }
   Eigen::MatrixXd covariance() const {
     return last_.solve(Eigen::MatrixXd::Identity(size_, size_));
   }
@@ -135,7 +144,13 @@ class Elimination {
   };
 
   void begin(const RangeEstimate& estimate) {
-    log_determinant_ = 0.0;
+    log_determinant_ = expected_gain_ = 0.0;
+    // How long a motion was is taken as scale-free before it was measured: were it uniform in
+    // metres, each motion would be a reason to believe in longer ones, and thousands of them would
+    // outweigh what the ranges say.
+    log_normalizer_of_motion_ = 2.0 * std::log1p(estimate.constants[Common::distance_scale]) +
+                                std::log1p(estimate.constants[Common::turn_scale]) -
+                                2.0 * std::log(noise_.translation) - std::log(noise_.heading);
     if (past_ != nullptr) {
       info_ = past_->information;
       Eigen::VectorXd off(size_);
@@ -143,16 +158,20 @@ class Elimination {
           estimate.constants - past_->constants;
       off[2] = wrap_angle(off[2]);
       gradient_ = past_->gradient + info_.selfadjointView<Eigen::Lower>() * off;
+      cost_ = 0.5 * off.dot(past_->gradient + gradient_);
+      log_normalizers_ = past_->log_evidence;
       return;
     }
     info_.setZero();
     gradient_.setZero();
+    cost_ = log_normalizers_ = 0.0;
     KeyframeState off = estimate.keyframes.front() - prior_.first;
     off[2] = wrap_angle(off[2]);
     for (int i = 0; i < kState; ++i) {
       const double information = 1.0 / (prior_.first_sigma[i] * prior_.first_sigma[i]);
       info_(i, i) = information;
       gradient_[i] = information * off[i];
+      cost_ += 0.5 * information * off[i] * off[i];
     }
   }
 
@@ -163,7 +182,9 @@ class Elimination {
       if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       const HeldRangeResidual residual =
           residual_of(range, noise_, estimate.keyframes[at], estimate.constants);
-      const double weight = loss_.at(residual.value, range.variance).weight;
+      const auto [cost, weight] = loss_.at(residual.value, range.variance);
+      cost_ += cost;
+      log_normalizers_ += loss_.log_peak() - 0.5 * std::log(range.variance);
       Eigen::Matrix<double, kWidth, 1> front;
       front << residual.by_keyframe.transpose(), residual.by_common.transpose();
       const Eigen::Matrix<double, Radio::count, 1> own = residual.by_radio.transpose();
@@ -187,8 +208,10 @@ class Elimination {
     HeldMotionResidual motion =
         residual_of(graph_.motions[at], noise_, prior_.yaw_rate_walk, estimate.keyframes[at],
                     estimate.keyframes[at + 1], estimate.constants);
-    const double root_weight =
-        1.0 / std::sqrt(1.0 + motion.value.head<3>().squaredNorm() / kMotionTail);
+    const double slip = motion.value.head<3>().squaredNorm() / kMotionTail;
+    cost_ += 0.5 * (kMotionTail * std::log1p(slip) + motion.value[3] * motion.value[3]);
+    log_normalizers_ += log_normalizer_of_motion_;
+    const double root_weight = 1.0 / std::sqrt(1.0 + slip);
     motion.value.head<3>() *= root_weight;
     motion.by_from.topRows<3>() *= root_weight;
     motion.by_to.topRows<3>() *= root_weight;
@@ -209,6 +232,7 @@ class Elimination {
     coupling.middleRows<2>(kScales) += motion.by_scales.transpose() * motion.by_from;
     step.gradient = gradient_.head<kState>() + motion.by_from.transpose() * motion.value;
     root.matrixL().solveInPlace(step.gradient);
+    expected_gain_ += 0.5 * step.gradient.squaredNorm();
     for (int column = 0; column < kState; ++column) {
       for (int before = 0; before < column; ++before) {
         coupling.col(column) -= step.root(column, before) * coupling.col(before);
@@ -244,78 +268,13 @@ class Elimination {
   Eigen::VectorXd gradient_;
   std::vector<Step> steps_;
   Eigen::LLT<Eigen::MatrixXd> last_;
+  Eigen::VectorXd step_;  // of the newest keyframe and the constants
+  double cost_ = 0.0;
+  double expected_gain_ = 0.0;
+  double log_normalizers_ = 0.0;
+  double log_normalizer_of_motion_ = 0.0;
   double log_determinant_ = 0.0;
 };
-
-/// Keyframes from `first` on, before `end`, and the motions from them on.
-struct Stretch {
-  std::size_t first;
-  std::size_t end;
-};
-
-// Of the distributions of ranges (Student's) and motions (normal). How long a motion was is taken
-// as scale-free before it was measured: were it uniform in metres, each motion would be a reason to
-// believe in longer ones, and thousands of them would outweigh what the ranges say.
-double log_normalizers(const RangeGraph& graph, const RangeNoise& noise,
-                       const RangeEstimate& estimate, const Stretch& stretch) {
-  const double log_peak = RangeLoss(noise).log_peak();
-  double sum = 0.0;
-  for (std::size_t k = stretch.first; k < stretch.end; ++k) {
-    for (const HeldRange& range : graph.ranges[k]) {
-      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
-      sum += log_peak - 0.5 * std::log(range.variance);
-    }
-  }
-  const double log_translation =
-      std::log(noise.translation) - std::log1p(estimate.constants[Common::distance_scale]);
-  const double log_heading =
-      std::log(noise.heading) - std::log1p(estimate.constants[Common::turn_scale]);
-  const double motions =
-      static_cast<double>(std::min(stretch.end, graph.motions.size()) - stretch.first);
-  return sum - motions * (2.0 * log_translation + log_heading);
-}
-
-double cost_of_start(const RangePrior& prior, const RangeEstimate& estimate,
-                     const RangePast* past) {
-  if (past == nullptr) {
-    KeyframeState off = estimate.keyframes.front() - prior.first;
-    off[2] = wrap_angle(off[2]);
-    return 0.5 * off.cwiseQuotient(prior.first_sigma).squaredNorm();
-  }
-  Eigen::VectorXd off(kState + estimate.constants.size());
-  off << estimate.keyframes[static_cast<std::size_t>(past->keyframe)] - past->state,
-      estimate.constants - past->constants;
-  off[2] = wrap_angle(off[2]);
-  return off.dot(past->gradient) +
-         0.5 * off.dot(past->information.selfadjointView<Eigen::Lower>() * off);
-}
-
-double cost_of_data(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                    const RangeEstimate& estimate, const Stretch& stretch) {
-  const RangeLoss loss(noise);
-  double cost = 0.0;
-  for (std::size_t k = stretch.first; k < stretch.end; ++k) {
-    for (const HeldRange& range : graph.ranges[k]) {
-      if (!estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
-      const double value =
-          residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
-      cost += loss.at(value, range.variance).cost;
-    }
-    if (k >= graph.motions.size()) continue;
-    const Eigen::Vector4d value =
-        residual_of(graph.motions[k], noise, prior.yaw_rate_walk, estimate.keyframes[k],
-                    estimate.keyframes[k + 1], estimate.constants)
-            .value;
-    cost += 0.5 * (kMotionTail * std::log1p(value.head<3>().squaredNorm() / kMotionTail) +
-                   value[3] * value[3]);
-  }
-  return cost;
-}
-
-double cost_of_constants(const RangePrior& prior, const RangeEstimate& estimate) {
-  return 0.5 *
-         (estimate.constants - prior.constants).cwiseQuotient(prior.constants_sigma).squaredNorm();
-}
 
 }  // namespace
 
@@ -368,58 +327,51 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                   int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
                   RangePast* kept) {
-  const Stretch stretch = {past == nullptr ? 0 : static_cast<std::size_t>(past->keyframe),
-                           graph.ranges.size()};
-  const auto cost_at = [&](const RangeEstimate& there) {
-    return cost_of_start(prior, there, past) + cost_of_data(graph, prior, noise, there, stretch) +
-           cost_of_constants(prior, there);
-  };
   Elimination elimination(graph, prior, noise, past);
   RangeBelief belief;
-  belief.cost = cost_at(*estimate);
+  belief.cost = std::numeric_limits<double>::infinity();
+  RangeEstimate best;
   double damping = 0.0;
-  bool is_at_solution = false;  // what is eliminated, but for a step that does not matter
-  for (int i = 0; i < iterations; ++i) {
-    RangeEstimate moved = *estimate;
-    double cost = std::numeric_limits<double>::infinity();
-    if (elimination.run(*estimate, damping)) {
-      elimination.move(&moved);
-      cost = cost_at(moved);
-    }
-    if (!(cost < belief.cost)) {
-      is_at_solution = damping == 0.0 && cost < belief.cost + tolerance;
-      if (cost < belief.cost + tolerance) break;
+  double gain = 0.0;  // of a step after what is eliminated
+  bool is_eliminated = false;
+  for (int i = 0; damping < kLargestDamping; ++i) {
+    is_eliminated =
+        elimination.run(*estimate, damping, kept) && elimination.cost() <= belief.cost + tolerance;
+    if (!is_eliminated) {
+      if (std::isfinite(belief.cost)) *estimate = best;
+      if (i >= iterations) break;
       damping = std::max(kFirstDamping, 10.0 * damping);
-      if (damping > kLargestDamping) break;
       continue;
     }
-    const double gain = belief.cost - cost;
-    *estimate = std::move(moved);
-    belief.cost = cost;
-    is_at_solution = damping == 0.0 && gain < tolerance;
-    if (gain < tolerance) break;
-    damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
+    const bool is_moved = elimination.cost() < belief.cost;
+    belief.cost = elimination.cost();
+    if (i >= iterations) break;
+    if (elimination.expected_gain() < tolerance) {
+      gain = elimination.expected_gain();
+      elimination.move(estimate);
+      break;
+    }
+    best = *estimate;
+    elimination.move(estimate);
+    if (is_moved) damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
   }
-  if (!std::isfinite(belief.cost)) return belief;
-  if ((!is_at_solution || kept != nullptr) && !elimination.run(*estimate, 0.0, kept)) return belief;
+  if (!is_eliminated || damping > 0.0) {
+    gain = 0.0;
+    if (!elimination.run(*estimate, 0.0, kept)) return belief;
+  }
+  belief.cost = elimination.cost() - gain;
+  belief.log_evidence = elimination.log_evidence() + gain;
   belief.covariance = elimination.covariance();
-  constexpr int kMetre = kState + Common::distance_scale;
-  const Eigen::VectorXd by_metre =
-      prior.metre / belief.covariance(kMetre, kMetre) * belief.covariance.col(kMetre);
-  belief.covariance += by_metre * by_metre.transpose();
-  belief.is_usable = belief.covariance.allFinite();
-  const double before = past == nullptr ? 0.0 : past->log_evidence;
-  belief.log_evidence = before + log_normalizers(graph, noise, *estimate, stretch) -
-                        prior.constants_sigma.array().log().sum() - belief.cost -
-                        0.5 * elimination.log_determinant();
-  if (kept != nullptr) {
-    const Stretch early = {stretch.first, static_cast<std::size_t>(kept->keyframe)};
-    kept->log_evidence += before + log_normalizers(graph, noise, *estimate, early) -
-                          cost_of_start(prior, *estimate, past) -
-                          cost_of_data(graph, prior, noise, *estimate, early);
+  if (prior.metre > 0.0) {
+    constexpr int kMetre = kState + Common::distance_scale;
+    const Eigen::VectorXd by_metre =
+        prior.metre / belief.covariance(kMetre, kMetre) * belief.covariance.col(kMetre);
+    belief.covariance += by_metre * by_metre.transpose();
   }
+  belief.is_usable = belief.covariance.allFinite();
   return belief;
 }
+
 Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
                        const Eigen::VectorXd& constants) {
   const double bias = from[KeyframeUnknown::yaw_rate_bias];

@@ -186,7 +186,7 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 
 /// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
 /// the newest (block tridiagonal with a border of the constants), O(keyframes · constants²). Ends
-/// when the cost falls by less than `tolerance`. `past`, if any: in place of the data before its
+/// with a step that is to save less than `tolerance`. `past`, if any: in place of data before its
 /// keyframe, which do not move. `kept`, if any: gets what the data before its keyframe say.
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                   int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,

@@ -19,11 +19,11 @@ using RadioOf = RadioUnknown;
 constexpr int kAllRadios = -1;
 
 // Keyframes: so far apart that the noise of the odometry between them is small beside a range's.
-constexpr double kLongestSpacing = 1.0;     // m
+constexpr double kLongestSpacing = 2.0;     // m
 constexpr double kShortestSpacing = 0.05;   // m
 constexpr double kNoisePerDistance = 0.05;  // m/sqrt(m), of the odometry
 constexpr double kShareOfRangeNoise = 0.5;
-constexpr double kTurn = 0.2;           // rad
+constexpr double kTurn = 0.4;           // rad
 constexpr double kDuration = 2.0;       // s
 constexpr double kStandingTurn = 0.05;  // rad, that a gyro drifts in that time
 
@@ -531,14 +531,16 @@ RangeMemory::Newest RangeMemory::newest(const RangeMode& mode) const {
   const double sine = std::sin(last[2]);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
-  Eigen::MatrixXd by = Eigen::MatrixXd::Identity(newest.mean.size(), newest.mean.size());
+  Eigen::MatrixXd by = Eigen::MatrixXd::Identity(3, newest.mean.size());
   by(0, 2) = -(sine * moved.x + cosine * moved.y);
   by(1, 2) = cosine * moved.x - sine * moved.y;
-  by.block<3, 1>(0, 3) = -turn * pending_.yaw_rate_sensitivity;
-  by.block<3, 1>(0, kKeyframe + Common::turn_scale) = -turn * pending_.turn_scale_sensitivity;
-  by.block<3, 1>(0, kKeyframe + Common::distance_scale) =
-      -turn * Eigen::Vector3d(moved.x, moved.y, 0.0);
-  newest.covariance = doubt_ * doubt_ * by * mode.belief.covariance * by.transpose();
+  by.col(3) = -turn * pending_.yaw_rate_sensitivity;
+  by.col(kKeyframe + Common::turn_scale) = -turn * pending_.turn_scale_sensitivity;
+  by.col(kKeyframe + Common::distance_scale) = -turn * Eigen::Vector3d(moved.x, moved.y, 0.0);
+  newest.covariance = mode.belief.covariance;
+  newest.covariance.topRows<3>() = by * mode.belief.covariance;
+  newest.covariance.leftCols<3>() = newest.covariance * by.transpose();
+  newest.covariance *= doubt_ * doubt_;
   const Eigen::Vector3d factors(noise_.translation, noise_.translation, noise_.heading);
   const Eigen::Matrix3d since = factors.asDiagonal() * pending_.covariance * factors.asDiagonal();
   newest.covariance.topLeftCorner<3, 3>() +=

@@ -21,15 +21,16 @@ constexpr int kHeadings = 24;
 constexpr double kRaster = 0.5;                   // m, between first poses
 constexpr double kSameHeading = 0.3;              // rad
 constexpr double kAnywhere = 0.5;                 // rad
-constexpr double kTolerance = 0.02;               // of the cost
+constexpr double kTolerance = 0.1;                // of the cost
+constexpr double kToleranceOfNewest = 1.0;        // likewise, where the next solution goes on
 constexpr double kSolvedAllEvery = 2.0;           // s
 constexpr double kSolvedAllGrowth = 0.25;         // of the drive so far
 constexpr double kSolvedAllGrowthOfPlaces = 0.1;  // likewise, while places are found
 constexpr double kSolvedAllAtLeastEvery = 60.0;   // s
 constexpr std::size_t kMostPlaces = 20;           // of the robot and of radios that are wrong
 constexpr int kNoiseTrials = 4;
-constexpr int kNewest = 20;          // keyframes that move in between
-constexpr int kNewestOfPlaces = 60;  // likewise, while places are found
+constexpr int kNewest = 10;          // keyframes that move in between
+constexpr int kNewestOfPlaces = 30;  // likewise, while places are found
 constexpr int kShareThatLeaves = 4;  // of the keyframes, when there are too many
 constexpr int kFewestKeyframes = 100;
 constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes · constants²
@@ -294,7 +295,7 @@ bool RangeMemory::follow() {
       settle(&mode);
       continue;
     }
-    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kTolerance,
+    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kToleranceOfNewest,
                                        past ? &*past : nullptr, &mode.estimate);
   }
   weigh_modes();
@@ -313,7 +314,15 @@ void RangeMemory::solve_all() {
   try_other_places(&best);
   find_doubt();
   judge_radios();
-  for (int failed = 0; failed < kNoiseTrials;) failed = try_noise() ? 0 : failed + 1;
+  bool is_other_noise = false;
+  for (int failed = 0; failed < kNoiseTrials;) {
+    const bool is_better = try_noise();
+    is_other_noise |= is_better;
+    failed = is_better ? 0 : failed + 1;
+  }
+  for (std::size_t m = 1; is_other_noise && m < modes_.size(); ++m) {
+    solved(kIterations, &modes_[m]);
+  }
   weigh_modes();
   if (modes_.empty()) return;
   while (is_too_large()) let_oldest_leave();
@@ -440,7 +449,6 @@ bool RangeMemory::try_noise() {
     if (solved(kIterations, &other).is_usable &&
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
       mode = std::move(other);
-      for (std::size_t m = 1; m < modes_.size(); ++m) solved(kIterations, &modes_[m]);
       // Few ranges fit better than they are: what grows may grow fast.
       if (factor > 1.0) step = std::min(kLargestStep, step * step);
       return true;

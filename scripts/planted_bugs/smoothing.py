@@ -9,7 +9,7 @@ BUGS = [
     ("what is wild pulls like any other range", "range_memory/range_graph.cpp",
      "student / (student + floor) / (1.0 + square)", "1.0 / (1.0 + square)", RANGES),
     ("data that have left the memory are no evidence any more", "range_memory/range_graph.cpp",
-     "belief.log_evidence = before + log_normalizers", "belief.log_evidence = log_normalizers", RANGES),
+     "log_normalizers_ = past_->log_evidence;", "log_normalizers_ = 0.0;", RANGES),
     # How noisy the data are.
     ("cross-validation: chance passes for noise", "cross_validation.cpp",
      "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",
