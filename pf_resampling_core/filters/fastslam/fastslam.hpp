@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/sensor_view.hpp"
 #include "pf_resampling_core/filters/fastslam/odometry_errors.hpp"

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 #include "pf_resampling_core/models/point_alignment.hpp"
 
 namespace pf_resampling {
@@ -37,12 +38,14 @@ constexpr double kSame = 1.0;  // m
 // With known ids, several scans, of different landmarks.
 constexpr std::size_t kLeastScans = 3;
 
-/// Landmarks of the map by x, to look for those near a place.
-class LandmarksByX {
+/// The landmarks of a map, to look for those near a place.
+class Landmarks {
  public:
-  explicit LandmarksByX(const std::vector<LandmarkEstimate>& map) : map_(map) {
-    for (std::size_t i = 0; i < map.size(); ++i) order_.push_back(static_cast<int>(i));
-    std::sort(order_.begin(), order_.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
+  explicit Landmarks(const std::vector<LandmarkEstimate>& map) : map_(map) {
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      index_.place(static_cast<int>(i), map[i].mean);
+      largest_ = std::max(largest_, std::sqrt(0.5 * map[i].covariance.trace()));
+    }
   }
 
   /// The nearest within `gate` sigmas of both; -1 if there is none. Adds its squared distance, in
@@ -50,16 +53,15 @@ class LandmarksByX {
   int nearest(const Eigen::Vector2d& place, double sigma, double* squares) const {
     int best = -1;
     double least = kGate * kGate;
-    const double reach = kGate * std::hypot(sigma, largest_sigma());
-    auto at = std::lower_bound(order_.begin(), order_.end(), place.x() - reach,
-                               [&](int a, double x) { return x_of(a) < x; });
-    for (; at != order_.end() && x_of(*at) <= place.x() + reach; ++at) {
-      const LandmarkEstimate& landmark = map_[static_cast<std::size_t>(*at)];
+    std::vector<int> near;
+    index_.near(place, kGate * std::hypot(sigma, largest_), &near);
+    for (const int i : near) {
+      const LandmarkEstimate& landmark = map_[static_cast<std::size_t>(i)];
       const double variance = sigma * sigma + 0.5 * landmark.covariance.trace();
       const double distance = (landmark.mean - place).squaredNorm() / variance;
       if (distance < least) {
         least = distance;
-        best = *at;
+        best = i;
       }
     }
     *squares += least;
@@ -67,20 +69,9 @@ class LandmarksByX {
   }
 
  private:
-  double x_of(int i) const { return map_[static_cast<std::size_t>(i)].mean.x(); }
-  double largest_sigma() const {
-    if (largest_ < 0.0) {
-      largest_ = 0.0;
-      for (const LandmarkEstimate& landmark : map_) {
-        largest_ = std::max(largest_, std::sqrt(0.5 * landmark.covariance.trace()));
-      }
-    }
-    return largest_;
-  }
-
   const std::vector<LandmarkEstimate>& map_;
-  std::vector<int> order_;
-  mutable double largest_ = -1.0;
+  LandmarkIndex index_;
+  double largest_ = 0.0;  // m, standard deviation
 };
 
 struct Answer {
@@ -92,7 +83,7 @@ struct Answer {
 };
 
 Answer answer_of(const Pose2& correction, const std::vector<SeenPlace>& places,
-                 const LandmarksByX& landmarks) {
+                 const Landmarks& landmarks) {
   Answer answer;
   answer.correction = correction;
   std::set<int> taken;
@@ -133,7 +124,7 @@ std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const std::vector<Seen
 PlaceMatch match_places(const std::vector<SeenPlace>& places,
                         const std::vector<LandmarkEstimate>& map, std::size_t* next_pair) {
   if (map.size() > kMostLandmarks) return {};
-  const LandmarksByX landmarks(map);
+  const Landmarks landmarks(map);
   // What there is no time for is tried first at the next scan.
   const auto give_up = [&](std::size_t pairs_tried) -> PlaceMatch {
     if (next_pair != nullptr) *next_pair += pairs_tried;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
-#include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/sensor_view.hpp"
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/health/finding.hpp"

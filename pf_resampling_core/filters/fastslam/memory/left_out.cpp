@@ -209,9 +209,7 @@ std::vector<LeftOutSightings> completed_passages(const SegmentGraph& graph,
   std::vector<Passage> open(graph.landmarks.size());
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
-    std::vector<double> times;
-    double time = begins[s];
-    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    const std::vector<double> times = times_of(segment, begins[s]);
     for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
       const SightingFactor& sighting = segment.sightings[i];
       const double now = times[static_cast<std::size_t>(sighting.pose)];
@@ -244,10 +242,8 @@ std::vector<LeftOutSightings> completed_windows(const SegmentGraph& graph,
   std::set<double> windows;  // where they begin: sightings may be ages apart
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
-    std::vector<double> times;
-    double time = begins[s];
-    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
-    if (time + kWindow + kStride <= since - kWindow) continue;
+    if (begins[s] + segment.duration() + kWindow + kStride <= since - kWindow) continue;
+    const std::vector<double> times = times_of(segment, begins[s]);
     for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
       const SightingFactor& sighting = segment.sightings[i];
       const double at = times[static_cast<std::size_t>(sighting.pose)];
@@ -338,9 +334,7 @@ NoiseScales scatter(const SegmentGraph& graph) {
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     if (!graph.segments[s]->has_data()) continue;
     const Segment segment = at_estimate(graph, s);
-    std::vector<double> times;
-    double time = 0.0;
-    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    const std::vector<double> times = times_of(segment, 0.0);
     struct Seen {
       double time = -std::numeric_limits<double>::infinity();
       std::size_t pose = 0;

@@ -14,16 +14,6 @@ constexpr double kUnbounded = 1e9;  // standard deviation of constants that a se
 // Landmarks that were not seen, the nearest: they may be those that were.
 constexpr std::size_t kMostOthers = 25;
 
-std::vector<bool> seen_in(const SegmentGraph& graph, std::size_t from, std::size_t to) {
-  std::vector<bool> are_seen(graph.landmarks.size(), false);
-  for (std::size_t s = from; s < to; ++s) {
-    for (const int landmark : graph.segments[s]->landmarks) {
-      are_seen[static_cast<std::size_t>(landmark)] = true;
-    }
-  }
-  return are_seen;
-}
-
 SegmentGraph first_segments(const SegmentGraph& graph, std::size_t count) {
   SegmentGraph first = graph;
   first.segments.resize(count);
@@ -37,8 +27,8 @@ SegmentGraph first_segments(const SegmentGraph& graph, std::size_t count) {
 std::optional<LocalGraph> local_graph(const SegmentGraph& graph, std::size_t from) {
   const std::size_t count = graph.segments.size();
   const SegmentGraph before = first_segments(graph, from);
-  const std::vector<bool> known = seen_in(graph, 0, from);
-  const std::vector<bool> seen = seen_in(graph, from, count);
+  const std::vector<bool> known = seen_landmarks(before);
+  const std::vector<bool> seen = seen_landmarks(graph, from);
   LocalGraph local;
   std::vector<std::pair<double, int>> others;  // by the squared distance to what was seen
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 
 namespace pf_resampling {
@@ -67,32 +68,20 @@ Vicinity vicinity_of(const ReassociationOptions& options, const SightingFactor& 
           kMargin * sigmas * std::max(along, across)};
 }
 
-// Landmarks in order of x: the near ones are found without a look at all.
-class Neighbours {
- public:
-  explicit Neighbours(const SegmentGraph& graph) {
-    const std::vector<bool> are_seen = seen_landmarks(graph);
-    for (std::size_t l = 0; l < are_seen.size(); ++l) {
-      if (are_seen[l]) by_x_.emplace_back(graph.landmarks[l].x(), static_cast<int>(l));
-    }
-    std::sort(by_x_.begin(), by_x_.end());
+LandmarkIndex index_of(const SegmentGraph& graph) {
+  LandmarkIndex index;
+  const std::vector<bool> are_seen = seen_landmarks(graph);
+  for (std::size_t l = 0; l < are_seen.size(); ++l) {
+    if (are_seen[l]) index.place(static_cast<int>(l), graph.landmarks[l]);
   }
-  std::vector<int> near(const SegmentGraph& graph, const Vicinity& vicinity) const {
-    std::vector<int> found;
-    auto next = std::lower_bound(by_x_.begin(), by_x_.end(),
-                                 std::make_pair(vicinity.centre.x() - vicinity.radius, -1));
-    for (; next != by_x_.end() && next->first <= vicinity.centre.x() + vicinity.radius; ++next) {
-      const Eigen::Vector2d& place = graph.landmarks[static_cast<std::size_t>(next->second)];
-      if ((place - vicinity.centre).squaredNorm() <= vicinity.radius * vicinity.radius) {
-        found.push_back(next->second);
-      }
-    }
-    return found;
-  }
+  return index;
+}
 
- private:
-  std::vector<std::pair<double, int>> by_x_;
-};
+std::vector<int> near(const LandmarkIndex& index, const Vicinity& vicinity) {
+  std::vector<int> found;
+  index.near(vicinity.centre, vicinity.radius, &found);
+  return found;
+}
 
 // Of the sightings of one scan, the likeliest pairs first. `candidates`: landmarks near a sighting.
 template <typename Candidates>
@@ -397,14 +386,14 @@ double association_evidence(const ReassociationOptions& options,
 }
 
 int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, Scans* scans) {
-  const Neighbours neighbours(graph);
+  const LandmarkIndex index = index_of(graph);
   for_each_scan(scans->sightings, [&](std::size_t first, std::size_t last) {
     SightingFactor* scan = &scans->sightings[first];
     const Pose2& pose = scans->poses[static_cast<std::size_t>(scan->pose)];
-    const auto near = [&](const SightingFactor& sighting) {
-      return neighbours.near(graph, vicinity_of(options, sighting, pose, graph));
+    const auto candidates = [&](const SightingFactor& sighting) {
+      return near(index, vicinity_of(options, sighting, pose, graph));
     };
-    associate_scan(options, graph, pose, near, scan, static_cast<int>(last - first));
+    associate_scan(options, graph, pose, candidates, scan, static_cast<int>(last - first));
   });
   int changed = 0;
   for (std::size_t i = 0; i < scans->sightings.size(); ++i) {
@@ -469,7 +458,7 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
                                           const SegmentGraph& graph, const Scans& scans,
                                           double most) {
   const std::size_t count = graph.landmarks.size();
-  const Neighbours neighbours(graph);
+  const LandmarkIndex index = index_of(graph);
   std::vector<double> costs(count, 0.0);
   std::vector<std::map<int, int>> votes(count);
   std::vector<SightingFactor> scan;
@@ -489,9 +478,10 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
       scan.assign(scans.sightings.begin() + static_cast<std::ptrdiff_t>(first),
                   scans.sightings.begin() + static_cast<std::ptrdiff_t>(last));
       const auto others = [&](const SightingFactor& sighting) {
-        std::vector<int> near = neighbours.near(graph, vicinity_of(options, sighting, pose, graph));
-        near.erase(std::remove(near.begin(), near.end(), landmark), near.end());
-        return near;
+        std::vector<int> others_near = near(index, vicinity_of(options, sighting, pose, graph));
+        others_near.erase(std::remove(others_near.begin(), others_near.end(), landmark),
+                          others_near.end());
+        return others_near;
       };
       associate_scan(options, graph, pose, others, scan.data(), static_cast<int>(scan.size()));
       double& cost = costs[static_cast<std::size_t>(landmark)];

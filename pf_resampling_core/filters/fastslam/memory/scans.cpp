@@ -80,12 +80,10 @@ Scans newest_scans(const SegmentGraph& graph, const std::vector<double>& begins,
   for (std::size_t s = from; s < graph.segments.size(); ++s) {
     const Segment segment = at_estimate(graph, s);
     const int first = static_cast<int>(scans.poses.size());
-    double time = begins[s];
-    for (std::size_t i = 0; i < segment.motions.size(); ++i) {
-      scans.poses.push_back(compose(graph.bases[s], segment.poses[i]));
-      scans.times.push_back(time += segment.motions[i].duration());
-      scans.motions.push_back(segment.motions[i]);
-    }
+    for (const Pose2& pose : segment.poses) scans.poses.push_back(compose(graph.bases[s], pose));
+    const std::vector<double> times = times_of(segment, begins[s]);
+    scans.times.insert(scans.times.end(), times.begin(), times.end());
+    scans.motions.insert(scans.motions.end(), segment.motions.begin(), segment.motions.end());
     for (SightingFactor sighting : sightings_of(segment)) {
       sighting.pose += first;
       scans.before.push_back(sighting.landmark);
@@ -128,15 +126,18 @@ bool put_back(const Scans& scans, double robust_width, SegmentGraph* graph) {
   return true;
 }
 
+std::vector<double> times_of(const Segment& segment, double begin) {
+  std::vector<double> times;
+  for (const MotionFactor& motion : segment.motions) times.push_back(begin += motion.duration());
+  return times;
+}
+
 void for_each_sighting(const SegmentGraph& graph, const std::vector<double>& begins,
                        const std::function<void(int, double, const SightingFactor&, int)>& visit) {
   int update = 0;
-  std::vector<double> times;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
-    times.clear();
-    double time = begins[s];
-    for (const MotionFactor& motion : segment.motions) times.push_back(time += motion.duration());
+    const std::vector<double> times = times_of(segment, begins[s]);
     for (const SightingFactor& sighting : segment.sightings) {
       visit(update + sighting.pose, times[static_cast<std::size_t>(sighting.pose)], sighting,
             segment.landmarks[static_cast<std::size_t>(sighting.landmark)]);
@@ -145,10 +146,10 @@ void for_each_sighting(const SegmentGraph& graph, const std::vector<double>& beg
   }
 }
 
-std::vector<bool> seen_landmarks(const SegmentGraph& graph) {
+std::vector<bool> seen_landmarks(const SegmentGraph& graph, std::size_t from) {
   std::vector<bool> are_seen(graph.landmarks.size(), false);
-  for (const auto& segment : graph.segments) {
-    for (const int landmark : segment->landmarks) {
+  for (std::size_t s = from; s < graph.segments.size(); ++s) {
+    for (const int landmark : graph.segments[s]->landmarks) {
       are_seen[static_cast<std::size_t>(landmark)] = true;
     }
   }

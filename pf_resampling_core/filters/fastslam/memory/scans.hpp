@@ -33,13 +33,16 @@ Scans newest_scans(const SegmentGraph& graph, const std::vector<double>& begins,
 /// are condensed anew. False, with the graph half done, if one cannot be.
 bool put_back(const Scans& scans, double robust_width, SegmentGraph* graph);
 
+/// s, of a segment's updates.
+std::vector<double> times_of(const Segment& segment, double begin);
+
 /// Calls `visit(update, time, sighting, landmark)` for each sighting of a landmark that the graph
 /// has data of, in order.
 void for_each_sighting(const SegmentGraph& graph, const std::vector<double>& begins,
                        const std::function<void(int, double, const SightingFactor&, int)>& visit);
 
-/// Of each landmark, whether a segment has seen it, or a belief at the start.
-std::vector<bool> seen_landmarks(const SegmentGraph& graph);
+/// Of each landmark, whether a segment has seen it, `from` one on, or a belief at the start.
+std::vector<bool> seen_landmarks(const SegmentGraph& graph, std::size_t from = 0);
 
 /// Which of some landmarks a scan has seen beside each other: a row and a column for each.
 using Together = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>;

@@ -1,4 +1,4 @@
-#include "pf_resampling_core/filters/fastslam/landmark_index.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 
 #include <gtest/gtest.h>
 
