@@ -45,10 +45,8 @@ constexpr int kOftenSeen = 5;
 constexpr std::size_t kManyGone = 10;
 // Landmarks from which on a drive is too large for everything to be tried on all of it.
 constexpr std::size_t kLargeMap = 60;
-// How far what came before the newest minute may move (m, rad) for a Gaussian
-// to stand for it.
+// m: a robot that moves by more is elsewhere.
 constexpr double kMostMoved = 0.3;
-constexpr double kMostTurned = 0.03;
 // Logarithm of the odds for a robot that is elsewhere in a large map, 400 to 1: there are many
 // places to be at.
 constexpr double kSureElsewhere = 6.0;
@@ -293,27 +291,24 @@ class Accounts {
     }
     std::sort(seen.begin(), seen.end());
     seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-    for (const Which which : {Which::all, Which::near}) {
-      const Duplicates duplicates =
-          find_duplicates(options_, statistics_, account->graph, *account->equations, seen, which);
-      if (duplicates.pairs.empty()) return false;
-      Account merged = *account;
-      if (!merge(duplicates.pairs, options_.robust_width, &merged) ||
-          !solve(options_.robust_width, &merged)) {
-        continue;
-      }
-      double log_odds = duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
-      double least = kSureLogOdds;
-      if (is_elsewhere(account->graph, merged.graph)) {
-        // What moves the robot has to be sure without tracks of one landmark; these alone wait.
-        log_odds -= duplicates.log_odds_of_near + cost_of_missed(*account, merged);
-        if (is_part_of_large(*account)) least = kSureElsewhere;
-      }
-      if (!(log_odds >= least)) continue;
-      *account = std::move(merged);
-      return true;
+    const Duplicates duplicates =
+        find_duplicates(options_, statistics_, account->graph, *account->equations, seen);
+    if (duplicates.pairs.empty()) return false;
+    Account merged = *account;
+    if (!merge(duplicates.pairs, options_.robust_width, &merged) ||
+        !solve(options_.robust_width, &merged)) {
+      return false;
     }
-    return false;
+    double log_odds = duplicates.log_prior_odds - (merged.solution.cost - account->solution.cost);
+    double least = kSureLogOdds;
+    if (is_elsewhere(account->graph, merged.graph)) {
+      // What moves the robot has to be sure without tracks of one landmark.
+      log_odds -= duplicates.log_odds_of_near + cost_of_missed(*account, merged);
+      if (is_part_of_large(*account)) least = kSureElsewhere;
+    }
+    if (!(log_odds >= least)) return false;
+    *account = std::move(merged);
+    return true;
   }
 
   // What speaks against a robot that is elsewhere: landmarks that it should have seen there. Those
@@ -477,14 +472,6 @@ std::size_t first_in_question(const DriveTimes& times, const SegmentGraph& graph
   return behind == begins.begin() ? 0 : static_cast<std::size_t>(behind - begins.begin()) - 1;
 }
 
-// Whether what came before has to move further than a Gaussian goes.
-bool has_bent(const SegmentGraph& part) {
-  const Eigen::VectorXd moved = difference(part, 0, *part.segments.front());
-  const Eigen::Index tracks = moved.size() - 3 - kSensorConstants;
-  return std::abs(moved[2]) > kMostTurned || moved.head<2>().norm() > kMostMoved ||
-         (tracks > 0 && moved.segment(3, tracks).lpNorm<Eigen::Infinity>() > kMostMoved);
-}
-
 bool decide_locally(const ReassociationOptions& options, const DriveTimes& times, std::size_t from,
                     const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
   const std::optional<LocalGraph> local = local_graph(account->graph, from);
@@ -504,14 +491,6 @@ bool decide_locally(const ReassociationOptions& options, const DriveTimes& times
   if (!put_back(part, *local, from, options.robust_width, &whole) ||
       !solve(options.robust_width, &whole)) {
     return false;
-  }
-  if (has_bent(part.graph)) {
-    Account before = *account;
-    const auto evidence = [&](const Account& of) {
-      return association_evidence(options, statistics, of.solution.cost,
-                                  of.solution.log_determinant, of.graph);
-    };
-    if (solve(options.robust_width, &before) && evidence(before) < evidence(whole)) return false;
   }
   *account = std::move(whole);
   return true;

@@ -1,11 +1,11 @@
 #include "pf_resampling_core/filters/fastslam/memory/reassociation.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "pf_resampling_core/filters/fastslam/memory/landmark_index.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -20,7 +20,7 @@ constexpr double kFarthest = 13.8;
 constexpr std::size_t kMostSeeds = 20;
 // Sightings whose mean is where a landmark is while it is tracked.
 constexpr int kMostAveraged = 5;
-// Landmarks beside those in question, the nearest: their joint belief is dense.
+// Landmarks in question, and others beside them: their joint belief is dense.
 constexpr std::size_t kMostCompared = 60;
 
 // A sighting's own part of the cost, were it of a landmark with this residual.
@@ -35,12 +35,10 @@ double log_density_of_places(const ReassociationOptions& options,
   return options.log_density_of_landmarks - std::log(statistics.range);
 }
 
-// A sighting that may be of a landmark.
-struct Match {
-  double cost;
-  int sighting;
-  int landmark;
-};
+template <typename Item>
+bool has(const std::vector<Item>& items, const Item& item) {
+  return std::find(items.begin(), items.end(), item) != items.end();
+}
 
 // Where a sighting puts its landmark, and how far off that can be, m, before it is rather of none.
 struct Vicinity {
@@ -83,31 +81,26 @@ std::vector<int> near(const LandmarkIndex& index, const Vicinity& vicinity) {
   return found;
 }
 
-// Of the sightings of one scan, the likeliest pairs first. `candidates`: landmarks near a sighting.
+// Of the sightings of one scan, the likeliest pairs first. `candidates`: landmarks near a sighting,
+// of which one may be left out.
 template <typename Candidates>
 void associate_scan(const ReassociationOptions& options, const SegmentGraph& graph,
                     const Pose2& pose, const Candidates& candidates, SightingFactor* scan,
-                    int count) {
-  std::vector<Match> matches;
+                    int count, int left_out = -1) {
+  std::vector<std::tuple<double, int, int>> matches;  // cost, sighting, landmark
   for (int k = 0; k < count; ++k) {
     for (const int landmark : candidates(scan[k])) {
       const double cost = sighting_cost(options, graph, pose, scan[k], landmark);
-      if (cost < -options.log_density_of_new) matches.push_back({cost, k, landmark});
+      if (cost < -options.log_density_of_new) matches.emplace_back(cost, k, landmark);
     }
     scan[k].landmark = -1;
   }
-  std::sort(matches.begin(), matches.end(), [](const Match& a, const Match& b) {
-    if (a.cost != b.cost) return a.cost < b.cost;
-    return a.sighting != b.sighting ? a.sighting < b.sighting : a.landmark < b.landmark;
-  });
-  std::vector<int> taken;
-  for (const Match& match : matches) {
-    if (scan[match.sighting].landmark >= 0 ||
-        std::find(taken.begin(), taken.end(), match.landmark) != taken.end()) {
-      continue;
-    }
-    scan[match.sighting].landmark = match.landmark;
-    taken.push_back(match.landmark);
+  std::sort(matches.begin(), matches.end());
+  std::vector<int> taken = {left_out};
+  for (const auto& [cost, sighting, landmark] : matches) {
+    if (scan[sighting].landmark >= 0 || has(taken, landmark)) continue;
+    scan[sighting].landmark = landmark;
+    taken.push_back(landmark);
   }
 }
 
@@ -182,7 +175,7 @@ struct Choice {
 
 // Joins a first pair, then again and again the pair that is then the most likely. What comes last
 // and is not sure by itself does not count: that other pairs are one says nothing for it.
-Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates, Together apart,
+Choice joined_from(const Candidate& seed, const std::vector<Candidate>& candidates, Together apart,
                    Places places, double log_density) {
   Choice sure;
   Duplicates found;
@@ -197,11 +190,8 @@ Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates, Tog
     for (Eigen::Index other = 0; other < apart.rows(); ++other) {
       if (apart(next.newer, other)) apart(next.older, other) = apart(other, next.older) = true;
     }
-    const int gone = next.newer;
-    candidates.erase(
-        std::remove_if(candidates.begin(), candidates.end(),
-                       [&](const Candidate& c) { return c.older == gone || c.newer == gone; }),
-        candidates.end());
+    apart.row(next.newer).setConstant(true);
+    apart.col(next.newer).setConstant(true);
     next.log_odds = 0.0;
     for (const Candidate& c : candidates) {
       if (apart(c.older, c.newer)) continue;
@@ -209,10 +199,9 @@ Choice joined_from(const Candidate& seed, std::vector<Candidate> candidates, Tog
       if (of_pair.squared > kFarthest || of_pair.log_odds() <= next.log_odds) continue;
       next = {c.older, c.newer, of_pair.log_odds()};
     }
-    const bool is_last = next.log_odds == 0.0;
     const bool is_sure = found.log_odds - sure.found.log_odds >= kSureLogOdds;
     if (is_sure && next.log_odds < kSureLogOdds) sure = {found, places};
-    if (is_last) return sure;
+    if (next.log_odds == 0.0) return sure;
   }
 }
 
@@ -227,93 +216,37 @@ bool contradict(const Places& best, const Duplicates& other, double sighting_var
   });
 }
 
-// Variances of landmarks' places, m^2, at most: as of the begin or the end of the newest segment
-// that has seen it, in which there may be a gap, and of a sighting together. That takes no
-// covariance of them all.
-std::vector<double> place_variances(const SegmentGraph& graph, const SegmentEquations& equations,
-                                    const SightingStatistics& statistics,
-                                    const std::vector<int>& landmarks) {
-  std::vector<std::size_t> seen_in(graph.landmarks.size(), 0);
-  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-    for (const int landmark : graph.segments[s]->landmarks) {
-      seen_in[static_cast<std::size_t>(landmark)] = s;
-    }
-  }
-  std::map<std::size_t, Eigen::Matrix3d> of_bases;
-  const auto sigma_from = [&](std::size_t base, const Eigen::Vector2d& place) {
-    if (base == 0) return 0.0;
-    const auto [found, is_new] = of_bases.try_emplace(base);
-    if (is_new) found->second = equations.base_covariance(base);
-    const Pose2& pose = graph.bases[base];
-    Eigen::Matrix<double, 2, 3> by_base;
-    by_base << 1.0, 0.0, pose.y - place.y(), 0.0, 1.0, place.x() - pose.x;
-    return std::sqrt((by_base * found->second * by_base.transpose()).trace());
-  };
-  const double of_sighting = std::sqrt(2.0 * statistics.variance);
-  std::vector<double> variances;
-  for (const int landmark : landmarks) {
-    const std::size_t l = static_cast<std::size_t>(landmark);
-    const std::size_t s = seen_in[l];
-    if (!graph.segments[s]->has_data()) {
-      variances.push_back(equations.covariance_of({landmark}).trace());
-      continue;
-    }
-    const Eigen::Vector2d& place = graph.landmarks[l];
-    const double sigma = std::max(sigma_from(s, place), sigma_from(s + 1, place)) + of_sighting;
-    variances.push_back(sigma * sigma);
-  }
-  return variances;
-}
-
-// Those in question that may be another, which no scan has seen beside them, and what they may be:
-// of the latter the nearest. In ascending order.
-std::vector<int> compared_landmarks(const SegmentGraph& graph, const SegmentEquations& equations,
-                                    const SightingStatistics& statistics,
+// Those in question, and those that they may be, which no scan has seen beside them: of both the
+// nearest. In ascending order.
+std::vector<int> compared_landmarks(const SegmentGraph& graph,
                                     const std::vector<int>& in_question) {
-  const std::vector<double> variances = place_variances(graph, equations, statistics, in_question);
   const std::vector<bool> are_seen = seen_landmarks(graph);
   std::vector<int> seen;
   for (std::size_t l = 0; l < are_seen.size(); ++l) {
     if (are_seen[l]) seen.push_back(static_cast<int>(l));
   }
   const Together together = seen_together(graph, seen);
-  const auto place_of = [&](int landmark) {
-    return std::lower_bound(seen.begin(), seen.end(), landmark) - seen.begin();
-  };
-  std::vector<bool> is_in_question(graph.landmarks.size(), false);
-  for (const int landmark : in_question) {
-    is_in_question[static_cast<std::size_t>(landmark)] = true;
-  }
-  constexpr double kUnreached = 1.0;
-  std::vector<double> nearest(graph.landmarks.size(), kUnreached);  // over the reach
-  for (std::size_t i = 0; i < in_question.size(); ++i) {
-    const std::size_t own = static_cast<std::size_t>(in_question[i]);
-    const double reach = 2.0 * std::sqrt(kFarthest * variances[i]);
+  std::vector<bool> is_asked;
+  for (const int landmark : seen) is_asked.push_back(has(in_question, landmark));
+  std::vector<std::pair<double, int>> asked, others;  // by the squared distance
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    double nearest = std::numeric_limits<double>::infinity();
+    const Eigen::Vector2d& place = graph.landmarks[static_cast<std::size_t>(seen[i])];
     for (std::size_t k = 0; k < seen.size(); ++k) {
-      const std::size_t other = static_cast<std::size_t>(seen[k]);
-      const double distance = (graph.landmarks[own] - graph.landmarks[other]).norm() / reach;
-      if (other == own || distance >= kUnreached ||
-          together(static_cast<Eigen::Index>(k), place_of(in_question[i]))) {
-        continue;
-      }
-      nearest[own] = std::min(nearest[own], distance);
-      nearest[other] = std::min(nearest[other], distance);
+      const bool may_be_one = i != k && (is_asked[i] || is_asked[k]) &&
+                              !together(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+      if (!may_be_one) continue;
+      const Eigen::Vector2d& other = graph.landmarks[static_cast<std::size_t>(seen[k])];
+      nearest = std::min(nearest, (place - other).squaredNorm());
     }
+    if (std::isfinite(nearest)) (is_asked[i] ? asked : others).emplace_back(nearest, seen[i]);
   }
   std::vector<int> compared;
-  std::vector<std::pair<double, int>> others;
-  for (const int landmark : seen) {
-    const std::size_t l = static_cast<std::size_t>(landmark);
-    if (nearest[l] >= kUnreached) continue;
-    if (is_in_question[l]) {
-      compared.push_back(landmark);
-    } else {
-      others.emplace_back(nearest[l], landmark);
-    }
+  for (auto* kind : {&asked, &others}) {
+    std::sort(kind->begin(), kind->end());
+    kind->resize(std::min(kind->size(), kMostCompared));
+    for (const auto& [distance, landmark] : *kind) compared.push_back(landmark);
   }
-  std::sort(others.begin(), others.end());
-  others.resize(std::min(others.size(), kMostCompared));
-  for (const auto& [distance, landmark] : others) compared.push_back(landmark);
   std::sort(compared.begin(), compared.end());
   return compared;
 }
@@ -464,26 +397,20 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
   std::vector<SightingFactor> scan;
   for_each_scan(scans.sightings, [&](std::size_t first, std::size_t last) {
     const Pose2& pose = scans.poses[static_cast<std::size_t>(scans.sightings[first].pose)];
+    const auto candidates = [&](const SightingFactor& sighting) {
+      return near(index, vicinity_of(options, sighting, pose, graph));
+    };
     double before = 0.0;
-    bool is_known = false;
+    for (std::size_t k = first; k < last; ++k) {
+      before += cost_as_it_is(options, redundancy, graph, pose, scans.sightings[k]);
+    }
     for (std::size_t k = first; k < last; ++k) {
       const int landmark = scans.sightings[k].landmark;
       if (landmark < 0 || costs[static_cast<std::size_t>(landmark)] > most) continue;
-      if (!is_known) {
-        for (std::size_t i = first; i < last; ++i) {
-          before += cost_as_it_is(options, redundancy, graph, pose, scans.sightings[i]);
-        }
-        is_known = true;
-      }
       scan.assign(scans.sightings.begin() + static_cast<std::ptrdiff_t>(first),
                   scans.sightings.begin() + static_cast<std::ptrdiff_t>(last));
-      const auto others = [&](const SightingFactor& sighting) {
-        std::vector<int> others_near = near(index, vicinity_of(options, sighting, pose, graph));
-        others_near.erase(std::remove(others_near.begin(), others_near.end(), landmark),
-                          others_near.end());
-        return others_near;
-      };
-      associate_scan(options, graph, pose, others, scan.data(), static_cast<int>(scan.size()));
+      associate_scan(options, graph, pose, candidates, scan.data(), static_cast<int>(scan.size()),
+                     landmark);
       double& cost = costs[static_cast<std::size_t>(landmark)];
       cost -= before;
       for (const SightingFactor& sighting : scan) {
@@ -509,9 +436,8 @@ std::vector<Dispensable> find_dispensable(const ReassociationOptions& options, d
 
 Duplicates find_duplicates(const ReassociationOptions& options,
                            const SightingStatistics& statistics, const SegmentGraph& graph,
-                           const SegmentEquations& equations, const std::vector<int>& in_question,
-                           Which which) {
-  const std::vector<int> compared = compared_landmarks(graph, equations, statistics, in_question);
+                           const SegmentEquations& equations, const std::vector<int>& in_question) {
+  const std::vector<int> compared = compared_landmarks(graph, in_question);
   if (compared.size() < 2 || in_question.empty()) return {};
   const double log_density = log_density_of_places(options, statistics);
   const int count = static_cast<int>(compared.size());
@@ -522,8 +448,7 @@ Duplicates find_duplicates(const ReassociationOptions& options,
   for (int i = 0; i < count; ++i) {
     const int landmark = compared[static_cast<std::size_t>(i)];
     places.mean.segment<2>(2 * i) = graph.landmarks[static_cast<std::size_t>(landmark)];
-    is_in_question.push_back(std::find(in_question.begin(), in_question.end(), landmark) !=
-                             in_question.end());
+    is_in_question.push_back(has(in_question, landmark));
   }
   const Together together = seen_together(graph, compared);
   std::vector<Candidate> candidates;
@@ -540,14 +465,8 @@ Duplicates find_duplicates(const ReassociationOptions& options,
     return places.difference(c.older, c.newer).squaredNorm() <
            2.0 * kFarthest * statistics.variance;
   };
-  if (which == Which::near) {
-    candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
-                                    [&](const Candidate& c) { return !is_near(c); }),
-                     candidates.end());
-  }
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.log_odds != b.log_odds) return a.log_odds > b.log_odds;
-    return a.newer != b.newer ? a.newer < b.newer : a.older < b.older;
+    return std::tie(b.log_odds, a.newer, a.older) < std::tie(a.log_odds, b.newer, b.older);
   });
   // The belief is kept for the best of them alone: it is large.
   Choice best;
@@ -555,9 +474,8 @@ Duplicates find_duplicates(const ReassociationOptions& options,
   for (std::size_t seed = 0; seed < std::min(kMostSeeds, candidates.size()); ++seed) {
     // What an earlier choice has joined, too, would lead to the same.
     const std::pair<int, int> first(candidates[seed].older, candidates[seed].newer);
-    if (std::any_of(others.begin(), others.end(), [&](const Duplicates& other) {
-          return std::find(other.pairs.begin(), other.pairs.end(), first) != other.pairs.end();
-        })) {
+    if (std::any_of(others.begin(), others.end(),
+                    [&](const Duplicates& other) { return has(other.pairs, first); })) {
       continue;
     }
     Choice choice = joined_from(candidates[seed], candidates, together, places, log_density);
@@ -573,10 +491,8 @@ Duplicates find_duplicates(const ReassociationOptions& options,
     }
   }
   for (const Candidate& c : candidates) {
-    const auto& pairs = best.found.pairs;
-    const bool is_found =
-        std::find(pairs.begin(), pairs.end(), std::make_pair(c.older, c.newer)) != pairs.end();
-    if (is_found && is_near(c)) best.found.log_odds_of_near += std::max(0.0, c.log_odds);
+    if (!has(best.found.pairs, std::make_pair(c.older, c.newer)) || !is_near(c)) continue;
+    best.found.log_odds_of_near += std::max(0.0, c.log_odds);
   }
   for (auto& [older, newer] : best.found.pairs) {
     older = compared[static_cast<std::size_t>(older)];

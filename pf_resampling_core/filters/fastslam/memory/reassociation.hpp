@@ -86,13 +86,10 @@ struct Duplicates {
   double log_prior_odds = 0.0;
   /// With the cost that the belief predicts.
   double log_odds = 0.0;
-  /// Of that, what pairs are worth that are near each other, whatever the others are.
+  /// Of that, what pairs are worth, whatever the others are, that are as near each other as two
+  /// sightings of one landmark: they say nothing of where the robot is.
   double log_odds_of_near = 0.0;
 };
-
-/// All pairs, or those only that are as near each other as two sightings of one landmark: they say
-/// nothing of where the robot is.
-enum class Which { all, near };
 
 /// Those of the landmarks in question that most likely are others by the joint belief, which
 /// `equations` has factorised: no two that one scan has both seen, and so that each pair fits what
@@ -101,7 +98,6 @@ enum class Which { all, near };
 /// choice that would put the robot elsewhere.
 Duplicates find_duplicates(const ReassociationOptions& options,
                            const SightingStatistics& statistics, const SegmentGraph& graph,
-                           const SegmentEquations& equations, const std::vector<int>& in_question,
-                           Which which = Which::all);
+                           const SegmentEquations& equations, const std::vector<int>& in_question);
 
 }  // namespace pf_resampling

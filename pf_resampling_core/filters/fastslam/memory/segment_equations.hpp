@@ -68,9 +68,6 @@ class SegmentEquations {
   const OdometryInformation& odometry_information() const { return odometry_information_; }
   /// After factorize(): joint covariance of some landmarks, two rows each.
   Eigen::MatrixXd covariance_of(const std::vector<int>& landmarks) const;
-  Eigen::Matrix3d base_covariance(std::size_t base) const {
-    return root_.covariance_of({static_cast<int>(base) - 1});
-  }
   /// After factorize(): gradient and information of what is eliminated last, in that order, given
   /// all the rest at its best.
   std::pair<Eigen::VectorXd, Eigen::MatrixXd> condensed_to_last() const;
