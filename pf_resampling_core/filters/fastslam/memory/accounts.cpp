@@ -1,6 +1,5 @@
 #include "pf_resampling_core/filters/fastslam/memory/accounts.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,9 +21,6 @@ constexpr double kWorthwhile = 0.1;
 // Of a landmark that may be done without: what that costs before anything has
 // adapted.
 constexpr double kMostGrowth = 60.0;
-// ... and of making it one with the other, before any sighting goes elsewhere: where it costs more,
-// it need not be tried.
-constexpr double kMostAsOne = 100.0;
 // Logarithm of the odds for it, were the errors of all sightings independent.
 // Those of a passage are not, but what speaks louder shows that the robot would
 // be elsewhere without it.
@@ -399,20 +395,8 @@ class Accounts {
     });
   }
 
-  // What it costs that two landmarks are one, as far as all is linear.
-  static double cost_of_one(int older, int newer, const Account& account) {
-    Eigen::Matrix<double, 4, 2> apart;
-    apart << Eigen::Matrix2d::Identity(), -Eigen::Matrix2d::Identity();
-    const Eigen::Matrix2d covariance =
-        apart.transpose() * account.equations->covariance_of({older, newer}) * apart;
-    const Eigen::Vector2d distance = account.graph.landmarks[static_cast<std::size_t>(older)] -
-                                     account.graph.landmarks[static_cast<std::size_t>(newer)];
-    return 0.5 * distance.dot(covariance.llt().solve(distance));
-  }
-
   bool do_without(const Dispensable& landmark, Account* account) const {
     const auto [older, newer] = std::minmax(landmark.landmark, landmark.other);
-    if (cost_of_one(older, newer, *account) > kMostAsOne) return false;
     Account other = *account;
     const Eigen::Vector2d place =
         account->graph.landmarks[static_cast<std::size_t>(landmark.other)];
