@@ -28,6 +28,9 @@ constexpr std::size_t kMistakesTried = 4;  // of two radios
 // named.
 constexpr double kTurnedBeforeNaming = 1.0;  // rad, between headings of most ranges
 constexpr double kMostRanges = 0.9;
+// Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
+constexpr double kAnotherFault = 1e-5;  // odds, before there are data
+constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
 
 // m, by which the ranges of a radio are too long, as a rule: a wild range has no slope, so a bias
 // of many standard deviations is not found from 0.
@@ -49,6 +52,21 @@ double excess_of(int radio, const RangeGraph& graph, const RangeNoise& noise,
 }
 
 }  // namespace
+
+// Of the data, with what is believed of faults before.
+double RangeMemory::log_probability(const RangeMode& mode) const {
+  double log_prior = 0.0;
+  for (const RadioAccount account : mode.accounts) {
+    const bool is_fault = account == RadioAccount::elsewhere || account == RadioAccount::biased;
+    if (is_fault) log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
+  }
+  // One mistake swaps two.
+  if (has_mistake(mode))
+    log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
+  const auto loose = std::count(mode.loose.begin(), mode.loose.end(), true);
+  log_prior += static_cast<double>(loose) * std::log(kLooseOdds);
+  return mode.belief.log_evidence / (doubt_ * doubt_) + log_prior;
+}
 
 void RangeMemory::judge_radios() {
   const int heard = std::accumulate(radios_.begin(), radios_.end(), 0,

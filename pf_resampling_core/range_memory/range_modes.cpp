@@ -35,10 +35,7 @@ constexpr int kShareThatLeaves = 4;  // of the keyframes, when there are too man
 constexpr int kFewestKeyframes = 100;
 constexpr double kMostWork = 1000.0 * 100.0 * 100.0;  // keyframes · constants²
 
-// Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
-constexpr double kAnotherFault = 1e-5;  // odds, before there are data
-constexpr double kLooseMargin = 4.0;    // of the logarithm of the evidence, where it hardly matters
-constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
+constexpr double kLooseMargin = 4.0;  // of the logarithm of the evidence, where it hardly matters
 
 constexpr double kBlock = 10.0;        // s, of means of residuals
 constexpr double kExplained = 3.0;     // standard deviations
@@ -218,21 +215,6 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
     if (!is_known) modes.push_back(candidate);
   }
   return modes;
-}
-
-// Of the data, with what is believed of faults before.
-double RangeMemory::log_probability(const RangeMode& mode) const {
-  double log_prior = 0.0;
-  for (const RadioAccount account : mode.accounts) {
-    const bool is_fault = account == RadioAccount::elsewhere || account == RadioAccount::biased;
-    if (is_fault) log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
-  }
-  // One mistake swaps two.
-  if (has_mistake(mode))
-    log_prior += std::log(log_prior < 0.0 ? kAnotherFault : options_.fault_odds);
-  const auto loose = std::count(mode.loose.begin(), mode.loose.end(), true);
-  log_prior += static_cast<double>(loose) * std::log(kLooseOdds);
-  return mode.belief.log_evidence / (doubt_ * doubt_) + log_prior;
 }
 
 void RangeMemory::weigh_modes() {

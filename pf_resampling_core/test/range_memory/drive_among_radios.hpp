@@ -5,12 +5,20 @@
 #include <random>
 #include <vector>
 
+#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/range_memory/range_memory.hpp"
 
 namespace pf_resampling {
+
+inline const RadioKnowledge& radio_of(const std::vector<RadioKnowledge>& radios, int id) {
+  for (const RadioKnowledge& radio : radios) {
+    if (radio.id == id) return radio;
+  }
+  throw Error("no such radio");
+}
 
 /// A robot that drives loops of 14 by 8 m among four radios, 20 by 14 m apart.
 struct DriveAmongRadios {
