@@ -30,6 +30,7 @@ constexpr double kTurnedJump = 0.1;  // rad
 constexpr double kSlipSquare = 40.0;
 constexpr double kSlipWindow = 3.0;   // s
 constexpr double kGrossScale = 0.4;   // of the odometry, less 1
+constexpr double kLeastScale = 1e-3;  // of odometry that counts while the robot stands
 constexpr double kDrawnAlong = 30.0;  // s
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
@@ -330,7 +331,7 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
 void FastSlamPipeline::note_odometry_scale(ros::Time stamp) {
   const SensorConstants& constants = filter_->memory().graph().constants;
   for (const auto constant : {SensorConstant::distance_scale, SensorConstant::turn_scale}) {
-    const double counted = 1.0 / (1.0 + constants[constant]);
+    const double scale = 1.0 + constants[constant];
     Finding finding;
     finding.kind = constant == SensorConstant::turn_scale ? FindingKind::odometry_turns_wrong
                                                           : FindingKind::odometry_counts_wrong;
@@ -344,7 +345,7 @@ void FastSlamPipeline::note_odometry_scale(ros::Time stamp) {
     finding.begin = known == findings_.end() ? stamp.toSec() : known->begin;
     finding.end = stamp.toSec();
     finding.place = {belief_->mean.x, belief_->mean.y};
-    finding.size = counted;
+    finding.size = 1.0 / std::copysign(std::max(std::abs(scale), kLeastScale), scale);
     finding.probability = 1.0;
     finding.is_open = true;
     note_finding(finding);
