@@ -304,7 +304,7 @@ bool Memory::close(Segment segment, double robust_width) {
   SegmentGraph& graph = state_.graph;
   segment.constants = graph.constants;
   segment.noise = graph.noise;
-  compare_neighbours(&segment.motions);
+  compare_with_noise(&segment.motions);
   initialize(&segment);
   if (!fit(FreePart::between_end_and_tracks, robust_width, &segment) ||
       !condense(robust_width, &segment)) {

@@ -13,7 +13,7 @@ constexpr int kMostFits = 20;
 constexpr double kFitted = 1e-4;  // of the cost, that a step promises
 constexpr double kLeastFitDamping = 1e-6;
 constexpr double kLargestFitDamping = 1e8;
-constexpr double kNeighbours = 1.1;         // s apart
+constexpr double kTogether = 1.1;           // s
 constexpr double kSureChange = 3.0;         // times the mean square of noise
 constexpr std::size_t kDataOfSegments = 3;  // kinds
 
@@ -147,47 +147,36 @@ double Segment::duration() const {
   return sum;
 }
 
-void compare_neighbours(std::vector<MotionFactor>* motions) {
-  const std::size_t count = motions->size();
-  std::vector<double> middles;  // s
-  double time = 0.0;
-  for (const MotionFactor& motion : *motions) {
-    middles.push_back(time + 0.5 * motion.duration());
-    time += motion.duration();
-  }
-  const auto are_near = [&](std::size_t i, std::size_t j) {
-    return std::abs(middles[i] - middles[j]) < kNeighbours;
+void compare_with_noise(std::vector<MotionFactor>* motions) {
+  const auto velocity = [](const MotionFactor& motion) -> Eigen::Array3d {
+    return Eigen::Array3d(motion.mean.x, motion.mean.y, motion.mean.heading) / motion.duration();
   };
-  const auto velocity = [&](std::size_t i) -> Eigen::Array3d {
-    const Pose2& mean = (*motions)[i].mean;
-    return Eigen::Array3d(mean.x, mean.y, mean.heading) / (*motions)[i].duration();
+  const auto noise_of_velocity = [](const MotionFactor& motion) -> Eigen::Array3d {
+    return motion.covariance.diagonal().array() / std::pow(motion.duration(), 2);
   };
   Eigen::Array3d changes = Eigen::Array3d::Zero();
   Eigen::Array3d noise = Eigen::Array3d::Zero();
-  for (std::size_t i = 0; i < count; ++i) {
-    MotionFactor& motion = (*motions)[i];
-    if (i > 0 && i + 1 < count && are_near(i - 1, i) && are_near(i, i + 1)) {
-      changes += (velocity(i + 1) - velocity(i - 1)).square();
-      for (const std::size_t j : {i - 1, i + 1}) {
-        noise +=
-            (*motions)[j].covariance.diagonal().array() / std::pow((*motions)[j].duration(), 2);
-      }
+  double turns = 0.0;
+  double variance = 0.0;
+  double turn = 0.0;  // within the present second
+  double time = 0.0;  // s
+  for (std::size_t i = 0; i < motions->size(); ++i) {
+    const MotionFactor& motion = (*motions)[i];
+    turn += motion.mean.heading;
+    time += motion.duration();
+    variance += motion.covariance(2, 2);
+    if (time > kTogether || i + 1 == motions->size()) {
+      turns += turn * turn;
+      turn = time = 0.0;
     }
-    double turn = 0.0;
-    double variance = 0.0;
-    const auto add = [&](std::size_t j) {
-      turn += (*motions)[j].mean.heading;
-      variance += (*motions)[j].covariance(2, 2);
-    };
-    for (std::size_t j = i; j-- > 0 && are_near(i, j);) add(j);
-    for (std::size_t j = i + 1; j < count && are_near(i, j); ++j) add(j);
-    const double own = std::pow(motion.mean.heading, 2) / (16.0 * motion.covariance(2, 2));
-    const double ratio = std::max(turn * turn / (4.0 * variance), own);
-    motion.turn_share = std::isfinite(ratio) ? ratio * ratio / (1.0 + ratio * ratio) : 1.0;
+    if (i < 2 || motion.duration() + (*motions)[i - 1].duration() > 2.0 * kTogether) continue;
+    changes += (velocity(motion) - velocity((*motions)[i - 2])).square();
+    noise += noise_of_velocity(motion) + noise_of_velocity((*motions)[i - 2]);
   }
   const double along = changes[0] > kSureChange * noise[0] ? 1.0 : 0.0;
   const double turning = changes[2] > kSureChange * noise[2] ? 1.0 : 0.0;
   for (MotionFactor& motion : *motions) {
+    motion.turn_share = turns > kSureChange * variance ? 1.0 : 0.0;
     motion.sensitivity.col(SensorConstant::delay).array() *=
         Eigen::Array3d(along, turning, turning);
   }

@@ -73,13 +73,12 @@ struct Segment {
   double duration() const;
 };
 
-/// What motions say of the delay and of the scale of turns. Their own noise is in both their
-/// velocity and their error: it would pass for a delay (that is a low-pass filter of the odometry),
-/// or for a scale. So a turn has its scale as far as those within a second of it turn beyond their
-/// noise, half at two standard deviations, or it does itself, half at four. And a segment tells of
-/// the delay where velocities change, from one motion to the next but one, by more than three times
-/// the mean square of their noise.
-void compare_neighbours(std::vector<MotionFactor>* motions);
+/// What a segment's motions say of the delay and of the scale of turns. Their own noise is in both
+/// their velocity and their error: it would pass for a delay (that is a low-pass filter of the
+/// odometry), or for a scale. So they tell of the scale if the squares of the turns of each second
+/// are together more than three times their noise, and of the delay if those of the changes of
+/// velocity are, from one motion to the next but one.
+void compare_with_noise(std::vector<MotionFactor>* motions);
 
 /// Poses as the odometry has them, tracks where they were first seen.
 void initialize(Segment* segment);

@@ -16,7 +16,7 @@ constexpr double kLargestDamping = 1e8;
 constexpr double kTolerance = 0.01;  // of the cost, that a step promises
 constexpr double kSmallPromise = 1.0;
 constexpr int kMostSteps = 100;
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 24;
 // How far what a segment is linearised in may move.
 constexpr double kTurned = 0.02;        // rad
 constexpr double kMoved = 0.1;          // m
@@ -136,6 +136,7 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
     descent = descend(equations, graph);
     solution->steps += descent.steps + 1;
     if (!descent.is_solved) return descent;
+    if (has_changed) continue;  // what is seen keeps its weight until the odometry has its own
     for (std::size_t s = 0; s < graph->segments.size(); ++s) {
       const Segment& segment = *graph->segments[s];
       if (!segment.has_data() || !has_moved(*graph, s, difference(*graph, s, segment))) continue;
@@ -173,12 +174,15 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   SegmentSolution solution;
   auto equations = std::make_unique<SegmentEquations>(*graph);
   SegmentGraph solved = *graph;
+  solution.steps += descend(equations.get(), &solved).steps + 1;
+  SegmentGraph doubted = solved;
+  const bool is_doubted = update_shares(&doubted);
   const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
   bool is_factorized = as_believed.is_factorized;
   solution.is_solved = as_believed.is_solved;
   solution.cost = as_believed.cost + slip_loss(solved);
-  SegmentGraph doubted = as_believed.is_solved ? solved : *graph;
-  if (update_shares(&doubted)) {
+  if (!is_doubted) doubted = as_believed.is_solved ? solved : *graph;
+  if (is_doubted || update_shares(&doubted)) {
     is_factorized = false;
     const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
     const double cost = descent.cost + slip_loss(doubted);
