@@ -11,6 +11,7 @@
 #include "pf_resampling_core/filters/fastslam/memory/joining.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/odometry_scales.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/scans.hpp"
+#include "pf_resampling_core/smoothing/residuals.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -35,6 +36,7 @@ constexpr double kMostNoiseFall = 1.25;
 constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
 // Squared error of three degrees of freedom that names a slip: a chance of 1e-8 without one.
 constexpr double kSlip = 40.0;
+constexpr double kSlipBegins = 0.05;
 constexpr double kSlipped = 0.2;  // weight of the odometry
 constexpr std::ptrdiff_t kFewSlips = 2;
 constexpr double kLargeConstant = 3.0;  // standard deviations
@@ -98,6 +100,27 @@ SegmentGraph carried(const SegmentGraph& graph, std::size_t s, const Pose2& newe
   }
   moved.motion_shares[s] = kCarriedShare;
   return moved;
+}
+
+// When, in s since segment `s` begins, it is off its odometry: between 5 and 95 % of the squares.
+std::pair<double, double> slipping_time(const SegmentGraph& graph, std::size_t s) {
+  const Segment& segment = *graph.segments[s];
+  const std::vector<Pose2> poses = poses_of(graph, s);
+  std::vector<double> sums = {0.0};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const MotionFactor& motion = segment.motions[i];
+    const MotionResidual residual =
+        motion_residual(motion, motion_root(motion, graph.noise.motion),
+                        i == 0 ? Pose2{} : poses[i - 1], poses[i], graph.constants);
+    sums.push_back(sums.back() + residual.value.squaredNorm());
+  }
+  std::pair<double, double> time = {0.0, 0.0};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double duration = segment.motions[i].duration();
+    if (sums[i + 1] < kSlipBegins * sums.back()) time.first += duration;
+    if (sums[i] < (1.0 - kSlipBegins) * sums.back()) time.second += duration;
+  }
+  return time;
 }
 
 // Of the motion in segment `s`, given all data.
@@ -549,8 +572,9 @@ std::vector<Slip> Memory::slips() const {
     const double square =
         slip_square(state_.graph, s, motion_covariance(state_.graph, *equations_, s), &distance);
     if (square < kSlip) continue;
-    const double begin = state_.begins[s];
-    const double end = begin + state_.graph.segments[s]->duration();
+    const auto [first, last] = slipping_time(state_.graph, s);
+    const double begin = state_.begins[s] + first;
+    const double end = state_.begins[s] + last;
     if (!slips.empty() && begin - slips.back().end < 1.0) {
       slips.back().end = end;
       slips.back().square = std::max(square, slips.back().square);

@@ -27,7 +27,7 @@ struct Drive {
   std::vector<std::vector<SightingFactor>> sightings;  // of each motion's end
 };
 
-Drive drive(int laps, std::uint64_t seed, double slip_from = -1.0) {
+Drive drive(int laps, std::uint64_t seed, double slip_from = -1.0, double odometry_noise = 1.0) {
   constexpr int kPerLap = 200;
   Drive drive;
   for (int l = 0; l < 16; ++l) {
@@ -46,11 +46,13 @@ Drive drive(int laps, std::uint64_t seed, double slip_from = -1.0) {
     const double time = (i + 1) * kPeriod;
     const bool slips = slip_from >= 0.0 && time > slip_from && time <= slip_from + 3.0;
     MotionFactor motion;
-    motion.mean = {step.x + 0.02 * noise.normal(next) + (slips ? 0.8 * kPeriod : 0.0),
-                   step.y + 0.01 * noise.normal(next + 1),
-                   step.heading + 0.01 * noise.normal(next + 2) + (slips ? 0.4 * kPeriod : 0.0)};
+    const Eigen::Vector3d sigma = odometry_noise * Eigen::Vector3d(0.02, 0.01, 0.01);
+    motion.mean = {
+        step.x + sigma.x() * noise.normal(next) + (slips ? 0.8 * kPeriod : 0.0),
+        step.y + sigma.y() * noise.normal(next + 1),
+        step.heading + sigma.z() * noise.normal(next + 2) + (slips ? 0.4 * kPeriod : 0.0)};
     next += 3;
-    motion.covariance = Eigen::Vector3d(4e-4, 1e-4, 1e-4).asDiagonal();
+    motion.covariance = sigma.cwiseAbs2().asDiagonal();
     motion.sensitivity(2, SensorConstant::yaw_rate) = kPeriod;
     drive.motions.push_back(motion);
     drive.sightings.emplace_back();
@@ -274,21 +276,25 @@ TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
   }
 }
 
+// The less noise the odometry has, the more it costs to doubt it: not the landmarks are to be
+// blamed.
 TEST(Memory, NamesASlipAndIsNotBentByIt) {
-  for (const std::uint64_t seed : {5u, 6u, 7u}) {
-    const Drive data = drive(2, seed, 40.0);
-    const Memory memory = remember(data);
-    for (std::size_t l = 0; l < data.landmarks.size(); ++l) {
-      const int number = memory.number_of(static_cast<std::int64_t>(l));
-      ASSERT_GE(number, 0);
-      const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
-      EXPECT_LT((place - data.landmarks[l]).norm(), 0.4) << l;
+  for (const double odometry_noise : {1.0, 0.1}) {
+    for (const std::uint64_t seed : {5u, 6u, 7u}) {
+      const Drive data = drive(2, seed, 40.0, odometry_noise);
+      const Memory memory = remember(data);
+      for (std::size_t l = 0; l < data.landmarks.size(); ++l) {
+        const int number = memory.number_of(static_cast<std::int64_t>(l));
+        ASSERT_GE(number, 0);
+        const Eigen::Vector2d& place = memory.graph().landmarks[static_cast<std::size_t>(number)];
+        EXPECT_LT((place - data.landmarks[l]).norm(), 0.4) << l;
+      }
+      const std::vector<Slip> slips = memory.slips();
+      ASSERT_EQ(slips.size(), 1u);
+      EXPECT_NEAR(slips[0].begin, 40.0, 1.5);
+      EXPECT_NEAR(slips[0].end, 43.0, 1.5);
+      EXPECT_TRUE(remember(drive(2, seed, -1.0, odometry_noise)).slips().empty());
     }
-    const std::vector<Slip> slips = memory.slips();
-    ASSERT_EQ(slips.size(), 1u);
-    EXPECT_LT(slips[0].begin, 43.0);
-    EXPECT_GT(slips[0].end, 40.0);
-    EXPECT_TRUE(remember(drive(2, seed)).slips().empty());
   }
 }
 
@@ -318,7 +324,7 @@ TEST(Memory, StillKnowsASlipOfLongAgo) {
   const Memory memory = remember(drive(30, 1, 100.0));
   EXPECT_LT(memory.graph().segments.size(), 100u);
   ASSERT_EQ(memory.slips().size(), 1u);
-  EXPECT_NEAR(memory.slips().front().begin, 100.0, 7.0);
+  EXPECT_NEAR(memory.slips().front().begin, 100.0, 1.0);
 }
 
 TEST(Memory, NamesNoSlipWhereTheSolutionIsLoose) {
