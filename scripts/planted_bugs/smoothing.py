@@ -1,6 +1,7 @@
 """Least squares over all data."""
 
 RANGES = ("range_graph_test",)
+RADIOS = ("range_memory_test",)
 CROSS_VALIDATION = ("cross_validation_test",)
 FACTOR = ("multifrontal_cholesky_test",)
 
@@ -10,6 +11,8 @@ BUGS = [
      "student / (student + floor) / (1.0 + square)", "1.0 / (1.0 + square)", RANGES),
     ("data that have left the memory are no evidence any more", "range_memory/range_graph.cpp",
      "log_normalizers_ = past_->log_evidence;", "log_normalizers_ = 0.0;", RANGES),
+    ("six places are enough for all that may be wrong", "range_memory/range_modes.cpp",
+     "kMostPlaces = 20;", "kMostPlaces = 6;", RADIOS),
     # How noisy the data are.
     ("cross-validation: chance passes for noise", "cross_validation.cpp",
      "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",

@@ -320,6 +320,21 @@ TEST(RangeMemory, IsTornUntilTheDataTellWhichRadioIsWrong) {
   EXPECT_GT(memory.radios()[3].fault, 0.95);
 }
 
+// After ten seconds any of three radios may be the wrong one, the third at many places.
+TEST(RangeMemory, ARadioThatMayBeWrongIsNotForgottenForVariantsOfAnother) {
+  for (const unsigned seed : {1U, 3U, 4U}) {
+    DriveAmongRadios drive;
+    std::vector<Beacon> listed = drive.beacons;
+    listed[2].position.y() -= 1.5;
+    RangeMemory memory({}, listed);
+    drive.drive(10.0, seed, &memory);
+    const std::vector<RadioKnowledge> radios = memory.radios();
+    for (const int id : {1, 3, 4}) {
+      EXPECT_GT(radio_of(radios, id).fault, 0.01) << "radio " << id << ", seed " << seed;
+    }
+  }
+}
+
 TEST(RangeMemory, NamesTheRadioThatRepeatsAnother) {
   DriveAmongRadios drive;
   drive.radio_that_repeats = 2;
