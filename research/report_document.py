@@ -7,7 +7,7 @@ import re
 import urllib.parse
 from collections import namedtuple
 
-Drawing = namedtuple("Drawing", "svg pdf")  # bytes of both
+Drawing = namedtuple("Drawing", "svg pdf")  # bytes, and what makes them
 STYLE = """
 :root { color-scheme: light; }
 body { max-width: 900px; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a; background: #fff;

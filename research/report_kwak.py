@@ -163,7 +163,7 @@ class KwakReport:
         document.blocks[index:index] = [
             Heading(3, "Where each table and figure is"),
             Bullets([f"[{text}](#{anchor})" for text, anchor in self.found]),
-            Text("[Figures 1, 2 and 10, Tables I and II](#absent): what has no counterpart, and why.")]
+            Text("[Figures 1 to 4 and 10, Tables I and II](#absent): what has no counterpart, and why.")]
 
     def figure(self, number, title, figure, panels, caption, after=None, **options):
         """A figure of the paper with its heading, what is said after it, and its claims."""
@@ -176,8 +176,6 @@ class KwakReport:
     def add_resampling(self):
         document, schemes = self.document, [("", [NR, RSR, PR, RBR])]
         document.add(Heading(2, "Resampling (sections 3 and 4 of the paper)", "resampling"))
-        self.add_figure_3()
-        self.add_figure_4()
         self.add_figure_5()
         self.figure("6", "distinct particles", "distinct", schemes,
                     "Number of distinct particles: ancestors that survive since the first landmark.", self.add_left_after_b)
@@ -199,32 +197,6 @@ class KwakReport:
 
     def marks_with_a(self):
         return {**({"A": self.point_a} if self.point_a is not None else {}), **self.marks}
-
-    def add_figure_3(self):
-        example = self.paper["example"]
-        weights = [float(weight) for weight in example["weights"]]
-        numbers = [float(example["first_number"]) + k / len(weights) for k in range(len(weights))]
-        edges = np.cumsum(weights)
-        counts = np.bincount(np.searchsorted(edges, numbers), minlength=len(weights))[:len(weights)]
-        chosen = [k + 1 for k, count in enumerate(counts) for _ in range(count)]
-        self.heading("Figure 3: an example of systematic resampling", "figure-3")
-        self.document.add(Picture(
-            "kwak_figure_03", pictures.draw_systematic(weights, numbers, counts),
-            f"**Figure 3.** The paper's example of systematic resampling, {example['where']}, computed anew. The first number "
-            f"is {example['first_number']}. Taken are {', '.join(map(str, chosen))}; the paper says "
-            f"{', '.join(map(str, example['chosen']))}. {len(set(chosen))} of {len(weights)} particles stay distinct."))
-
-    def add_figure_4(self):
-        size = len(self.paper["example"]["weights"])
-        lines = []
-        for text in self.paper["eta_max"]:
-            eta = float(text)
-            smallest = 2.0 - eta
-            lines.append((f"$\\eta_{{max}}$ = {text}",
-                          [(eta - (eta - smallest) * rank / (size - 1)) / size for rank in range(size)]))
-        self.heading("Figure 4: selection by rank", "figure-4")
-        self.document.add(Picture("kwak_figure_04", pictures.draw_ranks(lines), f"""**Figure 4.** Probability of selection over
-                                  the rank, eq. 3, for the {size} particles of the example."""))
 
     def add_figure_5(self):
         study, name = self.study, self.name
@@ -356,6 +328,7 @@ class KwakReport:
         self.document.add(Bullets([
             "Figure 1 is a drawing of how FastSLAM 2.0 goes on with two particles: a concept, with nothing measured.",
             "Figure 2 is a family tree of resampling algorithms: a concept.",
+            "Figures 3 and 4 are an example of systematic resampling, and probabilities over the rank: nothing is measured.",
             "Figure 10 is a drawing of what a particle holds: a concept.",
             """Tables I and II are listings; the schemes are `systematic` and `residual_systematic`. The bracket in Table II is
             read as the integer below.""",

@@ -1,6 +1,4 @@
 """The report of the study of Mahmoud et al. (2012): its tables and figures beside ours, runs lost, its three conclusions."""
-import math
-
 import report_pictures as pictures
 from report_document import Bullets, Cell, Heading, Picture, Row, Table, Text
 from report_measures import AXES, PARTS, difference_text, distance_text, p_text, with_error
@@ -135,7 +133,7 @@ class MahmoudReport:
             the place of the simulated drives.""",
             "Figure 2 also shows particles and measured ranges at one moment; here the estimated path is drawn.",
             "The caption of Figure 3 is missing in the copy at hand; of the five schemes it is the one left, RSR.",
-            "Figure 7 has no numbers besides those of Tables 1 and 3; the paper's bars are drawn from these.",
+            "The bars of Figure 7 are numbers of Tables 1 and 3.",
             "The ranges of the axes cannot be told from the copy at hand, which has no pictures."]))
         document.add(Heading(2, "All filters", "all"))
         document.add(Text("Differences are bold if their p-value, corrected for the number of filters (Holm), is below 0.01."))
@@ -245,31 +243,7 @@ class MahmoudReport:
             document.add(self.beside_systematic(problem, others, f"Excitations, widths and controls, {problem}"),
                          self.beside_systematic(problem, sizes, f"Number of particles, {problem}"))
         self.heading("Figure 7: with and without excitation", "figure-7")
-        self.add_figure_7()
         document.add(self.claims.at("Figure 7"))
-
-    def add_figure_7(self):
-        printed = {number: self.paper["tables"][number]["rows"] for number in "13"}
-        columns = [self.paper["columns"].index(scheme) for scheme in SCHEMES]
-        groups = [(short, scheme) for _, short, _ in AXES for scheme in SCHEMES]
-        kinds = (("without excitation", pictures.GREY, "1", ""), ("with excitation", pictures.BLUE, "3", " gaussian"))
-        of_paper = {number: [float(rows[f"{short}_abs_avg"][column]) for _, short, _ in AXES for column in columns]
-                    for number, rows in printed.items()}
-        panels = [("the paper, circle", groups, [(name, colour, of_paper[number], None) for name, colour, number, _ in kinds])]
-        for word, problem in self.problems.items():
-            bars = []
-            for name, colour, _, ending in kinds:
-                estimates = [self.study.estimate(problem, scheme + ending, f"{axis}_mean")
-                             for axis, _, _ in AXES for scheme in SCHEMES]
-                if any(estimates):
-                    bars.append((name, colour, [each.mean if each else math.nan for each in estimates],
-                                 [each.standard_error if each else math.nan for each in estimates]))
-            if bars:
-                panels.append((f"ours, {TITLES[word]}, runs not lost", groups, bars))
-        self.document.add(Picture("mahmoud_figure_07", pictures.draw_bars(panels, "mean error (m)"),
-                                  """**Figure 7.** Mean errors with and without excitation (`gaussian`). Top: the paper's, from its
-                                  Tables 1 and 3. Below: ours, with standard errors, over the runs that were not lost; mind the
-                                  scales."""))
 
     def add_times(self):
         document, times = self.document, self.study.scheme_times

@@ -1,4 +1,4 @@
-"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, bars, and points.
+"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, and points.
 
 The same figures give the same bytes: no dates, and names of parts that follow from what is drawn.
 """
@@ -34,15 +34,18 @@ def colour_of(number):
 
 def drawing_of(figure):
     """The picture without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
-    svg, pdf = io.BytesIO(), io.BytesIO()
-    figure.savefig(svg, format="svg", bbox_inches="tight")
-    figure.savefig(pdf, format="pdf", bbox_inches="tight", metadata={"CreationDate": None})
+    def saved(form, **options):
+        file = io.BytesIO()
+        figure.savefig(file, format=form, bbox_inches="tight", **options)
+        return file.getvalue()
+
     plt.close(figure)
-    text = svg.getvalue().decode("utf-8")
+    text = saved("svg").decode("utf-8")
     for pattern in (r"<\?xml.*?\?>\s*", r"<!DOCTYPE.*?>\s*", r"\s*<metadata>.*?</metadata>", r"\s*<!--.*?-->"):
         text = re.sub(pattern, "", text, flags=re.DOTALL)
     text = re.sub(r"(scale\([^)]*\))|(\d\.\d\d)\d+", lambda match: match[1] or match[2], text)  # letters are scaled
-    return Drawing("\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n", pdf.getvalue())
+    return Drawing("\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n",
+                   lambda: saved("pdf", metadata={"CreationDate": None}))
 
 
 def mark_times(panel, marks):
@@ -131,43 +134,6 @@ def draw_measure(lines, label):
     return drawing_of(figure)
 
 
-def draw_systematic(weights, numbers, counts):
-    """Kwak's Figure 3: cumulative weights and the numbers that choose among them."""
-    figure, panel = plt.subplots(figsize=(WIDTH, 3.6), constrained_layout=True)
-    edges = np.concatenate([[0.0], np.cumsum(weights)])
-    for k, weight in enumerate(weights):
-        panel.plot([k + 0.5, k + 1.5], [edges[k + 1]] * 2, color=INK, lw=1.8)
-        panel.plot([k + 0.5] * 2, [edges[k], edges[k + 1]], color=INK, lw=1.8)
-    for i, number in enumerate(numbers):
-        chosen = int(np.searchsorted(edges, number)) - 1
-        panel.plot([0.2, chosen + 0.5], [number] * 2, color=BLUE, lw=1.0, ls=":")
-        panel.plot([chosen + 0.5], [number], "o", color=BLUE, ms=5)
-        panel.annotate(f"$U_{i + 1}$ = {number:.2f}", (0.2, number), xytext=(-4, 0), textcoords="offset points", ha="right",
-                       va="center", fontsize=8.5, color=BLUE)
-    panel.set_xticks(range(1, len(weights) + 1))
-    panel.set_xticklabels([f"[{k}]\nw = {w:g}\n× {n}" for k, (w, n) in enumerate(zip(weights, counts), 1)])
-    panel.set_yticks([0.0, 0.5, 1.0])
-    panel.yaxis.tick_right()
-    panel.set_xlim(0.2, len(weights) + 0.7)
-    panel.set_ylim(0.0, 1.03)
-    panel.set_ylabel("cumulative weight", labelpad=62)
-    panel.set_xlabel("particle, its weight, how often it is taken")
-    return drawing_of(figure)
-
-
-def draw_ranks(lines):
-    """Kwak's Figure 4: {label: probabilities by rank}."""
-    figure, panel = plt.subplots(figsize=(WIDTH, 3.6), constrained_layout=True)
-    for (label, probabilities), colour in zip(lines, (GREY, GREEN, BLUE, ORANGE, RED)):
-        panel.plot(range(1, len(probabilities) + 1), probabilities, marker="o", ms=4, color=colour, label=label)
-    panel.set_xticks(range(1, len(lines[0][1]) + 1))
-    panel.set_ylim(bottom=0.0)
-    panel.set_xlabel("rank (1: the largest weight)")
-    panel.set_ylabel("probability of selection")
-    panel.legend(fontsize=9)
-    return drawing_of(figure)
-
-
 def draw_paths(panels, height=4.6):
     """Maps side by side: [(title, [(points, name, colour, line)], [(places, name, marker, colour)], [(name, x, y)])]."""
     figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, height), squeeze=False, constrained_layout=True)
@@ -186,32 +152,6 @@ def draw_paths(panels, height=4.6):
     axes[0, 0].set_ylabel("y (m)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9, frameon=False)
-    return drawing_of(figure)
-
-
-def draw_bars(panels, label):
-    """Bars in groups: [(title, [(section, group)], [(name, colour, heights, errors)])]; a height of NaN is left out."""
-    figure, axes = plt.subplots(len(panels), 1, figsize=(WIDTH, 2.9 * len(panels)), squeeze=False, constrained_layout=True)
-    for panel, (title, groups, bars) in zip(axes[:, 0], panels):
-        width = 0.8 / max(1, len(bars))
-        sections = list(dict.fromkeys(section for section, _ in groups))
-        places = np.array([i + 0.7 * sections.index(section) for i, (section, _) in enumerate(groups)])
-        for i, (name, colour, heights, errors) in enumerate(bars):
-            place = places + (i - 0.5 * (len(bars) - 1)) * width
-            panel.bar(place, heights, width * 0.92, yerr=errors, color=colour, label=name, capsize=2,
-                      error_kw={"lw": 0.9})
-        panel.set_xticks(places)
-        panel.set_xticklabels([group for _, group in groups], fontsize=7.5, rotation=20, ha="right", rotation_mode="anchor")
-        for section in sections:
-            middle = np.mean([place for place, (of, _) in zip(places, groups) if of == section])
-            panel.annotate(section, (middle, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                           textcoords="offset points", ha="center", fontweight="bold", fontsize=9)
-        panel.set_ylabel(label)
-        panel.set_ylim(bottom=0.0)
-        panel.set_title(title, fontsize=10, loc="left", pad=17)
-        panel.grid(axis="x", visible=False)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, fontsize=9, frameon=False)
     return drawing_of(figure)
 
 

@@ -46,8 +46,8 @@ def main():
         drawings = [picture for picture in document.pictures() if isinstance(picture.image, Drawing)]
         (folder / "figures").mkdir(exist_ok=True)
         write_files({folder / "report.html": document.html().encode("utf-8"), folder / "tables.tex": document.latex().encode("utf-8"),
-                     **{folder / "figures" / f"{each.name}.{ending}": getattr(each.image, ending)
-                        for each in drawings for ending in Drawing._fields}})
+                     **{folder / "figures" / f"{each.name}.svg": each.image.svg for each in drawings},
+                     **{folder / "figures" / f"{each.name}.pdf": each.image.pdf() for each in drawings}})
     except (StudyError, WriteError) as error:
         sys.exit(str(error))
     except OSError as error:

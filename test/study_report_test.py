@@ -41,8 +41,8 @@ SCHEMES = ('RSR', 'Stratified', 'Residual', 'Systematic', 'Multinomial')
 MAHMOUD_FIGURES = ['lost', *(f'{axis}_{part}' for axis in ('cross_track', 'along_track', 'cartesian', 'heading')
                              for part in ('mean', 'max', 'std')), 'coverage95', 'lost_share', 'converged_after']
 KWAK_PICTURES = ['kwak_figure_' + number for number in (
-    '03', '04', '05', '06', '07', '08', '09', '11', '12a', '12b', '13', '14', '15', '16')]
-MAHMOUD_PICTURES = [f'mahmoud_figure_{number:02d}' for number in range(1, 9)]
+    '05', '06', '07', '08', '09', '11', '12a', '12b', '13', '14', '15', '16')]
+MAHMOUD_PICTURES = [f'mahmoud_figure_{number:02d}' for number in (1, 2, 3, 4, 5, 6, 8)]
 
 
 def scatter(*of_what):
@@ -410,7 +410,6 @@ class StudyReport(unittest.TestCase):
             for row in table['rows']:
                 for column in table['columns']:
                     self.assert_has(f'>{row[column]}</td>', text)
-        self.assert_has('Taken are 1, 2, 2, 4, 5, 6; the paper says 1, 2, 2, 4, 5, 6. 5 of 6 particles stay distinct.', text)
         self.assert_has('Figure 10 is a drawing', text)
         for control in ('reset', 'RSR tempered 0.3', 'redraw', 'EKF-SLAM'):
             self.assertGreaterEqual(text.count(f'<code>{control}</code>'), 4, control)
