@@ -122,6 +122,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   visualization_msgs::MarkerArray markers(ros::Time stamp) override;
   void fill_in(FilterStatus* status) const override;
   void note_findings(ros::Time stamp);
+  void note_odometry_scales(ros::Time stamp, const RangeMemory& memory);
   std::string waits_for() const override;
   void add_health(HealthInputs* inputs) const override;
   void diagnose(diagnostic_msgs::DiagnosticStatus* /*status*/) override {}
@@ -137,6 +138,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   std::map<int, LatestRange> latest_ranges_;
   std::map<int, BeaconHealth> beacon_health_;
   std::map<int, Finding> findings_;  // by beacon
+  std::vector<Finding> odometry_findings_;
   std::function<void(const BeaconMap&)> beacon_map_;
   ros::Time last_map_;
   ros::Time last_beacons_;  // that were drawn

@@ -26,6 +26,9 @@ constexpr double kBeaconSilence = 5.0;  // s
 // Without that many the path is that of the odometry.
 constexpr std::size_t kFewestBeacons = 2;
 constexpr double kSilentPeriods = 8.0;
+// Between so many keyframes the true motion over the odometry's, less 1, that is a fault.
+constexpr int kFewestKeyframes = 20;
+constexpr double kGrossScale = 0.4;
 
 }  // namespace
 
@@ -140,13 +143,50 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
 std::vector<Finding> BeaconMclPipeline::findings() const {
   std::vector<Finding> findings;
   for (const auto& [id, finding] : findings_) findings.push_back(finding);
+  for (const Finding& finding : odometry_findings_) findings.push_back(finding);
   return findings;
+}
+
+// The ranges bring the path to where odometry alone does not lead. Noise makes true over measured
+// look small in one regression and large in the other: a scale that is wrong shows in both.
+void BeaconMclPipeline::note_odometry_scales(ros::Time stamp, const RangeMemory& memory) {
+  const RangeGraph& graph = memory.graph();
+  if (memory.modes().empty() || graph.keyframes() < kFewestKeyframes) return;
+  odometry_findings_.clear();
+  const std::vector<KeyframeState>& keyframes = memory.modes().front().estimate.keyframes;
+  Eigen::Array2d measured = Eigen::Array2d::Zero(), both = measured, estimated = measured;
+  for (std::size_t i = 0; i + 1 < keyframes.size(); ++i) {
+    const Pose2& odometry = graph.motions[i].mean;
+    const Pose2 moved = relative(pose_of(keyframes[i]), pose_of(keyframes[i + 1]));
+    const double along = odometry.x * moved.x + odometry.y * moved.y;
+    measured += Eigen::Array2d(std::pow(odometry.x, 2) + std::pow(odometry.y, 2),
+                               std::pow(odometry.heading, 2));
+    estimated +=
+        Eigen::Array2d(std::pow(moved.x, 2) + std::pow(moved.y, 2), std::pow(moved.heading, 2));
+    both += Eigen::Array2d(along, odometry.heading * moved.heading);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const double least = both[k] / measured[k] - 1.0;
+    const double most = estimated[k] / both[k] - 1.0;
+    const bool is_gross = std::abs(least) >= kGrossScale && std::abs(most) >= kGrossScale;
+    if (!is_gross || (least > 0.0) != (most > 0.0)) continue;
+    Finding finding;
+    finding.kind = k == 1 ? FindingKind::odometry_turns_wrong : FindingKind::odometry_counts_wrong;
+    finding.begin = stamp.toSec() - memory.time();
+    finding.end = stamp.toSec();
+    finding.place = keyframes.back().head<2>();
+    finding.size = std::copysign(std::sqrt(measured[k] / estimated[k]), both[k]);
+    finding.probability = 1.0;
+    finding.is_open = true;
+    odometry_findings_.push_back(finding);
+  }
 }
 
 // Its place or bias is free in the memory: the pose does not suffer.
 void BeaconMclPipeline::note_findings(ros::Time stamp) {
   const RangeMemory* memory = filter_->memory();
   if (memory == nullptr) return findings_.clear();
+  note_odometry_scales(stamp, *memory);
   for (const RadioKnowledge& radio : memory->radios()) {
     const std::string remark = remark_on(radio, filter_->beacons());
     if (remark.empty()) {

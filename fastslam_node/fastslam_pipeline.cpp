@@ -31,7 +31,8 @@ constexpr double kSlipSquare = 40.0;
 constexpr double kSlipWindow = 3.0;   // s
 constexpr double kGrossScale = 0.4;   // of the odometry, less 1
 constexpr double kLeastScale = 1e-3;  // of odometry that counts while the robot stands
-constexpr double kDrawnAlong = 30.0;  // s
+constexpr double kDrawnAlong = 30.0;  // s, and
+constexpr double kDrawnFar = 6.0;     // m: one that is farther away is not believed
 // How far a sensor's z axis may be off the robot's: cosine.
 constexpr double kUpright = 0.9;
 
@@ -398,7 +399,8 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
     const bool is_slip = known.kind == FindingKind::wheels_slipped;
     if (!is_slip && !is_of_landmark(known)) return false;
     const auto explains = [&](const Finding& finding) {
-      return is_slip ? finding.kind != FindingKind::landmark_gone &&
+      return is_slip ? finding.kind != FindingKind::landmark_gone && known.size < finding.size &&
+                           finding.size < kDrawnFar &&
                            std::abs(finding.begin - known.begin) < kDrawnAlong
                      : finding.id == known.id;
     };

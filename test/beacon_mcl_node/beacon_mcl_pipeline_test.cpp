@@ -261,6 +261,29 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   EXPECT_LT(run.error(), 0.5);
 }
 
+// A gyro with the wrong sign mirrors the path that the odometry tells.
+TEST(BeaconMclPipeline, OdometryThatTurnsTheWrongWayIsAFinding) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  Rig run(options);
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
+    const auto* right = std::get_if<nav_msgs::Odometry::ConstPtr>(&message);
+    if (right == nullptr) {
+      handle(message, &run.pipeline);
+      continue;
+    }
+    nav_msgs::Odometry mirrored = **right;
+    mirrored.pose.pose.position.y *= -1.0;
+    mirrored.pose.pose.orientation.z *= -1.0;
+    run.pipeline.handle(mirrored);
+  }
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.findings.size(), 1u);
+  EXPECT_EQ(status.findings[0].kind, "odometry_turns_wrong");
+  EXPECT_NEAR(status.findings[0].size, -1.0, 0.1);
+  EXPECT_EQ(status.health, "doubtful");
+}
+
 // While it cannot tell yet, a filter with a wrong list is sure of a place that is metres away.
 TEST(BeaconMclPipeline, IsNotHealthyBeforeTheListWasJudged) {
   BeaconMclPipelineOptions options = BeaconMclDrive::options();

@@ -13,10 +13,11 @@ constexpr double kOffSigmas = 5.0;      // of their mean
 constexpr double kSameSigmas = 3.0;     // standard deviations, between sightings of one place
 constexpr int kFewestSightings = 4;     // of a place, ...
 constexpr double kShortest = 0.5;       // ... over so many s
+constexpr double kVisitGap = 5.0;       // s
 constexpr std::size_t kMostPlaces = 4;  // of a landmark; of misread ids there may be many
 // What was seen of others, from so many s before to so many after, has to fit: so many sightings,
 // to such a share; of landmarks that were there so many s before, or the belief may be wrong,
-// unless it is so many times more certain.
+// unless it is so many times more certain; then few sightings are remembered, too.
 constexpr double kBefore = 5.0;
 constexpr double kAfter = 15.0;
 constexpr double kOld = 60.0;
@@ -26,7 +27,7 @@ constexpr int kFewestOthers = 3;
 constexpr double kFitting = 0.75;
 constexpr std::size_t kMostLatest = 300;
 constexpr double kUnconfirmed = 60.0;  // s after which a place that nothing confirms is forgotten
-// Sightings in a row share their errors: so many are one. Share of the landmarks that are moved.
+// Of sightings in a row so many are one. Share of the landmarks that are moved.
 constexpr double kPerOpinion = 4.0;
 constexpr double kMoved = 0.01;
 constexpr double kSure = 0.9;
@@ -35,7 +36,6 @@ constexpr double kOpen = 10.0;  // s after the last sighting
 constexpr double kFits = 15.0;
 constexpr int kFewestFits = 3;
 constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
-constexpr double kVisitGap = 5.0;     // s
 constexpr int kFewestLooks = 3;
 // Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
@@ -109,7 +109,7 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
     std::vector<Place>& places = landmark.places;
     for (std::size_t i = 1; i < places.size(); ++i) {
       const double apart = (places[i].position - places[0].position).norm();
-      confirm(*id, apart < kFar + kFarSigmas * sigma, &places[i]);
+      confirm(*id, apart > kFar + kFarSigmas * sigma, &places[i]);
     }
     places.erase(std::remove_if(places.begin() + 1, places.end(),
                                 [&](const Place& place) {
@@ -164,7 +164,11 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
     const auto [known, distance] = nearest(sighting.seen, sighting.is_started ? places.size() : at);
     at = known;
     if (distance > near) {
-      if (places.size() == kMostPlaces) places.erase(places.begin() + 1);
+      if (places.size() == kMostPlaces) {
+        places.erase(std::min_element(
+            places.begin() + 1, places.end(),
+            [](const Place& one, const Place& other) { return one.sightings < other.sightings; }));
+      }
       at = places.size();
       places.emplace_back();
       pending_.insert(sighting.id);
@@ -181,7 +185,8 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
     landmark.seen_from = (eye - place.position).normalized();
     landmark.missed = 0;
   }
-  if (place.sightings++ == 0) place.first = time;
+  if (place.sightings++ == 0) place.first = place.last = time;
+  place.opinions += time > place.last + kVisitGap ? 1.0 : 1.0 / kPerOpinion;
   place.sigma = sighting.sigma;
   place.eye_sigma = eye_sigma;
   place.last = time;
@@ -189,14 +194,11 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
 }
 
 // Others are seen where they should be: so it is the landmark that is not.
-void LandmarkChanges::confirm(std::int64_t id, bool needs_old, Place* place) const {
-  if (place->is_confirmed || place->sightings < kFewestSightings ||
-      place->last - place->first < kShortest) {
-    return;
-  }
+void LandmarkChanges::confirm(std::int64_t id, bool is_far, Place* place) const {
+  if (place->is_confirmed || !(is_far || is_many(*place))) return;
   int others = 0, fitting = 0, after = 0;
   for (const Outcome& outcome : latest_) {
-    if (outcome.id == id || (needs_old && !outcome.is_old)) continue;
+    if (outcome.id == id || (!is_far && !outcome.is_old)) continue;
     if (outcome.time < place->first - kBefore || outcome.time > place->last + kAfter) continue;
     ++others;
     fitting += outcome.is_believed ? 1 : 0;
@@ -267,11 +269,15 @@ void LandmarkChanges::forget_latest() {
   }
 }
 
+bool LandmarkChanges::is_many(const Place& place) const {
+  return place.sightings >= kFewestSightings && place.last - place.first >= kShortest;
+}
+
 // Against an id that is misread as often as others are.
 double LandmarkChanges::probability_of(const Place& place) const {
   const int others = std::max(0, not_believed_ - place.sightings);
   const double misread = (others + 1.0) / (believed_ + others + 2.0);
-  const double chance = (1.0 - kMoved) * std::pow(misread, place.sightings / kPerOpinion);
+  const double chance = (1.0 - kMoved) * std::pow(misread, place.opinions);
   return kMoved / (kMoved + chance);
 }
 
@@ -303,7 +309,8 @@ std::vector<Finding> LandmarkChanges::findings() const {
       // What was found in this drive is known no better than the robot's own place.
       const double apart = kSamePlace + (landmark.is_given ? 0.0 : kSameSigmas * place.eye_sigma);
       const bool is_apart = (place.position - landmark.home().position).norm() > apart;
-      const bool is_sure = is_apart && place.is_confirmed && probability_of(place) >= kSure;
+      const bool is_sure =
+          is_apart && place.is_confirmed && is_many(place) && probability_of(place) >= kSure;
       if (is_sure && (best == nullptr || place.last > best->last)) best = &place;
     }
     Finding finding;
@@ -315,8 +322,7 @@ std::vector<Finding> LandmarkChanges::findings() const {
       finding.end = best->last;
       finding.place = best->position;
       finding.size = (best->position - landmark.home().position).norm();
-      finding.sigma =
-          std::hypot(landmark.home().sigma, best->sigma / std::sqrt(best->sightings / kPerOpinion));
+      finding.sigma = std::hypot(landmark.home().sigma, best->sigma / std::sqrt(best->opinions));
       finding.probability = probability_of(*best);
       finding.is_open = !best->is_believed && now_ < best->last + kOpen;
     } else if (few_are_off && is_off(landmark)) {

@@ -50,6 +50,7 @@ class LandmarkChanges {
     double sigma = 0.0;      // m, of what was seen last, ...
     double eye_sigma = 0.0;  // ... and of where from
     int sightings = 0;
+    double opinions = 0.0;           // sightings in a row share their errors
     double first = 0.0, last = 0.0;  // s
     bool is_confirmed = false;       // what was seen of others fitted
     bool is_believed = false;        // the filter has it there by now
@@ -84,7 +85,8 @@ class LandmarkChanges {
   void look(double time, const Pose2& eye);
   bool belief_fits(double time) const;
   void end_visit(double time, Landmark* landmark);
-  void confirm(std::int64_t id, bool needs_old, Place* place) const;
+  void confirm(std::int64_t id, bool is_far, Place* place) const;
+  bool is_many(const Place& place) const;
   double probability_of(const Place& place) const;
   bool is_off(const Landmark& landmark) const;
   double probability_gone(const Landmark& landmark) const;

@@ -29,13 +29,16 @@ class Corridor {
   }
 
   void drive(double error = 0.0) {
+    int looks = 0;
     for (double x = -5.0; x < 80.0; x += 0.2, time_ += 0.2) {
       const RandomStream noise(1, RandomPurpose::simulation_observation, step_++);
       std::vector<MapSighting> sightings;
       std::uint64_t draw = 0;
+      const auto is_shown = [&](std::int64_t id) { return id != rare_ || ++looks % 3 == 0; };
       for (const auto& [id, place] : tags_) {
         const Eigen::Vector2d there = place - Eigen::Vector2d(x, 0.0);
         if (there.norm() > 6.0 || std::abs(std::atan2(there.y(), there.x())) > 0.6) continue;
+        if (!is_shown(id)) continue;
         MapSighting sighting;
         sighting.id = id;
         sighting.sigma = kSigma;
@@ -55,6 +58,7 @@ class Corridor {
   std::map<std::int64_t, Eigen::Vector2d> map_;
   std::multimap<std::int64_t, Eigen::Vector2d> tags_;  // as they are
   double believed_ = 0.2;                              // m from where the map has it
+  std::int64_t rare_ = -1;                             // one in three scans shows it
   double time_ = 0.0;
   std::uint32_t step_ = 0;
 };
@@ -78,6 +82,21 @@ TEST(LandmarkChanges, ALandmarkIsWhereItWasMovedTo) {
   EXPECT_GT(found[0].probability, 0.9);
   EXPECT_FALSE(found[0].is_open);  // it is long out of view
   EXPECT_EQ(sentence_of(found[0], 0.0), "landmark 20 is 1.0 m from the map");
+}
+
+// Each time that it passes the robot sees it twice: too few for a finding, but it comes again.
+TEST(LandmarkChanges, ALandmarkThatIsHardlySeenIsWhereItWasMovedTo) {
+  Corridor corridor;
+  corridor.tags_.find(20)->second += Eigen::Vector2d(4.0, 0.0);
+  corridor.rare_ = 20;
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+  corridor.drive();
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
+  EXPECT_EQ(found[0].id, 20);
 }
 
 // It is within what the filter believes, but always on the same side. Where all are, it is the
