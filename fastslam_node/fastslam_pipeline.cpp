@@ -25,7 +25,8 @@ constexpr double kSmallestScene = 1.0;
 constexpr double kSlipsApart = 5.0;  // s
 // How far and by what angle a belief jumps that was wrong; and the squared error, three degrees of
 // freedom, that names a slip, as in a redraw.
-constexpr double kJump = 0.3;        // m
+constexpr double kJump = 0.3;  // m
+constexpr double kRedrawnJump = 1.0;
 constexpr double kTurnedJump = 0.1;  // rad
 constexpr double kSlipSquare = 40.0;
 constexpr double kSlipWindow = 3.0;   // s
@@ -253,22 +254,22 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
     note_odometry_scale(stamp);
     changes_.follow(filter_->map());
   }
-  note_jump(stamp, scan);
+  note_jump(stamp, scan, is_redrawn ? kRedrawnJump : kJump);
   if (watches_landmarks()) note_changes(stamp, scan);
 }
 
 // Where the robot is not where odometry has brought it, what did not fit before may fit now. In a
 // map that is known, the wheels slipped: at once, or within seconds while the landmarks in view
-// held the belief.
-void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan) {
+// held the belief. `least`: m, of a belief that was wrong; by less a redraw moves all of the map.
+void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan, double least) {
   const bool is_known = options_.filter.map.frozen;
   const auto error = [&](const Prediction& prediction) {
     const Pose2 &is = belief_->mean, expected = prediction.pose.mean;
     return Eigen::Vector3d(is.x - expected.x, is.y - expected.y,
                            wrap_angle(is.heading - expected.heading));
   };
-  const auto is_jump = [](const Eigen::Vector3d& by) {
-    return by.head<2>().norm() >= kJump || std::abs(by[2]) >= kTurnedJump;
+  const auto is_jump = [&](const Eigen::Vector3d& by) {
+    return by.head<2>().norm() >= least || std::abs(by[2]) >= kTurnedJump;
   };
   if (!predictions_.empty() && is_jump(error(predictions_.back()))) changes_.forget_latest();
   if (!predictions_.empty() && is_known) {

@@ -149,7 +149,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_slips(ros::Time stamp);
   void note_odometry_scale(ros::Time stamp);
   void withdraw(const std::function<bool(const Finding&)>& is_withdrawn);
-  void note_jump(ros::Time stamp, const ScanPicture& scan);
+  void note_jump(ros::Time stamp, const ScanPicture& scan, double least);
   void note_empty_scan(ros::Time stamp, const Pose2& sensor);
   void note_changes(ros::Time stamp, const ScanPicture& scan);
   void note_finding(const Finding& finding);
