@@ -96,9 +96,7 @@ struct ResamplingWorkspace {
   double shared_mass = 0.0;               ///< partial: S_hl, weight of those that take part
   int sharing = 0;                        ///< partial: how many take part
   std::vector<double> uniforms;           ///< draws
-  std::vector<std::int64_t> sums;         ///< sorted draws: running sum of the spacings
   std::vector<double> thresholds;         ///< sorted draws
-  std::vector<int> cells;                 ///< copy into which each falls
   std::vector<int> draws_below;           ///< number of draws before each copy
   std::vector<std::uint64_t> sort_words;  ///< ranking
   std::vector<std::uint64_t> sort_words_swap;
