@@ -168,6 +168,15 @@ void Archive::refuse(const std::string& fault) const {
   throw Error(std::string(kind_.content) + " to write: " + where + "; reset the filter");
 }
 
+std::string Archive::next_name(const char** written) {
+  const char* const end = *written + std::strcspn(*written, ",");
+  std::string name(*written, end);
+  name.erase(0, name.find_last_of(".> ") + 1);
+  if (name.back() == '_') name.pop_back();
+  *written = end + (*end == ',' ? 1 : 0);
+  return name;
+}
+
 void Archive::enter(const char* name, std::size_t element) {
   json& above = *tree_->here;
   if (name == nullptr) {

@@ -43,12 +43,14 @@ inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};
 
+#define PF_RESAMPLING_FIELDS(archive, ...) (archive).fields(#__VA_ARGS__, __VA_ARGS__)
+
 /// A tree of named values that structs are written to, or read from. A struct that is saved has one
 /// description for both directions:
 ///
 ///   void describe(Archive& archive, Segment& segment) {
-///     archive("poses", segment.poses);
-///     archive("cost", segment.cost);
+///     PF_RESAMPLING_FIELDS(archive, segment.poses, segment.cost);
+///     archive("limit", segment.width.upper);  // by another name
 ///   }
 ///
 /// Numbers, flags, names, Pose2, Eigen's matrices and arrays, and lists, arrays, options and shared
@@ -81,6 +83,12 @@ class Archive {
     describe(*this, value);
     leave();
   }
+  /// Several, by their names as they are written: "segment.poses, segment.cost_" are poses and
+  /// cost.
+  template <typename... Values>
+  void fields(const char* written, Values&... values) {
+    ((*this)(next_name(&written).c_str(), values), ...);
+  }
   /// A field that nobody edits: text has its checksum beside it. Null is read whatever that says.
   template <typename Value>
   void sealed(const char* name, Value& value) {
@@ -112,6 +120,7 @@ class Archive {
   struct Tree;
   struct Step;
 
+  static std::string next_name(const char** written);
   void enter(const char* name, std::size_t element);
   void leave();
   void seal(const char* name);

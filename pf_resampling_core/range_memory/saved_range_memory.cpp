@@ -7,21 +7,14 @@ namespace pf_resampling {
 
 // What a solution uses of it.
 void describe(Archive& archive, OdometryIncrement& motion) {
-  archive("duration", motion.duration);
-  archive("mean", motion.mean);
-  archive("covariance", motion.covariance);
-  archive("slip_covariance", motion.slip_covariance);
-  archive("yaw_rate_sensitivity", motion.yaw_rate_sensitivity);
-  archive("turn_scale_sensitivity", motion.turn_scale_sensitivity);
+  PF_RESAMPLING_FIELDS(archive, motion.duration, motion.mean, motion.covariance,
+                       motion.slip_covariance, motion.yaw_rate_sensitivity,
+                       motion.turn_scale_sensitivity);
 }
 
 void describe(Archive& archive, HeldRange& range) {
-  archive("radio", range.radio);
-  archive("range", range.range);
-  archive("variance", range.variance);
-  archive("antenna", range.antenna);
-  archive("height", range.height);
-  archive("since", range.since);
+  PF_RESAMPLING_FIELDS(archive, range.radio, range.range, range.variance, range.antenna,
+                       range.height, range.since);
 }
 
 void describe(Archive& archive, RadioAccount& account) {
@@ -31,30 +24,20 @@ void describe(Archive& archive, RadioAccount& account) {
 }
 
 void describe(Archive& archive, RangeNoise& noise) {
-  archive("range", noise.range);
-  archive("translation", noise.translation);
-  archive("heading", noise.heading);
-  archive("robust_width", noise.robust_width);
+  PF_RESAMPLING_FIELDS(archive, noise.range, noise.translation, noise.heading, noise.robust_width);
 }
 
 void describe(Archive& archive, RadioPlace& place) {
-  archive("position", place.position);
-  archive("covariance", place.covariance);
-  archive("probability", place.probability);
+  PF_RESAMPLING_FIELDS(archive, place.position, place.covariance, place.probability);
 }
 
 void describe(Archive& archive, RangePrior& prior) {
-  archive("first", prior.first);
-  archive("first_sigma", prior.first_sigma);
-  archive("constants", prior.constants);
-  archive("constants_sigma", prior.constants_sigma);
-  archive("yaw_rate_walk", prior.yaw_rate_walk);
+  PF_RESAMPLING_FIELDS(archive, prior.first, prior.first_sigma, prior.constants,
+                       prior.constants_sigma, prior.yaw_rate_walk);
 }
 
 void describe(Archive& archive, RangeEstimate& estimate) {
-  archive("keyframes", estimate.keyframes);
-  archive("constants", estimate.constants);
-  archive("takes_part", estimate.takes_part);
+  PF_RESAMPLING_FIELDS(archive, estimate.keyframes, estimate.constants, estimate.takes_part);
 }
 
 void describe(Archive& archive, RangeBelief& belief) {
@@ -63,55 +46,29 @@ void describe(Archive& archive, RangeBelief& belief) {
     return;
   }
   belief.is_usable = true;
-  archive("cost", belief.cost);
-  archive("log_evidence", belief.log_evidence);
-  archive("covariance", belief.covariance);
+  PF_RESAMPLING_FIELDS(archive, belief.cost, belief.log_evidence, belief.covariance);
 }
 
 void describe(Archive& archive, RangePast& past) {
-  archive("keyframe", past.keyframe);
-  archive("state", past.state);
-  archive("constants", past.constants);
-  archive("information", past.information);
-  archive("gradient", past.gradient);
-  archive("log_evidence", past.log_evidence);
+  PF_RESAMPLING_FIELDS(archive, past.keyframe, past.state, past.constants, past.information,
+                       past.gradient, past.log_evidence);
 }
 
 void describe(Archive& archive, RangeMode& mode) {
-  archive("accounts", mode.accounts);
-  archive("loose", mode.loose);
-  archive("prior", mode.prior);
-  archive("estimate", mode.estimate);
-  archive("belief", mode.belief);
-  archive("past", mode.past);
-  archive("settled", mode.settled);
-  archive("probability", mode.probability);
+  PF_RESAMPLING_FIELDS(archive, mode.accounts, mode.loose, mode.prior, mode.estimate, mode.belief,
+                       mode.past, mode.settled, mode.probability);
 }
 
 void describe(Archive& archive, RangeMemory::Radio& radio) {
-  archive("id", radio.id);
-  archive("ranges", radio.ranges);
-  archive("other_places", radio.other_places);
+  PF_RESAMPLING_FIELDS(archive, radio.id, radio.ranges, radio.other_places);
 }
 
 void describe(Archive& archive, RangeMemory& memory) {
-  archive("first", memory.first_);
-  archive("radios", memory.radios_);
-  archive("motions", memory.graph_.motions);
-  archive("ranges", memory.graph_.ranges);
-  archive("times", memory.times_);
-  archive("pending", memory.pending_);
-  archive("time", memory.time_);
-  archive("lever_is_stated", memory.lever_is_stated_);
-  archive("noise", memory.noise_);
-  archive("modes", memory.modes_);
-  archive("before", memory.before_);
-  archive("next_solution_of_all", memory.next_solution_of_all_);
-  archive("doubt", memory.doubt_);
-  archive("are_judged", memory.are_judged_);
-  archive("has_turned", memory.has_turned_);
-  archive("next_trial", memory.next_trial_);
-  archive("trial_steps", memory.trial_steps_);
+  PF_RESAMPLING_FIELDS(archive, memory.first_, memory.radios_, memory.graph_.motions,
+                       memory.graph_.ranges, memory.times_, memory.pending_, memory.time_,
+                       memory.lever_is_stated_, memory.noise_, memory.modes_, memory.before_,
+                       memory.next_solution_of_all_, memory.doubt_, memory.are_judged_,
+                       memory.has_turned_, memory.next_trial_, memory.trial_steps_);
 }
 
 bool RangeMemory::resume(const RangeMemory& saved) {

@@ -7,35 +7,22 @@
 namespace pf_resampling {
 
 void describe(Archive& archive, MotionFactor& motion) {
-  archive("mean", motion.mean);
-  archive("covariance", motion.covariance);
-  archive("slip_covariance", motion.slip_covariance);
-  archive("sensitivity", motion.sensitivity);
-  archive("turn_share", motion.turn_share);
+  PF_RESAMPLING_FIELDS(archive, motion.mean, motion.covariance, motion.slip_covariance,
+                       motion.sensitivity, motion.turn_share);
 }
 
 void describe(Archive& archive, SightingFactor& sighting) {
-  archive("pose", sighting.pose);
-  archive("landmark", sighting.landmark);
-  archive("range", sighting.range);
-  archive("bearing", sighting.bearing);
-  archive("range_variance", sighting.range_variance);
-  archive("bearing_variance", sighting.bearing_variance);
-  archive("sensor", sighting.sensor);
+  PF_RESAMPLING_FIELDS(archive, sighting.pose, sighting.landmark, sighting.range, sighting.bearing,
+                       sighting.range_variance, sighting.bearing_variance, sighting.sensor);
 }
 
 void describe(Archive& archive, NoiseScales& noise) {
-  archive("range", noise.range);
-  archive("bearing", noise.bearing);
-  archive("motion", noise.motion);
+  PF_RESAMPLING_FIELDS(archive, noise.range, noise.bearing, noise.motion);
 }
 
 void describe(Archive& archive, PredictionError& error) {
-  archive("error", error.error);
-  archive("by_ranges", error.by_ranges);
-  archive("by_bearings", error.by_bearings);
-  archive("by_motions", error.by_motions);
-  archive("by_prior", error.by_prior);
+  PF_RESAMPLING_FIELDS(archive, error.error, error.by_ranges, error.by_bearings, error.by_motions,
+                       error.by_prior);
 }
 
 }  // namespace pf_resampling

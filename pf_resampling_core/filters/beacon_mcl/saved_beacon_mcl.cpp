@@ -9,20 +9,13 @@
 namespace pf_resampling {
 
 void describe(Archive& archive, Beacon& beacon) {
-  archive("id", beacon.id);
-  archive("position", beacon.position);
-  archive("is_planar", beacon.is_planar);
-  archive("sigma", beacon.sigma);
+  PF_RESAMPLING_FIELDS(archive, beacon.id, beacon.position, beacon.is_planar, beacon.sigma);
 }
 
 void describe(Archive& archive, RecentRange& range) {
   RangeObservation& seen = range.observation;
-  archive("beacon", seen.beacon);
-  archive("range", seen.range);
-  archive("variance", seen.variance);
-  archive("antenna", seen.antenna);
-  archive("pose", range.pose);
-  archive("time", range.time);
+  PF_RESAMPLING_FIELDS(archive, seen.beacon, seen.range, seen.variance, seen.antenna, range.pose,
+                       range.time);
 }
 
 void describe(Archive& archive, BeaconMclParticles& particles) {
@@ -30,24 +23,12 @@ void describe(Archive& archive, BeaconMclParticles& particles) {
 }
 
 void describe(Archive& archive, SavedBeaconMcl& saved) {
-  archive("beacons", saved.beacons);
-  archive("step", saved.step);
-  archive("time", saved.time);
-  archive("updates_since_renewal", saved.updates_since_renewal);
-  archive("dead_reckoning", saved.dead_reckoning);
-  archive("first_range_time", saved.first_range_time);
-  archive("range_squares", saved.range_squares);
-  archive("range_count", saved.range_count);
-  archive("slow_likelihood", saved.slow_likelihood);
-  archive("fast_likelihood", saved.fast_likelihood);
-  archive("likelihoods", saved.likelihoods);
-  archive("calibration_time", saved.calibration_time);
-  archive("ranges", saved.ranges);
-  archive("particles", saved.particles);
-  archive("memory", saved.memory);
-  archive("memory_beacons", saved.memory_beacons);
-  archive("is_drawn_from_memory", saved.is_drawn_from_memory);
-  archive("next_solution", saved.next_solution);
+  PF_RESAMPLING_FIELDS(archive, saved.beacons, saved.step, saved.time, saved.updates_since_renewal,
+                       saved.dead_reckoning, saved.first_range_time, saved.range_squares,
+                       saved.range_count, saved.slow_likelihood, saved.fast_likelihood,
+                       saved.likelihoods, saved.calibration_time, saved.ranges, saved.particles,
+                       saved.memory, saved.memory_beacons, saved.is_drawn_from_memory,
+                       saved.next_solution);
 }
 
 SavedBeaconMcl BeaconMcl::saved() const {

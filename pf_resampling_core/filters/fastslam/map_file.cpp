@@ -22,12 +22,9 @@ void describe(Archive& archive, DataAssociation& association) {
 }
 
 void describe(Archive& archive, SavedLandmark& landmark) {
-  archive("id", landmark.estimate.id);
-  archive("mean", landmark.estimate.mean);
-  archive("covariance", landmark.estimate.covariance);
-  archive("held", landmark.estimate.held);
-  archive("log_odds", landmark.estimate.log_odds);
-  archive("last_seen", landmark.last_seen);
+  PF_RESAMPLING_FIELDS(archive, landmark.estimate.id, landmark.estimate.mean,
+                       landmark.estimate.covariance, landmark.estimate.held,
+                       landmark.estimate.log_odds, landmark.last_seen);
 }
 
 void describe(Archive& archive, FastSlamParticles& particles) {
@@ -35,9 +32,7 @@ void describe(Archive& archive, FastSlamParticles& particles) {
 }
 
 void describe(Archive& archive, OdometryErrorState& errors) {
-  archive("means", errors.means);
-  archive("covariance", errors.covariance);
-  archive("velocity", errors.velocity);
+  PF_RESAMPLING_FIELDS(archive, errors.means, errors.covariance, errors.velocity);
 }
 
 namespace {
@@ -68,8 +63,7 @@ ParticleMapColumns columns_of(const std::vector<std::vector<ParticleLandmark>>& 
 }
 
 void describe(Archive& archive, ParticleMapColumns& columns) {
-  archive("landmarks", columns.landmarks);
-  archive("id", columns.id);
+  PF_RESAMPLING_FIELDS(archive, columns.landmarks, columns.id);
   for (std::size_t k = 0; k < columns.numbers.size(); ++k) {
     archive(kNumbers[k], columns.numbers[k]);
   }
@@ -100,29 +94,20 @@ struct StateOfFilter {
 void describe(Archive& archive, StateOfFilter& state) {
   SavedMap& map = *state.map;
   if (!archive.something(map.particles.size() > 0)) return;
-  archive("step", map.step);
-  archive("next_id", map.next_id);
-  archive("observations_since_renewal", map.observations_since_renewal);
-  archive("particles", map.particles);
+  PF_RESAMPLING_FIELDS(archive, map.step, map.next_id, map.observations_since_renewal,
+                       map.particles);
   ParticleMapColumns columns = columns_of(map.particle_maps);
   archive("particle_maps", columns);
   if (archive.is_reading()) map.particle_maps = maps_of(columns);
-  archive("odometry_errors", map.odometry_errors);
-  archive("memory", map.memory);
-  archive("is_lost", map.is_lost);
-  archive("unplaced_since", map.unplaced_since);
-  archive("observations_since_redraw", map.observations_since_redraw);
+  PF_RESAMPLING_FIELDS(archive, map.odometry_errors, map.memory, map.is_lost, map.unplaced_since,
+                       map.observations_since_redraw);
 }
 
 }  // namespace
 
 void describe(Archive& archive, SavedMap& map) {
-  archive("frame", map.frame);
-  archive("association", map.association);
-  archive("pose", map.pose);
-  archive("view_range", map.view_range);
-  archive("view_bearing", map.view_bearing);
-  archive("landmarks", map.landmarks);
+  PF_RESAMPLING_FIELDS(archive, map.frame, map.association, map.pose, map.view_range,
+                       map.view_bearing, map.landmarks);
   StateOfFilter state = {&map};
   archive.sealed("state", state);
   const std::string fault = fault_of(map);

@@ -42,28 +42,15 @@ struct Whole {
 };
 
 void describe(Archive& archive, Part& part) {
-  archive("pose", part.pose);
-  archive("matrix", part.matrix);
+  PF_RESAMPLING_FIELDS(archive, part.pose, part.matrix);
 }
 
 void describe(Archive& archive, Whole& whole) {
-  archive("number", whole.number);
-  archive("count", whole.count);
-  archive("byte", whole.byte);
-  archive("id", whole.id);
-  archive("place", whole.place);
-  archive("flag", whole.flag);
-  archive("name", whole.name);
-  archive("vector", whole.vector);
-  archive("block", whole.block);
-  archive("column", whole.column);
-  archive("table", whole.table);
-  archive("flags", whole.flags);
-  archive("pair", whole.pair);
-  archive("parts", whole.parts);
+  PF_RESAMPLING_FIELDS(archive, whole.number, whole.count, whole.byte, whole.id, whole.place,
+                       whole.flag, whole.name, whole.vector, whole.block, whole.column, whole.table,
+                       whole.flags, whole.pair, whole.parts);
   archive.sealed("some", whole.some);
-  archive("none", whole.none);
-  archive("shared", whole.shared);
+  PF_RESAMPLING_FIELDS(archive, whole.none, whole.shared);
 }
 
 // Numbers whose decimals do not end, the smallest and the largest, and minus zero.
