@@ -87,7 +87,7 @@ class World:
                 else:
                     self.numbers[prefix + key] = value
 
-        for key in ("filter", "beacons"):  # no part of such a drive
+        for key in ("filter", "area", "beacons"):  # no part of such a drive
             read.pop(key, None)
         self.waypoints, self.repeat = read.pop("waypoints", []), read.pop("repeat", False)
         self.landmarks = np.array(read.pop("landmarks", []), float).reshape(-1, 2)

@@ -15,16 +15,58 @@ namespace {
   throw Error(text.str());
 }
 
-void check_positive(const std::string& name, double value) {
-  if (!(std::isfinite(value) && value > 0.0)) fail(name, value, "above 0");
+enum class Least { none, zero, more };  // that a number may be: anything, zero, or more than that
+
+void check_number(const std::string& name, double value, Least least) {
+  const bool is_fine = std::isfinite(value) && (least == Least::none || value > 0.0 ||
+                                                (least == Least::zero && value == 0.0));
+  const char* const allowed[] = {"a finite number", "0 or above", "above 0"};
+  if (!is_fine) fail(name, value, allowed[static_cast<int>(least)]);
 }
 
-void check_not_negative(const std::string& name, double value) {
-  if (!(std::isfinite(value) && value >= 0.0)) fail(name, value, "0 or above");
-}
+struct Number {
+  const char* key;
+  double* value;
+  Least least;
+};
 
-void check_finite(const std::string& name, double value) {
-  if (!std::isfinite(value)) fail(name, value, "a finite number");
+std::vector<Number> table_of(World* world) {
+  DriveOptions& drive = world->drive;
+  OdometryErrors& odometry = world->odometry;
+  SimulatedLandmarkSensor& sensor = world->landmark_sensor;
+  RangeSensorOptions& ranges = world->ranges;
+  return {{"start/x", &world->start.x, Least::none},
+          {"start/y", &world->start.y, Least::none},
+          {"start/heading", &world->start.heading, Least::none},
+          {"duration", &world->duration, Least::zero},
+          {"robot/speed", &drive.speed, Least::more},
+          {"robot/speed_floor", &drive.speed_floor, Least::more},
+          {"robot/yaw_rate_gain", &drive.yaw_rate_gain, Least::more},
+          {"robot/yaw_rate_limit", &drive.yaw_rate_limit, Least::more},
+          {"robot/reached_distance", &drive.reached_distance, Least::more},
+          {"robot/control_period", &drive.control_period, Least::more},
+          {"robot/motion_noise/speed", &odometry.speed_sigma, Least::zero},
+          {"robot/motion_noise/lateral", &odometry.lateral_sigma, Least::zero},
+          {"robot/motion_noise/yaw_rate", &odometry.yaw_rate_sigma, Least::zero},
+          {"robot/observation_period", &sensor.period, Least::zero},
+          {"robot/sensor/range_max", &sensor.range_max, Least::zero},
+          {"robot/sensor/field_of_view", &sensor.field_of_view, Least::zero},
+          {"robot/sensor/range_noise", &sensor.range_sigma, Least::zero},
+          {"robot/sensor/bearing_noise", &sensor.bearing_sigma, Least::zero},
+          {"odometry/period", &odometry.period, Least::more},
+          {"odometry/distance_scale", &odometry.distance_scale, Least::more},
+          {"odometry/yaw_scale", &odometry.yaw_scale, Least::more},
+          {"odometry/yaw_rate_bias", &odometry.yaw_rate_bias, Least::none},
+          {"odometry/yaw_rate_bias_drift", &odometry.yaw_rate_bias_drift, Least::zero},
+          {"ranges/rate", &ranges.rate, Least::zero},
+          {"ranges/range_max", &ranges.range_max, Least::zero},
+          {"ranges/outlier_share", &ranges.outlier_share, Least::zero},
+          {"ranges/outlier_max", &ranges.outlier_max, Least::zero},
+          {"ranges/reflected_share", &ranges.reflected_share, Least::zero},
+          {"ranges/reflected_excess_mean", &ranges.reflected_excess_mean, Least::zero},
+          {"ranges/antenna/x", &ranges.antenna.x(), Least::none},
+          {"ranges/antenna/y", &ranges.antenna.y(), Least::none},
+          {"ranges/antenna/z", &ranges.antenna.z(), Least::none}};
 }
 
 void check_multiple(const std::string& name, double value, double period) {
@@ -37,18 +79,9 @@ void check_multiple(const std::string& name, double value, double period) {
 }
 
 void check_drive(const World& world) {
-  const DriveOptions& drive = world.drive;
-  check_positive("robot/speed", drive.speed);
-  check_positive("robot/speed_floor", drive.speed_floor);
-  if (drive.speed_floor > 1.0) fail("robot/speed_floor", drive.speed_floor, "(0, 1]");
-  check_positive("robot/yaw_rate_gain", drive.yaw_rate_gain);
-  check_positive("robot/yaw_rate_limit", drive.yaw_rate_limit);
-  check_positive("robot/reached_distance", drive.reached_distance);
-  check_positive("robot/control_period", drive.control_period);
-  check_finite("start/x", world.start.x);
-  check_finite("start/y", world.start.y);
-  check_finite("start/heading", world.start.heading);
-  check_not_negative("duration", world.duration);
+  const double floor = world.drive.speed_floor;
+  if (floor > 1.0) fail("robot/speed_floor", floor, "(0, 1]");
+  check_multiple("odometry/period", world.odometry.period, world.drive.control_period);
   if (world.waypoints.empty()) throw Error("the world has no waypoints: give at least one");
   if (world.repeat && world.duration <= 0.0) {
     throw Error("repeat is true and duration is 0: give the duration of the drive, in s");
@@ -60,28 +93,12 @@ void check_drive(const World& world) {
   }
 }
 
-void check_odometry(const OdometryErrors& odometry, double control_period) {
-  check_positive("odometry/period", odometry.period);
-  check_multiple("odometry/period", odometry.period, control_period);
-  check_not_negative("robot/motion_noise/speed", odometry.speed_sigma);
-  check_not_negative("robot/motion_noise/lateral", odometry.lateral_sigma);
-  check_not_negative("robot/motion_noise/yaw_rate", odometry.yaw_rate_sigma);
-  check_positive("odometry/distance_scale", odometry.distance_scale);
-  check_positive("odometry/yaw_scale", odometry.yaw_scale);
-  check_finite("odometry/yaw_rate_bias", odometry.yaw_rate_bias);
-  check_not_negative("odometry/yaw_rate_bias_drift", odometry.yaw_rate_bias_drift);
-}
-
 void check_ranges(const World& world) {
   const RangeSensorOptions& ranges = world.ranges;
-  check_not_negative("ranges/rate", ranges.rate);
-  check_not_negative("ranges/range_max", ranges.range_max);
-  check_not_negative("ranges/outlier_share", ranges.outlier_share);
-  check_not_negative("ranges/reflected_share", ranges.reflected_share);
   const double unusual = ranges.outlier_share + ranges.reflected_share;
   if (unusual > 1.0) fail("ranges/outlier_share + reflected_share", unusual, "[0, 1]");
-  if (ranges.outlier_share > 0.0) check_positive("ranges/outlier_max", ranges.outlier_max);
-  check_not_negative("ranges/reflected_excess_mean", ranges.reflected_excess_mean);
+  if (ranges.outlier_share > 0.0)
+    check_number("ranges/outlier_max", ranges.outlier_max, Least::more);
   if (ranges.rate > 0.0 && world.beacons.empty()) {
     throw Error("ranges/rate is given and the world has no beacons: give some, or rate 0");
   }
@@ -91,18 +108,10 @@ void check_ranges(const World& world) {
     if (!ids.insert(beacon.beacon.id).second) throw Error(name + " is given twice");
     if (!beacon.beacon.position.allFinite())
       throw Error(name + " has a position that is not finite");
-    check_positive(name + " scale", beacon.errors.scale);
-    check_finite(name + " bias", beacon.errors.bias);
-    check_not_negative(name + " sigma", beacon.errors.sigma);
+    check_number(name + " scale", beacon.errors.scale, Least::more);
+    check_number(name + " bias", beacon.errors.bias, Least::none);
+    check_number(name + " sigma", beacon.errors.sigma, Least::zero);
   }
-}
-
-void check_landmark_sensor(const SimulatedLandmarkSensor& sensor) {
-  check_not_negative("robot/observation_period", sensor.period);
-  check_not_negative("robot/sensor/range_max", sensor.range_max);
-  check_not_negative("robot/sensor/field_of_view", sensor.field_of_view);
-  check_not_negative("robot/sensor/range_noise", sensor.range_sigma);
-  check_not_negative("robot/sensor/bearing_noise", sensor.bearing_sigma);
 }
 
 // So that a drive ends, and fits into memory.
@@ -125,53 +134,18 @@ void check_amounts(const World& world) {
 }  // namespace
 
 std::map<std::string, double*> numbers_of(World* world) {
-  DriveOptions& drive = world->drive;
-  OdometryErrors& odometry = world->odometry;
-  SimulatedLandmarkSensor& sensor = world->landmark_sensor;
-  RangeSensorOptions& ranges = world->ranges;
-  return {{"area/x_min", &world->area.x_min},
-          {"area/y_min", &world->area.y_min},
-          {"area/x_max", &world->area.x_max},
-          {"area/y_max", &world->area.y_max},
-          {"start/x", &world->start.x},
-          {"start/y", &world->start.y},
-          {"start/heading", &world->start.heading},
-          {"duration", &world->duration},
-          {"robot/speed", &drive.speed},
-          {"robot/speed_floor", &drive.speed_floor},
-          {"robot/yaw_rate_gain", &drive.yaw_rate_gain},
-          {"robot/yaw_rate_limit", &drive.yaw_rate_limit},
-          {"robot/reached_distance", &drive.reached_distance},
-          {"robot/control_period", &drive.control_period},
-          {"robot/motion_noise/speed", &odometry.speed_sigma},
-          {"robot/motion_noise/lateral", &odometry.lateral_sigma},
-          {"robot/motion_noise/yaw_rate", &odometry.yaw_rate_sigma},
-          {"robot/observation_period", &sensor.period},
-          {"robot/sensor/range_max", &sensor.range_max},
-          {"robot/sensor/field_of_view", &sensor.field_of_view},
-          {"robot/sensor/range_noise", &sensor.range_sigma},
-          {"robot/sensor/bearing_noise", &sensor.bearing_sigma},
-          {"odometry/period", &odometry.period},
-          {"odometry/distance_scale", &odometry.distance_scale},
-          {"odometry/yaw_scale", &odometry.yaw_scale},
-          {"odometry/yaw_rate_bias", &odometry.yaw_rate_bias},
-          {"odometry/yaw_rate_bias_drift", &odometry.yaw_rate_bias_drift},
-          {"ranges/rate", &ranges.rate},
-          {"ranges/range_max", &ranges.range_max},
-          {"ranges/outlier_share", &ranges.outlier_share},
-          {"ranges/outlier_max", &ranges.outlier_max},
-          {"ranges/reflected_share", &ranges.reflected_share},
-          {"ranges/reflected_excess_mean", &ranges.reflected_excess_mean},
-          {"ranges/antenna/x", &ranges.antenna.x()},
-          {"ranges/antenna/y", &ranges.antenna.y()},
-          {"ranges/antenna/z", &ranges.antenna.z()}};
+  std::map<std::string, double*> numbers;
+  for (const Number& number : table_of(world)) numbers[number.key] = number.value;
+  return numbers;
 }
 
 void check_world(const World& world) {
+  World copy = world;
+  for (const Number& number : table_of(&copy)) {
+    check_number(number.key, *number.value, number.least);
+  }
   check_drive(world);
-  check_odometry(world.odometry, world.drive.control_period);
   check_ranges(world);
-  check_landmark_sensor(world.landmark_sensor);
   check_amounts(world);
 }
 

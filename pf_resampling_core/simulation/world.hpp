@@ -59,18 +59,8 @@ struct SimulatedLandmarkSensor {
   double bearing_sigma = 0.0;  ///< rad
 };
 
-/// An axis-parallel rectangle in the map frame. m.
-struct Area {
-  double x_min = 0.0;
-  double y_min = 0.0;
-  double x_max = 0.0;
-  double y_max = 0.0;
-};
-
 /// Everything a simulated drive is made of. SI units and radians, map frame.
 struct World {
-  std::string name;
-  Area area;  ///< for pictures and searches; empty (all zero) when not given
   Pose2 start;
   std::vector<Eigen::Vector2d> waypoints;
   bool repeat = false;    ///< after the last way-point the first one again, until `duration`

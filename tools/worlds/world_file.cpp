@@ -28,10 +28,11 @@ class WorldReader {
       if (key.rfind("closure_", 0) == 0) {
         return read_as(value, key, "a whole number", &world_->closures[key.substr(8)]);
       }
-      // What a study runs on the world is no part of it; beacons come when the antenna is known.
-      if (key != "filter" && key != "beacons") read_number(value, key, numbers);
+      // What a study runs on the world, and what a picture shows of it, is no part of it; beacons
+      // come when the antenna is known.
+      const std::set<std::string> others = {"filter", "area", "beacons"};
+      if (others.count(key) == 0) read_number(value, key, numbers);
     });
-    if (file["area"]) require(file["area"], "area", {"x_min", "y_min", "x_max", "y_max"});
     // A robot's odometry comes with its controls unless it is said.
     if (file["robot"] && (!file["odometry"] || !file["odometry"]["period"])) {
       world_->odometry.period = world_->drive.control_period;
@@ -155,17 +156,13 @@ World parse_world(const std::string& text, const std::string& source) {
 World load_world(const std::string& name_or_path) {
   const auto builtin = builtin_world_texts().find(name_or_path);
   if (builtin != builtin_world_texts().end()) {
-    World world = parse_world(builtin->second, name_or_path);
-    world.name = name_or_path;
-    return world;
+    return parse_world(builtin->second, name_or_path);
   }
   if (name_or_path.find('/') == std::string::npos && name_or_path.find('.') == std::string::npos) {
     throw Error("world \"" + name_or_path + "\" is unknown; known: " +
                 joined(builtin_worlds(), ", ") + ", or the path of a world's YAML file");
   }
-  World world = parse_world(read_file(name_or_path), name_or_path);
-  world.name = name_or_path;
-  return world;
+  return parse_world(read_file(name_or_path), name_or_path);
 }
 
 }  // namespace pf_resampling

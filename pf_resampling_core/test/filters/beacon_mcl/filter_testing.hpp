@@ -135,7 +135,6 @@ inline bool all_finite(const BeaconMcl& filter) {
 /// odometry and ranges at 10 Hz that err by `scale` and `bias` and sigma 0.4 m.
 inline World circle_among_six_beacons(double scale, double bias, double duration) {
   World world;
-  world.name = "circle";
   world.start = {25.0, 15.0, M_PI / 2};
   for (int i = 1; i <= 24; ++i) {
     const double angle = 2.0 * M_PI * i / 24.0;
