@@ -132,15 +132,19 @@ TEST_F(FilesOfRuns, OnlyRegularFilesAreReplaced) {
   if (mknod(folder_->file("null").c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0) {
     refused["null"] = "it is not a regular file";
   }
+  // One program in C++ and one in Python are tried with each, the others with one.
+  const std::vector<std::string> commands = {
+      "run_bag beacon_mcl ranges.bag ",
+      "evaluate_bag x.bag --json ",
+      "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
+      "run_bag fastslam y.bag o.bag --save-map ",
+      "simulate_bag beacons_circle ",
+      "dataset_to_bag csv d ",
+      "survey_beacons ranges.bag --output ",
+      "study faults ranges.bag --seeds 1 --json "};
   for (const auto& [name, why] : refused) {
-    for (const char* command :
-         {"run_bag beacon_mcl ranges.bag ",
-          "run_bag beacon_mcl ranges.bag o.bag --save-checkpoint ",
-          "run_bag fastslam y.bag o.bag --save-map ", "simulate_bag beacons_circle ",
-          "dataset_to_bag csv d ", "evaluate_bag x.bag --json ",
-          "survey_beacons ranges.bag --output ", "study faults ranges.bag --seeds 1 --json "}) {
-      expect_refused(command + name, {name, why});
-    }
+    const std::size_t tried = name == "fifo" ? commands.size() : 2;
+    for (std::size_t i = 0; i < tried; ++i) expect_refused(commands[i] + name, {name, why});
   }
   expect_refused("evaluate_bag x.bag --plot link.png", {"link.png", "it is not a regular file"});
 }
@@ -155,12 +159,10 @@ TEST_F(FilesOfRuns, AnOutputOfAnEarlierRunAmongTheInputsIsReplaced) {
 TEST_F(FilesOfRuns, AFullDiskUnderStandardOutputIsAnError) {
   ASSERT_TRUE(fs::exists("/dev/full"));  // as on every Linux
   for (const char* command :
-       {"run_bag --help", "simulate_bag --help", "dataset_to_bag --help",
-        "dataset_to_bag csv --help", "evaluate_bag --help", "check_bag --help",
-        "survey_beacons --help", "study --help", "study faults --help",
-        "run_bag fastslam --parameters", "check_bag drive.bag", "evaluate_bag x.bag",
-        "survey_beacons ranges.bag", "simulate_bag beacons_circle s.bag --duration 5",
-        "dataset_to_bag csv c s.bag", "run_bag beacon_mcl ranges.bag s.bag", "study kwak --help"}) {
+       {"run_bag --help", "evaluate_bag --help", "study kwak --help",
+        "run_bag fastslam --parameters", "check_bag drive.bag", "survey_beacons ranges.bag",
+        "simulate_bag beacons_circle s.bag --duration 5", "dataset_to_bag csv c s.bag",
+        "run_bag beacon_mcl ranges.bag s.bag"}) {
     const std::string tool = std::string(command).substr(0, std::string(command).find(' '));
     for (const char* out : {" > /dev/full", " >&-"}) {
       const ProgramResult result = program(command + std::string(out));
