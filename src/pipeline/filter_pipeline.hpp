@@ -258,7 +258,7 @@ class FilterPipeline {
   void note_health(double duration);
   std::optional<PoseEstimate> place_now() const;
   double position_unknown(const PoseEstimate& place) const;
-  void find_places(ros::Time stamp);
+  void find_places(const Pose2& motion, ros::Time stamp);
   PoseClusters places_now() const;
   void add_hypotheses(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);

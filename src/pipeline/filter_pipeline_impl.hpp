@@ -22,8 +22,8 @@ namespace pf_resampling {
 // Places that are told apart, and how often, s, among how many particles: that takes longer than an
 // update then.
 inline constexpr int kMostPlaces = 10;
-inline constexpr double kPlacesPeriod = 0.5;  // s
-inline constexpr Eigen::Index kManyParticles = 10000;
+inline constexpr double kPlacesPeriod = 1.0;  // s
+inline constexpr Eigen::Index kManyParticles = 500;
 
 template <typename Types>
 FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
@@ -333,9 +333,10 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   const std::optional<Observations> observations = to_observations(group);
   if (!observations) return;
   const ros::Time stamp = std::max(group.back().header.stamp, odometry_.used());
+  const OdometryIncrement motion = odometry_.until(stamp, noise());
   const double start = sinks_.stopwatch ? sinks_.stopwatch() : 0.0;
   try {
-    update_filter(odometry_.until(stamp, noise()), *observations);
+    update_filter(motion, *observations);
   } catch (const Error& error) {
     return reject({RejectReason::filter_error, error.what()});
   }
@@ -351,7 +352,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   last_observation_ = stamp;
   note_observations(stamp, *observations, std::max(0.0, duration));
   note_health(duration);
-  find_places(stamp);
+  find_places(motion.mean, stamp);
   publish_status(stamp);
 }
 
@@ -360,7 +361,7 @@ void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time s
   update_filter(motion, Observations{});
   note_step(stamp);
   take_belief();
-  find_places(stamp);
+  find_places(motion.mean, stamp);
 }
 
 // The odometry kept is bounded: without observations the particles move on by odometry alone, and
@@ -426,14 +427,18 @@ void FilterPipeline<Types>::note_health(double duration) {
 }
 
 template <typename Types>
-void FilterPipeline<Types>::find_places(ros::Time stamp) {
+void FilterPipeline<Types>::find_places(const Pose2& motion, ros::Time stamp) {
   if ((!sinks_.status && !sinks_.markers) ||
       (sinks_.wants_hypotheses && !sinks_.wants_hypotheses())) {
     places_ = PoseClusters();
     return;
   }
   const auto& particles = filter_->particles();
-  if (particles.size() > kManyParticles && !is_due(kPlacesPeriod, stamp, &last_places_)) return;
+  if (particles.size() > kManyParticles && !places_.clusters.empty() &&
+      !is_due(kPlacesPeriod, stamp, &last_places_)) {
+    for (PoseCluster& place : places_.clusters) place.pose.mean = compose(place.pose.mean, motion);
+    return;
+  }
   places_ = belief_ ? pose_clusters(particles.weight, particles.x, particles.y, particles.heading,
                                     kMostPlaces)
                     : PoseClusters();

@@ -443,6 +443,20 @@ TYPED_TEST(FilterPipelineOf, AFilterThatIsRightHasOneHypothesis) {
   EXPECT_TRUE(markers_called(run.out.markers.back(), "hypotheses").empty());
 }
 
+// Those of many particles are looked for once a second.
+TEST(FilterPipeline, HypothesesMoveWithTheOdometryInBetween) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.particles = 501;
+  Rig run(options);
+  run.feed(BeaconMclDrive::messages(20.0));
+  for (const FilterStatus& status : run.out.statuses) {
+    if (status.header.stamp < BeaconMclDrive::at(15.0)) continue;
+    ASSERT_EQ(status.hypotheses.size(), 1u);
+    const Pose2 truth = BeaconMclDrive::truth(status.header.stamp);
+    EXPECT_LT(distance(to_pose2(status.hypotheses[0].pose.pose), truth), 0.3);
+  }
+}
+
 // Where nobody looks, nothing is computed.
 TYPED_TEST(FilterPipelineOf, NobodyAsksForHypotheses) {
   typename TypeParam::AnyOutputs out;
