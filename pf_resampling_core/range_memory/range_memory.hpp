@@ -29,7 +29,7 @@ struct RangeMemoryOptions {
   double distance_scale = 0.03;
   double turn_scale = 0.03;
   double metre = 0.02;            ///< of distances, where nothing else says how long a metre is
-  double tight = 0.1;             ///< share of these that is left of a LooseError that is not there
+  double tight = 0.2;             ///< share of these that is left of a LooseError that is not there
   double yaw_rate = 0.01;         ///< rad/s
   double yaw_rate_walk = 1.3e-5;  ///< rad/s/sqrt(s)
   double lever = 0.3;             ///< m, of the antenna where it is said to be at the base's origin
