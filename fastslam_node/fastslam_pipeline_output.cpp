@@ -113,7 +113,7 @@ void FastSlamPipeline::add_health(HealthInputs* inputs) const {
   inputs->renews_past = can_redraw();
   inputs->is_placed = filter_->is_placed();
   inputs->is_contradicted = filter_->memory().distrusts_odometry();
-  inputs->misses_landmarks = filter_->memory().misses_landmarks();
+  inputs->misses_landmarks = filter_->memory().misses_landmarks() || changes_.map_misfits();
   if (doubts_ >= kManyDoubts) inputs->misfit = "the sightings of a landmark";
 }
 

@@ -37,6 +37,7 @@ constexpr double kFits = 15.0;
 constexpr int kFewestFits = 3;
 constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
 constexpr int kFewestLooks = 3;
+constexpr std::size_t kMostArrivals = 12;
 // Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
 constexpr double kSurelyGone = 0.9;
@@ -140,8 +141,11 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
     landmark.known_since = time;
   }
   const bool is_old = landmark.is_given || landmark.known_since < time - kOld;
-  latest_.push_back({time, sighting.id, sighting.is_believed, is_old});
-  if (latest_.size() > kMostLatest) latest_.pop_front();
+  if (landmark.is_given && (landmark.last_seen < 0.0 || time > landmark.last_seen + kVisitGap)) {
+    arrivals_.push_back(sighting.is_believed);
+    if (arrivals_.size() > kMostArrivals) arrivals_.pop_front();
+  }
+  landmark.last_seen = time;
   const Eigen::Vector2d mapped = sighting.mapped.value_or(landmark.home().position);
   // What the filter believes is of the place that it has the landmark at, which goes along with it;
   // all else is of another place.
@@ -174,6 +178,9 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
       pending_.insert(sighting.id);
     }
   }
+  // That the filter believes it to be elsewhere by now does not show that the belief is right.
+  latest_.push_back({time, sighting.id, sighting.is_believed && at == 0, is_old});
+  if (latest_.size() > kMostLatest) latest_.pop_front();
   Place& place = places[at];
   if (is_there) {
     place.position = mapped;
@@ -271,6 +278,11 @@ void LandmarkChanges::forget_latest() {
 
 bool LandmarkChanges::is_many(const Place& place) const {
   return place.sightings >= kFewestSightings && place.last - place.first >= kShortest;
+}
+
+bool LandmarkChanges::map_misfits() const {
+  const auto fitting = std::count(arrivals_.begin(), arrivals_.end(), true);
+  return arrivals_.size() == kMostArrivals && 2 * fitting < std::ptrdiff_t(kMostArrivals);
 }
 
 // Against an id that is misread as often as others are.

@@ -43,6 +43,9 @@ class LandmarkChanges {
 
   /// By id.
   std::vector<Finding> findings() const;
+  /// Whether most landmarks that came into view lately were not where the map has them: it is not
+  /// the map of this place, or its ids are not those of the landmarks.
+  bool map_misfits() const;
 
  private:
   struct Place {
@@ -71,6 +74,7 @@ class LandmarkChanges {
     bool is_given = false;     // at the start, ...
     double given_sigma = 0.0;  // ... to that, in m
     double known_since = 0.0;  // s, else
+    double last_seen = -1.0;   // s, anywhere
     int missed = 0;            // visits in a row, in which it was not seen at home
     double missed_first = 0.0, missed_last = 0.0;
   };
@@ -96,6 +100,7 @@ class LandmarkChanges {
   std::vector<std::int64_t> ids_;   // by row of the index
   std::set<std::int64_t> pending_;  // in view, or seen where nothing has confirmed it
   std::deque<Outcome> latest_;
+  std::deque<bool> arrivals_;  // of given landmarks that came into view: where they should be?
   SensorView view_;
   double now_ = 0.0;
   int believed_ = 0, not_believed_ = 0;  // sightings

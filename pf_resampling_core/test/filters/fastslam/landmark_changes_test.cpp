@@ -46,6 +46,10 @@ class Corridor {
         sighting.seen = place + Eigen::Vector2d(error, 0.0) +
                         kSigma * Eigen::Vector2d(noise.normal(draw), noise.normal(draw + 1));
         sighting.is_believed = (sighting.seen - map_.at(id)).norm() < believed_;
+        if (starts_anew_) {
+          sighting.mapped = sighting.seen;
+          sighting.is_believed = sighting.is_started = true;
+        }
         draw += 2;
         sightings.push_back(sighting);
       }
@@ -58,6 +62,7 @@ class Corridor {
   std::map<std::int64_t, Eigen::Vector2d> map_;
   std::multimap<std::int64_t, Eigen::Vector2d> tags_;  // as they are
   double believed_ = 0.2;                              // m from where the map has it
+  bool starts_anew_ = false;                           // what is seen is taken for new
   std::int64_t rare_ = -1;                             // one in three scans shows it
   double time_ = 0.0;
   std::uint32_t step_ = 0;
@@ -164,6 +169,27 @@ TEST(LandmarkChanges, ABeliefThatIsWrongSaysNothingOfLandmarks) {
   EXPECT_TRUE(corridor.changes_.findings().empty());
   corridor.changes_.forget_latest();
   corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+// Tags that are numbered from 1 in a list that begins at 0: near one the robot may be where it
+// believes, but the next does not fit.
+TEST(LandmarkChanges, AListThatIsOffByOneMisfits) {
+  Corridor corridor;
+  corridor.drive();
+  EXPECT_FALSE(corridor.changes_.map_misfits());
+  corridor.tags_.clear();
+  for (int k = 0; k < 39; ++k) corridor.tags_.emplace(k + 1, corridor.map_.at(k));
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.map_misfits());
+}
+
+// The filter has started all of them anew where a belief that is metres off has put them.
+TEST(LandmarkChanges, LandmarksThatAreAllBelievedElsewhereConfirmNoneOfThem) {
+  Corridor corridor;
+  corridor.drive();
+  corridor.starts_anew_ = true;
+  corridor.drive(6.0);
   EXPECT_TRUE(corridor.changes_.findings().empty());
 }
 
