@@ -6,6 +6,7 @@
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling_core/range_memory/radio_remark.hpp"
 #include "src/diagnostics/diagnostics.hpp"
+#include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -129,6 +130,20 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
   }
   status->yaw_rate_bias = yaw_rate_bias_.mean;
   status->yaw_rate_bias_sigma = yaw_rate_bias_.sigma;
+  if (filter_->is_drawn_from_memory()) {
+    const RangeMemory::Newest newest =
+        filter_->memory()->newest(filter_->memory()->modes().front());
+    const auto add = [&](const char* name, CommonUnknown::Index of, double offset) {
+      const int at = KeyframeUnknown::count + of;
+      status->systematic_errors.push_back(to_systematic_error(
+          name, offset + newest.mean[at], std::sqrt(newest.covariance(at, at))));
+    };
+    add("distance_scale", CommonUnknown::distance_scale, 1.0);
+    add("turn_scale", CommonUnknown::turn_scale, 1.0);
+    add("antenna_x", CommonUnknown::lever_x, 0.0);
+    add("antenna_y", CommonUnknown::lever_y, 0.0);
+    add("antenna_z", CommonUnknown::lever_z, 0.0);
+  }
   if (!finds_beacons()) return;
   std::string ambiguous;
   for (const RadioKnowledge& radio : filter_->memory()->radios()) {

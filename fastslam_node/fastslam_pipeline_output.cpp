@@ -1,8 +1,10 @@
 // What of the messages that FastSlamPipeline gives out is its own.
 #include <algorithm>
+#include <cmath>
 
 #include "fastslam_node/fastslam_pipeline.hpp"
 #include "src/diagnostics/diagnostics.hpp"
+#include "src/messages/conversions.hpp"
 #include "src/pictures/markers.hpp"
 
 namespace pf_resampling {
@@ -14,6 +16,26 @@ constexpr double kRounding = 1e-9;
 constexpr double kScanShown = 1.0;
 // So many sightings of one landmark in a row that do not fit are no chance.
 constexpr int kManyDoubts = 3;
+
+// The filter has what the odometry misses; people calibrate what it counts.
+void fill_in_odometry_errors(const OdometryErrorState& errors, ConstArray weights,
+                             FilterStatus* status) {
+  const auto mean = [&](int error) { return (weights * errors.means.col(error)).sum(); };
+  const auto sigma = [&](int error) {
+    const auto squares = (errors.means.col(error) - mean(error)).square();
+    return std::sqrt(errors.covariance(error, error) + (weights * squares).sum());
+  };
+  if (!(errors.covariance.diagonal().maxCoeff() > 0.0)) return;  // none is estimated
+  const char* const scales[] = {"distance_scale", "turn_scale"};
+  for (int error = 0; error < 2; ++error) {
+    const double measured = 1.0 / (1.0 + mean(error));
+    status->systematic_errors.push_back(
+        to_systematic_error(scales[error], measured, measured * measured * sigma(error)));
+  }
+  constexpr int kYawRate = 3;
+  status->yaw_rate_bias = -mean(kYawRate);
+  status->yaw_rate_bias_sigma = sigma(kYawRate);
+}
 
 }  // namespace
 
@@ -106,6 +128,7 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
     status->redraw_replayed = static_cast<std::uint32_t>(redraws_->status().last_replayed);
   }
   status->observation = -1;
+  fill_in_odometry_errors(filter_->odometry_errors().state(), filter_->particles().weight, status);
 }
 
 void FastSlamPipeline::add_health(HealthInputs* inputs) const {

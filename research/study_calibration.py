@@ -12,9 +12,13 @@ DURATION = 150.0  # s
 OUTER = 0.05  # probability of the two tails together
 BEYOND = 11.829  # squared Mahalanobis distance of the 3-sigma region in the plane, 99.73 %
 UNLIKELY = 1e-3  # a p-value below this is no chance
+# Nobody has measured where the antenna is.
+ANTENNA = "antennas: [{frame: antenna, x: 0.0, y: 0.0}]"
+WITHOUT_TF = [f"--topics={topic}" for topic in ("/odom", "/ranges", "/beacons", "/ground_truth")]
 # What a drive is of: filter, settings of run_bag, options of simulate_bag.
 KINDS = {"landmarks": ("fastslam", [], []), "landmarks without ids": ("fastslam", [], ["--unknown-ids"]),
-         "beacons": ("beacon_mcl", [], []), "unknown beacons": ("beacon_mcl", ["--set=beacon_positions=estimated", "--beacons", "/none"], [])}
+         "beacons": ("beacon_mcl", WITHOUT_TF, []),
+         "unknown beacons": ("beacon_mcl", [*WITHOUT_TF, "--set=beacon_positions=estimated", "--beacons", "/none"], [])}
 READING = threading.Lock()  # rosbag makes the classes of messages as it reads, and two threads that do so meet half of one
 # Of the text: figure, heading, decimals.
 COLUMNS = (("drives", "drives", 0), ("marginal", "marginal", 0), ("share", "share of drive", 1), ("number", "of", 0),
@@ -41,7 +45,7 @@ def drawn_world(kind, seed):
              "robot": {"speed": between(0.4, 1.5), "control_period": 0.1, "yaw_rate_limit": 1.0,
                        "motion_noise": {"speed": between(0.02, 0.2), "lateral": between(0.005, 0.05), "yaw_rate": between(0.003, 0.05)}},
              "odometry": {"period": 0.1, "distance_scale": normal(1.0, 0.02), "yaw_scale": normal(1.0, 0.02),
-                          "yaw_rate_bias": normal(0.0, 0.002)}}
+                          "yaw_rate_bias": normal(0.0, 0.001)}}
     if KINDS[kind][0] == "fastslam":
         world["landmarks"] = places(int(draw.integers(20, 60)))
         world["robot"]["observation_period"] = between(0.1, 1.0)
@@ -52,7 +56,7 @@ def drawn_world(kind, seed):
         height = 1.0 if kind == "unknown beacons" else 0.0
         world["beacons"] = [{"id": i, "x": x, "y": y, "z": normal(0.0, height), "scale": normal(scale, 0.007),
                              "bias": normal(bias, 0.07), "sigma": sigma} for i, (x, y) in enumerate(places(int(draw.integers(4, 9))), 1)]
-        world["ranges"] = {"rate": between(3.0, 20.0), "range_max": 60.0}
+        world["ranges"] = {"rate": between(3.0, 20.0), "range_max": 60.0, "antenna": {"x": normal(0.0, 0.2), "y": normal(0.0, 0.2), "z": 0.0}}
     return world
 
 
@@ -63,7 +67,7 @@ def pose_of(message):
 
 def belief_of(path):
     """Of a run: true and believed poses [(stamp in s, (x, y, heading), covariance)], what the last map holds [(id, mean,
-    covariance)], and [(stamp, health, yaw-rate bias, its standard deviation)]."""
+    covariance)], and [(stamp, health, {systematic error: (value, standard deviation)})]."""
     import rosbag
     truth, poses, places, status = [], [], [], []
     with rosbag.Bag(str(path)) as bag:
@@ -75,12 +79,20 @@ def belief_of(path):
                 covariance = np.array(message.pose.covariance).reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
                 poses.append((stamp, np.array(pose_of(message)), covariance))
             elif topic == "/status":
-                status.append((stamp, message.health, message.yaw_rate_bias, message.yaw_rate_bias_sigma))
+                errors = {each.name: (each.value, each.sigma) for each in message.systematic_errors}
+                status.append((stamp, message.health, {**errors, "yaw_rate_bias": (message.yaw_rate_bias, message.yaw_rate_bias_sigma)}))
             else:
                 places = [(each.id, np.array((each.position.x, each.position.y)), np.array(each.covariance).reshape(2, 2))
                           for each in (message.landmarks if topic == "/landmark_map" else message.places)
                           if getattr(each, "probability", 1.0) > 0.5]
     return np.array(truth), poses, places, status
+
+
+def systematic_errors(world):
+    """As in status. How high the antenna is, among beacons as high as it, has two answers, and is left out."""
+    odometry, antenna = world["odometry"], world.get("ranges", {}).get("antenna", {})
+    return {"distance_scale": odometry["distance_scale"], "turn_scale": odometry["yaw_scale"], "yaw_rate_bias": odometry["yaw_rate_bias"],
+            **{f"antenna_{axis}": antenna[axis] for axis in "xy" if antenna}}
 
 
 def deviations(kind, world, belief):
@@ -96,16 +108,17 @@ def deviations(kind, world, belief):
         for name, axis in (("along track", along), ("cross track", np.array((-along[1], along[0], 0.0))),
                            ("heading", np.array((0.0, 0.0, 1.0)))):
             yield name, share, axis @ off / np.sqrt(axis @ covariance @ axis)
-        biases = [each[2:] for each in status if each[0] <= stamp and each[3] > 0.0]
-        if biases:
-            yield "yaw-rate bias", share, (world["odometry"]["yaw_rate_bias"] - biases[-1][0]) / biases[-1][1]
+        for name, true in systematic_errors(world).items():
+            believed = [errors[name] for when, _, errors in status if when <= stamp and errors.get(name, (0.0, 0.0))[1] > 0.0]
+            if believed:
+                yield name.replace("_", " "), share, (true - believed[-1][0]) / believed[-1][1]
     if kind != "beacons" and places:
         # One of each drive: those of a drive err alike.
         name, mean, covariance = places[len(poses) % len(places)]
         true = np.array(world["landmarks"] if "landmarks" in world else [(each["x"], each["y"]) for each in world["beacons"]])
         there = true[np.argmin(np.hypot(*(true - mean).T))] if name < 0 or "without" in kind else true[name - ("beacons" in world)]
         for axis, label in enumerate("xy"):
-            yield f"{kind.split()[-1 if 'beacons' in kind else 0][:-1]} {label}", 1.0, (there - mean)[axis] / np.sqrt(covariance[axis, axis])
+            yield f"place {label}", 1.0, (there - mean)[axis] / np.sqrt(covariance[axis, axis])
 
 
 def beyond(belief):
@@ -142,38 +155,44 @@ def row_of(kind, name, share, values):
 
 
 def draw_histograms(report, path):
-    """Of the level of the truth in the belief; between the lines are 99 % of the bars if it is calibrated."""
+    """Of the level of the truth in the belief, a line for each share of the drive; in the band are 99 % of the bars if it is
+    calibrated."""
     from matplotlib.figure import Figure
     from scipy.stats import binom
-    names = list(dict.fromkeys((row["drives"], row["marginal"]) for row in report["summary"]))
-    figure = Figure(figsize=(2.2 * len(SHARES), 1.5 * len(names)), layout="constrained")
-    axes = figure.subplots(len(names), len(SHARES), squeeze=False, sharex=True)
-    rows = {(row["drives"], row["marginal"], row["share"]): row for row in report["summary"]}
-    for i, (kind, name) in enumerate(names):
-        for j, share in enumerate(SHARES):
-            row = rows.get((kind, name, share))
-            axes[i][j].set_axis_off() if row is None else axes[i][j].bar(np.arange(0.05, 1.0, 0.1), row["histogram"], 0.1, edgecolor="white")
-            if row is not None:
-                for level in (0.005, 0.995):
-                    axes[i][j].axhline(binom.ppf(level, row["number"], 0.1), color="black", linewidth=0.8)
-                axes[i][j].set_title(f"{kind}: {name},\n{100 * share:.0f} % of the drive, {row['belief']}", fontsize=7)
-            axes[i][j].tick_params(labelsize=6)
+    kinds, names = (list(dict.fromkeys(row[key] for row in report["summary"])) for key in ("drives", "marginal"))
+    figure = Figure(figsize=(1.6 * len(kinds) + 0.6, 0.9 * len(names) + 0.6), layout="constrained")
+    axes = figure.subplots(len(names), len(kinds), squeeze=False, sharex=True)
+    for i, name in enumerate(names):
+        for j, kind in enumerate(kinds):
+            rows = [row for row in report["summary"] if (row["drives"], row["marginal"]) == (kind, name)]
+            axes[i][j].set(xticks=[], yticks=[], frame_on=bool(rows))
+            for row in rows:
+                band = binom.ppf((0.005, 0.995), row["number"], 0.1) / row["number"]
+                axes[i][j].stairs(np.array(row["histogram"]) / row["number"], np.linspace(0.0, 1.0, 11), color=str(0.8 * (1.0 - row["share"])), linewidth=0.6 + row["share"])
+            if rows:
+                axes[i][j].axhspan(*band, color="tab:blue", alpha=0.2, linewidth=0.0)
+                axes[i][j].set_ylim(0.0, max(0.3, 1.1 * max(max(row["histogram"]) / row["number"] for row in rows)))
+        axes[i][0].set_ylabel(name, rotation=0.0, horizontalalignment="right", fontsize=8)
+    for j, kind in enumerate(kinds):
+        axes[0][j].set_title(kind.replace(", ", "\n"), fontsize=8)
+    figure.supxlabel("light to dark: after 10, 30, 60 and 100 % of the drive", fontsize=8)
     figure.savefig(path, format="png", dpi=120)
 
 
 def drive(kind, seed, options, work, run):
     """deviations() and beyond() of a drive."""
     world, (program, settings, of_simulation) = drawn_world(kind, seed), KINDS[kind]
-    file, bag, out = (work / f"{list(KINDS).index(kind)}-{seed}.{end}" for end in ("yaml", "bag", "out.bag"))
+    file, config, bag, out = (work / f"{list(KINDS).index(kind)}-{seed}.{end}" for end in ("yaml", "config.yaml", "bag", "out.bag"))
     try:
         file.write_text(yaml.safe_dump(world))
+        config.write_text(ANTENNA if program == "beacon_mcl" else "")
         run(["simulate_bag", file, bag, "--seed", seed, *of_simulation])
-        run(["run_bag", program, bag, out, "--no-clouds", "--seed", seed, *settings, *options])
+        run(["run_bag", program, bag, out, "--no-clouds", "--seed", seed, "--config", config, *settings, *options])
         with READING:
             belief = belief_of(out)
         return list(deviations(kind, world, belief)), list(beyond(belief))
     finally:
-        for each in (file, bag, out):
+        for each in (file, config, bag, out):
             with contextlib.suppress(FileNotFoundError):
                 each.unlink()
 

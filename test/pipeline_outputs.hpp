@@ -116,6 +116,7 @@ inline bool is_finite(const FilterStatus& status) {
   for (const CalibrationStatus& radio : status.calibration) {
     sum += radio.scale + radio.scale_sigma + radio.bias + radio.bias_sigma;
   }
+  for (const SystematicError& error : status.systematic_errors) sum += error.value + error.sigma;
   for (const FindingStatus& finding : status.findings) {
     sum += finding.place.x + finding.place.y + finding.size + finding.sigma;
   }

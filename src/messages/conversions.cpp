@@ -186,6 +186,14 @@ std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, dou
   return messages;
 }
 
+SystematicError to_systematic_error(const std::string& name, double value, double sigma) {
+  SystematicError error;
+  error.name = name;
+  error.value = value;
+  error.sigma = sigma;
+  return error;
+}
+
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters) {
   std::vector<PoseHypothesis> hypotheses;
   for (const PoseCluster& cluster : clusters.clusters) {

@@ -8,6 +8,7 @@
 #include <nav_msgs/Odometry.h>
 #include <pf_resampling/FindingStatus.h>
 #include <pf_resampling/PoseHypothesis.h>
+#include <pf_resampling/SystematicError.h>
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>
@@ -78,6 +79,9 @@ sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pos
 
 /// As in FilterStatus; times of `findings` are stamps, those of texts count from `start`, s.
 std::vector<FindingStatus> to_messages(const std::vector<Finding>& findings, double start);
+
+/// As in FilterStatus.
+SystematicError to_systematic_error(const std::string& name, double value, double sigma);
 
 /// As in FilterStatus.
 std::vector<PoseHypothesis> to_hypotheses(const PoseClusters& clusters);

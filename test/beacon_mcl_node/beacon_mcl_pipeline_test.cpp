@@ -192,6 +192,36 @@ TEST(BeaconMclPipeline, TheAntennaIsTakenFromTfOrTheConfiguration) {
   EXPECT_EQ(run_with(false, false), 1e9);  // every range is rejected
 }
 
+// Wheels that count 4 % too much; an antenna of which somebody told where it is.
+TEST(BeaconMclPipeline, ErrorsOfOdometryAndAntennaAreToldWithTheirSigma) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  options.antennas["antenna"] = {2.0, 0.0, 0.0};
+  Rig run(options);
+  run.pipeline.handle(BeaconMclDrive::beacon_array());
+  for (int i = 0; i <= 600; ++i) {
+    const ros::Time stamp(kStart + 0.1 * i);
+    nav_msgs::Odometry odometry = BeaconMclDrive::odometry(stamp);
+    odometry.pose.pose.position.x *= 1.04;
+    odometry.pose.pose.position.y *= 1.04;
+    run.pipeline.handle(odometry);
+    BeaconRange range = BeaconMclDrive::range(stamp, i % 4);
+    const Pose2 antenna = compose(BeaconMclDrive::truth(stamp), {2.0, 0.0, 0.0});
+    const Eigen::Vector3d place =
+        BeaconMclDrive::beacons()[static_cast<std::size_t>(i % 4)].position;
+    range.header.frame_id = "antenna";
+    range.range = std::hypot(place.x() - antenna.x, place.y() - antenna.y);
+    run.pipeline.handle(range);
+  }
+  const auto& errors = run.out.statuses.back().systematic_errors;
+  const double expected[] = {1.04, 1.0, 0.0, 0.0, 0.0};
+  ASSERT_EQ(errors.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_LT(errors[i].sigma, 0.03) << errors[i].name;
+    EXPECT_NEAR(errors[i].value, expected[i], 3.0 * errors[i].sigma) << errors[i].name;
+  }
+}
+
 TEST(BeaconMclPipeline, ConfiguredBeaconsCountMoreThanTheMessage) {
   BeaconMclPipelineOptions options = BeaconMclDrive::options();
   options.beacons = BeaconMclDrive::beacons();

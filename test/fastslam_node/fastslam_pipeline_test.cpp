@@ -171,6 +171,30 @@ void kidnap(FastSlamRig* run, double from, double until) {
   }
 }
 
+// Wheels that count 4 % too much.
+TEST(FastSlamPipeline, ErrorsOfTheOdometryAreToldWithTheirSigma) {
+  FastSlamRig run;
+  for (double time = 0.0; time < 60.0; time += 0.2) {
+    nav_msgs::Odometry odometry = Drive::odometry(Drive::at(time));
+    odometry.pose.pose.position.x *= 1.04;
+    odometry.pose.pose.position.y *= 1.04;
+    run.pipeline.handle(odometry);
+    run.pipeline.handle(Drive::scan(Drive::at(time)));
+  }
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.systematic_errors.size(), 2u);
+  const SystematicError& distances = status.systematic_errors[0];
+  const SystematicError& turns = status.systematic_errors[1];
+  EXPECT_EQ(distances.name, "distance_scale");
+  EXPECT_NEAR(distances.value, 1.04, 3.0 * distances.sigma);
+  EXPECT_LT(distances.sigma, 0.02);
+  EXPECT_EQ(turns.name, "turn_scale");
+  EXPECT_NEAR(turns.value, 1.0, 3.0 * turns.sigma);
+  EXPECT_LT(turns.sigma, 0.1);
+  EXPECT_NEAR(status.yaw_rate_bias, 0.0, 3.0 * status.yaw_rate_bias_sigma);
+  EXPECT_GT(status.yaw_rate_bias_sigma, 0.0);
+}
+
 TEST(FastSlamPipeline, ARobotThatIsCarriedAwayIsFoundByTheLandmarksItSees) {
   FastSlamRig run;
   run.feed(Drive::messages(45.0));

@@ -147,6 +147,8 @@ class BeaconMcl {
   /// All that was measured and what least squares says of it, under Renewal::redraw; nothing
   /// otherwise.
   const RangeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
+  /// Whether the population is what its most probable modes say.
+  bool is_drawn_from_memory() const { return is_drawn_from_memory_; }
   /// Solutions of all of it are made in a thread beside the filter, and taken over once they are
   /// there, or as `take_overs` says: no update waits, but what comes then depends on time. nullptr,
   /// as at first: they are not.
