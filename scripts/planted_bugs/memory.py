@@ -7,7 +7,9 @@ REASSOCIATION = ("reassociation_test",)
 
 BUGS = [
     ("associations: what was seen since an arrival is never decided anew", "memory/accounts.cpp",
-     "if (decide_anew(from, account)) break;", "(void)from;", ACCOUNTS),
+     "if (decide_anew(visit, undecided_, kSureLogOdds, account)) break;", "(void)visit;", ACCOUNTS),
+    ("associations: a visit of the past is never decided anew", "memory/accounts.cpp",
+     "if (visit) decide_anew(*visit, *account, kSureElsewhere, account);", "(void)visit;", ACCOUNTS),
     ("associations: what a robot that is elsewhere should have seen does not matter", "memory/accounts.cpp",
      "return -std::log(share) * std::max(0, after.missed - before.missed);", "return 0.0 * share;", ACCOUNTS),
     ("associations: a landmark that is missed altogether is one that is hardly seen", "memory/scans.cpp",

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pf_resampling_core/filters/fastslam/memory/local_account.hpp"
+#include "pf_resampling_core/filters/fastslam/memory/visits.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -29,11 +30,6 @@ constexpr double kMostAgainst = 25.0;
 // next.
 constexpr int kMostDropped = 5;
 constexpr std::size_t kMostTried = 2;
-// s: without a sighting for so long, where the robot arrives is in doubt; and
-// how long after that it is decided anew. How many arrivals are.
-constexpr double kBlindness = 5.0;
-constexpr double kLatestDecisions = 60.0;
-constexpr std::size_t kMostArrivals = 2;
 // Sightings of a landmark that is real, though it was not seen where it should
 // be.
 constexpr int kOftenSeen = 5;
@@ -43,8 +39,8 @@ constexpr std::size_t kManyGone = 10;
 constexpr std::size_t kLargeMap = 60;
 // m: a robot that moves by more is elsewhere.
 constexpr double kMostMoved = 0.3;
-// Logarithm of the odds for a robot that is elsewhere in a large map, 400 to 1: there are many
-// places to be at.
+// Logarithm of the odds for a robot that is elsewhere in a large map, or that was on a visit of the
+// past, 400 to 1: there are many places to be at, and many visits.
 constexpr double kSureElsewhere = 6.0;
 constexpr double kNowhere = 1e9;  // m
 
@@ -165,15 +161,20 @@ class Accounts {
         statistics_(statistics) {}
 
   bool decide(Account* account) {
-    const int since_last = decided_in(scans_of(undecided_));
+    const Scans scans = scans_of(undecided_);
+    const int since_last = decided_in(scans);
     bool is_solved = part_arrivals(account) && settle(since_last, account);
     if (!is_solved) {
       *account = undecided_;
       is_solved = settle(since_last, account);
     }
     if (!is_solved) return false;
-    for (const int from : doubtful_visits()) {
-      if (decide_anew(from, account)) break;
+    for (const Visit& visit : doubtful_visits(scans, since_last, is_part_of_large(undecided_))) {
+      if (decide_anew(visit, undecided_, kSureLogOdds, account)) break;
+    }
+    if (!is_part_of_large(*account)) {  // what was seen since may show a visit in another light
+      const std::optional<Visit> visit = visit_of_the_past(scans_of(*account), times_.updates);
+      if (visit) decide_anew(*visit, *account, kSureElsewhere, account);
     }
     for (int i = 0; i < kMostDropped && !is_part_of_large(*account); ++i) {
       if (!simplify(account)) break;
@@ -343,39 +344,17 @@ class Accounts {
     return true;
   }
 
-  // What may have been taken for the wrong landmarks: what was seen from these scans on. The first
-  // that is new; the newest arrivals, after whiles without a sighting in which only odometry says
-  // where the robot is.
-  std::vector<int> doubtful_visits() const {
-    const Scans scans = scans_of(undecided_);
-    std::vector<int> found, arrivals;
-    const int decided = decided_in(scans);
-    if (decided > 0 && decided < static_cast<int>(scans.poses.size())) found.push_back(decided);
-    double last = std::numeric_limits<double>::infinity();
-    for (const SightingFactor& sighting : scans.sightings) {
-      if (sighting.landmark < 0) continue;
-      const double time = scans.times[static_cast<std::size_t>(sighting.pose)];
-      const bool is_late = scans.times.back() - last <= kLatestDecisions;
-      if (time - last > kBlindness && is_late) arrivals.push_back(sighting.pose);
-      last = time;
-    }
-    const std::size_t newest = std::min(kMostArrivals, arrivals.size());
-    found.insert(found.end(), arrivals.rbegin(),
-                 arrivals.rbegin() + static_cast<std::ptrdiff_t>(newest));
-    return found;
-  }
-
-  // What was seen on a visit decided by all of it together, where it was decided bit by bit. True,
-  // in place of `best`, if that is clearly more probable.
-  bool decide_anew(int from, Account* best) {
-    Account anew = undecided_;
+  // What was seen on a visit decided by all of it together, where `account` decided bit by bit.
+  // True, in place of `best`, if the logarithm of the odds for that is at least so much.
+  bool decide_anew(const Visit& visit, const Account& account, double least, Account* best) {
+    Account anew = account;
     Scans scans = scans_of(anew);
-    if (!track_anew(options_, from, &scans, &anew.graph)) return false;
+    if (!track_anew(options_, visit, &scans, &anew.graph)) return false;
     while (anew.landmarks.size() < anew.graph.landmarks.size()) {
-      anew.landmarks.push_back({(*next_id_)++, scans.first_update + from + 1});
+      anew.landmarks.push_back({(*next_id_)++, scans.first_update + visit.first + 1});
     }
-    if (!take(scans, &anew) || !settle(from, &anew)) return false;
-    if (!(evidence_of(anew) < evidence_of(*best) - kSureLogOdds)) return false;
+    if (!take(scans, &anew) || !settle(visit.first, &anew)) return false;
+    if (!(evidence_of(anew) < evidence_of(*best) - least)) return false;
     *best = std::move(anew);
     return true;
   }
@@ -437,25 +416,6 @@ std::size_t first_undecided(const DriveTimes& times, const SegmentGraph& graph) 
   return s;
 }
 
-// The segment from which on what was seen since the last arrivals is decided
-// anew, and what was in view before it.
-std::size_t first_in_question(const DriveTimes& times, const SegmentGraph& graph, double decided,
-                              double now) {
-  std::vector<double> arrivals;
-  double last = -std::numeric_limits<double>::infinity();
-  for_each_sighting(graph, times.begins, [&](int, double time, const SightingFactor&, int) {
-    if (time - last > kBlindness && last > now - kLatestDecisions) arrivals.push_back(last);
-    last = time;
-  });
-  double since = decided;
-  if (!arrivals.empty()) {
-    since = std::min(since, arrivals[arrivals.size() - std::min(arrivals.size(), kMostArrivals)]);
-  }
-  const std::vector<double>& begins = times.begins;
-  const auto behind = std::upper_bound(begins.begin(), begins.end(), since - kPassageGap);
-  return behind == begins.begin() ? 0 : static_cast<std::size_t>(behind - begins.begin()) - 1;
-}
-
 bool decide_locally(const ReassociationOptions& options, const DriveTimes& times, std::size_t from,
                     const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
   const std::optional<LocalGraph> local = local_graph(account->graph, from);
@@ -493,7 +453,7 @@ bool decide_associations(const ReassociationOptions& options, const DriveTimes& 
   const std::size_t first = first_undecided(times, account->graph);
   const double decided = first < times.begins.size() ? times.begins[first] : 0.0;
   const double now = times.begins.back() + account->graph.segments.back()->duration();
-  const std::size_t from = first_in_question(times, account->graph, decided, now);
+  const std::size_t from = first_in_question(account->graph, times.begins, decided, now);
   const bool is_large = from > 0 && account->graph.landmarks.size() >= kLargeMap;
   const bool is_decided =
       (is_large && decide_locally(options, times, from, statistics, next_id, account)) ||

@@ -29,6 +29,7 @@ constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // one time to the next: their number grows with its logarithm.
 constexpr std::size_t kMostPassages = 8;
 constexpr std::size_t kMostWindows = 4;
+constexpr std::size_t kMostOfWindow = 30;  // landmarks
 constexpr double kValidationStride = 0.02;
 // Factor that the noise may fall by at a time: what the drive is linearised at follows it.
 constexpr double kMostNoiseFall = 1.25;
@@ -59,12 +60,13 @@ void append_newest(const std::vector<PredictedBlock>& blocks, std::vector<Predic
 }
 
 // Evenly over all of them.
-void keep_evenly(std::size_t most, std::vector<LeftOutSightings>* blocks) {
-  if (blocks->size() <= most) return;
+template <typename Item>
+void keep_evenly(std::size_t most, std::vector<Item>* items) {
+  if (items->size() <= most) return;
   for (std::size_t i = 0; i < most; ++i) {
-    (*blocks)[i] = std::move((*blocks)[i * blocks->size() / most]);
+    (*items)[i] = std::move((*items)[i * items->size() / most]);
   }
-  blocks->resize(most);
+  items->resize(most);
 }
 
 // Whether a solution may be a bad one: constants far beyond what is known of their size, or
@@ -492,6 +494,7 @@ void Memory::validate(double robust_width) {
   if (passages.empty() && windows.empty()) return;
   keep_evenly(kMostPassages, &passages);
   keep_evenly(kMostWindows, &windows);
+  for (LeftOutSightings& window : windows) keep_evenly(kMostOfWindow, &window.groups);
   append_newest(predict(state_.graph, robust_width, passages), &state_.passages);
   append_newest(predict(state_.graph, robust_width, windows), &state_.windows);
   const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(state_.graph));

@@ -335,9 +335,12 @@ int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, 
   return changed;
 }
 
-bool track_anew(const ReassociationOptions& options, int from, Scans* scans, SegmentGraph* graph) {
+bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
+                SegmentGraph* graph) {
   std::vector<Pose2>& poses = scans->poses;
-  for (std::size_t i = static_cast<std::size_t>(from) + 1; i < poses.size(); ++i) {
+  const bool is_newest = static_cast<std::size_t>(visit.last) == poses.size();
+  for (std::size_t i = static_cast<std::size_t>(visit.first) + 1; is_newest && i < poses.size();
+       ++i) {
     poses[i] = compose(poses[i - 1], corrected_motion(scans->motions[i], graph->constants));
   }
   struct Track {
@@ -349,7 +352,7 @@ bool track_anew(const ReassociationOptions& options, int from, Scans* scans, Seg
   bool has_room = true;
   for_each_scan(scans->sightings, [&](std::size_t first, std::size_t last) {
     SightingFactor* scan = &scans->sightings[first];
-    if (scan->pose < from || !has_room) return;
+    if (scan->pose < visit.first || scan->pose >= visit.last || !has_room) return;
     const Pose2& pose = poses[static_cast<std::size_t>(scan->pose)];
     const double now = scans->times[static_cast<std::size_t>(scan->pose)];
     const auto candidates = [&](const SightingFactor& sighting) {

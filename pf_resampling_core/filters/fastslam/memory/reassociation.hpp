@@ -56,10 +56,11 @@ double association_evidence(const ReassociationOptions& options,
 /// exclusion, Montemerlo 2003, but with all that is known by now). Returns how many changed.
 int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, Scans* scans);
 
-/// Takes what was seen from pose `from` on for sightings of landmarks that were never seen before:
-/// these poses by odometry, each scan's sightings of those seen within kPassageGap that fit best,
-/// or of another, which the graph gets. False, with the scans half done, if there are too many.
-bool track_anew(const ReassociationOptions& options, int from, Scans* scans, SegmentGraph* graph);
+/// Takes what was seen on a visit for sightings of landmarks that were never seen before: each
+/// scan's sightings of those seen within kPassageGap that fit best, or of another, which the graph
+/// gets; poses of the newest by odometry. False, with the scans half done, if there are too many.
+bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
+                SegmentGraph* graph);
 
 /// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.
 inline constexpr double kSureLogOdds = 3.0;

@@ -277,10 +277,11 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
     const Eigen::MatrixXd& hessian = linear.hessian[kind];
     Eigen::MatrixXd information = hessian.bottomRightCorner(size, size);
     if (between > 0) {
-      const Eigen::MatrixXd of_between =
-          hessian.topLeftCorner(between, between).selfadjointView<Eigen::Lower>() * follow;
-      const Eigen::MatrixXd across = hessian.bottomLeftCorner(size, between) * follow;
-      information.noalias() += across + across.transpose() + follow.transpose() * of_between;
+      Eigen::MatrixXd half = hessian.bottomLeftCorner(size, between);
+      half.noalias() += 0.5 * follow.transpose() *
+                        hessian.topLeftCorner(between, between).selfadjointView<Eigen::Lower>();
+      const Eigen::MatrixXd across = half * follow;
+      information += across + across.transpose();
     }
     information.triangularView<Eigen::StrictlyUpper>() =
         information.transpose().triangularView<Eigen::StrictlyUpper>();
