@@ -25,9 +25,9 @@ constexpr double kSmallestScene = 1.0;
 constexpr double kSlipsApart = 5.0;  // s
 // How far and by what angle a belief jumps that was wrong; and the squared error, three degrees of
 // freedom, that names a slip, as in a redraw.
-constexpr double kJump = 0.3;  // m
-constexpr double kRedrawnJump = 1.0;
-constexpr double kTurnedJump = 0.1;  // rad
+constexpr double kJump = 0.3;         // m
+constexpr double kRedrawnJump = 1.0;  // m, where a map was loaded
+constexpr double kTurnedJump = 0.1;   // rad
 constexpr double kSlipSquare = 40.0;
 constexpr double kSlipWindow = 3.0;   // s
 constexpr double kGrossScale = 0.4;   // of the odometry, less 1
@@ -254,13 +254,14 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
     note_odometry_scale(stamp);
     changes_.follow(filter_->map());
   }
-  note_jump(stamp, scan, is_redrawn ? kRedrawnJump : kJump);
+  note_jump(stamp, scan, is_redrawn && given_ ? kRedrawnJump : kJump);
   if (watches_landmarks()) note_changes(stamp, scan);
 }
 
 // Where the robot is not where odometry has brought it, what did not fit before may fit now. In a
 // map that is known, the wheels slipped: at once, or within seconds while the landmarks in view
-// held the belief. `least`: m, of a belief that was wrong; by less a redraw moves all of the map.
+// held the belief. `least`: m, of a belief that was wrong; by less a redraw moves all of a map that
+// is gone on from. In one that is being made, the map was wrong.
 void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan, double least) {
   const bool is_known = options_.filter.map.frozen;
   const auto error = [&](const Prediction& prediction) {

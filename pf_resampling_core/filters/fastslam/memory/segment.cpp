@@ -13,8 +13,9 @@ constexpr int kMostFits = 20;
 constexpr double kFitted = 1e-4;  // of the cost, that a step promises
 constexpr double kLeastFitDamping = 1e-6;
 constexpr double kLargestFitDamping = 1e8;
-constexpr double kTogether = 1.1;           // s
-constexpr double kSureChange = 3.0;         // times the mean square of noise
+constexpr double kTogether = 1.1;    // s
+constexpr double kSureChange = 3.0;  // times the mean square of noise
+constexpr double kSureTurn = 30.0;
 constexpr std::size_t kDataOfSegments = 3;  // kinds
 
 Eigen::Index between_size(const Segment& segment) {
@@ -176,7 +177,7 @@ void compare_with_noise(std::vector<MotionFactor>* motions) {
   const double along = changes[0] > kSureChange * noise[0] ? 1.0 : 0.0;
   const double turning = changes[2] > kSureChange * noise[2] ? 1.0 : 0.0;
   for (MotionFactor& motion : *motions) {
-    motion.turn_share = turns > kSureChange * variance ? 1.0 : 0.0;
+    motion.turn_share = turns > kSureTurn * variance ? 1.0 : 0.0;
     motion.sensitivity.col(SensorConstant::delay).array() *=
         Eigen::Array3d(along, turning, turning);
   }

@@ -75,9 +75,11 @@ struct Segment {
 
 /// What a segment's motions say of the delay and of the scale of turns. Their own noise is in both
 /// their velocity and their error: it would pass for a delay (that is a low-pass filter of the
-/// odometry), or for a scale. So they tell of the scale if the squares of the turns of each second
-/// are together more than three times their noise, and of the delay if those of the changes of
-/// velocity are, from one motion to the next but one.
+/// odometry), or for a scale. So they tell of the delay if the squares of the changes of velocity,
+/// from one motion to the next but one, are together more than three times their noise; and of the
+/// scale if those of the turns of each second are more than thirty times theirs: where the noise is
+/// taken for a fifth more or less than it is, the scale is then off by about a hundredth (errors
+/// in variables).
 void compare_with_noise(std::vector<MotionFactor>* motions);
 
 /// Poses as the odometry has them, tracks where they were first seen.
