@@ -29,8 +29,9 @@ void fill_in_odometry_errors(const OdometryErrorState& errors, ConstArray weight
   const char* const scales[] = {"distance_scale", "turn_scale"};
   for (int error = 0; error < 2; ++error) {
     const double measured = 1.0 / (1.0 + mean(error));
-    status->systematic_errors.push_back(
-        to_systematic_error(scales[error], measured, measured * measured * sigma(error)));
+    const double deviation = measured * measured * sigma(error);
+    if (!std::isfinite(deviation)) continue;  // it counts although the robot stands
+    status->systematic_errors.push_back(to_systematic_error(scales[error], measured, deviation));
   }
   constexpr int kYawRate = 3;
   status->yaw_rate_bias = -mean(kYawRate);
