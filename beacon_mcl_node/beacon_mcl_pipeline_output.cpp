@@ -167,7 +167,6 @@ std::vector<Finding> BeaconMclPipeline::findings() const {
 void BeaconMclPipeline::note_odometry_scales(ros::Time stamp, const RangeMemory& memory) {
   const RangeGraph& graph = memory.graph();
   if (memory.modes().empty() || graph.keyframes() < kFewestKeyframes) return;
-  odometry_findings_.clear();
   const std::vector<KeyframeState>& keyframes = memory.modes().front().estimate.keyframes;
   Eigen::Array2d measured = Eigen::Array2d::Zero(), both = measured, estimated = measured;
   for (std::size_t i = 0; i + 1 < keyframes.size(); ++i) {
@@ -200,6 +199,7 @@ void BeaconMclPipeline::note_odometry_scales(ros::Time stamp, const RangeMemory&
 // Its place or bias is free in the memory: the pose does not suffer.
 void BeaconMclPipeline::note_findings(ros::Time stamp) {
   const RangeMemory* memory = filter_->memory();
+  odometry_findings_.clear();
   if (memory == nullptr) return findings_.clear();
   note_odometry_scales(stamp, *memory);
   for (const RadioKnowledge& radio : memory->radios()) {

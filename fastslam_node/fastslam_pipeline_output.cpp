@@ -23,7 +23,7 @@ void fill_in_odometry_errors(const OdometryErrorState& errors, ConstArray weight
   const auto mean = [&](int error) { return (weights * errors.means.col(error)).sum(); };
   const auto sigma = [&](int error) {
     const auto squares = (errors.means.col(error) - mean(error)).square();
-    return std::sqrt(errors.covariance(error, error) + (weights * squares).sum());
+    return std::sqrt(std::max(0.0, errors.covariance(error, error) + (weights * squares).sum()));
   };
   if (!(errors.covariance.diagonal().maxCoeff() > 0.0)) return;  // none is estimated
   const char* const scales[] = {"distance_scale", "turn_scale"};
