@@ -34,8 +34,8 @@ constexpr double kAnyHeading = 3.0;  // rad
 constexpr double kFixed = 1e-3;      // m, rad: of a first pose that is the frame
 constexpr double kFixedScale = 1e-4;
 constexpr double kBiased = 2.0;  // m
-// Wheels are 1 % off, as a rule, and what they are off by looks like a bias of the ranges.
-constexpr double kTightWheels = 0.45;
+// Wheels are 2 % off, as a rule, and what they are off by looks like a bias of the ranges.
+constexpr double kTightWheels = 2.0 / 3.0;
 
 void join(const OdometryIncrement& next, OdometryIncrement* increment) {
   const double cosine = std::cos(increment->mean.heading);

@@ -61,6 +61,18 @@ TEST(RangeMemory, FindsPoseCalibrationWheelsAndAntenna) {
   }
 }
 
+// With 1.35 %, one in six scales of drives whose wheels are 2 % off was beyond 2 sigma at first.
+TEST(RangeMemory, TakesWheelsToBeTwoPercentOffAtFirst) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, drive.beacons);
+  drive.drive(8.0, 3, &memory);
+  const RangeMemory::Newest newest = memory.newest(memory.modes().front());
+  for (const int scale : {Common::distance_scale, Common::turn_scale}) {
+    const int at = KeyframeUnknown::count + scale;
+    EXPECT_NEAR(std::sqrt(newest.covariance(at, at)), 0.02, 0.002);
+  }
+}
+
 // Were each of them free from the start, the poses of a drive without them would be half as good.
 TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   const auto loose_after = [](DriveAmongRadios drive) {
@@ -71,7 +83,7 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   };
   EXPECT_EQ(loose_after({}), LooseErrors{});
   DriveAmongRadios long_wheels;
-  long_wheels.distance_scale = 1.04;
+  long_wheels.distance_scale = 1.08;
   EXPECT_TRUE(loose_after(long_wheels)[LooseError::wheels]);
 }
 
@@ -255,7 +267,7 @@ TEST(RangeMemory, DoubtsRangesThatErrAlikeForAWhile) {
     });
     return memory.doubt();
   };
-  EXPECT_LT(doubt_after(0.0), 1.1);
+  EXPECT_LT(doubt_after(0.0), 1.2);
   EXPECT_GT(doubt_after(0.5), 1.5);
 }
 
