@@ -252,9 +252,15 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
   if (is_redrawn) {
     note_slips(stamp);
     note_odometry_scale(stamp);
-    changes_.follow(filter_->map());
   }
   note_jump(stamp, scan, is_redrawn && given_ ? kRedrawnJump : kJump);
+  if (is_redrawn) {  // what was seen under a belief that was wrong is where the path has it now
+    changes_.follow(filter_->map());
+    const bool is_settled = !filter_->memory().distrusts_odometry();
+    if (is_settled && std::exchange(belief_was_wrong_, false)) {
+      changes_.retrace(filter_->path(), filter_->map());
+    }
+  }
   if (watches_landmarks()) note_changes(stamp, scan);
 }
 
@@ -272,13 +278,13 @@ void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan, doubl
   const auto is_jump = [&](const Eigen::Vector3d& by) {
     return by.head<2>().norm() >= least || std::abs(by[2]) >= kTurnedJump;
   };
-  if (!predictions_.empty() && is_jump(error(predictions_.back()))) changes_.forget_latest();
+  if (!predictions_.empty() && is_jump(error(predictions_.back()))) note_wrong_belief();
   if (!predictions_.empty() && is_known) {
     const Prediction& oldest = predictions_.front();
     const Eigen::Vector3d by = error(oldest);
     const double square = by.dot((oldest.pose.covariance + belief_->covariance).llt().solve(by));
     if (is_jump(by) && square > kSlipSquare) {
-      changes_.forget_latest();
+      note_wrong_belief();
       Finding slip;
       slip.begin = oldest.since.toSec();
       slip.end = stamp.toSec();
@@ -303,6 +309,11 @@ void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan, doubl
   };
   while (!predictions_.empty() && is_old(predictions_.front())) predictions_.pop_front();
   predictions_.push_back({stamp, *belief_});
+}
+
+void FastSlamPipeline::note_wrong_belief() {
+  changes_.forget_latest();
+  belief_was_wrong_ = true;
 }
 
 // Where the whole drive, solved for anew, contradicts the odometry.
@@ -371,7 +382,6 @@ void FastSlamPipeline::note_empty_scan(ros::Time stamp, const Pose2& sensor) {
 }
 
 void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
-  if (filter_->memory().distrusts_odometry()) return changes_.forget_latest();
   const Pose2 eye = compose(scan.robot, scan.sensor);
   const bool with_ids = filter_->association() == DataAssociation::known;
   std::vector<MapSighting> sightings;
@@ -394,7 +404,11 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
                          z.range * z.range * bearing_variance(options_.filter.sensor, z)));
     sightings.push_back(sighting);
   }
-  changes_.add(stamp.toSec(), eye, position_sigma(filter_->place()), sightings);
+  const MapScan seen = {stamp.toSec(), path_stamps_.size() - 1,          belief_->mean,
+                        eye,           position_sigma(filter_->place()), sightings};
+  changes_.remember(seen);
+  if (filter_->memory().distrusts_odometry()) return note_wrong_belief();
+  changes_.add(seen);
   const std::vector<Finding> found = changes_.findings();
   // In a map that is known, a landmark that was moved may have drawn the belief along.
   const auto is_withdrawn = [&](const Finding& known) {
@@ -450,6 +464,7 @@ void FastSlamPipeline::note_given_map() {
   for (const LandmarkEstimate& landmark : map) scene_.extend(landmark.mean);
   findings_.clear();
   predictions_.clear();
+  belief_was_wrong_ = false;
   given_.reset();
   if (!filter_->is_placed()) given_ = filter_->memory().state().time;
   changes_.start(map);

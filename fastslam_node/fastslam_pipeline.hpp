@@ -150,6 +150,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void note_odometry_scale(ros::Time stamp);
   void withdraw(const std::function<bool(const Finding&)>& is_withdrawn);
   void note_jump(ros::Time stamp, const ScanPicture& scan, double least);
+  void note_wrong_belief();
   void note_empty_scan(ros::Time stamp, const Pose2& sensor);
   void note_changes(ros::Time stamp, const ScanPicture& scan);
   void note_finding(const Finding& finding);
@@ -188,6 +189,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   };
   std::deque<Prediction> predictions_;  // by beliefs of the last seconds and odometry
   LandmarkChanges changes_;
+  bool belief_was_wrong_ = false;  // since the last redraw that changes_ took
   std::optional<double> given_;    // s since the start of the memory: when a map was loaded
   std::vector<Finding> findings_;  // in order of discovery
   std::int64_t redraws_searched_ = 0;

@@ -93,5 +93,7 @@ BUGS = [
      "place->is_confirmed = after >= kFewestOthers && fitting >= kFitting * others;",
      "place->is_confirmed = others >= 0 && fitting >= 0 && after >= 0;", CHANGES),
     ("changes: what was seen again is still gone", "fastslam/landmark_changes.cpp",
-     "landmark.missed = 0; } if (place.sightings++ == 0)", "} if (place.sightings++ == 0)", CHANGES),
+     "landmark.missed.fill(0); } if (place.sightings++ == 0)", "} if (place.sightings++ == 0)", CHANGES),
+    ("changes: what was seen stays where a wrong belief has put it", "fastslam/landmark_changes.cpp",
+     "sighting.seen = {there.x, there.y};", "static_cast<void>(there);", CHANGES),
 ]

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 namespace pf_resampling {
 namespace {
@@ -10,6 +12,7 @@ namespace {
 constexpr double kSamePlace = 0.25;  // m, and
 constexpr std::size_t kFewOff = 3;
 constexpr double kOffSigmas = 5.0;      // of their mean
+constexpr double kApartSigmas = 4.0;    // between places of a map in the making
 constexpr double kSameSigmas = 3.0;     // standard deviations, between sightings of one place
 constexpr int kFewestSightings = 4;     // of a place, ...
 constexpr double kShortest = 0.5;       // ... over so many s
@@ -25,6 +28,7 @@ constexpr double kFarSigmas = 10.0;
 constexpr double kFar = 2.0;  // m
 constexpr int kFewestOthers = 3;
 constexpr double kFitting = 0.75;
+constexpr std::size_t kFewestOld = 2;  // landmarks that show how far off what is seen may be
 constexpr std::size_t kMostLatest = 300;
 constexpr double kUnconfirmed = 60.0;  // s after which a place that nothing confirms is forgotten
 // Of sightings in a row so many are one. Share of the landmarks that are moved.
@@ -35,17 +39,64 @@ constexpr double kOpen = 10.0;  // s after the last sighting
 // The belief has to fit so many sightings of the last s.
 constexpr double kFits = 15.0;
 constexpr int kFewestFits = 3;
-constexpr double kLeastCosine = 0.5;  // of the direction that it was seen from: tags have a back
+// Of directions that it is seen from and was: about the same, and from the side.
+constexpr double kSameSide = 0.5;
+constexpr double kAtTheSide = -0.5;
+// From their mean, times what sightings of one place may be apart.
+constexpr double kMostScatter = 2.0;
+constexpr std::size_t kMostRemembered = 300000;  // sightings
 constexpr int kFewestLooks = 3;
 constexpr std::size_t kMostArrivals = 12;
 // Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
 constexpr double kSurelyGone = 0.9;
 
+int count(const std::array<int, 3>& of_sides) {
+  return std::accumulate(of_sides.begin(), of_sides.end(), 0);
+}
+
+// m, between sightings of one place.
+double near(double sigma) {
+  return std::max(kSamePlace, kSameSigmas * sigma);
+}
+
+// What was seen of a landmark while it was in view is at one place, if it is no farther apart than
+// noise is: else each would be wherever its noise has put it.
+void average_visits(std::vector<MapScan>* scans) {
+  struct Seen {
+    double last = 0.0;
+    std::vector<MapSighting*> sightings;
+  };
+  std::map<std::int64_t, Seen> visits;
+  const auto end = [](Seen* visit) {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const MapSighting* one : visit->sightings) mean += one->seen;
+    mean /= static_cast<double>(visit->sightings.size());
+    const bool is_one =
+        std::all_of(visit->sightings.begin(), visit->sightings.end(), [&](const MapSighting* one) {
+          return (one->seen - mean).norm() <= kMostScatter * near(one->sigma);
+        });
+    for (MapSighting* one : visit->sightings) {
+      if (is_one) one->seen = mean;
+    }
+    visit->sightings.clear();
+  };
+  for (MapScan& scan : *scans) {
+    for (MapSighting& sighting : scan.sightings) {
+      Seen& visit = visits[sighting.id];
+      if (!visit.sightings.empty() && scan.time > visit.last + kVisitGap) end(&visit);
+      visit.last = scan.time;
+      visit.sightings.push_back(&sighting);
+    }
+  }
+  for (auto& [id, visit] : visits) end(&visit);
+}
+
 }  // namespace
 
 void LandmarkChanges::start(const std::vector<LandmarkEstimate>& map) {
   *this = LandmarkChanges();
+  is_traceable_ = map.empty();
   for (const LandmarkEstimate& estimate : map) {
     Landmark& landmark = landmarks_[estimate.id];
     landmark.is_given = true;
@@ -63,7 +114,7 @@ void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> shifts;  // where from, by how much
   for (const auto& [id, landmark] : landmarks_) {
     const auto found = is_at.find(id);
-    const bool is_home = landmark.places.size() == 1 && landmark.missed == 0;
+    const bool is_home = landmark.places.size() == 1 && count(landmark.missed) == 0;
     if (found == is_at.end() || !is_home) continue;
     shifts.emplace_back(landmark.home().position, found->second - landmark.home().position);
   }
@@ -86,7 +137,7 @@ void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
     const auto other = std::remove_if(places.begin() + 1, places.end(), [&](const Place& place) {
       return (place.position - home).norm() < kSamePlace;
     });
-    if (other != places.end()) landmark.missed = 0;
+    if (other != places.end()) landmark.missed.fill(0);
     places.erase(other, places.end());
   }
   for (std::size_t row = 0; row < ids_.size(); ++row) {
@@ -94,30 +145,74 @@ void LandmarkChanges::follow(const std::vector<LandmarkEstimate>& map) {
   }
 }
 
-void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
-                          const std::vector<MapSighting>& sightings) {
+void LandmarkChanges::remember(const MapScan& scan) {
+  remembered_ += scan.sightings.size();
+  const bool goes_on = scans_.empty() || scans_.back().step <= scan.step;
+  is_traceable_ = is_traceable_ && goes_on && remembered_ < kMostRemembered;
+  if (is_traceable_) {
+    scans_.push_back(scan);
+  } else {
+    scans_.clear();
+  }
+}
+
+void LandmarkChanges::retrace(const std::vector<Pose2>& path,
+                              const std::vector<LandmarkEstimate>& map) {
+  if (!is_traceable_ || scans_.empty() || scans_.back().step >= path.size()) return;
+  LandmarkChanges anew;
+  anew.view_ = view_;
+  std::map<std::int64_t, Eigen::Vector2d> is_at;
+  for (const LandmarkEstimate& estimate : map) is_at[estimate.id] = estimate.mean;
+  std::vector<MapScan> scans = scans_;
+  for (MapScan& scan : scans) {
+    const Pose2& robot = path[scan.step];
+    for (MapSighting& sighting : scan.sightings) {
+      const Pose2 seen = relative(scan.robot, {sighting.seen.x(), sighting.seen.y(), 0.0});
+      const Pose2 there = compose(robot, seen);
+      sighting.seen = {there.x, there.y};
+    }
+    scan.eye = compose(robot, relative(scan.robot, scan.eye));
+  }
+  average_visits(&scans);
+  for (MapScan& scan : scans) {
+    for (MapSighting& sighting : scan.sightings) {
+      const auto found = is_at.find(sighting.id);
+      sighting.is_believed =
+          found != is_at.end() && (found->second - sighting.seen).norm() <= near(sighting.sigma);
+      sighting.mapped.reset();
+      sighting.is_started = true;
+    }
+    anew.add(scan);
+  }
+  anew.scans_ = std::move(scans_);
+  anew.remembered_ = remembered_;
+  *this = std::move(anew);
+}
+
+void LandmarkChanges::add(const MapScan& scan) {
+  const double time = scan.time;
   now_ = time;
-  for (const MapSighting& sighting : sightings) {
-    take(time, sighting, {eye.x, eye.y}, sigma);
+  for (const MapSighting& sighting : scan.sightings) {
+    take(time, sighting, {scan.eye.x, scan.eye.y}, scan.sigma);
     if (!sighting.is_believed) continue;
-    const Pose2 there = relative(eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
+    const Pose2 there = relative(scan.eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
     view_.add(std::hypot(there.x, there.y), std::atan2(there.y, there.x));
   }
-  look(time, eye);
+  look(time, scan.eye);
   for (auto id = pending_.begin(); id != pending_.end();) {
     Landmark& landmark = landmarks_[*id];
     end_visit(time, &landmark);
     std::vector<Place>& places = landmark.places;
     for (std::size_t i = 1; i < places.size(); ++i) {
       const double apart = (places[i].position - places[0].position).norm();
-      confirm(*id, apart > kFar + kFarSigmas * sigma, &places[i]);
+      confirm(*id, apart > kFar + kFarSigmas * scan.sigma, &places[i]);
     }
     places.erase(std::remove_if(places.begin() + 1, places.end(),
                                 [&](const Place& place) {
                                   return !place.is_confirmed && place.last < time - kUnconfirmed;
                                 }),
                  places.end());
-    const bool is_settled = landmark.visit.looks == 0 &&
+    const bool is_settled = count(landmark.visit.looks) == 0 &&
                             std::all_of(places.begin() + 1, places.end(),
                                         [](const Place& place) { return place.is_confirmed; });
     id = is_settled ? pending_.erase(id) : std::next(id);
@@ -127,11 +222,6 @@ void LandmarkChanges::add(double time, const Pose2& eye, double sigma,
 void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye,
                            double eye_sigma) {
   const auto [found, is_new] = landmarks_.try_emplace(sighting.id);
-  if (sighting.is_believed) {
-    ++believed_;
-  } else if (belief_fits(time)) {  // else it is no misread id
-    ++not_believed_;
-  }
   Landmark& landmark = found->second;
   if (is_new) {
     landmark.home().position = sighting.mapped.value_or(sighting.seen);
@@ -150,7 +240,6 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
   // What the filter believes is of the place that it has the landmark at, which goes along with it;
   // all else is of another place.
   const bool is_there = sighting.is_believed && !sighting.is_started;
-  const double near = std::max(kSamePlace, kSameSigmas * sighting.sigma);
   std::vector<Place>& places = landmark.places;
   const auto nearest = [&](const Eigen::Vector2d& position, std::size_t except) {
     std::size_t best = places.size();
@@ -167,7 +256,7 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
   if (!is_there) {
     const auto [known, distance] = nearest(sighting.seen, sighting.is_started ? places.size() : at);
     at = known;
-    if (distance > near) {
+    if (distance > near(sighting.sigma)) {
       if (places.size() == kMostPlaces) {
         places.erase(std::min_element(
             places.begin() + 1, places.end(),
@@ -179,7 +268,14 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
     }
   }
   // That the filter believes it to be elsewhere by now does not show that the belief is right.
-  latest_.push_back({time, sighting.id, sighting.is_believed && at == 0, is_old});
+  const bool is_home = (sighting.is_believed || sighting.is_started) && at == 0;
+  if (sighting.is_believed || is_home) {
+    ++believed_;
+  } else if (belief_fits(time)) {  // else it is no misread id
+    ++not_believed_;
+  }
+  const Eigen::Vector2d off = sighting.seen - (is_there ? mapped : landmark.home().position);
+  latest_.push_back({time, sighting.id, is_home, is_old, off});
   if (latest_.size() > kMostLatest) latest_.pop_front();
   Place& place = places[at];
   if (is_there) {
@@ -189,11 +285,14 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
     place.position += (sighting.seen - place.position) / (1.0 + place.sightings);
   }
   if (at == 0) {
-    landmark.seen_from = (eye - place.position).normalized();
-    landmark.missed = 0;
+    if (time > place.last + kVisitGap) landmark.seen_from = landmark.seen_last_from;
+    landmark.seen_last_from = (eye - place.position).normalized();
+    landmark.missed.fill(0);
   }
   if (place.sightings++ == 0) place.first = place.last = time;
-  place.opinions += time > place.last + kVisitGap ? 1.0 : 1.0 / kPerOpinion;
+  const bool is_back = time > place.last + kVisitGap;
+  place.visits += is_back || place.sightings == 1 ? 1 : 0;
+  place.opinions += is_back ? 1.0 : 1.0 / kPerOpinion;
   place.sigma = sighting.sigma;
   place.eye_sigma = eye_sigma;
   place.last = time;
@@ -204,14 +303,25 @@ void LandmarkChanges::take(double time, const MapSighting& sighting, const Eigen
 void LandmarkChanges::confirm(std::int64_t id, bool is_far, Place* place) const {
   if (place->is_confirmed || !(is_far || is_many(*place))) return;
   int others = 0, fitting = 0, after = 0;
+  std::map<std::int64_t, std::pair<Eigen::Vector2d, int>> off;  // of old ones: sum, sightings
   for (const Outcome& outcome : latest_) {
     if (outcome.id == id || (!is_far && !outcome.is_old)) continue;
     if (outcome.time < place->first - kBefore || outcome.time > place->last + kAfter) continue;
     ++others;
     fitting += outcome.is_believed ? 1 : 0;
     after += outcome.is_believed && outcome.time > place->first ? 1 : 0;
+    if (!outcome.is_old || !outcome.is_believed) continue;
+    const std::pair<Eigen::Vector2d, int> none = {Eigen::Vector2d::Zero(), 0};
+    auto& [sum, sightings] = off.try_emplace(outcome.id, none).first->second;
+    sum += outcome.off;
+    ++sightings;
   }
   place->is_confirmed = after >= kFewestOthers && fitting >= kFitting * others;
+  double squares = 0.0;
+  for (const auto& [other, sum] : off) squares += (sum.first / sum.second).squaredNorm();
+  place->others_off = off.size() < kFewestOld
+                          ? place->eye_sigma
+                          : std::sqrt(squares / static_cast<double>(off.size()));
 }
 
 bool LandmarkChanges::belief_fits(double time) const {
@@ -239,10 +349,14 @@ void LandmarkChanges::look(double time, const Pose2& eye) {
     const int sightings = landmark.home().sightings;
     if (!landmark.is_given && sightings < kFewestSightings) continue;
     const Eigen::Vector2d from = Eigen::Vector2d(eye.x, eye.y) - home;
-    if (sightings > 0 && landmark.seen_from.dot(from.normalized()) < kLeastCosine) {
-      continue;
-    }
-    if (landmark.visit.looks++ == 0) landmark.visit.first = time;
+    const Eigen::Vector2d direction = from.normalized();
+    double cosine = landmark.seen_from.isZero() ? -1.0 : landmark.seen_from.dot(direction);
+    const bool is_in_sight = sightings > 0 && landmark.home().last > time - kVisitGap;
+    if (!is_in_sight) cosine = std::max(cosine, landmark.seen_last_from.dot(direction));
+    if (sightings == 0 || (is_in_sight && landmark.seen_from.isZero())) cosine = 1.0;
+    const Side side = cosine >= kSameSide ? kBefore : cosine >= kAtTheSide ? kAside : kBehind;
+    if (count(landmark.visit.looks) == 0) landmark.visit.first = time;
+    ++landmark.visit.looks[side];
     landmark.visit.last = time;
     pending_.insert(id);
   }
@@ -250,14 +364,18 @@ void LandmarkChanges::look(double time, const Pose2& eye) {
 
 void LandmarkChanges::end_visit(double time, Landmark* landmark) {
   Visit& visit = landmark->visit;
-  if (visit.looks == 0 || time < visit.last + kVisitGap) return;
+  if (count(visit.looks) == 0 || time < visit.last + kVisitGap) return;
   const Place& home = landmark->home();
   const bool is_seen = home.sightings > 0 && home.last >= visit.first - kVisitGap;
-  if (visit.looks >= kFewestLooks) {
-    ++visits_;
+  const auto side = std::find_if(visit.looks.begin(), visit.looks.end(),
+                                 [](int looks) { return looks >= kFewestLooks; });
+  if (side != visit.looks.end()) {
+    const auto s = static_cast<std::size_t>(side - visit.looks.begin());
+    ++visits_[s];
     if (!is_seen) {
-      ++missed_;
-      if (landmark->missed++ == 0) landmark->missed_first = visit.first;
+      ++missed_[s];
+      if (count(landmark->missed) == 0) landmark->missed_first = visit.first;
+      ++landmark->missed[s];
       landmark->missed_last = visit.last;
     }
   }
@@ -293,6 +411,14 @@ double LandmarkChanges::probability_of(const Place& place) const {
   return kMoved / (kMoved + chance);
 }
 
+// m, of how far the place is from where the landmark was: what was seen beside it shows how good
+// map and belief are there; the sightings of a visit share their errors.
+double LandmarkChanges::sigma_between(const Landmark& landmark, const Place& place) const {
+  const auto seen = [](const Place& one) { return one.sigma / std::sqrt(std::max(1, one.visits)); };
+  const double known = landmark.is_given ? 0.0 : seen(landmark.home());
+  return std::hypot(place.others_off, seen(place), known);
+}
+
 // A landmark that was moved by little is believed, time and again, to be where it is not.
 bool LandmarkChanges::is_off(const Landmark& landmark) const {
   const Place& home = landmark.home();
@@ -302,10 +428,14 @@ bool LandmarkChanges::is_off(const Landmark& landmark) const {
   return landmark.off.norm() > std::max(kSamePlace, kOffSigmas * sigma);
 }
 
-// Against a landmark that is hidden as often as others are.
+// Against a landmark that is hidden as often as others are, from where it was not seen.
 double LandmarkChanges::probability_gone(const Landmark& landmark) const {
-  const double hidden = (missed_ - landmark.missed + 1.0) / (visits_ - landmark.missed + 2.0);
-  return kGone / (kGone + (1.0 - kGone) * std::pow(hidden, landmark.missed));
+  double hidden = 1.0;
+  for (std::size_t side = 0; side < kSides; ++side) {
+    const int missed = landmark.missed[side];
+    hidden *= std::pow((missed_[side] - missed + 1.0) / (visits_[side] - missed + 2.0), missed);
+  }
+  return kGone / (kGone + (1.0 - kGone) * hidden);
 }
 
 std::vector<Finding> LandmarkChanges::findings() const {
@@ -318,9 +448,9 @@ std::vector<Finding> LandmarkChanges::findings() const {
     const Place* best = nullptr;
     for (std::size_t i = 1; i < landmark.places.size(); ++i) {
       const Place& place = landmark.places[i];
-      // What was found in this drive is known no better than the robot's own place.
-      const double apart = kSamePlace + (landmark.is_given ? 0.0 : kSameSigmas * place.eye_sigma);
-      const bool is_apart = (place.position - landmark.home().position).norm() > apart;
+      const double apart = (place.position - landmark.home().position).norm();
+      const double sigmas = landmark.is_given ? kSameSigmas : kApartSigmas;
+      const bool is_apart = apart > std::max(kSamePlace, sigmas * sigma_between(landmark, place));
       const bool is_sure =
           is_apart && place.is_confirmed && is_many(place) && probability_of(place) >= kSure;
       if (is_sure && (best == nullptr || place.last > best->last)) best = &place;
@@ -328,7 +458,8 @@ std::vector<Finding> LandmarkChanges::findings() const {
     Finding finding;
     finding.id = id;
     if (best != nullptr) {
-      const bool is_there = landmark.home().sightings >= kFewestSightings && landmark.missed == 0;
+      const bool is_there =
+          landmark.home().sightings >= kFewestSightings && count(landmark.missed) == 0;
       finding.kind = is_there ? FindingKind::landmark_twice : FindingKind::landmark_moved;
       finding.begin = best->first;
       finding.end = best->last;
@@ -348,7 +479,7 @@ std::vector<Finding> LandmarkChanges::findings() const {
           std::hypot(landmark.given_sigma, home.sigma / std::sqrt(landmark.believed / kPerOpinion));
       finding.probability = kSure;
       finding.is_open = now_ < home.last + kOpen;
-    } else if (landmark.missed > 0 && probability_gone(landmark) >= kSurelyGone) {
+    } else if (count(landmark.missed) > 0 && probability_gone(landmark) >= kSurelyGone) {
       finding.kind = FindingKind::landmark_gone;
       finding.begin = landmark.missed_first;
       finding.end = landmark.missed_last;

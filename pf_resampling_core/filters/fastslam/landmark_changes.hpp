@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -27,6 +29,16 @@ struct MapSighting {
   bool is_started = false;  ///< which the filter started there
 };
 
+/// What a scan saw of the map.
+struct MapScan {
+  double time = 0.0;     ///< s
+  std::size_t step = 0;  ///< of the path: where `robot` is
+  Pose2 robot;           ///< map frame, by the belief, as ...
+  Pose2 eye;             ///< ... the sensor
+  double sigma = 0.0;    ///< m, of its place in the map
+  std::vector<MapSighting> sightings;
+};
+
 /// Which landmarks are not where the map has them, are there twice, or are gone: what the filter
 /// did not believe, time and again at one place, while what it saw of others fitted; and what was
 /// in view and was not seen.
@@ -36,10 +48,15 @@ class LandmarkChanges {
   void start(const std::vector<LandmarkEstimate>& map);
   /// The same map as it is believed now: all data were solved for anew.
   void follow(const std::vector<LandmarkEstimate>& map);
-  /// A scan at `time` (s), by a sensor at `eye` (map frame). `sigma`: m, of its place in the map.
-  void add(double time, const Pose2& eye, double sigma, const std::vector<MapSighting>& sightings);
+  void add(const MapScan& scan);
+  /// For retrace(), if no map was given: before add(), or instead of it if the belief may be wrong.
+  void remember(const MapScan& scan);
   /// The belief was wrong: what does not fit it says nothing of landmarks.
   void forget_latest();
+  /// All scans remembered anew, from where the whole drive, solved for anew, has the robot at each
+  /// step; with the map as it is then. Not if the path has begun anew since start(), or there were
+  /// more than 300000 sightings.
+  void retrace(const std::vector<Pose2>& path, const std::vector<LandmarkEstimate>& map);
 
   /// By id.
   std::vector<Finding> findings() const;
@@ -52,21 +69,26 @@ class LandmarkChanges {
     Eigen::Vector2d position = Eigen::Vector2d::Zero();
     double sigma = 0.0;      // m, of what was seen last, ...
     double eye_sigma = 0.0;  // ... and of where from
-    int sightings = 0;
+    int sightings = 0, visits = 0;
+    double others_off = 0.0;         // m, by how much others seemed to be elsewhere than before
     double opinions = 0.0;           // sightings in a row share their errors
     double first = 0.0, last = 0.0;  // s
     bool is_confirmed = false;       // what was seen of others fitted
     bool is_believed = false;        // the filter has it there by now
   };
+  // From about where it was seen before, from the side, from behind: tags have a back.
+  enum Side : std::uint8_t { kBefore, kAside, kBehind, kSides };
   struct Visit {
     double first = 0.0, last = 0.0;  // s, in view
-    int looks = 0;
+    std::array<int, kSides> looks = {};
   };
+  using Counts = std::array<int, kSides>;
   struct Landmark {
     Place& home() { return places.front(); }
     const Place& home() const { return places.front(); }
     std::vector<Place> places = {Place()};  // that of the map, and others
-    Eigen::Vector2d seen_from = Eigen::Vector2d::Zero();
+    // Directions that it was seen from: in earlier visits, and last.
+    Eigen::Vector2d seen_from = Eigen::Vector2d::Zero(), seen_last_from = Eigen::Vector2d::Zero();
     // m, mean of what was believed to be at home: by how much it was not
     Eigen::Vector2d off = Eigen::Vector2d::Zero();
     int believed = 0;
@@ -75,14 +97,15 @@ class LandmarkChanges {
     double given_sigma = 0.0;  // ... to that, in m
     double known_since = 0.0;  // s, else
     double last_seen = -1.0;   // s, anywhere
-    int missed = 0;            // visits in a row, in which it was not seen at home
+    Counts missed = {};        // visits in a row, in which it was not seen at home
     double missed_first = 0.0, missed_last = 0.0;
   };
   struct Outcome {
     double time;
     std::int64_t id;
     bool is_believed;
-    bool is_old;  // a landmark that was there before
+    bool is_old;          // a landmark that was there before
+    Eigen::Vector2d off;  // m
   };
 
   void take(double time, const MapSighting& sighting, const Eigen::Vector2d& eye, double eye_sigma);
@@ -92,6 +115,7 @@ class LandmarkChanges {
   void confirm(std::int64_t id, bool is_far, Place* place) const;
   bool is_many(const Place& place) const;
   double probability_of(const Place& place) const;
+  double sigma_between(const Landmark& landmark, const Place& place) const;
   bool is_off(const Landmark& landmark) const;
   double probability_gone(const Landmark& landmark) const;
 
@@ -104,7 +128,10 @@ class LandmarkChanges {
   SensorView view_;
   double now_ = 0.0;
   int believed_ = 0, not_believed_ = 0;  // sightings
-  int visits_ = 0, missed_ = 0;
+  Counts visits_ = {}, missed_ = {};
+  std::vector<MapScan> scans_;
+  std::size_t remembered_ = 0;  // sightings of these
+  bool is_traceable_ = true;
 };
 
 }  // namespace pf_resampling

@@ -17,26 +17,24 @@ constexpr double kSigma = 0.05;  // m, of what is seen
 // along at 1 m/s, seeing 6 m ahead; the map is right but for what a test changes.
 class Corridor {
  public:
-  Corridor() {
+  explicit Corridor(bool map_is_given = true) {
     for (int k = 0; k < 40; ++k) map_[k] = {2.0 * k, k % 2 == 0 ? 2.0 : -2.0};
     for (const auto& [id, place] : map_) tags_.emplace(id, place);
-    std::vector<LandmarkEstimate> given(map_.size());
-    for (const auto& [id, place] : map_) {
-      given[static_cast<std::size_t>(id)].id = id;
-      given[static_cast<std::size_t>(id)].mean = place;
-    }
-    changes_.start(given);
+    if (map_is_given) changes_.start(map());
   }
 
-  void drive(double error = 0.0) {
+  void drive(double error = 0.0, bool is_back = false) {
     int looks = 0;
-    for (double x = -5.0; x < 80.0; x += 0.2, time_ += 0.2) {
+    for (double driven = 0.0; driven < 85.0; driven += 0.2, time_ += 0.2) {
+      const double x = is_back ? 80.0 - driven : driven - 5.0;
+      const double heading = is_back ? kPi : 0.0;
       const RandomStream noise(1, RandomPurpose::simulation_observation, step_++);
       std::vector<MapSighting> sightings;
       std::uint64_t draw = 0;
       const auto is_shown = [&](std::int64_t id) { return id != rare_ || ++looks % 3 == 0; };
       for (const auto& [id, place] : tags_) {
-        const Eigen::Vector2d there = place - Eigen::Vector2d(x, 0.0);
+        const Eigen::Vector2d there = (is_back ? -1.0 : 1.0) * (place - Eigen::Vector2d(x, 0.0));
+        if (is_back && have_backs_) continue;
         if (there.norm() > 6.0 || std::abs(std::atan2(there.y(), there.x())) > 0.6) continue;
         if (!is_shown(id)) continue;
         MapSighting sighting;
@@ -53,9 +51,22 @@ class Corridor {
         draw += 2;
         sightings.push_back(sighting);
       }
-      changes_.add(time_, {x, 0.0, 0.0}, 0.1, sightings);
+      path_.push_back({x, 0.0, heading});
+      const Pose2 believed = {x + error, 0.0, heading};
+      const MapScan scan = {time_, path_.size() - 1, believed, believed, sigma_, sightings};
+      changes_.remember(scan);
+      changes_.add(scan);
     }
     time_ += 60.0;
+  }
+
+  std::vector<LandmarkEstimate> map() const {
+    std::vector<LandmarkEstimate> map(map_.size());
+    for (const auto& [id, place] : map_) {
+      map[static_cast<std::size_t>(id)].id = id;
+      map[static_cast<std::size_t>(id)].mean = place;
+    }
+    return map;
   }
 
   LandmarkChanges changes_;
@@ -64,6 +75,9 @@ class Corridor {
   double believed_ = 0.2;                              // m from where the map has it
   bool starts_anew_ = false;                           // what is seen is taken for new
   std::int64_t rare_ = -1;                             // one in three scans shows it
+  bool have_backs_ = false;                            // tags
+  double sigma_ = 0.1;                                 // m, of the robot in the map
+  std::vector<Pose2> path_;                            // as it is
   double time_ = 0.0;
   std::uint32_t step_ = 0;
 };
@@ -157,7 +171,7 @@ TEST(LandmarkChanges, AnIdThatWasMisreadOnceIsNotGone) {
   misread.id = 99;
   misread.seen = {30.0, 1.0};
   misread.is_started = true;
-  corridor.changes_.add(0.0, {26.0, 0.0, 0.0}, 0.1, {misread});
+  corridor.changes_.add({0.0, 0, {26.0, 0.0, 0.0}, {26.0, 0.0, 0.0}, 0.1, {misread}});
   for (int k = 0; k < 3; ++k) corridor.drive();
   EXPECT_TRUE(corridor.changes_.findings().empty());
 }
@@ -198,13 +212,8 @@ TEST(LandmarkChanges, FindingsFollowTheMap) {
   Corridor corridor;
   corridor.tags_.find(20)->second.y() -= 1.0;
   corridor.drive();
-  std::vector<LandmarkEstimate> shifted;
-  for (const auto& [id, place] : corridor.map_) {
-    LandmarkEstimate landmark;
-    landmark.id = id;
-    landmark.mean = place + Eigen::Vector2d(0.0, 5.0);
-    shifted.push_back(landmark);
-  }
+  std::vector<LandmarkEstimate> shifted = corridor.map();
+  for (LandmarkEstimate& landmark : shifted) landmark.mean.y() += 5.0;
   corridor.changes_.follow(shifted);
   const std::vector<Finding> found = corridor.changes_.findings();
   ASSERT_EQ(found.size(), 1u);
@@ -220,14 +229,58 @@ TEST(LandmarkChanges, TwoPlacesThatTurnOutToBeOneAreOne) {
   corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
   corridor.drive();
   ASSERT_EQ(corridor.changes_.findings().size(), 1u);
-  std::vector<LandmarkEstimate> map(corridor.map_.size());
-  for (const auto& [id, place] : corridor.map_) {
-    map[static_cast<std::size_t>(id)].id = id;
-    map[static_cast<std::size_t>(id)].mean = place;
-  }
+  std::vector<LandmarkEstimate> map = corridor.map();
   map[22].mean -= Eigen::Vector2d(0.6, 0.8);
   corridor.changes_.follow(map);
   EXPECT_TRUE(corridor.changes_.findings().empty());
+}
+
+// The belief is metres off while the robot passes: what it saw then says nothing of landmarks until
+// the whole drive, solved for anew, shows where it was.
+TEST(LandmarkChanges, WhatWasSeenUnderAWrongBeliefIsWhereThePathHasIt) {
+  for (const double error : {0.0, 2.5}) {
+    Corridor corridor(false);
+    corridor.drive();
+    corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
+    corridor.drive(error);
+    corridor.changes_.forget_latest();
+    if (error > 0.0) {
+      EXPECT_TRUE(corridor.changes_.findings().empty());
+    }
+    corridor.changes_.retrace(corridor.path_, corridor.map());
+    const std::vector<Finding> found = corridor.changes_.findings();
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
+    EXPECT_EQ(found[0].id, 20);
+    EXPECT_NEAR(found[0].size, 1.0, 0.05);
+  }
+}
+
+// A robot that does not know where in the map it is knows where landmarks are beside each other.
+TEST(LandmarkChanges, ALandmarkOfAMapInTheMakingIsNotWhereItWasBesideOthers) {
+  Corridor corridor(false);
+  corridor.sigma_ = 0.7;
+  corridor.drive();
+  corridor.tags_.find(20)->second += Eigen::Vector2d(0.3, 0.4);
+  corridor.drive();
+  corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].id, 20);
+  EXPECT_NEAR(found[0].size, 0.5, 0.05);
+}
+
+// It is in view from behind, and is not seen: if others are, it is gone; if none is, they have
+// backs.
+TEST(LandmarkChanges, ALandmarkThatIsNotSeenFromBehindIsGoneIfOthersAreSeen) {
+  for (const bool have_backs : {false, true}) {
+    Corridor corridor(false);
+    corridor.have_backs_ = have_backs;
+    corridor.drive();
+    corridor.tags_.erase(20);
+    for (int k = 0; k < 2; ++k) corridor.drive(0.0, true);
+    EXPECT_EQ(corridor.changes_.findings().size(), have_backs ? 0u : 1u);
+  }
 }
 
 }  // namespace
