@@ -290,8 +290,15 @@ void RangeMemory::solve_all() {
   for (RangeMode& mode : modes_) solved(kIterations, &mode);
   weigh_modes();
   if (modes_.empty()) return;
+  let_radios_enter(&modes_.front());
+  // The evidence of fewer ranges is no evidence against more.
+  modes_.erase(std::remove_if(modes_.begin() + 1, modes_.end(),
+                              [&](const RangeMode& mode) {
+                                return mode.estimate.takes_part !=
+                                       modes_.front().estimate.takes_part;
+                              }),
+               modes_.end());
   RangeMode& best = modes_.front();
-  let_radios_enter(&best);
   if (before_) try_all_places_anew(*before_, &best);
   try_other_places(&best);
   find_doubt();

@@ -30,6 +30,7 @@ struct DriveAmongRadios {
   double yaw_rate_bias = 1e-3;                        ///< rad/s
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m
   double reflected = 0.03;      ///< share of ranges, 1.5 m too long on average
+  double wild = 0.0;            ///< share of ranges, anything up to 40 m
   double straight = 0.0;        ///< m, before the first turn
   int radio_that_repeats = -1;  ///< its ranges are those of the first
   double biased = 0.0;          ///< m, of the last radio
@@ -100,6 +101,7 @@ struct DriveAmongRadios {
       range.range = scale * (beacons[heard].position - from).norm() + bias + sigma * normal(engine);
       if (radio + 1 == beacons.size()) range.range += biased;
       if (uniform(engine) < reflected) range.range -= 1.5 * std::log(1.0 - uniform(engine));
+      if (wild > 0.0 && uniform(engine) < wild) range.range = 40.0 * uniform(engine);
       take(increment, range);
     }
   }
