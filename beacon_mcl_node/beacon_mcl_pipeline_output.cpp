@@ -130,19 +130,21 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
   }
   status->yaw_rate_bias = yaw_rate_bias_.mean;
   status->yaw_rate_bias_sigma = yaw_rate_bias_.sigma;
-  if (filter_->is_drawn_from_memory()) {
-    const RangeMemory::Newest newest =
-        filter_->memory()->newest(filter_->memory()->modes().front());
-    const auto add = [&](const char* name, CommonUnknown::Index of, double offset) {
+  const RangeMemory* memory = filter_->memory();
+  if (memory != nullptr && filter_->is_drawn_from_memory()) {
+    const RangeMemory::Newest newest = memory->newest(memory->modes().front());
+    const auto add = [&](const char* name, CommonUnknown::Index of, double offset, double factor) {
       const int at = KeyframeUnknown::count + of;
-      status->systematic_errors.push_back(to_systematic_error(
-          name, offset + newest.mean[at], std::sqrt(newest.covariance(at, at))));
+      status->systematic_errors.push_back(
+          to_systematic_error(name, factor * (offset + newest.mean[at]),
+                              std::abs(factor) * std::sqrt(newest.covariance(at, at))));
     };
-    add("distance_scale", CommonUnknown::distance_scale, 1.0);
-    add("turn_scale", CommonUnknown::turn_scale, 1.0);
-    add("antenna_x", CommonUnknown::lever_x, 0.0);
-    add("antenna_y", CommonUnknown::lever_y, 0.0);
-    add("antenna_z", CommonUnknown::lever_z, 0.0);
+    const OdometryFactors& factors = memory->odometry_factors();
+    add("distance_scale", CommonUnknown::distance_scale, 1.0, factors.distance);
+    add("turn_scale", CommonUnknown::turn_scale, 1.0, factors.turn);
+    add("antenna_x", CommonUnknown::lever_x, 0.0, 1.0);
+    add("antenna_y", CommonUnknown::lever_y, 0.0, 1.0);
+    add("antenna_z", CommonUnknown::lever_z, 0.0, 1.0);
   }
   if (!finds_beacons()) return;
   std::string ambiguous;
@@ -179,6 +181,9 @@ void BeaconMclPipeline::note_odometry_scales(ros::Time stamp, const RangeMemory&
         Eigen::Array2d(std::pow(moved.x, 2) + std::pow(moved.y, 2), std::pow(moved.heading, 2));
     both += Eigen::Array2d(along, odometry.heading * moved.heading);
   }
+  const OdometryFactors& factors = memory.odometry_factors();
+  measured *= Eigen::Array2d(std::pow(factors.distance, 2), std::pow(factors.turn, 2));
+  both *= Eigen::Array2d(factors.distance, factors.turn);
   for (int k = 0; k < 2; ++k) {
     const double least = both[k] / measured[k] - 1.0;
     const double most = estimated[k] / both[k] - 1.0;

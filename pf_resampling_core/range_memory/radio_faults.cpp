@@ -1,9 +1,12 @@
 // How RangeMemory tells which radios are not as listed.
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -12,6 +15,7 @@
 namespace pf_resampling {
 namespace {
 
+using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
 
 constexpr int kFewestRanges = 30;
@@ -31,6 +35,11 @@ constexpr double kMostRanges = 0.9;
 // Two radios elsewhere and a scale explain what one radio elsewhere does, if they may.
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
 constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
+constexpr double kGrossOdds = 1e-3;     // of odometry that counts several times what it should
+constexpr double kDoubtfulNoise = 3.0;  // of the odometry, a factor
+constexpr OdometryFactors kFactors[] = {
+    {1.0, 1.0},  {0.25, 1.0}, {1.0 / 3.0, 1.0}, {0.5, 1.0}, {2.0, 1.0}, {3.0, 1.0}, {4.0, 1.0},
+    {1.0, -1.0}, {1.0, 0.25}, {1.0, 1.0 / 3.0}, {1.0, 0.5}, {1.0, 2.0}, {1.0, 3.0}, {1.0, 4.0}};
 
 // m, by which the ranges of a radio are too long, as a rule: a wild range has no slope, so a bias
 // of many standard deviations is not found from 0.
@@ -49,6 +58,12 @@ double excess_of(int radio, const RangeGraph& graph, const RangeNoise& noise,
   const auto middle = excesses.begin() + static_cast<std::ptrdiff_t>(excesses.size() / 2);
   std::nth_element(excesses.begin(), middle, excesses.end());
   return *middle;
+}
+
+bool has_fault(const RangeMode& mode) {
+  return std::any_of(mode.accounts.begin(), mode.accounts.end(), [](RadioAccount account) {
+    return account != RadioAccount::as_listed && account != RadioAccount::unlisted;
+  });
 }
 
 }  // namespace
@@ -174,6 +189,46 @@ std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
                        std::abs(own) > kOwnBias * options_.own_bias;
   }
   return is_suspicious;
+}
+
+// Odometry that is grossly wrong: of several factors that which fits the coarsest path best, if it
+// explains the data better than all as it is.
+bool RangeMemory::try_gross_odometry() {
+  const RangeMode& mode = modes_.front();
+  const bool is_doubtful = std::max(noise_.translation, noise_.heading) > kDoubtfulNoise ||
+                           has_fault(mode) || !explains_newest();
+  const bool is_known = mode.past || odometry_factors_ != OdometryFactors{};
+  if (!is_doubtful || is_known || time_ > kRigid || beacons_.size() < 2) return false;
+  const RangeMode listed = as_listed();
+  const auto with_factors = [&](const OdometryFactors& factors) {
+    RangeMode other = listed;
+    other.prior.constants[Common::distance_scale] = factors.distance - 1.0;
+    other.prior.constants[Common::turn_scale] = factors.turn - 1.0;
+    other.estimate.constants = other.prior.constants;
+    return other;
+  };
+  OdometryFactors best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const OdometryFactors& factors : kFactors) {
+    const auto poses = first_poses(with_factors(factors), 2);
+    if (poses.empty() || !(poses.front().first < least)) continue;
+    least = poses.front().first;
+    best = factors;
+  }
+  if (!(best != OdometryFactors{})) return false;
+  const double before = log_probability(mode) + log_prior_of_noise(noise_);
+  const auto kept = std::tuple(modes_, noise_, next_trial_, trial_steps_);
+  noise_ = RangeNoise{};
+  modes_ = starts(with_factors(best), kRefined, &noise_);
+  weigh_modes();
+  if (!modes_.empty()) learn_noise();
+  const double after = modes_.empty() ? -std::numeric_limits<double>::infinity()
+                                      : log_probability(modes_.front()) +
+                                            log_prior_of_noise(noise_) + std::log(kGrossOdds);
+  std::tie(modes_, noise_, next_trial_, trial_steps_) = kept;
+  if (!(after > before)) return false;
+  begin_anew(best);
+  return true;
 }
 
 // The mode with an error that may be there, or is not there any more; nothing if it cannot be.

@@ -149,7 +149,7 @@ class Elimination {
     // metres, each motion would be a reason to believe in longer ones, and thousands of them would
     // outweigh what the ranges say.
     log_normalizer_of_motion_ = 2.0 * std::log1p(estimate.constants[Common::distance_scale]) +
-                                std::log1p(estimate.constants[Common::turn_scale]) -
+                                std::log(std::abs(1.0 + estimate.constants[Common::turn_scale])) -
                                 2.0 * std::log(noise_.translation) - std::log(noise_.heading);
     if (past_ != nullptr) {
       info_ = past_->information;

@@ -36,6 +36,7 @@ constexpr double kFixedScale = 1e-4;
 constexpr double kBiased = 2.0;  // m
 // Wheels are 2 % off, as a rule, and what they are off by looks like a bias of the ranges.
 constexpr double kTightWheels = 2.0 / 3.0;
+constexpr double kGrossSpread = 0.3;  // of scales, where the odometry is grossly wrong
 
 void join(const OdometryIncrement& next, OdometryIncrement* increment) {
   const double cosine = std::cos(increment->mean.heading);
@@ -234,10 +235,12 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
   const double lever = lever_is_stated_ ? options_.stated_lever : options_.lever;
   const double lever_height = lever_is_stated_ ? options_.stated_lever : options_.lever_height;
   const double wheels = loose[LooseError::wheels] ? 1.0 : kTightWheels;
+  const bool is_gross = odometry_factors_ != OdometryFactors{};
+  const double distance = is_gross ? kGrossSpread : wheels * options_.distance_scale;
+  const double turn = is_gross ? kGrossSpread : wheels * options_.turn_scale;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,
-      beacons_.size() >= 2 ? wheels * options_.distance_scale : kFixedScale,
-      wheels * options_.turn_scale, lever, lever, lever_height;
+      beacons_.size() >= 2 ? distance : kFixedScale, turn, lever, lever, lever_height;
   const double own = share(LooseError::radios);
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const bool is_planar = !radios_[i].listed || radios_[i].listed->is_planar;
@@ -265,7 +268,7 @@ double RangeMemory::spacing() const {
 
 void RangeMemory::add(const OdometryIncrement& odometry,
                       const std::vector<RangeObservation>& ranges) {
-  join(odometry, &pending_);
+  join(without_factors(odometry), &pending_);
   time_ += odometry.duration;
   if (ranges.empty()) return;
   const bool moved = std::hypot(pending_.mean.x, pending_.mean.y) > spacing() ||
@@ -291,6 +294,36 @@ void RangeMemory::add(const OdometryIncrement& odometry,
     range.since = pending_;
     graph_.ranges.back().push_back(range);
   }
+}
+
+OdometryIncrement RangeMemory::without_factors(OdometryIncrement motion) const {
+  const double excess = 1.0 - 1.0 / odometry_factors_.turn;
+  motion.mean.x -= excess * motion.turn_scale_sensitivity[0];
+  motion.mean.y -= excess * motion.turn_scale_sensitivity[1];
+  const double length = 1.0 / odometry_factors_.distance;
+  const Eigen::Vector3d share(length, length, 1.0 / odometry_factors_.turn);
+  motion.mean = {share[0] * motion.mean.x, share[1] * motion.mean.y,
+                 share[2] * motion.mean.heading};
+  for (Eigen::Matrix3d* covariance : {&motion.covariance, &motion.slip_covariance}) {
+    *covariance = (share.asDiagonal() * *covariance * share.asDiagonal()).eval();
+  }
+  for (Eigen::Vector3d* sensitivity :
+       {&motion.yaw_rate_sensitivity, &motion.turn_scale_sensitivity}) {
+    *sensitivity = share.cwiseProduct(*sensitivity).eval();
+  }
+  return motion;
+}
+
+// Keyframes lie too far apart to be corrected for such factors: all data begin anew.
+void RangeMemory::begin_anew(const OdometryFactors& factors) {
+  odometry_factors_ = factors;
+  graph_ = RangeGraph{};
+  graph_.ranges.emplace_back();
+  times_ = {time_};
+  pending_ = OdometryIncrement{};
+  noise_ = RangeNoise{};
+  modes_.clear();
+  before_.reset();
 }
 
 // A robot that stands has no path yet. Were the frame that of its first pose, all places would turn

@@ -63,6 +63,16 @@ struct LooseError {
 };
 using LooseErrors = std::array<bool, LooseError::count>;
 
+/// Measured over true motion, where the odometry is grossly wrong: wheels that count several times
+/// or in part, a turn that is counted the wrong way.
+struct OdometryFactors {
+  double distance = 1.0;
+  double turn = 1.0;
+};
+inline bool operator!=(const OdometryFactors& a, const OdometryFactors& b) {
+  return a.distance != b.distance || a.turn != b.turn;
+}
+
 /// A place where a radio may be.
 struct RadioPlace {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m, map frame
@@ -153,6 +163,10 @@ class RangeMemory {
   const std::vector<RangeMode>& modes() const { return modes_; }
   const RangeGraph& graph() const { return graph_; }
   const RangeNoise& noise() const { return noise_; }
+  /// By which the odometry in graph() was divided.
+  const OdometryFactors& odometry_factors() const { return odometry_factors_; }
+  /// A short motion divided by them: to first order in its turn.
+  OdometryIncrement without_factors(OdometryIncrement motion) const;
   /// By which factor deviations of means over ten seconds exceed what independent errors make.
   double doubt() const { return doubt_; }
   /// The listed ones, then others as they were heard.
@@ -218,6 +232,7 @@ class RangeMemory {
   RadioKnowledge knowledge_of(int id) const;
   RangeCalibration calibration_of(int id) const;
   bool has_begun();
+  void begin_anew(const OdometryFactors& factors);
   void add_keyframe();
   double spacing() const;
   RangePrior prior() const;
@@ -234,6 +249,7 @@ class RangeMemory {
   void let_radios_enter(RangeMode* mode);
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(const RangeEstimate& before, RangeMode* mode);
+  bool try_gross_odometry();
   void judge_radios();
   double heading_spread(const RangeMode& mode) const;
   std::vector<bool> suspicious(const RangeMode& mode) const;
@@ -243,6 +259,7 @@ class RangeMemory {
   std::vector<RangeMode> with_mistakes(const RangeMode& mode,
                                        const std::vector<bool>& is_suspicious) const;
   double log_probability(const RangeMode& mode) const;
+  void learn_noise();
   bool try_noise();
   void find_doubt();
   bool may_head_anywhere() const;
@@ -265,6 +282,7 @@ class RangeMemory {
   OdometryIncrement pending_;  // since the newest keyframe
   double time_ = 0.0;
   bool lever_is_stated_ = false;
+  OdometryFactors odometry_factors_;
   RangeNoise noise_;
   std::vector<RangeMode> modes_;
   std::optional<RangeEstimate> before_;  // of the last solution of all

@@ -50,11 +50,12 @@ constexpr double kSmallestStep = 1.15;
 constexpr double kLargestStep = 2.0;
 constexpr double kMedianOfNormal = 0.6745;
 
-// Keyframes as odometry has them, in the frame of the first.
-std::vector<Pose2> driven_by_odometry(const RangeGraph& graph) {
+// Keyframes as odometry has them with these scales, in the frame of the first.
+std::vector<Pose2> driven_by_odometry(const RangeGraph& graph, const Eigen::VectorXd& constants) {
   std::vector<Pose2> driven = {Pose2{}};
   for (const OdometryIncrement& motion : graph.motions) {
-    driven.push_back(compose(driven.back(), motion.mean));
+    const Pose2 moved = corrected_motion(motion, KeyframeState::Zero(), constants);
+    driven.push_back(compose(driven.back(), moved));
   }
   return driven;
 }
@@ -114,7 +115,7 @@ std::vector<std::pair<double, Pose2>> RangeMemory::first_poses(const RangeMode& 
   const bool is_enough = static_cast<int>(ranges.size()) >= kStartRanges && heard.size() >= 2 &&
                          (static_cast<int>(heard.size()) >= kStartRadios || time_ > kPatience);
   if (!is_enough) return {};
-  const std::vector<Pose2> driven = driven_by_odometry(graph_);
+  const std::vector<Pose2> driven = driven_by_odometry(graph_, mode.estimate.constants);
   const HeldRange& first = *ranges.front();
   const Pose2 first_heard = driven[keyframes.front()];
   const std::size_t stride = std::max<std::size_t>(1, ranges.size() / 60);
@@ -155,7 +156,7 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
                                            RangeNoise* noise) const {
   const bool is_all = refined == kRefined;
   const auto candidates = first_poses(mode, is_all ? 1 : 2);
-  const std::vector<Pose2> driven = driven_by_odometry(graph_);
+  const std::vector<Pose2> driven = driven_by_odometry(graph_, mode.estimate.constants);
   double least_sigma = kRaster;
   for (const auto& ranges : graph_.ranges) {
     for (const HeldRange& range : ranges) {
@@ -194,7 +195,7 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
         if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
         const RangeEstimate& best = found[0].estimate;
         residuals.push_back(
-            std::abs(residual_of(range, noise_, best.keyframes[k], best.constants).value));
+            std::abs(residual_of(range, *noise, best.keyframes[k], best.constants).value));
       }
     }
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
@@ -302,17 +303,9 @@ void RangeMemory::solve_all() {
   if (before_) try_all_places_anew(*before_, &best);
   try_other_places(&best);
   find_doubt();
+  if (try_gross_odometry()) return;
   judge_radios();
-  bool is_other_noise = false;
-  for (int failed = 0; failed < kNoiseTrials;) {
-    const bool is_better = try_noise();
-    is_other_noise |= is_better;
-    failed = is_better ? 0 : failed + 1;
-  }
-  for (std::size_t m = 1; is_other_noise && m < modes_.size(); ++m) {
-    solved(kIterations, &modes_[m]);
-  }
-  weigh_modes();
+  learn_noise();
   if (modes_.empty()) return;
   while (is_too_large()) let_oldest_leave();
   for (RangeMode& mode : modes_) {
@@ -413,6 +406,20 @@ double RangeMemory::log_prior_of_noise(const RangeNoise& noise) const {
   const double translation = std::log(noise.translation) / options_.noise_spread;
   const double heading = std::log(noise.heading) / options_.noise_spread;
   return -0.5 * (translation * translation + heading * heading);
+}
+
+// Each of the noise's numbers, until none is better in another place.
+void RangeMemory::learn_noise() {
+  bool is_other_noise = false;
+  for (int failed = 0; failed < kNoiseTrials;) {
+    const bool is_better = try_noise();
+    is_other_noise |= is_better;
+    failed = is_better ? 0 : failed + 1;
+  }
+  for (std::size_t m = 1; is_other_noise && m < modes_.size(); ++m) {
+    solved(kIterations, &modes_[m]);
+  }
+  weigh_modes();
 }
 
 // One of the noise's numbers, up and down: that under which the data are most probable. Steps

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <future>
 #include <optional>
+#include <utility>
 
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
 
@@ -62,6 +63,7 @@ void BeaconMcl::note_innovation_of_memory() {
 }
 
 OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) const {
+  if (memory_) odometry = memory_->without_factors(std::move(odometry));
   odometry.covariance += odometry.slip_covariance;
   if (!is_drawn_from_memory_) return odometry;
   // Each particle knows the bias of the yaw rate.

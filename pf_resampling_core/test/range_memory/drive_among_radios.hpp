@@ -27,6 +27,7 @@ struct DriveAmongRadios {
   double scale = 1.01;
   double bias = 0.1;  ///< m
   double distance_scale = 1.0;
+  double turn_scale = 1.0;
   double yaw_rate_bias = 1e-3;                        ///< rad/s
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m
   double reflected = 0.03;      ///< share of ranges, 1.5 m too long on average
@@ -89,6 +90,7 @@ struct DriveAmongRadios {
       truth = compose(truth, motion);
       Pose2 measured = motion;
       measured.x = distance_scale * motion.x + 0.005 * std::sqrt(kStep) * normal(engine);
+      measured.heading = turn_scale * motion.heading;
       measured.heading += yaw_rate_bias * kStep + 0.003 * std::sqrt(kStep) * normal(engine);
       OdometryIncrement increment;
       append(OdometryNoise{}, measured, kStep, &increment);

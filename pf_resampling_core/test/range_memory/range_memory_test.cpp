@@ -73,6 +73,25 @@ TEST(RangeMemory, TakesWheelsToBeTwoPercentOffAtFirst) {
   }
 }
 
+// Wheels counted four times, a gyro with the wrong sign: no radio is accused.
+TEST(RangeMemory, FindsOdometryThatCountsSeveralTimesOrTurnsTheWrongWay) {
+  for (const auto& [distance, turn] :
+       {std::pair(4.0, 1.0), std::pair(0.25, 1.0), std::pair(1.0, 3.0), std::pair(1.0, -1.0)}) {
+    DriveAmongRadios drive;
+    drive.distance_scale = distance;
+    drive.turn_scale = turn;
+    RangeMemory memory({}, drive.beacons);
+    drive.drive(60.0, 3, &memory);
+    const RangeMode& mode = memory.modes().front();
+    const OdometryFactors& factors = memory.odometry_factors();
+    const auto scale = [&](Common::Index of) { return 1.0 + mode.estimate.constants[of]; };
+    EXPECT_NEAR(factors.distance * scale(Common::distance_scale), distance, 0.05 * distance);
+    EXPECT_NEAR(factors.turn * scale(Common::turn_scale), turn, 0.05 * std::abs(turn));
+    EXPECT_EQ(mode.accounts, std::vector<RadioAccount>(4, RadioAccount::as_listed));
+    EXPECT_LT(drive.error(memory), 0.3) << distance << ", " << turn;
+  }
+}
+
 // Were each of them free from the start, the poses of a drive without them would be half as good.
 TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   const auto loose_after = [](DriveAmongRadios drive) {
