@@ -131,7 +131,8 @@ def path_axes(figure, place):
 
 
 def draw_legend(axes, below):
-    below.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=9, ncol=4, frameon=False)
+    legend = below.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=9, ncol=4, frameon=False)
+    legend.set_in_layout(False)  # a wide one would make the paths narrow
 
 
 def shade_clipped(axes, errors):
