@@ -46,7 +46,7 @@ visualization_msgs::MarkerArray beacon_markers(const MarkerFrame& frame,
 
     visualization_msgs::Marker label =
         make_marker(frame, "beacon_ids", index, visualization_msgs::Marker::TEXT_VIEW_FACING);
-    label.pose.position = make_point(place.x() + 0.9 * size, place.y(), place.z() + size);
+    label.pose.position = make_point(place.x(), place.y() + 1.6 * size, place.z() + size);
     label.scale.z = 1.6 * size;
     label.color = palette_color(placed.color, 1.0F);
     label.text = std::to_string(placed.beacon.id);

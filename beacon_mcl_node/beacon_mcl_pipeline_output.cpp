@@ -154,7 +154,7 @@ void BeaconMclPipeline::fill_in(FilterStatus* status) const {
   }
   if (ambiguous.empty()) return;
   status->health_text +=
-      " more than one place fits beacon " + ambiguous + ": drive a turn near it.";
+      " More than one place fits beacon " + ambiguous + ": drive a turn near it.";
 }
 
 std::vector<Finding> BeaconMclPipeline::findings() const {
