@@ -33,9 +33,7 @@ constexpr double kFarAway = 100.0;   // m, of the first pose
 constexpr double kAnyHeading = 3.0;  // rad
 constexpr double kFixed = 1e-3;      // m, rad: of a first pose that is the frame
 constexpr double kFixedScale = 1e-4;
-constexpr double kBiased = 2.0;  // m
-// Wheels are 2 % off, as a rule, and what they are off by looks like a bias of the ranges.
-constexpr double kTightWheels = 2.0 / 3.0;
+constexpr double kBiased = 2.0;       // m
 constexpr double kGrossSpread = 0.3;  // of scales, where the odometry is grossly wrong
 
 void join(const OdometryIncrement& next, OdometryIncrement* increment) {
@@ -234,10 +232,9 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
                             : options_.height;
   const double lever = lever_is_stated_ ? options_.stated_lever : options_.lever;
   const double lever_height = lever_is_stated_ ? options_.stated_lever : options_.lever_height;
-  const double wheels = loose[LooseError::wheels] ? 1.0 : kTightWheels;
   const bool is_gross = odometry_factors_ != OdometryFactors{};
-  const double distance = is_gross ? kGrossSpread : wheels * options_.distance_scale;
-  const double turn = is_gross ? kGrossSpread : wheels * options_.turn_scale;
+  const double distance = is_gross ? kGrossSpread : options_.distance_scale;
+  const double turn = is_gross ? kGrossSpread : options_.turn_scale;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,
       beacons_.size() >= 2 ? distance : kFixedScale, turn, lever, lever, lever_height;

@@ -101,9 +101,9 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
     return memory.modes().front().loose;
   };
   EXPECT_EQ(loose_after({}), LooseErrors{});
-  DriveAmongRadios long_wheels;
-  long_wheels.distance_scale = 1.08;
-  EXPECT_TRUE(loose_after(long_wheels)[LooseError::wheels]);
+  DriveAmongRadios on_a_post;
+  on_a_post.beacons[0].position.z() = 2.0;
+  EXPECT_TRUE(loose_after(on_a_post)[LooseError::heights]);
 }
 
 // 15 s do not tell whether radios differ: with one of both alone the belief was too sure.
