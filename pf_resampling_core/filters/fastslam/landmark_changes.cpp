@@ -446,14 +446,16 @@ std::vector<Finding> LandmarkChanges::findings() const {
   const bool few_are_off = off <= std::max(kFewOff, landmarks_.size() / 10);
   for (const auto& [id, landmark] : landmarks_) {
     const Place* best = nullptr;
+    const bool is_gone = count(landmark.missed) > 0 && probability_gone(landmark) >= kSurelyGone;
     for (std::size_t i = 1; i < landmark.places.size(); ++i) {
       const Place& place = landmark.places[i];
       const double apart = (place.position - landmark.home().position).norm();
       const double sigmas = landmark.is_given ? kSameSigmas : kApartSigmas;
       const bool is_apart = apart > std::max(kSamePlace, sigmas * sigma_between(landmark, place));
-      const bool is_sure =
-          is_apart && place.is_confirmed && is_many(place) && probability_of(place) >= kSure;
-      if (is_sure && (best == nullptr || place.last > best->last)) best = &place;
+      const bool is_sure = is_apart && place.is_confirmed && probability_of(place) >= kSure;
+      // What is not where it was is where it is seen, however near.
+      if (is_many(place) && (is_sure || is_gone) && (best == nullptr || place.last > best->last))
+        best = &place;
     }
     Finding finding;
     finding.id = id;
@@ -466,7 +468,8 @@ std::vector<Finding> LandmarkChanges::findings() const {
       finding.place = best->position;
       finding.size = (best->position - landmark.home().position).norm();
       finding.sigma = std::hypot(landmark.home().sigma, best->sigma / std::sqrt(best->opinions));
-      finding.probability = probability_of(*best);
+      finding.probability =
+          std::max(probability_of(*best), is_gone ? probability_gone(landmark) : 0.0);
       finding.is_open = !best->is_believed && now_ < best->last + kOpen;
     } else if (few_are_off && is_off(landmark)) {
       const Place& home = landmark.home();
@@ -479,7 +482,7 @@ std::vector<Finding> LandmarkChanges::findings() const {
           std::hypot(landmark.given_sigma, home.sigma / std::sqrt(landmark.believed / kPerOpinion));
       finding.probability = kSure;
       finding.is_open = now_ < home.last + kOpen;
-    } else if (count(landmark.missed) > 0 && probability_gone(landmark) >= kSurelyGone) {
+    } else if (is_gone) {
       finding.kind = FindingKind::landmark_gone;
       finding.begin = landmark.missed_first;
       finding.end = landmark.missed_last;

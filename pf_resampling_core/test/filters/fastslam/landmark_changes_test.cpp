@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -101,6 +102,22 @@ TEST(LandmarkChanges, ALandmarkIsWhereItWasMovedTo) {
   EXPECT_GT(found[0].probability, 0.9);
   EXPECT_FALSE(found[0].is_open);  // it is long out of view
   EXPECT_EQ(sentence_of(found[0], 0.0), "landmark 20 is 1.0 m from the map");
+}
+
+// Only one beside it shows how sure the robot is of its place, but it is not where it was.
+TEST(LandmarkChanges, ALandmarkThatIsNotWhereItWasIsWhereItIsSeen) {
+  Corridor corridor;
+  for (const int id : {15, 16, 17, 18, 21, 22, 23, 24, 25}) corridor.tags_.erase(id);
+  corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
+  corridor.sigma_ = 0.5;
+  for (int k = 0; k < 3; ++k) corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  const auto moved = std::find_if(found.begin(), found.end(),
+                                  [](const Finding& finding) { return finding.id == 20; });
+  ASSERT_NE(moved, found.end());
+  EXPECT_EQ(moved->kind, FindingKind::landmark_moved);
+  EXPECT_NEAR(moved->size, 1.0, 0.05);
+  EXPECT_GT(moved->probability, 0.9);
 }
 
 // Each time that it passes the robot sees it twice: too few for a finding, but it comes again.
