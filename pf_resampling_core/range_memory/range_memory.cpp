@@ -321,6 +321,8 @@ void RangeMemory::begin_anew(const OdometryFactors& factors) {
   noise_ = RangeNoise{};
   modes_.clear();
   before_.reset();
+  first_.reset();  // it is not there any more
+  for (Radio& radio : radios_) radio.ranges = 0;
 }
 
 // A robot that stands has no path yet. Were the frame that of its first pose, all places would turn
