@@ -61,6 +61,8 @@ BUGS = [
      "log.drop_before(oldest == kNone ? log.now() : at(oldest).version);", "log.drop_before(log.now());", STORE),
     ("landmark store: a copy without what is in the log", "landmark_store.cpp",
      "while (from.oldest != kNone && from.at(from.oldest).version < from.log.now()) {", "while (false) {", STORE),
+    ("redraw: what the robot sees does not turn with it", "redraw.cpp",
+     "if (!is_known_from_robot)", "if (true)", FASTSLAM_FILTER),
     # Redraws beside it.
     ("background redraw: a copy of a filter that was changed is taken", "background_redraw.cpp",
      "if (is_running() && job_->interventions != filter->interventions()) give_up();", "", BACKGROUND),

@@ -268,8 +268,8 @@ class FastSlam {
     const std::vector<Eigen::Matrix2d>& given_path;
     const std::vector<std::int64_t>& ids;  // -1: not for the particles
   };
-  void redraw_maps(int size, const Eigen::MatrixXd& deviations, const DrawnMap& map,
-                   const std::function<int(std::int64_t)>& number_of);
+  void redraw_maps(int size, const Pose2& newest, const Eigen::MatrixXd& deviations,
+                   const DrawnMap& map, const std::function<int(std::int64_t)>& number_of);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
   void draw_population(int size);

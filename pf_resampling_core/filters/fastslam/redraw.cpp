@@ -25,6 +25,27 @@ Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& odometry) {
   return slip_covariance(std::hypot(odometry.mean.x, odometry.mean.y), odometry.duration);
 }
 
+// Of a landmark in each particle, m. A Gaussian bends what is rigid: turned by an angle a, what is
+// known from the robot to a hand's breadth would be a²/2 times its distance too far away, and the
+// weights would take that for a wrong heading. So it turns with the robot, unless it is better
+// known in the map.
+Eigen::ArrayX2d places_of(const Eigen::Vector2d& mean, const Eigen::ArrayX2d& deviations,
+                          const Pose2& newest, const Eigen::ArrayX3d& pose_deviations) {
+  const Eigen::Vector2d offset(mean.x() - newest.x, mean.y() - newest.y);
+  // As seen from the robot, in the axes of the map.
+  Eigen::ArrayX2d seen = deviations - pose_deviations.leftCols<2>();
+  seen.col(0) += pose_deviations.col(2) * offset.y();
+  seen.col(1) -= pose_deviations.col(2) * offset.x();
+  const bool is_known_from_robot = seen.square().sum() < deviations.square().sum();
+  if (!is_known_from_robot) return deviations.rowwise() + mean.transpose().array();
+  seen.rowwise() += offset.transpose().array();
+  const Eigen::ArrayXd cosine = pose_deviations.col(2).cos(), sine = pose_deviations.col(2).sin();
+  Eigen::ArrayX2d places(seen.rows(), 2);
+  places.col(0) = newest.x + pose_deviations.col(0) + cosine * seen.col(0) - sine * seen.col(1);
+  places.col(1) = newest.y + pose_deviations.col(1) + sine * seen.col(0) + cosine * seen.col(1);
+  return places;
+}
+
 }  // namespace
 
 bool FastSlam::keeps_past() const {
@@ -265,8 +286,8 @@ bool FastSlam::draw_from_memory(int size) {
   for (const RememberedLandmark& landmark : memory_.state().landmarks) {
     ids.push_back(landmark.is_dormant ? -1 : landmark.id);
   }
-  redraw_maps(size, drawn.deviations, {graph.landmarks, drawn.landmarks_given_path, ids},
-              number_of);
+  redraw_maps(size, graph.newest(), drawn.deviations,
+              {graph.landmarks, drawn.landmarks_given_path, ids}, number_of);
   return true;
 }
 
@@ -298,8 +319,8 @@ void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& 
 }
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.
-void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const DrawnMap& map,
-                           const std::function<int(std::int64_t)>& number_of) {
+void FastSlam::redraw_maps(int size, const Pose2& newest, const Eigen::MatrixXd& deviations,
+                           const DrawnMap& map, const std::function<int(std::int64_t)>& number_of) {
   std::vector<int> row_of(map.landmarks.size(), -1);
   std::vector<double> log_odds(map.landmarks.size(), options_.association.seen_log_odds);
   for (const int row : rows()) {
@@ -327,10 +348,12 @@ void FastSlam::redraw_maps(int size, const Eigen::MatrixXd& deviations, const Dr
     const Eigen::Vector2d& mean = map.landmarks[l];
     const Eigen::Matrix2d& covariance = map.given_path[l];
     const LandmarkRow landmark = store_.row(row_of[l]);
-    const Eigen::Index column = 2 * static_cast<Eigen::Index>(l);
+    const Eigen::ArrayX2d places =
+        places_of(mean, deviations.middleCols<2>(2 * static_cast<Eigen::Index>(l)), newest,
+                  deviations.rightCols<3>());
     for (Eigen::Index i = 0; i < size; ++i) {
-      landmark.x[i] = mean.x() + deviations(i, column);
-      landmark.y[i] = mean.y() + deviations(i, column + 1);
+      landmark.x[i] = places(i, 0);
+      landmark.y[i] = places(i, 1);
       landmark.xx[i] = covariance(0, 0);
       landmark.xy[i] = covariance(0, 1);
       landmark.yy[i] = covariance(1, 1);
