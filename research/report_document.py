@@ -80,6 +80,9 @@ class Heading:
         anchor = f' id="{self.anchor}"' if self.anchor else ""
         return f"<h{self.level}{anchor}>{to_html(self.text)}</h{self.level}>"
 
+    def latex(self):
+        return f"% {self.text}\n"
+
 
 class Text:
     def __init__(self, text):
@@ -186,8 +189,8 @@ class Document:
         return [block for block in self.blocks if isinstance(block, Picture)]
 
     def latex(self):
-        """All tables; they need the package booktabs."""
-        return "\n".join(block.latex() for block in self.blocks if isinstance(block, Table))
+        """All tables, below the headings as comments; they need the package booktabs."""
+        return "\n".join(block.latex() for block in self.blocks if isinstance(block, (Heading, Table)))
 
     def html(self):
         body = "\n".join(block.html() for block in self.blocks)

@@ -5,24 +5,25 @@ import math
 
 from report_document import Heading, Picture, Text
 from report_measures import measure
-from report_parts import add_filters, add_groups, add_measures, add_settings
+from report_parts import add_filters, add_groups, add_measures, add_settings, listed
 from report_statistics import LEVEL
 from report_study import StudyError
 
-USUAL = {"fastslam": ("map_error", "pose_error", "map_inside", "effective_sample_size"),
-         "beacon_mcl": ("cartesian_mean", "heading_mean", "coverage95", "lost")}
+OF_A_BAG = ("cartesian_mean", "heading_mean", "coverage95", "lost")
+USUAL = {"fastslam": ("map_error", "pose_error", "map_inside", "effective_sample_size", *OF_A_BAG), "beacon_mcl": OF_A_BAG}
 
 
 class OwnReport:
     """Of these measures; of none named, the usual ones that the study has, or all that it has."""
 
     def __init__(self, study, document, measures=()):
-        known = [*study.figures, "processor_ms"]
+        self.known = known = [*study.figures, "processor_ms"]
         for name in measures:
             if name not in known:
                 raise StudyError(f"--measures: {name} is no measure of this study; known: {', '.join(known)}")
         usual = [name for name in USUAL.get(study.filter, ()) if name in known]
-        self.study, self.document, self.measures = study, document, list(measures) or usual or study.figures
+        self.study, self.document, self.chosen = study, document, measures
+        self.measures = list(measures) or usual or study.figures
 
     def add_all(self):
         document, study = self.document, self.study
@@ -36,6 +37,10 @@ class OwnReport:
         add_measures(document, figures)
         for number, problem in enumerate(study.problems, 1):
             document.add(Heading(2, f'On {problem["name"]}', f"problem-{number}"))
+            there = study.measured(problem["name"], self.known)
+            missing = [figure for figure in self.chosen if figure not in there]
+            if missing:
+                document.add(Text(f"Not measured here: {listed(missing)}. There are {listed(there)}."))
             add_groups(document, study, problem["name"], figures, figures)
             for group_number, (group, names) in enumerate(study.groups(), 1):
                 names = [name for name in names if study.has(problem["name"], name)]

@@ -144,7 +144,7 @@ def difference_cell(found, name, figure):
 
 def add_groups(document, study, problem, figures, compared, level=3):
     """Of every group of filters a table of figures, and one of their differences to the reference."""
-    figures = [figure for figure in figures if any(study.values(problem, name, figure) for name in study.names(problem))]
+    figures = study.measured(problem, figures)
     compared = [figure for figure in compared if figure in figures]
     found = {figure: differences_to(study, problem, study.names(problem), None, figure) for figure in compared}
     for group, names in study.groups():

@@ -216,6 +216,10 @@ class Study:
             is_there &= ~(figures["lost"] > 0.0)
         return dict(zip(seeds[is_there].tolist(), figures[figure][is_there].tolist()))
 
+    def measured(self, problem, figures):
+        """Those that a trial of this problem has."""
+        return [figure for figure in figures if any(self.values(problem, name, figure) for name in self.names(problem))]
+
     def estimate(self, problem, name, figure):
         """Mean and standard error over the trials, or None."""
         values = self.values(problem, name, figure)

@@ -486,6 +486,15 @@ class StudyReport(unittest.TestCase):
         with self.assertRaisesRegex(report_study.StudyError, 'mein is no measure of this study; known: feature_error, mine'):
             study_report.report_of(self.folder, ['mein'])
 
+    def test_bag_and_world_of_one_study_have_measures_each(self):
+        write_study(self.folder, {'Mine': {'RSR': {}}}, ['map_error', 'cartesian_mean'],
+                    {('hall', 'RSR'): {'map_error': [0.1, 0.2]}, ('bag', 'RSR'): {'cartesian_mean': [0.3, 0.5]}})
+        document = study_report.report_of(self.folder)
+        self.assertEqual([picture.name for picture in document.pictures()], ['map_error_1_1', 'cartesian_mean_2_1'])
+        self.assertRegex(document.latex(), r'(?s)% On hall\n.*0\.150.*% On bag\n.*0\.40')
+        self.assert_has('Not measured here: <code>map_error</code>. There are <code>cartesian_mean</code>',
+                        self.check_page(study_report.report_of(self.folder, ['map_error'])))
+
     def test_filters_are_compared_with_the_reference_of_as_many_particles(self):
         filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size} for name in ('RSR', 'A') for size in (10, 100)]
         trials = {('hall', each['name']): {'mine': [each['particles'] + (each['of'] == 'A') + seed for seed in range(4)]}
