@@ -150,6 +150,11 @@ void FilterConnection::subscribe() {
         const std::lock_guard<std::mutex> lock(mutex_);
         news_.statuses.push_back(*message);
       }));
+  subscribers_.push_back(node_.subscribe<visualization_msgs::MarkerArray>(
+      space_ + "markers", 100, [this](const visualization_msgs::MarkerArray::ConstPtr& message) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        news_.markers.push_back(*message);
+      }));
 }
 
 void FilterConnection::report(bool success, const std::string& text) {

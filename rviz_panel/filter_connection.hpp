@@ -5,6 +5,7 @@
 #include <pf_resampling/FilterStatus.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <condition_variable>
 #include <deque>
@@ -34,14 +35,15 @@ struct FilterNews {
   std::optional<dynamic_reconfigure::Config> values;
   std::vector<FilterStatus> statuses;
   std::vector<CallResult> results;
+  std::vector<visualization_msgs::MarkerArray> markers;
 };
 
 inline constexpr const char* kFilterServices[] = {"global_localization", "reset", "save_map",
                                                   "load_map"};
 
 /// The connection to a filter's node for a program that must not wait: dynamic_reconfigure client
-/// and subscriber of `status`. No function here waits, whatever node and master do; all talking is
-/// done in threads of its own. A node or a master that comes back is found again.
+/// and subscriber of `status` and `markers`. No function here waits, whatever node and master do;
+/// all talking is done in threads of its own. A node or a master that comes back is found again.
 class FilterConnection {
  public:
   /// `node`: "/robot1/fastslam"; relative names are in the program's namespace. Topics and services

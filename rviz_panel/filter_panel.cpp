@@ -1,5 +1,11 @@
 #include "rviz_panel/filter_panel.hpp"
 
+#include <OgreCamera.h>
+#include <OgreViewport.h>
+#include <rviz/properties/property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+#include <rviz/visualization_manager.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <QGridLayout>
@@ -9,6 +15,7 @@
 #include <QMessageBox>
 #include <QPushButton>
 #include <QScrollArea>
+#include <QSignalBlocker>
 #include <QTimer>
 #include <QVBoxLayout>
 #include <cstdlib>
@@ -122,12 +129,14 @@ void FilterPanel::load(const rviz::Config& config) {
   rviz::Panel::load(config);
   QString node;
   if (config.mapGetString("Node", &node)) filter_ = node.toStdString();
+  config.mapGetBool("Fit View", &fits_view_);
   if (connection_) connect_to_filter();
 }
 
 void FilterPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Node", to_qt(filter_));
+  config.mapSetValue("Fit View", fits_view_);
 }
 
 void FilterPanel::take_name() {
@@ -144,6 +153,7 @@ void FilterPanel::connect_to_filter() {
   parameters_->show_controls({});
   health_.clear();
   last_status_ = ros::WallTime();
+  scene_ = Scene();
   show_result(true, "");
   connection_ = std::make_unique<FilterConnection>(filter_);
   show_offer({});
@@ -170,6 +180,8 @@ void FilterPanel::refresh() {
     show_health();
   }
   show_verdict(news);
+  for (const auto& markers : news.markers) scene_.take(markers);
+  fit_view();
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
   if (was_calling_ && !news.is_calling && news.results.empty()) show_result(true, "");
@@ -241,6 +253,29 @@ void FilterPanel::show_result(bool success, const QString& text) {
   result_->setText(text);
   result_->setVisible(!text.isEmpty());
   result_->setStyleSheet(success ? "" : "color: #b3221c;");
+}
+
+void FilterPanel::fit_view() {
+  rviz::ViewManager* views = vis_manager_->getViewManager();
+  rviz::ViewController* view = views->getCurrent();
+  const Eigen::AlignedBox2d scene = scene_.box();
+  if (!fits_view_ || scene.isEmpty() || view->getClassId() != "rviz/TopDownOrtho") return;
+  const auto number_of = [&](const char* name) {
+    return view->subProp(name)->getValue().toFloat();
+  };
+  const TopView now = {number_of("X"), number_of("Y"), number_of("Scale")};
+  fits_view_ = number_of("Angle") == 0.0F &&
+               (!view_ || (now.x == view_->x && now.y == view_->y && now.scale == view_->scale));
+  if (!fits_view_) return;
+  const Ogre::Viewport* window = view->getCamera()->getViewport();
+  const TopView next =
+      fitted_view(scene, {window->getActualWidth(), window->getActualHeight()}, now);
+  // Nothing that rviz should ask about saving when it is closed.
+  const QSignalBlocker quiet(views);
+  view->subProp("X")->setValue(static_cast<float>(next.x));
+  view->subProp("Y")->setValue(static_cast<float>(next.y));
+  view->subProp("Scale")->setValue(static_cast<float>(next.scale));
+  view_ = {number_of("X"), number_of("Y"), number_of("Scale")};
 }
 
 // ---- buttons ----------------------------------------------------------------------------------

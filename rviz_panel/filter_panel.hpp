@@ -6,12 +6,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "rviz_panel/basic_table.hpp"
 #include "rviz_panel/filter_connection.hpp"
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
+#include "rviz_panel/view_fit.hpp"
 
 class QLabel;
 class QLineEdit;
@@ -42,6 +44,8 @@ class FilterPanel : public rviz::Panel {
   void show_verdict(const FilterNews& news);
   void show_rejects();
   void show_threshold();
+  /// The view from above shows the whole scene until somebody moves it.
+  void fit_view();
   void show_result(bool success, const QString& text);
   void ask_reset();
   void ask_save_map();
@@ -55,6 +59,9 @@ class FilterPanel : public rviz::Panel {
   std::map<std::string, std::string> values_;
   ros::WallTime last_status_;
   bool was_calling_ = false;
+  bool fits_view_ = false;
+  Scene scene_;
+  std::optional<TopView> view_;  // as it was set last
 
   QLineEdit* node_ = nullptr;
   QLabel *strategy_ = nullptr, *verdict_ = nullptr, *findings_ = nullptr, *counts_ = nullptr,
