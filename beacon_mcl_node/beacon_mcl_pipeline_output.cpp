@@ -266,6 +266,7 @@ void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
 void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::DiagnosticArray* array) {
   using diagnostic_msgs::DiagnosticStatus;
   DiagnosticStatus status = make_diagnostic(options_.name + ": beacons");
+  if (!filter_) worsen(DiagnosticStatus::WARN, "none yet", &status);
   const bool is_lost = lost_.probability() > kLikelyLost;
   for (const auto& [id, health] : beacon_health_) {
     const std::string beacon = "beacon " + std::to_string(id);

@@ -13,9 +13,9 @@
 namespace pf_resampling {
 
 inline constexpr ObservationNames kRangeNames = {"ranges", "ranges", "the beacons",
-                                                 "they come on the topic beacons (beacons:= names "
-                                                 "another), or as the list `beacons` of the "
-                                                 "configuration",
+                                                 "they come as the list `beacons` of the "
+                                                 "configuration (beacons:=FILE of the launch "
+                                                 "file), or on the topic beacons",
                                                  "localization"};
 
 /// Everything that can be configured about range-beacon localization under ROS.

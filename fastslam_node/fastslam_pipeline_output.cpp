@@ -101,12 +101,13 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
     markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
   };
-  take(label_markers(frame, map_, std::max(0.02 * extent, 0.1), &labels_));
+  // Labels of many landmarks would cover each other.
+  const double label = std::min(0.02, 0.2 / std::sqrt(1.0 + static_cast<double>(map_.size())));
+  take(label_markers(frame, map_, std::max(label * extent, 0.1), &labels_));
   ScanPicture scan;
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
   if (latest_ && (stamp - latest_->first).toSec() <= shown) scan = latest_->second;
   take(association_markers(frame, scan, map_, line, shown));
-  take(finding_markers(frame, findings_in_words(), std::max(0.02 * extent, 0.1), shown));
   if (const auto belief = estimate()) take(pose_ellipse_markers(frame, *belief, 2.0 * line));
   return markers;
 }

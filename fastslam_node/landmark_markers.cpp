@@ -132,20 +132,4 @@ visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
   return array;
 }
 
-visualization_msgs::MarkerArray finding_markers(const MarkerFrame& frame,
-                                                const std::vector<FindingStatus>& findings,
-                                                double height, double lifetime) {
-  visualization_msgs::MarkerArray array;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    Marker text = make_marker(frame, "findings", static_cast<int>(i), Marker::TEXT_VIEW_FACING);
-    text.pose.position = findings[i].place;
-    text.scale.z = height;
-    text.color = color_of(1.0F, 0.2F, 0.2F, 1.0F);
-    text.lifetime = ros::Duration(lifetime);
-    text.text = findings[i].text;
-    array.markers.push_back(text);
-  }
-  return array;
-}
-
 }  // namespace pf_resampling

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <pf_resampling/FindingStatus.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <cstdint>
@@ -41,10 +40,5 @@ visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
                                                     const ScanPicture& scan,
                                                     const std::vector<LandmarkEstimate>& map,
                                                     double width, double lifetime);
-
-/// What was found, in red where it is: letters of `height`, m. `lifetime`: s.
-visualization_msgs::MarkerArray finding_markers(const MarkerFrame& frame,
-                                                const std::vector<FindingStatus>& findings,
-                                                double height, double lifetime);
 
 }  // namespace pf_resampling

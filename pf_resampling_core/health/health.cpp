@@ -30,7 +30,7 @@ const EnumNames<Health>& names_of(Health) {
 
 HealthJudgement judge_health(const HealthInputs& inputs) {
   if (!inputs.has_belief) {
-    return {Health::starting, "waiting for " + inputs.waits_for, "Provide it."};
+    return {Health::starting, "waiting for " + inputs.waits_for, inputs.remedy};
   }
   if (inputs.lost > kLikelyLost) {
     return {Health::lost, "the " + inputs.observations + " contradict the belief: lost?",

@@ -46,7 +46,7 @@ struct HealthInputs {
   bool renews_past = false;                   ///< whether redraws bring it back
   bool keeps_up = true;                       ///< with the observations
   std::string observations = "observations";  ///< what they are called, in the plural
-  std::string waits_for;                      ///< without a belief: what stands in its way
+  std::string waits_for, remedy;              ///< without a belief: what stands in its way
 };
 
 struct HealthJudgement {

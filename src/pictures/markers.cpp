@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "src/messages/conversions.hpp"
 
@@ -10,6 +11,21 @@ namespace pf_resampling {
 namespace {
 
 constexpr int kEllipseSegments = 72;
+
+// Lines of a text, so short that they stand beside the place in the picture.
+std::string wrapped(const std::string& text) {
+  constexpr std::size_t kLine = 20;  // characters, if words are no longer
+  std::istringstream words(text);
+  std::string lines, line, word;
+  while (words >> word) {
+    if (!line.empty() && line.size() + 1 + word.size() > kLine) {
+      lines += line + "\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return lines + line;
+}
 
 }  // namespace
 
@@ -102,6 +118,25 @@ visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
     array.markers.push_back(label);
   }
   *shown = count;
+  return array;
+}
+
+visualization_msgs::MarkerArray finding_markers(const MarkerFrame& frame,
+                                                const std::vector<FindingStatus>& findings,
+                                                double height, double lifetime) {
+  visualization_msgs::MarkerArray array;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    visualization_msgs::Marker text = make_marker(frame, "findings", static_cast<int>(i),
+                                                  visualization_msgs::Marker::TEXT_VIEW_FACING);
+    text.pose.position = findings[i].place;
+    text.pose.position.z = height;  // above all other letters
+    text.scale.z = height;
+    text.color.r = text.color.a = 1.0F;
+    text.color.g = text.color.b = 0.2F;
+    text.lifetime = ros::Duration(lifetime);
+    text.text = wrapped(findings[i].text);
+    array.markers.push_back(text);
+  }
   return array;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <pf_resampling/FindingStatus.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <string>
+#include <vector>
 
 #include "pf_resampling_core/population/pose_clusters.hpp"
 #include "pf_resampling_core/population/pose_estimate.hpp"
@@ -35,5 +37,10 @@ visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
 visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
                                                    const PoseClusters& clusters, double width,
                                                    double height, std::size_t* shown);
+
+/// What was found, in red where it is: letters of `height`, m. `lifetime`: s.
+visualization_msgs::MarkerArray finding_markers(const MarkerFrame& frame,
+                                                const std::vector<FindingStatus>& findings,
+                                                double height, double lifetime);
 
 }  // namespace pf_resampling

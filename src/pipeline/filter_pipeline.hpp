@@ -260,7 +260,7 @@ class FilterPipeline {
   double position_unknown(const PoseEstimate& place) const;
   void find_places(const Pose2& motion, ros::Time stamp);
   PoseClusters places_now() const;
-  void add_hypotheses(ros::Time stamp, visualization_msgs::MarkerArray* markers);
+  void add_places(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);
   void publish_status(ros::Time stamp);
   void publish_diagnostics(ros::Time stamp);

@@ -296,7 +296,7 @@ bool FilterPipeline<Types>::is_covered(const Message& message) const {
 // The oldest first, as long as there is another to use.
 template <typename Types>
 void FilterPipeline<Types>::drop_late() {
-  while (waiting_.size() > 1 && is_covered(waiting_[1]) &&
+  while (filter_ && waiting_.size() > 1 && is_covered(waiting_[1]) &&
          (odometry_.newest() - waiting_.front().header.stamp).toSec() > options_.max_latency) {
     reject(rejection(RejectReason::overload, "the computer is too slow: ", Types::kNames.plural,
                      " that have waited longer than ", options_.max_latency, " s are dropped"));
@@ -465,6 +465,8 @@ HealthJudgement FilterPipeline<Types>::health() const {
   } else {
     inputs.has_belief = false;
     inputs.waits_for = waits_for();
+    inputs.remedy = filter_ ? "/diagnostics says why, if nothing comes."
+                            : std::string("Provide them: ") + Types::kNames.remedy + ".";
   }
   return judge_health(inputs);
 }

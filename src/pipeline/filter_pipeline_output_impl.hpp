@@ -29,7 +29,7 @@ void FilterPipeline<Types>::publish_pictures(ros::Time stamp) {
   publish_map_if_due(stamp);
   if (sinks_.markers && filter_ && is_due(options_.output.marker_period, stamp, &last_markers_)) {
     visualization_msgs::MarkerArray array = markers(stamp);
-    add_hypotheses(stamp, &array);
+    add_places(stamp, &array);
     sinks_.markers(array);
   }
   publish_path(stamp);
@@ -46,16 +46,19 @@ PoseClusters FilterPipeline<Types>::places_now() const {
 }
 
 template <typename Types>
-void FilterPipeline<Types>::add_hypotheses(ros::Time stamp,
-                                           visualization_msgs::MarkerArray* markers) {
+void FilterPipeline<Types>::add_places(ros::Time stamp, visualization_msgs::MarkerArray* markers) {
   const std::optional<PoseEstimate> belief = estimate();
   if (!belief) return;
   const PoseClusters now = places_now();
   const double size = extent(*belief);
-  const visualization_msgs::MarkerArray more =
-      hypothesis_markers({options_.frames.map, stamp}, now, std::clamp(0.003 * size, 0.01, 0.4),
-                         std::clamp(0.025 * size, 0.1, 5.0), &shown_places_);
-  markers->markers.insert(markers->markers.end(), more.markers.begin(), more.markers.end());
+  const double height = std::clamp(0.025 * size, 0.1, 5.0);
+  const MarkerFrame frame = {options_.frames.map, stamp};
+  for (const auto& more :
+       {hypothesis_markers(frame, now, std::clamp(0.003 * size, 0.01, 0.4), height, &shown_places_),
+        finding_markers(frame, findings_in_words(), 1.4 * height,
+                        2.0 * options_.output.marker_period)}) {
+    markers->markers.insert(markers->markers.end(), more.markers.begin(), more.markers.end());
+  }
 }
 
 template <typename Types>

@@ -43,15 +43,19 @@ TYPED_TEST(Overload, SlowComputationIsToldFromMissingOdometry) {
 // Somebody forgot beacons:=. What waits in vain is dropped, which no faster computer would help.
 TEST(OverloadOfBeaconMcl, BeaconsThatDoNotComeAreNone) {
   BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.queue_length = 5;
+  options.queue_length = 30;
+  options.deferred = true;
   Rig run(options);
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(20.0)) {
     if (!std::holds_alternative<BeaconArray::ConstPtr>(message)) run.feed({message});
+    run.pipeline.process_next();
   }
   EXPECT_GT(run.pipeline.rejects().count("ranges", RejectReason::queue_full), 50u);
-  EXPECT_TRUE(
-      run.has_said("wait for the beacons: the oldest is dropped; they come on the topic "
-                   "beacons (beacons:= names another)"));
+  EXPECT_EQ(run.pipeline.rejects().count("ranges", RejectReason::overload), 0u);
+  const std::string remedy =
+      "they come as the list `beacons` of the configuration (beacons:=FILE of the launch file)";
+  EXPECT_TRUE(run.has_said("wait for the beacons: the oldest is dropped; " + remedy));
+  EXPECT_TRUE(says(run.out.statuses.back().health_text, "Provide them: " + remedy));
   ASSERT_FALSE(run.out.diagnostics.empty());
   for (const diagnostic_msgs::DiagnosticArray& said : run.out.diagnostics) {
     for (const auto& status : said.status) {

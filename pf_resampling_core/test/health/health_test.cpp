@@ -28,8 +28,9 @@ TEST(Health, WithoutABeliefItIsStarting) {
   HealthInputs inputs;
   inputs.has_belief = false;
   inputs.waits_for = "the beacons";
+  inputs.remedy = "Provide them.";
   inputs.lost = 1.0;
-  EXPECT_EQ(sentence_of(judge_health(inputs)), "Starting: waiting for the beacons. Provide it.");
+  EXPECT_EQ(sentence_of(judge_health(inputs)), "Starting: waiting for the beacons. Provide them.");
 }
 
 TEST(Health, WhatIsSeenHasToFit) {
@@ -148,6 +149,7 @@ TEST(Health, EveryJudgementHasItsReasonAndRemedy) {
   std::vector<HealthInputs> ill(11);
   ill[0].has_belief = false;
   ill[0].waits_for = "odometry";
+  ill[0].remedy = "Provide it.";
   ill[1].lost = 1.0;
   ill[2].heading_unknown = 1.0;
   ill[3].sample_size = 0.0;
