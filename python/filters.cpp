@@ -41,7 +41,7 @@ Options filter_options(const py::dict& given, const py::object& scheme,
   py::dict parameters(given.attr("copy")());
   Options options = preset(py::str(parameters.attr("pop")("preset", "balanced")));
   set_from(parameters, "", parameters_of(&options));
-  options.strategy.resampling.own_scheme = scheme_of(scheme);
+  if (!scheme.is_none()) options.strategy.resampling.own_scheme = scheme_of(scheme);
   return options;
 }
 
