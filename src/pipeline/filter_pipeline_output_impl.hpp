@@ -75,7 +75,10 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   const HealthJudgement judgement = health();
   message.health = to_string(judgement.health);
   const std::string places = sentence_of(places_);
-  message.health_text = sentence_of(judgement) + (places.empty() ? "" : " " + places + ".");
+  message.health_text = sentence_of(judgement);
+  if (!places.empty()) {
+    message.health_text += (message.health_text.back() == '.' ? " " : ". ") + places + ".";
+  }
   message.findings = findings_in_words();
   message.hypotheses = to_hypotheses(stamp > last_observation_ ? places_now() : places_);
   message.other_weight = places_.rest;

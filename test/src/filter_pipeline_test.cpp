@@ -506,7 +506,7 @@ TEST(FilterPipeline, TwoPlacesThatFitAreTwoHypotheses) {
   EXPECT_NEAR(status.hypotheses[0].weight + status.hypotheses[1].weight, 1.0, 0.02);
   EXPECT_LT(distance(to_pose2(status.hypotheses[0].pose.pose), there), 0.5);
   EXPECT_LT(distance(to_pose2(status.hypotheses[1].pose.pose), mirrored), 0.5);
-  EXPECT_TRUE(says(status.health_text, " 2 places fit: "));
+  EXPECT_TRUE(says(status.health_text, ". 2 places fit: "));
   const auto labels = markers_called(run.out.markers.back(), "hypothesis_weights");
   ASSERT_EQ(labels.size(), 2u);
   EXPECT_EQ(labels[0].text,
