@@ -95,7 +95,8 @@ void FastSlamPipeline::publish_path(ros::Time stamp) {
 
 visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const MarkerFrame frame = {options_.frames.map, stamp};
-  const double extent = extent_of(map_);
+  const std::optional<PoseEstimate> belief = estimate();
+  const double extent = std::max(extent_of(map_), belief ? this->extent(*belief) : 0.0);
   const double line = std::max(0.0015 * extent, 0.01);
   visualization_msgs::MarkerArray markers = landmark_markers(frame, map_, line);
   const auto take = [&](const visualization_msgs::MarkerArray& array) {
@@ -108,7 +109,7 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
   if (latest_ && (stamp - latest_->first).toSec() <= shown) scan = latest_->second;
   take(association_markers(frame, scan, map_, line, shown));
-  if (const auto belief = estimate()) take(pose_ellipse_markers(frame, *belief, 2.0 * line));
+  if (belief) take(pose_ellipse_markers(frame, *belief, 2.0 * line));
   return markers;
 }
 
