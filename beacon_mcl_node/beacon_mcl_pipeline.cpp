@@ -17,13 +17,16 @@ template class FilterPipeline<BeaconMclTypes>;
 
 namespace {
 
-// Weight of a new range in the running means of a beacon, and what its squared innovation is
-// bounded by in them.
-constexpr double kHealthRate = 0.1;
-constexpr double kWildInnovation = 100.0;
-// Of a range that is beyond three sigma, or is not, in the share of those that are.
+// Weight of a new range in the running means of a beacon: of its period, and of the share of its
+// ranges beyond three sigma.
+constexpr double kPeriodRate = 0.1;
 constexpr double kMisfitRate = 0.05;
 constexpr double kThreeSigmaSquared = 9.0;
+// Share of a beacon's latest ranges beyond three sigma, more than of other beacons' ranges. Seven
+// in a row make it so; where one in eight or more are wild, it is three standard deviations off.
+constexpr double kMisfitShare = 0.3;
+// Were all ranges taken to be wild, no filter would ever be lost.
+constexpr double kMostOutliers = 0.3;
 
 bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& second) {
   return std::equal(first.begin(), first.end(), second.begin(), second.end(),
@@ -167,21 +170,35 @@ void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& u
   const BeaconMclStatus& status = filter_->status();
   if (!(status.innovation_sigma > 0.0)) return;
   const double ratio = status.innovation / status.innovation_sigma;
-  lost_.observe(ratio * ratio, 1, duration);
+  lost_.observe(ratio * ratio, 1, duration, std::max(usual_misfit_share(), kOutlierShare));
   note_health(stamp, status.observation, ratio * ratio);
 }
 
-void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double normalized_innovation) {
+// The lower median over beacons: as many wild ranges as nobody is to blame for.
+double BeaconMclPipeline::usual_misfit_share() const {
+  std::vector<double> shares;
+  for (const auto& [id, health] : beacon_health_) {
+    if (!health.is_silent(last_observation_)) shares.push_back(health.misfit_share);
+  }
+  if (shares.empty()) return 0.0;
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>((shares.size() - 1) / 2);
+  std::nth_element(shares.begin(), middle, shares.end());
+  return std::min(*middle, kMostOutliers);
+}
+
+bool BeaconMclPipeline::does_not_fit(const BeaconHealth& health) const {
+  return health.misfit_share > usual_misfit_share() + kMisfitShare &&
+         !health.is_silent(last_observation_);
+}
+
+void BeaconMclPipeline::note_health(ros::Time stamp, int beacon, double squared_innovation) {
   BeaconHealth& health = beacon_health_[beacon];
-  // A single wild range says little.
-  const double bounded = std::min(normalized_innovation, kWildInnovation);
-  health.normalized_innovation += kHealthRate * (bounded - health.normalized_innovation);
-  const double misfit = normalized_innovation > kThreeSigmaSquared ? 1.0 : 0.0;
+  const double misfit = squared_innovation > kThreeSigmaSquared ? 1.0 : 0.0;
   health.misfit_share += kMisfitRate * (misfit - health.misfit_share);
   if (!health.last.isZero() && stamp > health.last) {
     const double period = (stamp - health.last).toSec();
     health.period =
-        health.period == 0.0 ? period : health.period + kHealthRate * (period - health.period);
+        health.period == 0.0 ? period : health.period + kPeriodRate * (period - health.period);
   }
   health.last = stamp;
 }

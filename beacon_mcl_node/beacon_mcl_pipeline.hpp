@@ -91,11 +91,9 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
 
   /// How a beacon does, as running means.
   struct BeaconHealth {
-    double normalized_innovation = 1.0;  ///< squared innovation over its expected variance
-    double period = 0.0;                 ///< s between its ranges; 0 until there were two
-    ros::Time last;
-
     double misfit_share = 0.0;  ///< of its ranges, beyond three sigma
+    double period = 0.0;        ///< s between its ranges; 0 until there were two
+    ros::Time last;
 
     bool is_silent(ros::Time now) const;
   };
@@ -131,7 +129,9 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   std::unique_ptr<BeaconMcl> make_filter(const std::vector<Beacon>& beacons);
   std::optional<Rejection> check_beacon(int id) const;
   std::optional<RangeObservation> to_observation(const BeaconRange& range);
-  void note_health(ros::Time stamp, int beacon, double normalized_innovation);
+  void note_health(ros::Time stamp, int beacon, double squared_innovation);
+  double usual_misfit_share() const;
+  bool does_not_fit(const BeaconHealth& health) const;
 
   const BeaconNames names_;
   ScalarEstimate yaw_rate_bias_;  // of the belief

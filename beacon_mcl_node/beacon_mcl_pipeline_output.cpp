@@ -16,12 +16,6 @@ constexpr double kBeaconMarkerPeriod = 5.0;  // s
 // What is found changes; places that are no more vanish.
 constexpr double kFoundPeriod = 1.0;    // s
 constexpr double kFoundLifetime = 2.5;  // s
-// A running mean of squared innovations over their expected variance, 1 for a good beacon, that
-// says that its ranges do not fit.
-constexpr double kMisfitLimit = 6.0;
-// Share of a beacon's latest ranges beyond three sigma that no wild ranges explain. Seven in a row
-// make it so; with one in eight beyond, it is three standard deviations off.
-constexpr double kMisfitShare = 0.3;
 // A beacon is silent after so long, and so many of its usual periods.
 constexpr double kBeaconSilence = 5.0;  // s
 // Without that many the path is that of the odometry.
@@ -256,9 +250,7 @@ void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
     if (memory->is_torn()) inputs->misfit = "the ranges of a beacon, it is not clear of which,";
   }
   for (const auto& [id, health] : beacon_health_) {
-    if (health.misfit_share > kMisfitShare && !health.is_silent(last_observation_)) {
-      inputs->misfit = "the ranges of a beacon";
-    }
+    if (does_not_fit(health)) inputs->misfit = "the ranges of a beacon";
   }
 }
 
@@ -276,12 +268,12 @@ void BeaconMclPipeline::add_diagnostics(ros::Time stamp, diagnostic_msgs::Diagno
       worsen(DiagnosticStatus::WARN,
              beacon + " has not been heard for " + number_text(silence) + " s", &status);
     }
-    if (!is_lost && health.normalized_innovation > kMisfitLimit) {
+    if (!is_lost && does_not_fit(health)) {
       worsen(DiagnosticStatus::WARN,
              "the ranges of " + beacon + " do not fit: moved, reflected, or faulty?", &status);
     }
-    add_value(beacon + ": normalized innovation (1 expected)",
-              number_text(health.normalized_innovation), &status);
+    add_value(beacon + ": ranges beyond 3 sigma [%]", number_text(100.0 * health.misfit_share),
+              &status);
     add_value(beacon + ": last range [s ago]", number_text(silence), &status);
   }
   if (status.message.empty()) status.message = "fine";

@@ -17,14 +17,12 @@ constexpr double kLeast = 1e-6;
 }  // namespace
 
 LostDetector::LostDetector(const LostDetectorOptions& options) : options_(options) {
-  const bool possible = options.outlier_share > 0.0 && options.outlier_share < 1.0 &&
-                        options.lost_spread > 1.0 && options.time_to_loss > 0.0 &&
-                        options.time_to_recovery > 0.0;
+  const bool possible =
+      options.lost_spread > 1.0 && options.time_to_loss > 0.0 && options.time_to_recovery > 0.0;
   if (!possible) {
-    throw Error("lost detector: outlier share " + std::to_string(options.outlier_share) +
-                " has to be in (0, 1), lost spread " + std::to_string(options.lost_spread) +
-                " above 1, the times " + std::to_string(options.time_to_loss) + " s and " +
-                std::to_string(options.time_to_recovery) + " s above 0");
+    throw Error("lost detector: lost spread " + std::to_string(options.lost_spread) +
+                " has to be above 1, the times " + std::to_string(options.time_to_loss) +
+                " s and " + std::to_string(options.time_to_recovery) + " s above 0");
   }
   reset();
 }
@@ -34,7 +32,8 @@ void LostDetector::reset() {
   normalized_innovation_ = 1.0;
 }
 
-void LostDetector::observe(double squared_distance, int dimensions, double duration) {
+void LostDetector::observe(double squared_distance, int dimensions, double duration,
+                           double outlier_share) {
   if (!std::isfinite(squared_distance) || squared_distance < 0.0 || dimensions < 1) return;
   normalized_innovation_ +=
       kInnovationRate * (squared_distance / dimensions - normalized_innovation_);
@@ -47,14 +46,13 @@ void LostDetector::observe(double squared_distance, int dimensions, double durat
   const double spread = options_.lost_spread;
   const double when_lost =
       std::pow(spread, -dimensions) * std::exp(-0.5 * squared_distance / (spread * spread));
-  const double when_right = (1.0 - options_.outlier_share) * std::exp(-0.5 * squared_distance) +
-                            options_.outlier_share * when_lost;
+  const double when_right =
+      (1.0 - outlier_share) * std::exp(-0.5 * squared_distance) + outlier_share * when_lost;
   const double lost = before * when_lost;
   const double right = (1.0 - before) * when_right;
   // So far out that both are zero: it says as much as the farthest that is not.
-  const double odds = lost + right > 0.0
-                          ? lost / (lost + right)
-                          : before / (before + (1.0 - before) * options_.outlier_share);
+  const double odds = lost + right > 0.0 ? lost / (lost + right)
+                                         : before / (before + (1.0 - before) * outlier_share);
   probability_ = std::clamp(odds, kLeast, 1.0 - kLeast);
 }
 

@@ -5,11 +5,13 @@ namespace pf_resampling {
 /// Above this probability a filter counts as lost: it warns, and recovery may begin.
 inline constexpr double kLikelyLost = 0.5;
 
+/// Share of the observations that say nothing although the filter is right.
+inline constexpr double kOutlierShare = 0.05;
+
 /// What a robot's innovations look like when its filter is right, and when it is lost.
 struct LostDetectorOptions {
-  double outlier_share = 0.05;   ///< of observations that say nothing although the filter is right
-  double lost_spread = 10.0;     ///< innovations of a lost filter, in their expected deviations
-  double time_to_loss = 3600.0;  ///< s, mean, from right to lost
+  double lost_spread = 10.0;       ///< innovations of a lost filter, in their expected deviations
+  double time_to_loss = 3600.0;    ///< s, mean, from right to lost
   double time_to_recovery = 60.0;  ///< s, mean, back
 };
 
@@ -22,8 +24,10 @@ class LostDetector {
   explicit LostDetector(const LostDetectorOptions& options = {});
 
   /// Takes an innovation: its squared Mahalanobis distance, of `dimensions` numbers (1 a range, 2
-  /// range and bearing), `duration` s after the one before. What is not finite is passed over.
-  void observe(double squared_distance, int dimensions, double duration);
+  /// range and bearing), `duration` s after the one before; of a sensor with such a share of
+  /// outliers, in (0, 1). What is not finite is passed over.
+  void observe(double squared_distance, int dimensions, double duration,
+               double outlier_share = kOutlierShare);
 
   /// Probability that the filter is lost, given all innovations so far.
   double probability() const { return probability_; }

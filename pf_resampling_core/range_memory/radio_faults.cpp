@@ -19,7 +19,11 @@ using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
 
 constexpr int kFewestRanges = 30;
-constexpr int kFewestRangesAtFirst = 10;   // while odometry alone has the shape of the path
+constexpr int kFewestRangesAtFirst = 10;  // while odometry alone has the shape of the path
+// A radio has changed if all but so few of its newest ranges are off by so many standard
+// deviations.
+constexpr int kFewOfNewest = kFewestRanges / 5;
+constexpr double kShift = 1.0;
 constexpr double kSuspiciousCost = 0.6;    // mean of a range; independent ones: 0.45
 constexpr double kPull = 3.0;              // gain of the cost if its place were free
 constexpr double kOwnBias = 2.0;           // standard deviations
@@ -189,6 +193,52 @@ std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
                        std::abs(own) > kOwnBias * options_.own_bias;
   }
   return is_suspicious;
+}
+
+// Most ranges of the newest lie to one side of those before: of a radio that was moved, or has
+// something in front of it, what was said before would outvote the rest for as long again.
+std::optional<RangeMemory::Change> RangeMemory::newest_change() const {
+  if (modes_.empty()) return std::nullopt;
+  const RangeEstimate& estimate = modes_.front().estimate;
+  std::vector<std::vector<double>> residuals(radios_.size());
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    for (const HeldRange& range : graph_.ranges[k]) {
+      const auto radio = static_cast<std::size_t>(range.radio);
+      if (!estimate.takes_part[radio]) continue;
+      residuals[radio].push_back(
+          residual_of(range, noise_, estimate.keyframes[k], estimate.constants).value);
+    }
+  }
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    if (residuals[r].size() < 2 * kFewestRanges) continue;
+    const auto begin = residuals[r].begin(), newest = residuals[r].end() - kFewestRanges;
+    const auto median = begin + (newest - begin) / 2;
+    std::nth_element(begin, median, newest);
+    std::sort(newest, residuals[r].end());
+    const double above = newest[kFewOfNewest] - *median;
+    const double below = newest[kFewestRanges - 1 - kFewOfNewest] - *median;
+    if (std::max(above, -below) < kShift * doubt_) continue;
+    return Change{static_cast<int>(r), static_cast<int>(newest - begin)};
+  }
+  return std::nullopt;
+}
+
+void RangeMemory::forget_before(const Change& change) {
+  radios_[static_cast<std::size_t>(change.radio)].ranges -= change.ranges;
+  int left = change.ranges;
+  for (auto& ranges : graph_.ranges) {
+    ranges.erase(std::remove_if(ranges.begin(), ranges.end(),
+                                [&](const HeldRange& range) {
+                                  return range.radio == change.radio && left-- > 0;
+                                }),
+                 ranges.end());
+  }
+  for (RangeMode& mode : modes_) {
+    mode.settled.reset();
+    if (mode.past) mode.past = without_radio(change.radio, mode.prior, std::move(*mode.past));
+    const auto radio = static_cast<std::size_t>(change.radio);
+    if (!radios_[radio].listed) mode.estimate.takes_part[radio] = false;  // until it is found again
+  }
 }
 
 // Odometry that is grossly wrong: of several factors that which fits the coarsest path best, if it

@@ -227,6 +227,12 @@ class RangeMemory {
     double distance;  ///< m, typical
   };
 
+  /// A radio whose newest ranges are not as those before, and how many these are.
+  struct Change {
+    int radio = 0;
+    int ranges = 0;
+  };
+
   std::optional<int> radio_of(int id);
   const Beacon* listed(int id) const;
   RadioKnowledge knowledge_of(int id) const;
@@ -250,6 +256,8 @@ class RangeMemory {
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(const RangeEstimate& before, RangeMode* mode);
   bool try_gross_odometry();
+  std::optional<Change> newest_change() const;
+  void forget_before(const Change& change);
   void judge_radios();
   double heading_spread(const RangeMode& mode) const;
   std::vector<bool> suspicious(const RangeMode& mode) const;

@@ -262,7 +262,7 @@ bool RangeMemory::solve() {
 
 bool RangeMemory::is_due() const {
   return modes_.empty() || may_head_anywhere() || is_too_large() || !explains_newest() ||
-         time_ >= next_solution_of_all_;
+         time_ >= next_solution_of_all_ || newest_change();
 }
 
 // A robot that stood has any heading: least squares from one of them would end anywhere.
@@ -288,6 +288,7 @@ bool RangeMemory::follow() {
 void RangeMemory::solve_all() {
   if (!modes_.empty() && may_head_anywhere()) modes_.clear();
   if (modes_.empty()) start();
+  if (const std::optional<Change> change = newest_change()) forget_before(*change);
   for (RangeMode& mode : modes_) solved(kIterations, &mode);
   weigh_modes();
   if (modes_.empty()) return;

@@ -19,6 +19,8 @@ BUGS = [
      PLACES),
     ("odometry that counts several times stays as it is", "range_memory/range_memory.cpp",
      "join(without_factors(odometry), &pending_);", "join(odometry, &pending_);", RADIOS),
+    ("what a radio said before it was moved counts on", "range_memory/range_modes.cpp",
+     "if (const std::optional<Change> change = newest_change()) forget_before(*change);", "", RADIOS),
     # How noisy the data are.
     ("cross-validation: chance passes for noise", "cross_validation.cpp",
      "return squares.both / kMeanSquareOfTwo / (1.0 + standard_error(blocks));",

@@ -386,6 +386,32 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   EXPECT_LT(lying.out.statuses.back().lost, 0.5);
 }
 
+// Where a quarter of all ranges are wild, that is how this radio is: nobody is to blame, and the
+// filter is not lost.
+TEST(BeaconMclPipeline, WildRangesOfAllBeaconsBlameNobody) {
+  Rig rig;
+  int ranges = 0;
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(120.0)) {
+    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
+    if (range != nullptr) {
+      BeaconRange wild = **range;
+      const RandomStream random(1, RandomPurpose::test, static_cast<std::uint32_t>(ranges++));
+      if (random.uniform(0) < 0.25) wild.range = 20.0 * random.uniform(1);
+      rig.pipeline.handle(wild);
+    } else {
+      handle(message, &rig.pipeline);
+    }
+  }
+  EXPECT_EQ(said(rig.out, "beacon_mcl: beacons"), "fine");
+  EXPECT_LT(rig.error(), 0.5);
+  const auto is_wrong = [](const FilterStatus& status) {
+    return status.health == "doubtful" || status.health == "lost";
+  };
+  const auto& statuses = rig.out.statuses;
+  const auto wrong = std::count_if(statuses.begin(), statuses.end(), is_wrong);
+  EXPECT_LT(static_cast<double>(wrong), 0.01 * static_cast<double>(statuses.size()));
+}
+
 // ---- beacons that nobody listed ---------------------------------------------------------------
 
 BeaconMclPipelineOptions that_finds_beacons() {

@@ -364,6 +364,40 @@ TEST(RangeMemory, NamesTheRadioThatIsBiased) {
   EXPECT_NEAR(radio_of(radios, 4).calibration.bias, 1.1, 0.3);
 }
 
+// Ranges of minutes before would outvote those since for as long again.
+TEST(RangeMemory, ARadioThatChangesIsNamedSoonAndClearedSoon) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, drive.beacons);
+  const auto account_after = [&](double duration, double bias) {
+    drive.biased = bias;
+    drive.drive(duration, 6, &memory);
+    for (int id = 1; id <= 3; ++id) {
+      EXPECT_EQ(radio_of(memory.radios(), id).account, RadioAccount::as_listed) << "radio " << id;
+    }
+    EXPECT_LT(drive.error(memory), 0.2);
+    return radio_of(memory.radios(), 4).account;
+  };
+  EXPECT_EQ(account_after(300.0, 0.0), RadioAccount::as_listed);
+  EXPECT_NE(account_after(45.0, 1.0), RadioAccount::as_listed);
+  EXPECT_EQ(account_after(60.0, 0.0), RadioAccount::as_listed);
+}
+
+TEST(RangeMemory, ARadioThatNobodyListedAndThatIsMovedIsFoundAgain) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, {});
+  drive.drive(200.0, 7, &memory);
+  drive.beacons[2].position += Eigen::Vector3d(-3.0, 1.0, 0.0);
+  drive.drive(60.0, 8, &memory);
+  const auto place_of = [&](int id) -> Eigen::Vector2d {
+    return radio_of(memory.radios(), id).places.at(0).position;
+  };
+  for (const int other : {1, 2, 4}) {
+    const Eigen::Vector3d apart =
+        drive.beacons[2].position - drive.beacons[static_cast<std::size_t>(other) - 1].position;
+    EXPECT_NEAR((place_of(3) - place_of(other)).norm(), apart.norm(), 0.4) << "radio " << other;
+  }
+}
+
 // For a while either of two radios may be the wrong one, each with the robot at another place.
 TEST(RangeMemory, IsTornUntilTheDataTellWhichRadioIsWrong) {
   DriveAmongRadios drive;
