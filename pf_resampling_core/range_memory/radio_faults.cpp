@@ -200,25 +200,40 @@ std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
 std::optional<RangeMemory::Change> RangeMemory::newest_change() const {
   if (modes_.empty()) return std::nullopt;
   const RangeEstimate& estimate = modes_.front().estimate;
-  std::vector<std::vector<double>> residuals(radios_.size());
-  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
-    for (const HeldRange& range : graph_.ranges[k]) {
-      const auto radio = static_cast<std::size_t>(range.radio);
-      if (!estimate.takes_part[radio]) continue;
-      residuals[radio].push_back(
-          residual_of(range, noise_, estimate.keyframes[k], estimate.constants).value);
+  const auto residual = [&](std::size_t k, const HeldRange& range) {
+    return residual_of(range, noise_, estimate.keyframes[k], estimate.constants).value;
+  };
+  std::vector<std::vector<double>> newest(radios_.size());
+  // Some may be silent.
+  std::size_t left = 2 * kFewestRanges * radios_.size();
+  for (std::size_t k = graph_.ranges.size(); k-- > 0 && left > 0;) {
+    const auto& ranges = graph_.ranges[k];
+    for (auto range = ranges.rbegin(); range != ranges.rend() && left > 0; ++range, --left) {
+      const auto radio = static_cast<std::size_t>(range->radio);
+      if (estimate.takes_part[radio] && newest[radio].size() < kFewestRanges) {
+        newest[radio].push_back(residual(k, *range));
+      }
     }
   }
-  for (std::size_t r = 0; r < residuals.size(); ++r) {
-    if (residuals[r].size() < 2 * kFewestRanges) continue;
-    const auto begin = residuals[r].begin(), newest = residuals[r].end() - kFewestRanges;
-    const auto median = begin + (newest - begin) / 2;
-    std::nth_element(begin, median, newest);
-    std::sort(newest, residuals[r].end());
-    const double above = newest[kFewOfNewest] - *median;
-    const double below = newest[kFewestRanges - 1 - kFewOfNewest] - *median;
-    if (std::max(above, -below) < kShift * doubt_) continue;
-    return Change{static_cast<int>(r), static_cast<int>(newest - begin)};
+  for (std::size_t r = 0; r < newest.size(); ++r) {
+    if (newest[r].size() < kFewestRanges) continue;
+    std::sort(newest[r].begin(), newest[r].end());
+    const double low = newest[r][kFewOfNewest];
+    const double high = newest[r][kFewestRanges - 1 - kFewOfNewest];
+    // Those before are many, and seldom have to be looked at.
+    if (std::max(low, -high) < 0.5 * kShift * doubt_) continue;
+    std::vector<double> all;
+    for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+      for (const HeldRange& range : graph_.ranges[k]) {
+        if (static_cast<std::size_t>(range.radio) == r) all.push_back(residual(k, range));
+      }
+    }
+    if (all.size() < 2 * kFewestRanges) continue;
+    const auto before = static_cast<std::ptrdiff_t>(all.size() - kFewestRanges);
+    const auto median = all.begin() + before / 2;
+    std::nth_element(all.begin(), median, all.begin() + before);
+    if (std::max(low - *median, *median - high) < kShift * doubt_) continue;
+    return Change{static_cast<int>(r), static_cast<int>(before)};
   }
   return std::nullopt;
 }
