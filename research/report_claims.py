@@ -2,7 +2,7 @@
 
 A claim is a conjunction of parts. A part is a sum of one figure over filters, paired by seed, that has to lie below or above
 a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. It may also have to be
-so many standard errors away. data/report_claims.json holds the claims, in families.
+so many standard errors away. data/paper_NAME.yaml holds the claims, in families.
 
 Verdicts:
 
@@ -14,9 +14,7 @@ Verdicts:
 
 p-values are two-sided, so that a claim is wrongly decided, one way or the other, once in a hundred at most.
 """
-import json
 from collections import namedtuple
-from pathlib import Path
 
 from report_document import Cell, Row, Table
 from report_measures import difference_text, distance_text, interval_text, measure, p_text
@@ -25,19 +23,11 @@ from report_statistics import LEVEL, holm, interval
 HOLDS, DOES_NOT_HOLD, NO_DIFFERENCE, MISSING = "holds", "does not hold", "no difference found", "not in this study"
 KINDS = {HOLDS: "holds", DOES_NOT_HOLD: "not", NO_DIFFERENCE: "open", MISSING: "open"}
 
+CAPTION = "Claims: {}"
+
 # differences: one for each part (report_statistics.Difference). p: of the claim; corrected: within its family. deciding: the
 # part that the verdict rests on, or at which the claim fails.
-Finding = namedtuple("Finding", "claim differences p corrected verdict deciding")
-
-
-def data_file(name):
-    """A file of figures: beside this program, as installed, or in data/ of the source tree."""
-    here = Path(__file__).resolve().parent
-    return next((path for path in (here / "data" / name, here / name) if path.exists()), here / "data" / name)
-
-
-def families():
-    return json.loads(data_file("report_claims.json").read_text(encoding="utf-8"))
+Finding = namedtuple("Finding", "family claim differences p corrected verdict deciding")
 
 
 def side(part, difference):
@@ -69,29 +59,23 @@ def problem_of(study, part, problem):
     return found["name"] if found else part["problem"]
 
 
-def findings(study, family, problem):
+def findings(study, family, claims, problem):
     """Of every claim of a family what the study says of it."""
-    claims = families()[family]["claims"]
     found = []
     for claim in claims:
-        differences = [study.difference(problem_of(study, part, problem), part["figure"],
-                                        [tuple(term) for term in part["terms"]], part.get("bound", 0.0))
+        differences = [study.difference(problem_of(study, part, problem), part["figure"], part["terms"], part.get("bound", 0.0))
                        for part in claim["parts"]]
         p, deciding = (None, None) if None in differences else p_of_claim(claim["parts"], differences)
-        found.append([claim, differences, p, deciding])
-    corrected = iter(holm([p for _, _, p, _ in found if p is not None]))
-    result = []
-    for claim, differences, p, deciding in found:
-        if p is None:
-            result.append(Finding(claim, differences, None, None, MISSING, None))
-            continue
-        of_family = next(corrected)
-        sides = [side(part, difference) for part, difference in zip(claim["parts"], differences)]
-        verdict = NO_DIFFERENCE
-        if of_family < LEVEL:
-            verdict = HOLDS if all(where > 0 for where in sides) else DOES_NOT_HOLD
-        result.append(Finding(claim, differences, p, of_family, verdict, deciding))
-    return result
+        found.append(Finding(family, claim, differences, p, None, MISSING, deciding))
+    corrected = iter(holm([each.p for each in found if each.p is not None]))
+    return [each if each.p is None else decided(each._replace(corrected=next(corrected))) for each in found]
+
+
+def decided(finding):
+    if finding.corrected >= LEVEL:
+        return finding._replace(verdict=NO_DIFFERENCE)
+    is_right = all(side(part, difference) > 0 for part, difference in zip(finding.claim["parts"], finding.differences))
+    return finding._replace(verdict=HOLDS if is_right else DOES_NOT_HOLD)
 
 
 def part_text(study, part, problem):

@@ -145,7 +145,6 @@ class Table:
                 f"<td{attribute(i, cell.kind)}>{to_html(cell.text)}</td>" for i, cell in enumerate(row.cells)) + "</tr>")
         return "\n".join([*lines, "</tbody></table></div>"])
 
-
     def latex(self):
         def line(texts):
             return " & ".join(to_latex(text) for text in texts) + r" \\"
@@ -183,7 +182,7 @@ class Document:
 
     def contents(self):
         return Bullets([f"[{block.text}](#{block.anchor})" for block in self.blocks
-                        if isinstance(block, Heading) and block.level == 2])
+                        if isinstance(block, Heading) and block.anchor])
 
     def pictures(self):
         return [block for block in self.blocks if isinstance(block, Picture)]

@@ -1,4 +1,4 @@
-"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, and points.
+"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, and times.
 
 The same figures give the same bytes: no dates, and names of parts that follow from what is drawn.
 """
@@ -22,14 +22,14 @@ matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "pa
                             "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,
                             "path.simplify_threshold": 0.3, "font.family": "DejaVu Sans"})
 
-INK, GREY, BLUE, RED, GREEN, ORANGE, VIOLET = "#222222", "#8c8c8c", "#1667b7", "#c9362b", "#0a8f5b", "#d98200", "#7a3fa8"
+INK, RED, VIOLET = "#222222", "#c9362b", "#7a3fa8"
+COLOURS = (INK, RED, "#1667b7", "#0a8f5b", "#d98200", VIOLET, "#8c8c8c", "#4aa3a2", "#a0522d")
 WIDTH = 9.0  # of a page, inches
 
 
 def colour_of(number):
     """Of a line among others, by its number."""
-    colours = (INK, RED, BLUE, GREEN, ORANGE, VIOLET, GREY, "#4aa3a2", "#a0522d")
-    return colours[number % len(colours)]
+    return COLOURS[number % len(COLOURS)]
 
 
 def drawing_of(figure):
@@ -56,33 +56,24 @@ def mark_times(panel, marks):
                        color="0.35", ha="center", fontweight="bold")
 
 
-def draw_curves(panels, label, marks, top=None, columns=2, level=None):
-    """Curves with bands of one standard deviation over the trials.
-
-    `panels` are [(title, [(curve, name, colour, line)])]; `label` is that of the vertical axis, `top` its end, `level` a
-    line across: (value, name).
-    """
-    columns = min(columns, len(panels))
+def draw_curves(panels, label, marks):
+    """Curves with bands of one deviation: panels [(title, [(curve, name)])] below the `label` of the vertical axis; `marks`: what
+    happens when."""
+    columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(WIDTH, 4.2 if rows * columns == 1 else 2.9 * rows + 0.3), sharex=True,
                                 sharey=True, squeeze=False, constrained_layout=True)
     for panel, (title, curves) in zip(axes.flat, panels):
-        for curve, name, colour, line in curves:
-            panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=colour,
+        for number, (curve, name) in enumerate(curves):
+            panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=colour_of(number),
                                alpha=0.13, lw=0.0)
-            panel.plot(curve.time, curve.mean, color=colour, ls=line, lw=1.6, label=name)
+            panel.plot(curve.time, curve.mean, color=colour_of(number), lw=1.6, label=name)
         mark_times(panel, marks)
-        if level:
-            panel.axhline(level[0], color="0.4", lw=1.0)
-            panel.annotate(level[1], (1.0, level[0]), xycoords=("axes fraction", "data"), xytext=(-3, 2),
-                           textcoords="offset points", ha="right", va="bottom", color="0.35", fontsize=9)
-        if title:
-            panel.set_title(title, fontsize=10, loc="left")
+        panel.set_title(title, fontsize=10, loc="left")
         if len(curves) > 1:
             panel.legend(fontsize=8.5, framealpha=0.9, loc="best")
-    longest = max(float(curve.time[-1]) for _, curves in panels for curve, *_ in curves)
-    axes[0, 0].set_xlim(0.0, longest)
-    axes[0, 0].set_ylim(0.0, top)
+    axes[0, 0].set_xlim(0.0, max(float(curve.time[-1]) for _, curves in panels for curve, _ in curves))
+    axes[0, 0].set_ylim(0.0)
     for panel in axes[:, 0]:
         panel.set_ylabel(label)
     for panel in axes[-1]:
@@ -134,64 +125,34 @@ def draw_measure(lines, label):
     return drawing_of(figure)
 
 
-def draw_paths(panels, height=4.6):
-    """Maps side by side: [(title, [(points, name, colour, line)], [(places, name, marker, colour)], [(name, x, y)])]."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, height), squeeze=False, constrained_layout=True)
-    for panel, (title, paths, places, notes) in zip(axes[0], panels):
-        for points, name, colour, line in paths:
-            panel.plot(points[:, 1], points[:, 2], color=colour, ls=line, lw=1.1 if line == "-" else 1.0, label=name)
-        for spots, name, marker, colour in places:
+def draw_paths(panels):
+    """Maps side by side: [(title, [(name, rows of time, x, y)], [(kind, id, x, y)])]; the first path is the true one."""
+    marks = {"landmark": ("x", INK), "beacon": ("^", VIOLET), "closure": ("o", RED)}
+    figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, 4.6), squeeze=False, constrained_layout=True)
+    for panel, (title, paths, places) in zip(axes[0], panels):
+        for number, (name, points) in enumerate(paths):
+            panel.plot(points[:, 1], points[:, 2], color=colour_of(number), lw=1.1, label=name)
+        for kind, (marker, colour) in marks.items():
+            spots = [place for place in places if place[0] == kind]
             if spots:
-                panel.plot([x for _, x, _ in spots], [y for _, _, y in spots], marker, color=colour, ms=6, label=name)
-        for name, x, y in notes:
-            panel.plot([x], [y], "o", color=RED, ms=5)
-            panel.annotate(name, (x, y), xytext=(6, 6), textcoords="offset points", fontweight="bold", color=RED)
+                panel.plot([x for *_, x, _ in spots], [y for *_, y in spots], marker, color=colour, ms=6, label=kind)
+            for _, name, x, y in spots if kind == "closure" else ():
+                panel.annotate(name, (x, y), xytext=(6, 6), textcoords="offset points", fontweight="bold", color=colour)
         panel.set_aspect("equal", adjustable="datalim")
         panel.set_title(title, fontsize=10, loc="left")
         panel.set_xlabel("x (m)")
     axes[0, 0].set_ylabel("y (m)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9, frameon=False)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
+                  frameon=False)
     return drawing_of(figure)
 
 
-def draw_scheme_times(lines):
-    """Mahmoud's Figure 8: [(name, particles, microseconds)]."""
+def draw_scheme_times(times):
+    """{scheme: {number of particles: microseconds}}"""
     figure, panel = plt.subplots(figsize=(WIDTH, 4.2), constrained_layout=True)
-    colours = (BLUE, RED, GREEN, ORANGE, INK, VIOLET, GREY, "#4aa3a2", "#a0522d")
-    for (name, particles, times), colour, marker in zip(lines, colours, "osD^vX*Ph"):
-        panel.plot(particles, times, marker=marker, ms=4, color=colour, lw=1.4, label=name)
-    panel.set_xscale("log")
-    panel.set_yscale("log")
+    for number, (name, points) in enumerate(times.items()):
+        panel.loglog(*zip(*sorted(points.items())), marker="osD^vX*Ph"[number % 9], ms=4, color=colour_of(number), lw=1.4, label=name)
     panel.set_xlabel("particles")
     panel.set_ylabel("one resampling (µs)")
     panel.legend(fontsize=9)
-    return drawing_of(figure)
-
-
-def draw_points(points, labels, level):
-    """Points with crosses of standard errors: [(x, x error, y, y error, name or None, colour, marker)]; names are written
-    beside. `labels` are those of the axes, `level` an upright line (value, name)."""
-    figure, panel = plt.subplots(figsize=(WIDTH, 5.4), constrained_layout=True)
-    named = sorted((point for point in points if point[4]), key=lambda point: point[2])
-    for x, x_error, y, y_error, name, colour, marker in points:
-        panel.errorbar(x, y, xerr=x_error, yerr=y_error, color=colour, marker=marker, ms=6 if name else 4, lw=0.9, mec="white",
-                       mew=0.5, alpha=1.0 if name else 0.35, zorder=4 if name else 3)
-    low, high = panel.get_ylim()
-    step = 0.036 * (high - low)  # height of a line of text
-    right = max(point[0] for point in points)
-    ends = {"left": -1e9, "right": -1e9}  # where the last label of each column ends
-    for x, _, y, _, name, colour, _ in named:
-        # To the left of its point in the right half, where there is no room at the other side.
-        column = "right" if x > 0.5 * (right + min(point[0] for point in points)) else "left"
-        at = max(y, ends[column] + step)
-        ends[column] = at
-        shift = -0.02 if column == "right" else 0.012
-        panel.annotate(name, (x, y), xytext=(x + shift, at), textcoords="data", fontsize=8, color=colour, va="center",
-                       ha=column, zorder=5, arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6})
-    panel.axvline(level[0], color="0.4", lw=1.0)
-    panel.annotate(level[1], (level[0], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -4), textcoords="offset points",
-                   rotation=90, ha="left", va="top", color="0.35", fontsize=9)
-    panel.set_xlabel(labels[0])
-    panel.set_ylabel(labels[1])
     return drawing_of(figure)

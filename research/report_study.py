@@ -186,9 +186,6 @@ class Study:
         """The problem whose name contains this word, or None."""
         return next((each for each in self.problems if word in each["name"]), None)
 
-    def is_lost_counted(self, problem, name):
-        return "lost" in self._trials.get((problem, name), (None, {}))[1]
-
     def no_renewal_beside(self, name):
         """The filter that renews nothing and is else the same, or None."""
         def cost(settings):
@@ -255,6 +252,6 @@ class Study:
         points = self._paths.get((problem, name))
         return np.array(points) if points else None
 
-    def places(self, problem, kind):
-        """[(id, x, y)]"""
-        return [(name, x, y) for where, what, name, x, y in self._places if (where, what) == (problem, kind)]
+    def places(self, problem):
+        """[(kind, id, x, y)]"""
+        return [place for where, *place in self._places if where == problem]

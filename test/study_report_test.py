@@ -7,7 +7,6 @@ import json
 import math
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,31 +17,29 @@ import xml.etree.ElementTree as ElementTree
 import rosunit
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+STUDY = [sys.executable, str(ROOT / 'research/study')]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / 'research'))
 sys.path.insert(0, str(ROOT / 'tools'))
 
 import report_claims  # noqa: E402
 import report_document  # noqa: E402
-import report_kwak  # noqa: E402
 import report_measures  # noqa: E402
-import report_parts  # noqa: E402
 import report_statistics  # noqa: E402
 import report_study  # noqa: E402
-import report_tempering  # noqa: E402
-import study_report  # noqa: E402
+from report_page import paper_of, report_of  # noqa: E402
 from study_definition import load_study  # noqa: E402
 
-PAPERS = report_parts.papers()
+PAPERS = {name: paper_of(name) for name in ('kwak', 'mahmoud')}
+CLAIMS = {family: claims for paper in PAPERS.values() for family, claims in paper['claims'].items()}
 CURVES = ('feature_error', 'position_error', 'map_error', 'distinct', 'effective_sample_size', 'map_inside', 'calls')
 KWAK, MAHMOUD = (load_study(name)['filters'] for name in ('kwak', 'mahmoud'))
-KWAK_FIGURES = [name for name in report_measures.OF_FASTSLAM if name not in ('processor_ms', 'step_ms', 'step_us_per_call')]
+KWAK_FIGURES = list(report_measures.MEASURES)
+KWAK_FIGURES = KWAK_FIGURES[:KWAK_FIGURES.index('processor_ms')]
 SCHEMES = ('RSR', 'Stratified', 'Residual', 'Systematic', 'Multinomial')
 MAHMOUD_FIGURES = ['lost', *(f'{axis}_{part}' for axis in ('cross_track', 'along_track', 'cartesian', 'heading')
                              for part in ('mean', 'max', 'std')), 'coverage95', 'lost_share', 'converged_after']
-KWAK_PICTURES = ['kwak_figure_' + number for number in (
-    '05', '06', '07', '08', '09', '11', '12a', '12b', '13', '14', '15', '16')]
-MAHMOUD_PICTURES = [f'mahmoud_figure_{number:02d}' for number in (1, 2, 3, 4, 5, 6, 8)]
+
 
 
 def scatter(*of_what):
@@ -221,20 +218,11 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(report_statistics.t_difference([5.0]).p, 1.0)
         self.assertIsNone(report_statistics.t_difference([]))
 
-    def test_share_of_a_gain(self):
-        share, error = report_statistics.share_explained([0.1, 0.2, 0.3], [0.2, 0.4, 0.6])
-        self.assertAlmostEqual(share, 0.5)
-        self.assertAlmostEqual(error, 0.0)
-        # Residues 0.1, -0.2, 0.1 of a ratio of 1: their standard error sqrt(0.06 / 2 / 3), over a mean of 0.2.
-        share, error = report_statistics.share_explained([0.3, 0.0, 0.3], [0.2, 0.2, 0.2])
-        self.assertAlmostEqual(share, 1.0)
-        self.assertAlmostEqual(error, 0.1 / 0.2)
-
     # ---- verdicts
 
     def verdicts(self, family, **values):
         study = self.study(**values)
-        return {finding.claim['claim'][0]: finding for finding in report_claims.findings(study, family, 'world')}
+        return {finding.claim['claim'][0]: finding for finding in report_claims.findings(study, family, CLAIMS[family], 'world')}
 
     def test_claim_that_holds_that_is_reversed_and_that_is_null(self):
         base = [0.3 + 0.01 * scatter(seed) for seed in range(20)]
@@ -260,7 +248,7 @@ class StudyReport(unittest.TestCase):
         found = self.verdicts('five_points', compensation__50__=half, **ratios)
         self.assertEqual(found['3'].verdict, 'not in this study')
         study = self.study(**ratios, **{'compensation__50__%': half, 'compensation': weak})
-        found = report_claims.findings(study, 'five_points', 'world')[2]
+        found = report_claims.findings(study, 'five_points', CLAIMS['five_points'], 'world')[2]
         self.assertEqual(found.deciding, 2)
         self.assertEqual(found.p, max(difference.p for difference in found.differences))
         # Alone in its family here, and not below 0.01.
@@ -302,7 +290,7 @@ class StudyReport(unittest.TestCase):
             falls = [fall + 0.001 * scatter(seed) for seed in range(20)]
             trials = {('world', name): {'feature_error_drop_at_B': falls} for name in ('RSR', 'PR')}
             write_study(self.folder, {'All': {'RSR': {}, 'PR': {}}}, ['feature_error_drop_at_B'], trials)
-            found = report_claims.findings(report_study.Study(self.folder), 'kwak', 'world')
+            found = report_claims.findings(report_study.Study(self.folder), 'kwak', CLAIMS['kwak'], 'world')
             found = [each.verdict for each in found if 'more than 5 cm' in each.claim['claim']]
             self.assertEqual(found, [verdict])
 
@@ -313,7 +301,7 @@ class StudyReport(unittest.TestCase):
         figures = ['calls', 'feature_error_drop_at_B', 'feature_error_drop_at_C']
         write_study(self.folder, {'All': {name: {} for _, name in trials}}, figures, trials)
         study = report_study.Study(self.folder)
-        found = report_claims.findings(study, 'five_points', 'world')[3]
+        found = report_claims.findings(study, 'five_points', CLAIMS['five_points'], 'world')[3]
         self.assertAlmostEqual(found.differences[0].mean, 93.5 / 3.0 - 2.0 * 10.5)
         self.assertAlmostEqual(found.differences[1].mean, -0.15)
         self.assertEqual(found.verdict, 'no difference found')  # of three drives
@@ -323,8 +311,8 @@ class StudyReport(unittest.TestCase):
 
     def test_claims_name_known_figures_and_filters(self):
         known = {each['name'] for each in KWAK + MAHMOUD}
-        for family, group in report_claims.families().items():
-            for claim in group['claims']:
+        for family, claims in CLAIMS.items():
+            for claim in claims:
                 for part in claim['parts']:
                     self.assertIn(part['figure'], report_measures.MEASURES)
                     self.assertIn(part['is'], ('below', 'above'))
@@ -353,7 +341,6 @@ class StudyReport(unittest.TestCase):
         self.assertEqual(difference.count, 1)
         self.assertAlmostEqual(difference.mean, 0.1)
         self.assertEqual(study.difference('circle', 'lost', [(1.0, 'A'), (-1.0, 'B')]).discordant, (1, 1))
-        self.assertEqual(report_parts.lost_text(study, 'circle', 'A'), '1 of\u00a03')
 
     def test_damaged_study_is_named_in_one_line(self):
         trials = {('hall', name): {'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
@@ -372,8 +359,8 @@ class StudyReport(unittest.TestCase):
                 self.assertNotIn('\n', str(caught.exception))
             path.write_bytes(was)
         (self.folder / 'study.json').write_text(json.dumps({**good, 'filters': 1}), encoding='utf-8')
-        done = subprocess.run([sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True)
+        done = subprocess.run([*STUDY, 'report', str(self.folder)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True)
         self.assertEqual((done.returncode, done.stderr.count('\n')), (1, 1), done.stderr)
         self.assertFalse((self.folder / 'report.html').exists())
 
@@ -400,17 +387,30 @@ class StudyReport(unittest.TestCase):
         """That a page has this part; a page is too long for a message."""
         self.assertTrue(part in text, part)
 
-    def test_page_of_kwak_has_all_tables_and_figures(self):
-        document = study_report.report_of(write_kwak(self.folder))
+    def report(self, measures=()):
+        return report_of(report_study.Study(self.folder), measures)
+
+    def check_page_of_paper(self, name):
+        """That it has all tables with their printed numbers, all figures and claims; returns the page."""
+        document = self.report()
         text = self.check_page(document)
-        names = [picture.name for picture in document.pictures()]
-        self.assertEqual([name for name in KWAK_PICTURES if name not in names], [])
-        for number, table in PAPERS['kwak']['tables'].items():
-            self.assert_has(f'Table {number} of Kwak', text)
-            for row in table['rows']:
-                for column in table['columns']:
-                    self.assert_has(f'>{row[column]}</td>', text)
-        self.assert_has('Figure 10 is a drawing', text)
+        wanted = [of['name'] for block in PAPERS[name]['page'] if isinstance(block, dict) for of in block.values() if 'name' in of]
+        self.assertEqual([picture.name for picture in document.pictures()], wanted)
+        for number, table in PAPERS[name]['tables'].items():
+            self.assert_has(f'Table {number} of the paper', text)
+            for row in table['rows'].values():
+                for value in row:
+                    self.assertRegex(text, f'class="paper">{re.escape(value)}(</td>| )')
+        for claims in PAPERS[name]['claims'].values():
+            for claim in claims:
+                self.assert_has(report_document.to_html(claim['claim']), text)
+        self.assertNotIn('Not in this study', text)
+        return text
+
+    def test_page_of_kwak_has_all_tables_and_figures(self):
+        write_kwak(self.folder)
+        text = self.check_page_of_paper('kwak')
+        self.assert_has('2296 / 50 = 45.92', text)
         for control in ('reset', 'RSR tempered 0.3', 'redraw', 'EKF-SLAM'):
             self.assertGreaterEqual(text.count(f'<code>{control}</code>'), 4, control)
 
@@ -418,39 +418,27 @@ class StudyReport(unittest.TestCase):
         about = {'study': 'kwak', 'preset': 'kwak2008', 'parameters': {'particles': 100, 'population/threshold': 0.75},
                  'settings': {'population/threshold': 0.5}}
         trials = {('world', name): {'feature_error': [0.1, 0.2]} for name in ('RSR', 'PR')}
-        text = self.check_page(study_report.report_of(write_study(
-            self.folder, {'All': {'RSR': {}, 'PR': {}}}, ['feature_error'], trials, **about)))
+        write_study(self.folder, {'All': {'RSR': {}, 'PR': {}}}, ['feature_error'], trials, **about)
+        text = self.check_page(self.report())
         self.assert_has('<code>particles: 100</code>', text)
         self.assert_has('<code>population/threshold: 0.5</code>', text)
         self.assert_has('split at the median weight', text)
 
-    def test_page_of_kwak_finds_point_a(self):
-        study = report_study.Study(write_kwak(self.folder))
-        # The made-up curves rise by 0.2 at 9 s: within two seconds that hold it.
-        self.assertAlmostEqual(report_kwak.point_a(study, 'indoor_two_loops'), 9.0, delta=1.0)
-
     def test_page_without_some_filters_says_so(self):
-        document = study_report.report_of(write_kwak(self.folder, without=(
-            'PR', 'NR', 'reset', *(each['name'] for each in KWAK if 'literal' in each['name']))))
-        text = self.check_page(document)
+        write_kwak(self.folder, without=('PR', 'NR', 'reset'))
+        text = self.check_page(self.report())
         self.assert_has('Not in this study: <code>PR</code>', text)
         self.assert_has('not in this study', text)
-        self.assert_has('No filter with the literal equations', text)
         # Nor without curves, paths and times.
         for name in ('curves.csv', 'paths.csv', 'places.csv', 'times.csv'):
             (self.folder / name).unlink()
-        self.assert_has('This study has no such curves', self.check_page(study_report.report_of(self.folder)))
+        self.assert_has('This study has no such curves', self.check_page(self.report()))
 
     def test_page_of_mahmoud_has_all_tables_and_figures(self):
-        document = study_report.report_of(write_mahmoud(self.folder))
-        text = self.check_page(document)
+        write_mahmoud(self.folder)
+        text = self.check_page_of_paper('mahmoud')
         # It is a share of the time, not 0.2 s.
         self.assert_has('the first 20 % of the time are left out of the errors', text)
-        self.assertEqual([picture.name for picture in document.pictures()], MAHMOUD_PICTURES)
-        for number, table in PAPERS['mahmoud']['tables'].items():
-            self.assert_has(f'Table {number} of Mahmoud', text)
-            for row in table['rows'].values():
-                self.assert_has(''.join(f'<td>{value}</td>' for value in row), text)
         self.assert_has('<td>4 of 12</td>', text)  # lost, of seeds 0, 3, 6, 9
         self.assert_has('<td>0 : 4</td>', text)  # with excitation and without
         # Systematic resampling is the fastest by construction.
@@ -459,12 +447,12 @@ class StudyReport(unittest.TestCase):
 
     def test_page_of_mahmoud_without_a_problem_and_filters_says_so(self):
         write_mahmoud(self.folder, without=('RSR gaussian', 'shipped'), problems=('circle',))
-        text = self.check_page(study_report.report_of(self.folder))
-        self.assert_has('Table 2: the figure of eight is not in this study.', text)
+        text = self.check_page(self.report())
+        self.assert_has('<code>figure8</code> is not in this study.', text)
         self.assert_has('Not in this study: <code>RSR gaussian</code>', text)
         # A recording has no numbers in the paper.
         write_mahmoud(self.folder, problems=('circle', 'figure8', 'plaza2'))
-        self.assert_has('plaza2, without excitation', self.check_page(study_report.report_of(self.folder)))
+        self.assert_has('On plaza2', self.check_page(self.report()))
 
     def write_mine(self, names):
         """A study of no paper, that has the curves of these filters."""
@@ -476,24 +464,24 @@ class StudyReport(unittest.TestCase):
 
     def test_page_of_any_other_study(self):
         self.write_mine(('RSR', 'A'))
-        document = study_report.report_of(self.folder)
+        document = self.report()
         self.assert_has('>2.333 ± 0.882</td>', self.check_page(document))
         self.assertEqual([picture.name for picture in document.pictures()],
                          ['feature_error_1_1', 'curve_feature_error_1_1', 'mine_1_1'])
         self.assertIn(r'\texttt{RSR} & 0.200 $\pm$~0.058 & 2.333 $\pm$~0.882', document.latex())
-        document = study_report.report_of(self.folder, ['mine'])
+        document = self.report(['mine'])
         self.assertEqual([picture.name for picture in document.pictures()], ['mine_1_1'])
         with self.assertRaisesRegex(report_study.StudyError, 'mein is no measure of this study; known: feature_error, mine'):
-            study_report.report_of(self.folder, ['mein'])
+            self.report(['mein'])
 
     def test_bag_and_world_of_one_study_have_measures_each(self):
         write_study(self.folder, {'Mine': {'RSR': {}}}, ['map_error', 'cartesian_mean'],
                     {('hall', 'RSR'): {'map_error': [0.1, 0.2]}, ('bag', 'RSR'): {'cartesian_mean': [0.3, 0.5]}})
-        document = study_report.report_of(self.folder)
+        document = self.report()
         self.assertEqual([picture.name for picture in document.pictures()], ['map_error_1_1', 'cartesian_mean_2_1'])
         self.assertRegex(document.latex(), r'(?s)% On hall\n.*0\.150.*% On bag\n.*0\.40')
         self.assert_has('Not measured here: <code>map_error</code>. There are <code>cartesian_mean</code>',
-                        self.check_page(study_report.report_of(self.folder, ['map_error'])))
+                        self.check_page(self.report(['map_error'])))
 
     def test_filters_are_compared_with_the_reference_of_as_many_particles(self):
         filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size} for name in ('RSR', 'A') for size in (10, 100)]
@@ -501,53 +489,29 @@ class StudyReport(unittest.TestCase):
                   for each in filters}
         study = report_study.Study(write_study(self.folder, {}, ['mine'], trials, filters=filters))
         self.assertEqual([study.reference_for(each['name']) for each in filters], ['RSR M=10', 'RSR M=100'] * 2)
-        text = self.check_page(study_report.report_of(self.folder))
+        text = self.check_page(self.report())
         self.assertEqual(text.count('+1.000 ± 0.000'), 2)
         self.assertNotIn('+90', text)
 
     # Cut to two digits, as coordinates are, letters were a third too small.
     def test_letters_of_a_picture_have_their_size(self):
         self.write_mine(())
-        svg = study_report.report_of(self.folder).pictures()[0].image.svg.decode('utf-8')
+        svg = self.report().pictures()[0].image.svg.decode('utf-8')
         self.assert_has('scale(0.015625)', svg)
 
     def test_page_is_the_same_bytes_twice(self):
         write_mahmoud(self.folder, count=4)
-        program = [sys.executable, str(ROOT / 'research/study_report.py'), str(self.folder)]
         made = []
         for _ in range(2):
-            subprocess.run(program, check=True, stdout=subprocess.DEVNULL)
+            subprocess.run([*STUDY, 'report', str(self.folder)], check=True, stdout=subprocess.DEVNULL)
             made.append((self.folder / 'report.html').read_bytes())
         self.assertTrue(made[0] == made[1])
-
-    def test_program_works_with_all_its_files_in_one_folder_as_installed(self):
-        installed = self.folder / 'lib'
-        installed.mkdir()
-        research = ROOT / 'research'
-        for path in (*research.glob('report_*.py'), research / 'study_report.py', *(ROOT / 'tools' / f'{name}.py' for name in ('command_line', 'new_file')),
-                     research / 'data/papers.json', research / 'data/report_claims.json'):
-            shutil.copy(str(path), str(installed))
-        (self.folder / 'study').mkdir()
-        trials = {('hall', name): {'feature_error': [0.1, 0.2]} for name in ('RSR', 'A')}
-        write_study(self.folder / 'study', {'Mine': {'RSR': {}, 'A': {}}}, ['feature_error'], trials, study='kwak')
-        before = sorted(installed.iterdir())
-        subprocess.run([sys.executable, str(installed / 'study_report.py'), str(self.folder / 'study')], check=True,
-                       stdout=subprocess.DEVNULL)
-        self.assertTrue((self.folder / 'study/report.html').exists())
-        self.assertEqual(sorted(installed.iterdir()), before)
 
     def test_text_is_escaped(self):
         table = report_document.Table('a < b', ['x'], [['`p < 0.1 | q` & <b>']])
         self.assert_has('<code>p &lt; 0.1 | q</code> &amp; &lt;b&gt;', table.html())
         with self.assertRaises(ValueError):
             report_document.Table('rows', ['x', 'y'], [['1']])
-
-    def test_share_that_a_control_has(self):
-        trials = {('world', name): {'map_inside': values, 'map_error': [0.2, 0.3, 0.25, 0.2]} for name, values in (
-            ('RSR', [0.5, 0.4, 0.5, 0.4]), ('reset', [0.7, 0.6, 0.7, 0.6]), ('compensation 10 %', [0.9, 0.8, 0.9, 0.8]))}
-        write_study(self.folder, {'All': {name: {} for _, name in trials}}, ['map_inside', 'map_error'], trials)
-        study = report_study.Study(self.folder)
-        self.assertEqual(report_tempering.share_text(study, 'world', 'compensation 10 %', 'reset'), '50 ± 0 %')
 
 
 if __name__ == '__main__':

@@ -1,0 +1,317 @@
+"""The report of a study: of a paper's, as the `page` of data/paper_NAME.yaml lays it out, its numbers beside ours; of one's own, a
+table and a figure for each question: how does a measure depend on the number of particles, on time, and on the drive?"""
+import math
+
+import report_pictures as pictures
+import yaml
+from report_claims import CAPTION, claims_table, findings
+from report_document import Bullets, Cell, Document, Heading, Picture, Row, Table, Text
+from report_measures import MEASURES, data_file, difference_text, measure, with_error
+from report_statistics import LEVEL, holm
+from report_study import StudyError
+
+COLUMNS = 7  # of measures in a table that has to fit on a page
+OF_A_BAG = ("cartesian_mean", "heading_mean", "coverage95", "lost")
+USUAL = {"fastslam": ("map_error", "pose_error", "map_inside", "effective_sample_size", *OF_A_BAG), "beacon_mcl": OF_A_BAG}
+BY_THE_CLOCK = ("processor_ms", "step_ms", "step_us_per_call")
+
+
+def paper_of(name):
+    """What data/paper_NAME.yaml says; None of a study without a paper."""
+    path = data_file(f"paper_{name}.yaml")
+    return yaml.safe_load(path.read_text(encoding="utf-8")) if path else None
+
+
+def report_of(study, measures=()):
+    """The document of a study; of one's own with these measures, or the usual ones that it has, or all. Raises StudyError if it has
+    not one of them."""
+    paper = paper_of(study.name)
+    page = Page(study, paper)
+    if paper:
+        page.add_text(f"The paper: {paper['source']}")
+        for block in paper["page"]:
+            kind, value = next(iter(block.items())) if isinstance(block, dict) else (block, None)
+            getattr(page, f"add_{kind}")(*([] if value is None else [value]))
+    else:
+        page.add_own(measures)
+    page.add_filters()
+    return page.document
+
+
+def listed(names):
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def settings_text(settings):
+    return ", ".join(f"`{name}: {value}`" for name, value in sorted(settings.items())) or "none"
+
+
+def problem_text(problem):
+    """What it is, how long, and what its scatter says."""
+    text = f"`{problem['name']}`: "
+    text += "a simulated drive, another with each seed" if problem.get("kind", "world") == "world" else (
+        "a recording: the scatter is that of the filter's random numbers and says nothing of other drives")
+    if problem.get("duration"):
+        text += f"; {problem['duration']:g} s"
+    if problem.get("lost_error"):
+        text += (f"; the first {100 * problem.get('clip', 0):g} % of the time are left out of the errors, and a run is lost if its error "
+                 f"is above {problem['lost_error']:.2f} m for more than a tenth of the rest")
+    return text + "."
+
+
+def is_sure(found, name):
+    return name in found and found[name][1] < LEVEL
+
+
+class Page:
+    def __init__(self, study, paper):
+        self.study, self.paper, self.document = study, paper, Document(study.title)
+        self.problem = study.problems[0]["name"]
+        self.findings = [finding for family in (paper or {"claims": {}})["claims"].items()
+                         for finding in findings(study, *family, self.problem)]
+
+    def has(self, problem, names):
+        """Those of the filters that the study has; of others it says that they are missing."""
+        missing = [name for name in names if not self.study.has(problem, name)]
+        if missing:
+            self.add_text(f"Not in this study: {listed(missing)}.")
+        return [name for name in names if name not in missing]
+
+    def figure(self, problem, name, figure):
+        """A mean as text; of runs lost the count: 19 of 30."""
+        values = self.study.values(problem, name, figure)
+        if figure == "lost" and values:
+            return f"{sum(value > 0.0 for value in values.values())} of\u00a0{len(values)}"
+        return with_error(self.study.estimate(problem, name, figure), figure)
+
+    # ---- blocks of a page
+
+    def add_section(self, anchor_and_title):
+        self.document.add(Heading(2, anchor_and_title[1], anchor_and_title[0]))
+
+    def add_part(self, anchor_and_title):
+        self.document.add(Heading(3, anchor_and_title[1], anchor_and_title[0]))
+
+    def add_text(self, text):
+        self.document.add(Text(text))
+
+    def add_bullets(self, items):
+        self.document.add(Bullets(items))
+
+    def add_settings(self):
+        study = self.study
+        self.add_section(["settings", "Settings"])
+        self.add_text(f"""The filter is `{study.filter}` with the preset `{study.preset or 'none'}`. On top of it, for all filters of
+            the study: {settings_text(study.settings)}. Each filter has at most {study.trials} trials, with seeds from 1; filters with
+            the same seed share their drive. Differences are taken to `{study.reference}` unless said otherwise. The last section lists
+            what each filter sets.""")
+        self.add_bullets([problem_text(problem) for problem in study.problems])
+        values = {**study.parameters, **study.settings}
+        rows = [[each["name"], Cell(each["value"], "paper"), each.get("where", ""), Cell(settings_text(ours) if ours else "", "settings"),
+                 each.get("why", "")] for each in (self.paper or {}).get("settings", [])
+                for ours in [{name: values[name] for name in each.get("parameters", []) if name in values}]]
+        if rows:
+            self.document.add(Table("Settings: what the paper says, and what is ours",
+                                    ["Setting", "In the paper", "Where", "Here", "Where it is ours: why"], rows, texts=range(5)))
+
+    def add_reading(self):
+        self.add_section(["reading", "How to read it"])
+        self.add_text(f"""**Numbers.** A figure is the mean over the trials ± its standard error (s.e.). Numbers of the paper are on yellow,
+            as printed; the papers give no standard errors. Differences are paired by seed, so that what the drives have in common
+            cancels; they are bold if their p-value, corrected for the number of filters (Holm), is below {LEVEL:g}. Of runs lost they
+            are counts, lost only here : lost only there.""")
+        self.add_text(f"""**Verdicts.** A claim is a set of differences, each with a direction. Each difference is tested by Student's t,
+            shares of lost runs by McNemar's exact test; all p-values are two-sided. A claim holds if all its differences are on the
+            claimed side: its p-value is then the largest of them. It does not hold if one is on the other side: its p-value is then the
+            smallest of those, times the number of differences in the claim. The p-values of all claims of a family are corrected for
+            their number (Holm). Below {LEVEL:g} the claim **holds** or **does not hold**; otherwise there is **no difference found**, and
+            the 99 % interval of the difference at which the claim fails, widened by the same correction, says how large it may be. So
+            the chance that a family has any wrong "holds" or "does not hold" is at most {LEVEL:g}. ◂ marks the difference that
+            decides.""")
+        timed = BY_THE_CLOCK if self.study.filter == "fastslam" else ()
+        self.add_measures([figure for figure in MEASURES if figure in self.study.figures or figure in timed])
+
+    def add_measures(self, figures):
+        self.add_text("**Measures.**")
+        self.add_bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in figures])
+
+    def add_claims(self, which):
+        """Those of a family, or of a place in the paper."""
+        found = [each for each in self.findings if which in (each.family, each.claim["where"])]
+        self.document.add(claims_table(self.study, found, self.problem, CAPTION.format(which.replace("_", " "))))
+
+    def add_table(self, given):
+        """A table of the paper: below each of its rows ours, at its end the filters `beside`."""
+        table, number = self.paper["tables"][given["paper"]], given["paper"]
+        problem = table.get("problem", self.problem)
+        if "problem" in table and not any(each["name"] == problem for each in self.study.problems):
+            return self.add_text(f"Table {number}: `{problem}` is not in this study.")
+        columns = [{"measure": column} if isinstance(column, str) else column for column in table["columns"]]
+
+        def printed(value, column):
+            unit = f" {column['unit']}" if "unit" in column else ""
+            mean = f" / {column['sum_of']} = {float(value) / column['sum_of']:.4g}{unit}" if "sum_of" in column else ""
+            return Cell(f"{value}{unit}{mean}", "paper")
+
+        def ours(name):
+            return [f"`{name}`", *(self.figure(problem, name, column.get("measure")) for column in columns)]
+
+        rows = []
+        for name, values in table["rows"].items():
+            cells = [printed(value, column) for value, column in zip(values, columns)]
+            rows += [Row([f"`{name}`, paper", *cells, *["–"] * (len(columns) - len(cells))], "paper", "rule"), Row(ours(name))]
+        beside = [name for name in given.get("beside", []) if name not in table["rows"] and self.study.has(problem, name)]
+        rows += [Row(ours(name), "more") for name in beside]
+        headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in columns)]
+        self.document.add(Table(f"Table {number} of the paper: {table['title']}", headings, rows))
+        self.has(problem, table["rows"])
+
+    def add_comparison(self, given):
+        """Filters, each beside its reference: `pairs`, or all beside one `reference`."""
+        problem = given.get("problem", self.problem)
+        pairs = given.get("pairs") or dict.fromkeys(given["filters"], given.get("reference", self.study.reference))
+        pairs = {name: pairs[name] for name in self.has(problem, pairs)}
+        self.add_differences(problem, given["caption"], pairs, given["measures"], given["measures"])
+
+    def add_differences(self, problem, caption, references, figures, compared, found=None):
+        """A table of the measures, and one of the differences to the references, {filter: reference}."""
+        found = found or {figure: self.differences_to(problem, references, figure) for figure in compared}
+        others = dict.fromkeys(reference for reference in references.values() if self.study.has(problem, reference))
+        shown = dict.fromkeys([*(name for name in others if name not in references), *references])
+        tables = [("means ± s.e.", figures, [(f"`{name}`", name) for name in shown],
+                   lambda name, figure: self.figure(problem, name, figure)),
+                  ("differences, paired by seed", compared, [(f"`{name}` − `{reference}`", name) for name, reference in references.items()
+                                                             if reference in others and name != reference],
+                   lambda name, figure: Cell(difference_text(found[figure].get(name, [None])[0], figure),
+                                             "sure" if is_sure(found[figure], name) else ""))]
+        for what, of_table, rows, cell in tables:
+            for first in range(0, len(of_table) if rows else 0, COLUMNS):
+                part = of_table[first:first + COLUMNS]
+                self.document.add(Table(f"{caption}: {what}", ["Filter", *(measure(figure).heading for figure in part)],
+                                        [[title, *(cell(name, figure) for figure in part)] for title, name in rows]))
+
+    def differences_to(self, problem, references, figure):
+        """{name: (difference to its reference, p corrected for the number of names)}, of those that have one."""
+        found = {name: self.study.difference(problem, figure, [(1.0, name), (-1.0, other)])
+                 for name, other in references.items() if name != other}
+        found = {name: difference for name, difference in found.items() if difference is not None}
+        return dict(zip(found, zip(found.values(), holm([difference.p for difference in found.values()]))))
+
+    def add_groups(self, compared):
+        """All filters of the study, group by group, on every problem."""
+        self.add_section(["all", "All filters"])
+        timed = list(BY_THE_CLOCK) if self.study.filter == "fastslam" else []
+        for problem in self.study.problems:
+            self.document.add(Heading(3, f"On {problem['name']}"))
+            self.add_groups_of(problem["name"], self.study.figures + timed, compared)
+
+    def add_groups_of(self, problem, figures, compared):
+        figures = self.study.measured(problem, figures)
+        compared = [figure for figure in compared if figure in figures]
+        references = {name: self.study.reference_for(name) for name in self.study.names(problem)}
+        found = {figure: self.differences_to(problem, references, figure) for figure in compared}
+        for group, names in self.study.groups():
+            of_group = {name: references[name] for name in names if name in references}
+            if of_group:
+                self.document.add(Heading(4, group or "Filters"))
+                self.add_differences(problem, group or "Filters", of_group, figures, compared, found)
+
+    def add_filters(self):
+        """What each filter sets, and how a trial is repeated."""
+        self.add_section(["filters", "The filters"])
+        self.add_text("""Each trial can be repeated alone: `rosrun pf_resampling study trial DIR PROBLEM FILTER SEED`. A filter is the
+            preset, the settings of the study and these on top.""")
+        self.document.add(Table("Settings of each filter", ["Filter", "Group", "Settings"],
+                                [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
+                                 for each in self.study.filters], texts=(0, 1, 2)))
+
+    # ---- pictures
+
+    def add_curves(self, given):
+        """`filters` in one panel, or `panels`, each with a measure over the drive."""
+        figure, panels = given["measure"], given.get("panels") or [given["filters"]]
+        problem = self.study.problems[0]
+        drawn = [(name, self.study.curve(problem["name"], name, figure)) for panel in panels for name in panel]
+        missing = dict.fromkeys(name for name, curve in drawn if curve is None)
+        note = f" Not in this study: {listed(missing)}." if missing else ""
+        if len(missing) == len(dict(drawn)):
+            return self.add_text(f"{given['caption']} This study has no such curves.{note}")
+        trials = int(max(curve.count.max() for _, curve in drawn if curve is not None))
+        panels = [(panel[0] if len(panels) > 1 else "", [(dict(drawn)[name], name) for name in panel if name not in missing])
+                  for panel in panels]
+        image = pictures.draw_curves([panel for panel in panels if panel[1]], measure(figure).heading, problem.get("closures", {}))
+        self.document.add(Picture(given["name"], image, f"""{given['caption']} Means over {trials} drives; bands: ± one standard deviation
+                                  over the drives.{note}"""))
+
+    def add_paths(self, given):
+        """The true path of the first seed, those of filters, and what stands there: a panel for each problem."""
+        study, panels = self.study, []
+        for problem in (each["name"] for each in study.problems):
+            paths = [(name, study.path(problem, name)) for name in ("truth", *given.get("filters", []))]
+            paths = [(name, path) for name, path in paths if path is not None]
+            if paths:
+                panels.append((problem, paths, study.places(problem)))
+        if panels:
+            self.document.add(Picture(given["name"], pictures.draw_paths(panels), given["caption"]))
+        else:
+            self.add_text(f"{given['caption']} No paths are in this study.")
+
+    def add_scheme_times(self, given):
+        times = self.study.scheme_times
+        if not times:
+            return self.add_text("No times of schemes are in this study.")
+        sizes = sorted({size for points in times.values() for size in points})
+        self.document.add(
+            Picture(given["name"], pictures.draw_scheme_times(times), given["caption"]),
+            Table("Time of one resampling (µs)", ["Particles", *times],
+                  [[str(size), *(f"{points[size]:.2f}" if size in points else "–" for points in times.values())] for size in sizes]))
+
+    # ---- a study of one's own
+
+    def add_own(self, chosen):
+        study = self.study
+        known = [*study.figures, "processor_ms"]
+        for name in chosen:
+            if name not in known:
+                raise StudyError(f"--measures: {name} is no measure of this study; known: {', '.join(known)}")
+        measures = list(chosen) or [name for name in USUAL.get(study.filter, ()) if name in known] or study.figures
+        self.add_settings()
+        self.add_section(["reading", "How to read it"])
+        self.add_text(f"""A figure is the mean over the trials ± its standard error. Differences to `{study.reference}`, with as many
+            particles, are paired by seed; they are bold if their p-value, corrected for the number of filters (Holm), is below
+            {LEVEL:g}. Boxes hold the middle half of the trials, with the median; whiskers reach 1.5 times as far, and what is beyond
+            them is a dot.""")
+        figures = list(dict.fromkeys([*measures, "processor_ms"]))
+        self.add_measures(figures)
+        for number, problem in enumerate(study.problems, 1):
+            self.add_section([f"problem-{number}", f"On {problem['name']}"])
+            there = study.measured(problem["name"], known)
+            missing = [figure for figure in chosen if figure not in there]
+            if missing:
+                self.add_text(f"Not measured here: {listed(missing)}. There are {listed(there)}.")
+            self.add_groups_of(problem["name"], figures, figures)
+            for group_number, (group, names) in enumerate(study.groups(), 1):
+                for figure in measures:
+                    self.add_measure(f"{figure}_{number}_{group_number}", problem, group or problem["name"], names, figure)
+
+    def add_measure(self, name, problem, title, names, figure):
+        """Against the number of particles and time, with all trials; and over the drive where the study has that."""
+        heading, factor = measure(figure).heading, measure(figure).factor
+        lines, panels = {}, {}  # of each filter, by number of particles: trials and how long they took; by that number: curves
+        for each in names:
+            values = [factor * value for value in self.study.values(problem["name"], each, figure).values()]
+            time, curve = (self.study.estimate(problem["name"], each, "processor_ms"), self.study.curve(problem["name"], each, figure))
+            of, particles = self.study.place_of(each)
+            if values:
+                lines.setdefault(of, {})[particles] = (values, time.mean if time else math.nan)
+            if curve is not None:
+                error = curve.deviation / [max(1.0, count) ** 0.5 for count in curve.count]
+                panels.setdefault(particles, []).append((curve._replace(deviation=error), of))
+        if lines:
+            self.document.add(Picture(name, pictures.draw_measure(lines, heading), f"""**{heading}, {title}.** Means ± standard error,
+                and all trials."""))
+        if panels:
+            image = pictures.draw_curves([(f"M = {key}" if key else "", curves) for key, curves in panels.items()], heading,
+                                         problem.get("closures", {}))
+            self.document.add(Picture(f"curve_{name}", image, f"""**{heading} over the drive, {title}.** Means over the trials; bands: ±
+                one standard error."""))
