@@ -217,10 +217,9 @@ class Page:
                 self.add_differences(problem, group or "Filters", of_group, figures, compared, found)
 
     def add_filters(self):
-        """What each filter sets, and how a trial is repeated."""
+        """What each filter sets."""
         self.add_section(["filters", "The filters"])
-        self.add_text("""Each trial can be repeated alone: `rosrun pf_resampling study trial DIR PROBLEM FILTER SEED`. A filter is the
-            preset, the settings of the study and these on top.""")
+        self.add_text("A filter is the preset, the settings of the study and these on top.")
         self.document.add(Table("Settings of each filter", ["Filter", "Group", "Settings"],
                                 [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
                                  for each in self.study.filters], texts=(0, 1, 2)))
