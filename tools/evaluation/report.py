@@ -1,12 +1,12 @@
 """What evaluate_bag found, as figures (JSON), as text, and as what plot_paths draws."""
 import os
+from dataclasses import dataclass, field
+from typing import Optional
 
 import numpy as np
 
 from . import maps
-from .paths import LOST_HEADING, THREE_SIGMA_SQUARED, evaluate_path, moved, usual_gap
-
-MOST_POINTS = 20000  # that can be told apart in a picture
+from .paths import LOST_HEADING, THREE_SIGMA_SQUARED, Path, PathErrors, evaluate_path, moved
 
 
 def plain(value):
@@ -160,59 +160,50 @@ def text_of(bag, figures, run):
             "".join(f"  {name:42} {text}\n" if name else f"  {text}\n" for name, text in lines))
 
 
-def drawn_path(path, start=0.0, longest_gap=np.inf):
-    """A reference with gaps is a line with gaps."""
-    if path is None:
-        return {"x": [], "y": [], "time": []}
-    every = slice(None, None, 1 + len(path) // MOST_POINTS)
-    points = np.column_stack([path.pose[:, :2], path.time - start])
-    gaps = np.flatnonzero(np.append(0.0, np.diff(path.time))[every] > longest_gap)
-    points = np.insert(points[every], gaps, np.nan, axis=0)
-    return dict(zip(("x", "y", "time"), plain(points.T)))
+def nothing():
+    return maps.Map(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 2)))
 
 
-def drawn_errors(errors, start):
-    names = "clipped", "cartesian", "heading", "position_sigma", "heading_sigma"
-    names += tuple(f"{way}_track{sigma}" for way in ("along", "cross") for sigma in ("", "_sigma"))
-    every = slice(None, None, 1 + len(errors.samples["time"]) // MOST_POINTS)
-    result = {name: plain(errors.samples[name][every]) for name in names}
-    result.update({name: plain(errors.figures[name]) for name in ("lost_error", "coverage95", "converged_after", "lost")})
-    result.update(time=plain(errors.samples["time"][every] - start), mean=plain(errors.figures["cartesian"]["mean"]))
-    return result
+@dataclass
+class Picture:
+    """What plot_paths draws."""
+    title: str
+    estimate: Path
+    truth: Optional[Path] = None
+    dead_reckoning: Optional[Path] = None
+    beacons: maps.Map = field(default_factory=nothing)
+    landmarks: maps.Map = field(default_factory=nothing)
+    true_landmarks: maps.Map = field(default_factory=nothing)
+    is_slam: bool = False
+    is_aligned: bool = False  # whether estimate and landmarks are laid on the truth
+    errors: Optional[PathErrors] = None
+    dead_reckoning_errors: Optional[PathErrors] = None
+    aligned_errors: Optional[PathErrors] = None
+    map_errors: Optional[dict] = None
+    matches: np.ndarray = ()  # rows of landmark and true landmark
+
+    def start(self):
+        return (self.estimate if self.truth is None else self.truth).time[0]
 
 
-def drawn_map(landmarks):
-    if landmarks is None:
-        return []
-    return [{"id": id, "x": x, "y": y, "covariance": [xx, xy, yy]}
-            for id, (x, y), ((xx, xy), (_, yy)) in zip(*map(np.ndarray.tolist, vars(landmarks).values()))]
-
-
-def drawn_run(bag, run):
+def picture_of(bag, run):
     """The paths alone."""
-    start = run.estimate.time[0] if run.truth is None else run.truth.time[0]
-    return {"title": os.fsencode(bag).decode("utf-8", "replace"), "is_slam": run.map is not None, "is_aligned": False,
-            "truth": drawn_path(run.truth, longest_gap=usual_gap(run.truth) if run.truth else np.inf),
-            "estimate": drawn_path(run.estimate, start), "dead_reckoning": drawn_path(run.dead_reckoning, start),
-            "beacons": drawn_map(run.beacons), "landmarks": drawn_map(run.map), "true_landmarks": drawn_map(run.true_map)}
+    return Picture(os.path.basename(os.fsencode(bag).decode("utf-8", "replace")), run.estimate, run.truth, run.dead_reckoning, run.beacons,
+                   run.map or nothing(), run.true_map or nothing(), is_slam=run.map is not None)
 
 
-def drawn(bag, run, found, clip):
+def picture_with_errors(bag, run, found, clip):
     """Paths, map and errors; `found`: see evaluate_bag."""
-    result, start = drawn_run(bag, run), run.truth.time[0]
-    result["errors"] = drawn_errors(found.errors, start)
-    if found.dead_reckoning:
-        result["dead_reckoning_errors"] = drawn_errors(found.dead_reckoning, start)
+    picture = picture_of(bag, run)
+    picture.errors, picture.dead_reckoning_errors = found.errors, found.dead_reckoning
     map_alignment = None
     if found.map:
-        figures, matches, map_alignment = found.map
-        result["map"] = {"rms": plain(figures["rms"]), "rms_aligned": plain(figures["rms_aligned"]), "matches": matches.tolist()}
+        picture.map_errors, picture.matches, map_alignment = found.map
     if run.map is not None and found.frame != "given":
         # Where the frame lies is chance: the shapes of path and map are what a picture can show. The map by its own
         # alignment: a path of poses as they were estimated at the time need not lie where the map has come to lie since.
-        estimate = moved(run.estimate, found.alignment)
-        result.update(is_aligned=True, estimate=drawn_path(estimate, start),
-                      landmarks=drawn_map(maps.moved(run.map, found.alignment if map_alignment is None else map_alignment)))
+        picture.is_aligned, picture.estimate = True, moved(run.estimate, found.alignment)
+        picture.landmarks = maps.moved(run.map, found.alignment if map_alignment is None else map_alignment)
         if found.frame != "fit":
-            result["aligned_errors"] = drawn_errors(evaluate_path(run.truth, estimate, clip), start)
-    return result
+            picture.aligned_errors = evaluate_path(run.truth, picture.estimate, clip)
+    return picture
