@@ -82,14 +82,3 @@ def holm(p_values):
         least = max(least, min(1.0, (len(p_values) - rank) * p_values[index]))
         corrected[index] = least
     return corrected
-
-
-def share_explained(control, gain):
-    """Mean of `control` over mean of `gain`, pairs by seed, with its standard error by linearization; None without a
-    gain."""
-    control_mean, gain_mean = (math.fsum(values) / len(values) for values in (control, gain))
-    if gain_mean == 0.0:
-        return None
-    ratio = control_mean / gain_mean
-    _, error, _ = mean_and_error([a - ratio * b for a, b in zip(control, gain)])
-    return ratio, error / abs(gain_mean)

@@ -222,25 +222,16 @@ class Study:
         values = self.values(problem, name, figure)
         return Estimate(*mean_and_error(values.values())) if values else None
 
-    def combination(self, problem, figure, terms, bound=0.0):
-        """Sum of weight times figure over the terms [(weight, filter)], minus a bound: [a number for each seed that all
-        have]. None if a filter has no such figure."""
+    def difference(self, problem, figure, terms, bound=0.0):
+        """The test that a sum of weight times figure over the terms [(weight, filter)], minus a bound, is zero over the seeds that all
+        have (report_statistics.Difference), or None."""
         lists = [self.values(problem, name, figure) for _, name in terms]
         if not all(lists):
             return None
         seeds = sorted(set(lists[0]).intersection(*lists[1:]))
-        return [sum(weight * values[seed] for (weight, _), values in zip(terms, lists)) - bound for seed in seeds]
-
-    def difference(self, problem, figure, terms, bound=0.0):
-        """The test that such a sum is zero (report_statistics.Difference), or None."""
         if figure == "lost" and len(terms) == 2:
-            lists = [self.values(problem, name, figure) for _, name in terms]
-            if not all(lists):
-                return None
-            seeds = sorted(set(lists[0]) & set(lists[1]))
             return lost_difference(*([values[seed] > 0.0 for seed in seeds] for values in lists))
-        values = self.combination(problem, figure, terms, bound)
-        return None if values is None else t_difference(values)
+        return t_difference([sum(weight * values[seed] for (weight, _), values in zip(terms, lists)) - bound for seed in seeds])
 
     # ---- curves, paths and places
 
