@@ -1,7 +1,6 @@
 """The pages doc/studies/recordings.html and faults.html: what data/page_NAME.yaml says, with tables from the figures in doc/data."""
-import yaml
 from report_document import Bullets, Document, Heading, Picture, Table, Text
-from report_measures import data_file
+from report_measures import read_data
 
 TOO_LARGE = 10000.0  # for a table: as the NEES of copies of one particle
 RECORDINGS = ("robot 1", "robot 2", "robot 3", "reference world")
@@ -95,7 +94,7 @@ TABLES = {"strategies": strategies, "without_ids": without_ids, "victoria_park":
 
 def page(name, data):
     """The document that data/page_NAME.yaml lays out."""
-    layout = yaml.safe_load(data_file(f"page_{name}.yaml").read_text(encoding="utf-8"))
+    layout = read_data(f"page_{name}")
     park = data["victoria_park"]
     numbers = {"redraw": park["medians"]["redraw"], "fast": park["medians"]["resampling, 1000 particles"],
                "least_squares": park["least_squares"]}

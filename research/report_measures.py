@@ -9,13 +9,13 @@ Measure = namedtuple("Measure", "heading digits definition factor", defaults=(1.
 TOO_LARGE = 10000.0  # for a table: as the NEES of copies of one particle
 
 
-def data_file(name):
-    """A file of figures: in data/ of the source tree, or beside this program, as installed; None if there is none."""
-    here = Path(__file__).resolve().parent
-    return next((path for path in (here / "data" / name, here / name) if path.exists()), None)
+def read_data(name):
+    """What data/NAME.yaml holds; None without such a file."""
+    path = Path(__file__).resolve().parent / "data" / f"{name}.yaml"
+    return yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
-MEASURES = {name: Measure(**of) for name, of in yaml.safe_load(data_file("measures.yaml").read_text(encoding="utf-8")).items()}
+MEASURES = {name: Measure(**of) for name, of in read_data("measures").items()}
 
 
 def measure(figure):

@@ -3,10 +3,9 @@ table and a figure for each question: how does a measure depend on the number of
 import math
 
 import report_pictures as pictures
-import yaml
 from report_claims import CAPTION, claims_table, findings
 from report_document import Bullets, Cell, Document, Heading, Picture, Row, Table, Text
-from report_measures import MEASURES, data_file, difference_text, measure, with_error
+from report_measures import MEASURES, difference_text, measure, read_data, with_error
 from report_statistics import LEVEL, holm
 from report_study import StudyError
 
@@ -16,16 +15,10 @@ USUAL = {"fastslam": ("map_error", "pose_error", "map_inside", "effective_sample
 BY_THE_CLOCK = ("processor_ms", "step_ms", "step_us_per_call")
 
 
-def paper_of(name):
-    """What data/paper_NAME.yaml says; None of a study without a paper."""
-    path = data_file(f"paper_{name}.yaml")
-    return yaml.safe_load(path.read_text(encoding="utf-8")) if path else None
-
-
 def report_of(study, measures=()):
     """The document of a study; of one's own with these measures, or the usual ones that it has, or all. Raises StudyError if it has
     not one of them."""
-    paper = paper_of(study.name)
+    paper = read_data(f"paper_{study.name}")  # None of a study of one's own
     page = Page(study, paper)
     if paper:
         page.add_text(f"The paper: {paper['source']}")

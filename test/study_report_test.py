@@ -27,10 +27,10 @@ import report_document  # noqa: E402
 import report_measures  # noqa: E402
 import report_statistics  # noqa: E402
 import report_study  # noqa: E402
-from report_page import paper_of, report_of  # noqa: E402
+from report_page import report_of  # noqa: E402
 from study_definition import load_study  # noqa: E402
 
-PAPERS = {name: paper_of(name) for name in ('kwak', 'mahmoud')}
+PAPERS = {name: report_measures.read_data(f'paper_{name}') for name in ('kwak', 'mahmoud')}
 CLAIMS = {family: claims for paper in PAPERS.values() for family, claims in paper['claims'].items()}
 CURVES = ('feature_error', 'position_error', 'map_error', 'distinct', 'effective_sample_size', 'map_inside', 'calls')
 FILTERS = {each['name'] for name in PAPERS for each in load_study(name)['filters']}
