@@ -5,6 +5,7 @@ A figure is a number for each trial. Differences are taken between trials with t
 import contextlib
 import csv
 import json
+import math
 import sys
 from collections import namedtuple
 
@@ -76,15 +77,14 @@ class Study:
         self.problems = about["problems"]
         self.filters = about["filters"]
         self.figures, self.curves = about.get("figures", []), about.get("curves", [])
-        self._trials, self._curves, self._paths, self._places, self.scheme_times = {}, {}, {}, [], {}
-        times = {}
-        for name, read in (("trials.csv", self._read_trials), ("times.csv", lambda path: times.update(self._times_in(path))),
+        self._figures = {}  # (problem, filter): {figure: {seed: value}}
+        self._curves, self._paths, self._places, self.scheme_times = {}, {}, [], {}
+        for name, read in (("trials.csv", self._read_trials), ("times.csv", self._read_trials),
                            ("scheme_times.csv", self._read_scheme_times), ("curves.csv", self._read_curves),
                            ("paths.csv", self._read_paths), ("places.csv", self._read_places)):
             with reading(folder / name, "run the study again with this folder"):
                 read(folder / name)
-        self._add_times(times)
-        self._add_scheme_times()
+        self._add_steps()
 
     def _read_paths(self, path):
         for row in rows_of(path):
@@ -96,51 +96,29 @@ class Study:
             self._places.append((row["problem"], row["kind"], row["id"], number(row["x"]), number(row["y"])))
 
     def _read_trials(self, path):
-        """{(problem, filter): (seeds, {figure: values})}, by seed; NaN where a trial has no such figure."""
-        lists = {}
+        """An empty cell: a trial has no such figure."""
         for row in rows_of(path):
-            key = row.pop("problem"), row.pop("filter")
-            lists.setdefault(key, []).append((int(row.pop("seed")), [number(text) for text in row.values()], tuple(row)))
-        for key, trials in lists.items():
-            trials.sort()
-            table = np.array([values for _, values, _ in trials])
-            self._trials[key] = (np.array([seed for seed, _, _ in trials]),
-                                 {name: table[:, i] for i, name in enumerate(trials[0][2])})
-
-    @staticmethod
-    def _times_in(path):
-        return {(row["problem"], row["filter"], int(row["seed"])): number(row["processor_ms"]) for row in rows_of(path)}
+            figures, seed = self._figures.setdefault((row.pop("problem"), row.pop("filter")), {}), int(row.pop("seed"))
+            for figure, text in row.items():
+                if text:
+                    figures.setdefault(figure, {})[seed] = float(text)
 
     def _read_scheme_times(self, path):
+        """In logarithms, too, so that a pair of schemes differs by a factor, and small counts weigh like large ones."""
         for row in rows_of(path):
-            scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
-            self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = number(row["microseconds"])
-
-    def _add_times(self, times):
-        for (problem, name), (seeds, figures) in self._trials.items():
-            figures["processor_ms"] = np.array([times.get((problem, name, int(seed)), float("nan")) for seed in seeds])
-        self._add_steps()
-
-    def _add_scheme_times(self):
-        for scheme, points in self.scheme_times.items():
-            sizes = np.array(sorted(points))
-            # In logarithms, so that a pair of schemes differs by a factor, and small counts weigh like large ones.
-            self._trials["one resampling", scheme] = (
-                sizes, {"log_time": np.log(np.array([points[size] for size in sizes]))})
+            scheme, size, time = SCHEME_NAMES.get(row["scheme"], row["scheme"]), int(row["particles"]), float(row["microseconds"])
+            self.scheme_times.setdefault(scheme, {})[size] = time
+            self._figures.setdefault(("one resampling", scheme), {"log_time": {}})["log_time"][size] = math.log(time)
 
     def _add_steps(self):
         """What the step of renewal costs: the filter's time minus that of no renewal, with the same seed."""
-        for (problem, name), (seeds, figures) in list(self._trials.items()):
+        for (problem, name), figures in self._figures.items():
             base = self.no_renewal_beside(name)
-            if base is None or base == name or (problem, base) not in self._trials:
-                continue
-            base_seeds, base_figures = self._trials[problem, base]
-            base_times = dict(zip(base_seeds.tolist(), base_figures["processor_ms"].tolist()))
-            step = figures["processor_ms"] - np.array([base_times.get(seed, float("nan")) for seed in seeds.tolist()])
-            figures["step_ms"] = step
-            if "calls" in figures:
-                calls = np.where(figures["calls"] > 0.0, figures["calls"], float("nan"))
-                figures["step_us_per_call"] = 1000.0 * step / calls
+            without = self._figures.get((problem, base), {}).get("processor_ms", {}) if base != name else {}
+            calls = figures.get("calls", {})
+            steps = {seed: time - without[seed] for seed, time in figures.get("processor_ms", {}).items() if seed in without}
+            figures["step_ms"] = steps
+            figures["step_us_per_call"] = {seed: 1000.0 * step / calls[seed] for seed, step in steps.items() if calls.get(seed)}
 
     def _read_curves(self, path):
         lists = {}
@@ -177,10 +155,10 @@ class Study:
 
     def names(self, problem):
         """The filters of a problem, in the order of study.json."""
-        return [each["name"] for each in self.filters if (problem, each["name"]) in self._trials]
+        return [each["name"] for each in self.filters if (problem, each["name"]) in self._figures]
 
     def has(self, problem, name):
-        return (problem, name) in self._trials
+        return (problem, name) in self._figures
 
     def problem_like(self, word):
         """The problem whose name contains this word, or None."""
@@ -205,13 +183,9 @@ class Study:
 
     def values(self, problem, name, figure):
         """{seed: value} of the trials that have the figure; of a lost run there are no errors."""
-        seeds, figures = self._trials.get((problem, name), (np.array([]), {}))
-        if figure not in figures:
-            return {}
-        is_there = np.isfinite(figures[figure])
-        if "lost" in figures and figure not in OF_LOST_RUNS:
-            is_there &= ~(figures["lost"] > 0.0)
-        return dict(zip(seeds[is_there].tolist(), figures[figure][is_there].tolist()))
+        figures = self._figures.get((problem, name), {})
+        lost = {} if figure in OF_LOST_RUNS else figures.get("lost", {})
+        return {seed: value for seed, value in figures.get(figure, {}).items() if math.isfinite(value) and not lost.get(seed)}
 
     def measured(self, problem, figures):
         """Those that a trial of this problem has."""
