@@ -140,23 +140,24 @@ class Page:
         if "problem" in table and not any(each["name"] == problem for each in self.study.problems):
             return self.add_text(f"Table {number}: `{problem}` is not in this study.")
         columns = [{"measure": column} if isinstance(column, str) else column for column in table["columns"]]
+        size = math.ceil(len(columns) / math.ceil(len(columns) / COLUMNS))  # what is too wide for a page is several tables
 
         def printed(value, column):
             unit = f" {column['unit']}" if "unit" in column else ""
             mean = f" / {column['sum_of']} = {float(value) / column['sum_of']:.4g}{unit}" if "sum_of" in column else ""
             return Cell(f"{value}{unit}{mean}", "paper")
 
-        def ours(name):
-            return [f"`{name}`", *(self.figure(problem, name, column.get("measure")) for column in columns)]
-
-        rows = []
-        for name, values in table["rows"].items():
-            cells = [printed(value, column) for value, column in zip(values, columns)]
-            rows += [Row([f"`{name}`, paper", *cells, *["–"] * (len(columns) - len(cells))], "paper", "rule"), Row(ours(name))]
-        beside = [name for name in given.get("beside", []) if name not in table["rows"] and self.study.has(problem, name)]
-        rows += [Row(ours(name), "more") for name in beside]
-        headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in columns)]
-        self.document.add(Table(f"Table {number} of the paper: {table['title']}", headings, rows))
+        for first in range(0, len(columns), size):
+            part, rows = columns[first:first + size], []
+            for name in dict.fromkeys([*table["rows"], *given.get("beside", [])]):
+                ours = [f"`{name}`", *(self.figure(problem, name, column.get("measure")) for column in part)]
+                if name in table["rows"]:
+                    cells = [printed(value, column) for value, column in zip(table["rows"][name][first:], part)]
+                    rows += [Row([f"`{name}`, paper", *cells, *["–"] * (len(part) - len(cells))], "paper", "rule"), Row(ours)]
+                elif self.study.has(problem, name):
+                    rows.append(Row(ours, "more"))
+            headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in part)]
+            self.document.add(Table(f"Table {number} of the paper: {table['title']}", headings, rows))
         self.has(problem, table["rows"])
 
     def add_comparison(self, given):
