@@ -169,7 +169,7 @@ class Picture:
         if isinstance(source, Drawing):
             text = " ".join(source.svg.decode("utf-8").split())
             source = "data:image/svg+xml," + urllib.parse.quote(text, safe=" /:;,=.()'-")
-        return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="{source}">\n'
+        return (f'<figure id="{self.name}"><img alt="{self.alternative()}" src="{source}"/>\n'
                 f"<figcaption>{to_html(self.caption)}</figcaption></figure>")
 
 
@@ -194,7 +194,7 @@ class Document:
     def html(self):
         body = "\n".join(block.html() for block in self.blocks)
         title = html.escape(self.title, quote=False)
-        return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-                f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
+        return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
+                f'<meta name="viewport" content="width=device-width, initial-scale=1"/>\n<title>{title}</title>\n'
                 f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{self.contents().html()}\n{body}\n"
                 f"</body>\n</html>\n")

@@ -43,20 +43,17 @@ def span_of(recording):
 
 
 def with_progress(events, stream=None, now=time.monotonic):
-    """The events, one by one. What takes more than 2 s says how far it has come and how long it will take: on a terminal
-    every second, else in a line after 10 s and every 30 s from then on."""
-    stream, start = stream or sys.stderr, now()
+    """The events, one by one. What takes more than 2 s says every second, on a terminal, how far it has come and how long it will
+    take."""
+    stream, start, due = stream or sys.stderr, now(), 2.0
     is_terminal = bool(stream) and stream.isatty()
-    due, period, form = (2.0, 1.0, '\r{}\033[K') if is_terminal else (10.0, 30.0, '{}\n')
-    is_said = False
     for done, event in enumerate(events):
         passed = now() - start
-        if stream and done and passed > due:
-            is_said, due = True, passed + period
-            left = passed * (len(events) - done) / done
-            print(form.format(f"writing {100 * done // len(events):3} % {left:.0f} s left"), end="", file=stream, flush=True)
+        if is_terminal and done and passed > due:
+            due, left = passed + 1.0, passed * (len(events) - done) / done
+            print(f"\rwriting {100 * done // len(events):3} % {left:.0f} s left\033[K", end="", file=stream, flush=True)
         yield event
-    if is_terminal and is_said:
+    if due > 2.0:
         print("\r\033[K", end="", file=stream, flush=True)
 
 

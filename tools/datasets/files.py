@@ -7,7 +7,6 @@ import warnings
 from command_line import Error
 
 
-
 def require_directory(path, what):
     if not os.path.exists(path):
         raise Error(f"{path}: no such directory")
@@ -15,19 +14,16 @@ def require_directory(path, what):
         raise Error(f"{path}: is a file; give the directory with {what}")
 
 
-def require_regular_file(path):
-    """A pipe has no end to begin at, and waits for a writer that may never come."""
+def require_file(path):
     if not os.path.exists(path):
         raise Error(f"{path}: no such file")
     if os.path.isdir(path):
         raise Error(f"{path}: is a directory, not a file")
-    if not os.path.isfile(path):
-        raise Error(f"{path}: is a pipe or a device, not a file; copy it into a file")
 
 
 def lines_of(path):
     """The lines of a text file, without a byte order mark."""
-    require_regular_file(path)
+    require_file(path)
     try:
         with open(path, encoding="utf-8-sig", errors="replace", newline="\n") as file:
             return file.read().split("\n")
@@ -86,7 +82,7 @@ class MatFile:
     """A MATLAB file of versions 5 to 7."""
 
     def __init__(self, path):
-        require_regular_file(path)
+        require_file(path)
         self.path = path
         with open(path, "rb") as file:
             self.is_one = file.read(10).startswith(b"MATLAB 5.0")
