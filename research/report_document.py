@@ -6,46 +6,10 @@ import html
 import re
 import urllib.parse
 from collections import namedtuple
+from pathlib import Path
 
 Drawing = namedtuple("Drawing", "svg pdf")  # bytes, and what makes them
-STYLE = """
-:root { color-scheme: light; }
-body { max-width: 900px; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a; background: #fff;
-  font: 16px/1.5 "DejaVu Sans", "Segoe UI", Helvetica, Arial, sans-serif; }
-h1 { font-size: 1.7rem; line-height: 1.25; } h2 { font-size: 1.35rem; margin-top: 2.6rem; border-bottom: 1px solid #ccc; }
-h3 { font-size: 1.1rem; margin-top: 2rem; }
-h1, h2, h3 { break-after: avoid; }
-code { font: 0.92em "DejaVu Sans Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
-td code, th code { overflow-wrap: normal; } td.settings code { overflow-wrap: anywhere; }
-a { color: #1667b7; }
-p, li { orphans: 3; widows: 3; }
-div.table { overflow-x: auto; margin: 1rem 0; }
-table { border-collapse: collapse; font-size: 0.74rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
-caption { text-align: left; caption-side: top; font-weight: bold; padding-bottom: 0.4rem; }
-th, td { padding: 0.22rem 0.42rem; text-align: right; vertical-align: top; border-bottom: 1px solid #e2e2e2; }
-thead th { border-bottom: 2px solid #888; vertical-align: bottom; }
-thead tr.groups th { border-bottom: 1px solid #bbb; text-align: center; }
-th.text, td.text { text-align: left; }
-tr.paper td { color: #6b4a00; background: #fdf8ec; }
-tr.paper td.first, td.paper { color: #6b4a00; }
-td.paper { background: #fdf8ec; }
-tr.more td { background: #f4f6f8; }
-tr.more td.paper { background: #f4f6f8; }
-tr.rule td { border-top: 2px solid #888; }
-td.holds { color: #0a6b44; font-weight: bold; } td.not { color: #a82418; font-weight: bold; }
-td.sure { font-weight: bold; }
-td.open { color: #444; font-style: italic; }
-figure { margin: 1.2rem 0; break-inside: avoid; } figure img { width: 100%; height: auto; }
-figcaption { font-size: 0.88rem; color: #333; }
-@page { size: A4; margin: 15mm 13mm; }
-@media print {
-  body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; }
-  div.table { overflow: visible; break-inside: avoid; } div.long { break-inside: auto; }
-  table { font-size: 7pt; } th, td { padding: 0.12rem 0.28rem; }
-  tr { break-inside: avoid; } thead { display: table-header-group; }
-  figure img { max-height: 215mm; object-fit: contain; } a { color: inherit; text-decoration: none; }
-}
-"""
+STYLE = (Path(__file__).resolve().parent / "data" / "page.css").read_text(encoding="utf-8")
 LONG = 32  # rows: such a table does not fit on a page, and may be continued on the next
 
 
@@ -196,5 +160,5 @@ class Document:
         title = html.escape(self.title, quote=False)
         return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
                 f'<meta name="viewport" content="width=device-width, initial-scale=1"/>\n<title>{title}</title>\n'
-                f"<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{self.contents().html()}\n{body}\n"
+                f"<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{self.contents().html()}\n{body}\n"
                 f"</body>\n</html>\n")
