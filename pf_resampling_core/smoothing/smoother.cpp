@@ -1,109 +1,162 @@
 #include "pf_resampling_core/smoothing/smoother.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
+#include <vector>
 
-#include "pf_resampling_core/parameters/enum_names.hpp"
-#include "pf_resampling_core/smoothing/normal_equations.hpp"
+#include "pf_resampling_core/smoothing/residuals.hpp"
 
 namespace pf_resampling {
 namespace {
 
-const EnumNames<SmoothingFault> kFaults{
-    "smoothing fault",
-    {{SmoothingFault::none, "none"},
-     {SmoothingFault::not_finite, "not finite"},
-     {SmoothingFault::not_positive_definite, "not positive definite"},
-     {SmoothingFault::not_converged, "not converged"}}};
-
-// Of the cost: a step that still promises more when the iterations are used up ends far from the
-// solution.
-constexpr double kFar = 0.5;
+constexpr int kMostSteps = 200;
+// The least by which a step is to lower the cost: the solution is where none does. Small against 1,
+// which is what chance makes of the cost.
+constexpr double kTolerance = 1e-4;
 constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
+// Nothing else holds a landmark whose sightings were all taken away.
+constexpr double kLandmarkInformation = 1e-9;  // 1/m^2
 
-// Cost, and where that is.
-struct Iterate {
-  double cost = std::numeric_limits<double>::infinity();
-  SmoothingGraph graph;
-};
-
-// Along a step that goes downhill at first: all of it, or as much as lowers the cost.
-bool search_line(const SmoothingOptions& options, const NormalEquations& equations,
-                 const Eigen::VectorXd& step, Iterate* best) {
-  for (const double share : {1.0, 0.5, 0.25, 0.125}) {
-    SmoothingGraph moved = best->graph;
-    equations.move(share * step, &moved);
-    const double cost = equations.cost(moved, options.robust_width);
-    if (cost < best->cost) {
-      *best = {cost, std::move(moved)};
-      return true;
+/// All residuals of a graph, in standard deviations and by their weights, and their derivatives.
+class LinearGraph {
+ public:
+  LinearGraph(const SmoothingGraph& graph, double robust_width)
+      : landmarks_at_(3 * static_cast<Eigen::Index>(graph.poses.size())),
+        constants_at_(landmarks_at_ + 2 * static_cast<Eigen::Index>(graph.landmarks.size())) {
+    for (std::size_t i = 0; i < graph.motions.size(); ++i) {
+      const MotionFactor& motion = graph.motions[i];
+      const MotionResidual r = motion_residual(motion, motion_root(motion, graph.noise.motion),
+                                               graph.poses[i], graph.poses[i + 1], graph.constants);
+      const Eigen::Index from = 3 * static_cast<Eigen::Index>(i);
+      add(r.value, {{from, r.by_from}, {from + 3, r.by_to}, {constants_at_, r.by_constants}});
+      cost_ += 0.5 * r.value.squaredNorm();
     }
-  }
-  return false;
-}
+    for (const SightingFactor& sighting : graph.sightings) {
+      const SightingResidual r = sighting_residual(
+          sighting, graph.noise, graph.poses[static_cast<std::size_t>(sighting.pose)],
+          graph.landmarks[static_cast<std::size_t>(sighting.landmark)], graph.constants);
+      const double squared = r.value.squaredNorm();
+      const double root = std::sqrt(robust_weight(squared, robust_width));
+      add(root * r.value, {{3 * sighting.pose, root * r.by_pose},
+                           {landmarks_at_ + 2 * sighting.landmark, root * r.by_landmark},
+                           {constants_at_ + SensorConstant::range_scale, root * r.by_constants}});
+      cost_ += robust_cost(squared, robust_width);
+    }
+    const Eigen::Matrix2d loose = std::sqrt(kLandmarkInformation) * Eigen::Matrix2d::Identity();
+    for (Eigen::Index l = landmarks_at_; l < constants_at_; l += 2) {
+      add(Eigen::Vector2d::Zero(), {{l, loose}});
+    }
+    const Pose2& known = graph.prior.pose;
+    const Pose2& first = graph.poses.front();
+    Eigen::VectorXd difference(GaussianPrior::kSize);
+    difference << first.x - known.x, first.y - known.y, wrap_angle(first.heading - known.heading),
+        graph.constants;
+    const Eigen::LLT<Eigen::MatrixXd> prior(graph.prior.information);
+    is_finite_ = prior.info() == Eigen::Success;
+    const Eigen::MatrixXd root = prior.matrixU();
+    const Eigen::VectorXd value = root * difference;
+    add(value, {{0, root.leftCols<3>()}, {constants_at_, root.rightCols<kSensorConstants>()}});
+    cost_ += 0.5 * value.squaredNorm();
 
-// Steps from the graph's estimate to the least cost. `is_factorized`: whether the equations are
-// left factorised, without damping, so near to the solution that this makes no difference.
-SmoothingFault descend(const SmoothingOptions& options, NormalEquations* equations, Iterate* best,
-                       int* iterations, bool* is_factorized) {
-  *is_factorized = false;
-  double damping = 0.0;  // none as long as the steps are good
-  double promise = 0.0;  // by how much the last step was to lower the cost
-  best->cost = equations->cost(best->graph, options.robust_width);
-  if (!std::isfinite(best->cost)) return SmoothingFault::not_finite;
-  for (*iterations = 1; *iterations <= options.iterations; ++*iterations) {
-    equations->linearize(best->graph, options.robust_width);
-    if (!equations->gradient().allFinite()) return SmoothingFault::not_finite;
-    for (bool is_better = false; !is_better;) {
-      if (damping > kLargestDamping) return SmoothingFault::not_converged;
-      const bool is_definite = equations->factorize(damping);
-      if (is_definite) {
-        const Eigen::VectorXd step = equations->step();
-        promise = -0.5 * step.dot(equations->gradient());
-        is_better = search_line(options, *equations, step, best);
-        if (promise < options.tolerance) {
-          *is_factorized = damping == 0.0;
-          return SmoothingFault::none;
+    const Eigen::Index unknowns = constants_at_ + kSensorConstants;
+    Eigen::SparseMatrix<double> jacobian(static_cast<Eigen::Index>(residuals_.size()), unknowns);
+    jacobian.setFromTriplets(derivatives_.begin(), derivatives_.end());
+    information_ = jacobian.transpose() * jacobian;
+    gradient_ = jacobian.transpose() *
+                Eigen::Map<const Eigen::VectorXd>(residuals_.data(), jacobian.rows());
+    is_finite_ = is_finite_ && std::isfinite(cost_) && gradient_.allFinite();
+  }
+
+  bool is_finite() const { return is_finite_; }
+  double cost() const { return cost_; }
+  const Eigen::VectorXd& gradient() const { return gradient_; }
+  const Eigen::SparseMatrix<double>& information() const { return information_; }
+
+  SmoothingGraph moved(SmoothingGraph graph, const Eigen::VectorXd& step) const {
+    Eigen::Index at = 0;
+    for (Pose2& pose : graph.poses) {
+      pose = {pose.x + step[at], pose.y + step[at + 1], wrap_angle(pose.heading + step[at + 2])};
+      at += 3;
+    }
+    for (Eigen::Vector2d& landmark : graph.landmarks) {
+      landmark += step.segment<2>(at);
+      at += 2;
+    }
+    graph.constants += step.segment<kSensorConstants>(at);
+    return graph;
+  }
+
+ private:
+  // By the unknowns from `first` on.
+  struct Derivative {
+    Eigen::Index first;
+    Eigen::MatrixXd matrix;
+  };
+
+  void add(const Eigen::VectorXd& value, const std::vector<Derivative>& derivatives) {
+    const auto row = static_cast<Eigen::Index>(residuals_.size());
+    residuals_.insert(residuals_.end(), value.data(), value.data() + value.size());
+    for (const auto& [first, matrix] : derivatives) {
+      for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+        for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+          derivatives_.emplace_back(row + i, first + j, matrix(i, j));
         }
       }
-      damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
-      if (damping < kLeastDamping) damping = 0.0;
     }
   }
-  return promise < kFar ? SmoothingFault::none : SmoothingFault::not_converged;
-}
+
+  Eigen::Index landmarks_at_, constants_at_;
+  std::vector<double> residuals_;
+  std::vector<Eigen::Triplet<double, Eigen::Index>> derivatives_;
+  double cost_ = 0.0;
+  bool is_finite_ = false;
+  Eigen::VectorXd gradient_;
+  Eigen::SparseMatrix<double> information_;
+};
 
 }  // namespace
 
-std::string to_string(SmoothingFault fault) {
-  return kFaults.name(fault);
+std::optional<double> smooth(double robust_width, SmoothingGraph* graph) {
+  SmoothingGraph best = *graph;
+  LinearGraph linear(best, robust_width);
+  if (!linear.is_finite()) return std::nullopt;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> root;
+  root.analyzePattern(linear.information());
+  double damping = 0.0;  // none as long as the steps are good
+  for (int step = 0; step < kMostSteps && damping <= kLargestDamping; ++step) {
+    Eigen::SparseMatrix<double> damped = linear.information();
+    damped.diagonal() *= 1.0 + damping;
+    root.factorize(damped);
+    bool is_better = false;
+    if (root.info() == Eigen::Success && (root.vectorD().array() > 0.0).all()) {
+      const Eigen::VectorXd move = -root.solve(linear.gradient());
+      const double promise = -0.5 * move.dot(linear.gradient());
+      for (double share = 1.0; share > 0.1 && !is_better; share *= 0.5) {
+        SmoothingGraph moved = linear.moved(best, share * move);
+        LinearGraph there(moved, robust_width);
+        is_better = there.is_finite() && there.cost() < linear.cost();
+        if (!is_better) continue;
+        best = std::move(moved);
+        linear = std::move(there);
+      }
+      if (promise < kTolerance) {
+        if (!are_plausible(best.constants)) return std::nullopt;
+        *graph = std::move(best);
+        return linear.cost();
+      }
+    }
+    damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
+    if (damping < kLeastDamping) damping = 0.0;
+  }
+  return std::nullopt;
 }
 
-SmoothingResult smooth(const SmoothingOptions& options, SmoothingGraph* graph) {
-  SmoothingResult result;
-  NormalEquations equations(*graph);
-  Iterate best;
-  best.graph = *graph;
-  bool is_factorized = false;
-  result.fault = descend(options, &equations, &best, &result.iterations, &is_factorized);
-  result.cost = best.cost;
-  if (result.fault != SmoothingFault::none) return result;
-  if (!is_factorized) {
-    equations.linearize(best.graph, options.robust_width);
-    if (!equations.factorize(0.0)) {
-      result.fault = SmoothingFault::not_positive_definite;
-      return result;
-    }
-  }
-  result.log_determinant = equations.log_determinant();
-  if (!std::isfinite(result.log_determinant) || !are_plausible(best.graph.constants)) {
-    result.fault = SmoothingFault::not_finite;
-    return result;
-  }
-  *graph = std::move(best.graph);
-  return result;
+Eigen::SparseMatrix<double> information_of(const SmoothingGraph& graph, double robust_width) {
+  return LinearGraph(graph, robust_width).information();
 }
 
 }  // namespace pf_resampling

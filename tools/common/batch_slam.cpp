@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -26,20 +27,12 @@ constexpr double kLongestStep = 0.5;
 // The loss, in standard deviations, narrowed from solution to solution: at first every observation
 // pulls, so that loops close from afar; at last misread ones hardly do.
 constexpr std::array<double, 3> kLossWidths = {30.0, 10.0, 4.0};
-constexpr int kIterations = 100;
 
 GaussianPrior prior_of(const BatchNoise& noise) {
   SensorConstants sigma = SensorConstants::Zero();
   sigma[SensorConstant::distance_scale] = noise.distance_scale;
   sigma[SensorConstant::turn_scale] = noise.yaw_scale;
   return prior_at(Pose2{}, sigma);
-}
-
-SmoothingResult smooth_with(double robust_width, SmoothingGraph* graph) {
-  SmoothingOptions options;
-  options.iterations = kIterations;
-  options.robust_width = robust_width;
-  return smooth(options, graph);
 }
 
 // Of an even number of values the mean of the middle two; there has to be one.
@@ -207,17 +200,16 @@ class DriveAmongLandmarks {
     return path;
   }
 
-  /// From the estimate as it is.
-  SmoothingResult solve() { return smooth_with(kRobustSightingWidth, &graph); }
+  /// The cost, from the estimate as it is; nothing if there is no solution.
+  std::optional<double> solve() { return smooth(kRobustSightingWidth, &graph); }
 
   /// With the loss at once, and with one that is narrowed to it; the better.
-  SmoothingResult solve_both_ways() {
+  std::optional<double> solve_both_ways() {
     SmoothingGraph narrowed = graph;
-    SmoothingResult direct = solve();
-    for (const double width : kLossWidths) smooth_with(width, &narrowed);
-    SmoothingResult other = smooth_with(kRobustSightingWidth, &narrowed);
-    if (other.fault != SmoothingFault::none) return direct;
-    if (direct.fault == SmoothingFault::none && direct.cost <= other.cost) return direct;
+    const std::optional<double> direct = solve();
+    for (const double width : kLossWidths) smooth(width, &narrowed);
+    const std::optional<double> other = smooth(kRobustSightingWidth, &narrowed);
+    if (!other || (direct && *direct <= *other)) return direct;
     graph = std::move(narrowed);
     return other;
   }
@@ -247,10 +239,7 @@ BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise) {
   }
   data.drive_to(recording.odometry.back().time);
   data.place_landmarks();
-  const SmoothingResult result = data.solve_both_ways();
-  if (result.fault != SmoothingFault::none) {
-    throw Error("the batch solution failed: " + to_string(result.fault));
-  }
+  if (!data.solve_both_ways()) throw Error("the batch solution failed: nothing fits the data");
   const SmoothingGraph& graph = data.graph;
   BatchSolution solution;
   solution.path = data.path_at(recording.odometry);
@@ -284,13 +273,11 @@ OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise)
     go_on([&](double time) { return time < scan.time; });
     data.drive_to(scan.time);
     data.see(scan);
-    SmoothingResult result = data.solve();
+    std::optional<double> cost = data.solve();
     // A loop that closes from afar looks like a misread id at first.
-    if (result.fault != SmoothingFault::none || data.outliers(data.newest()) > 0) {
-      result = data.solve_both_ways();
-    }
+    if (!cost || data.outliers(data.newest()) > 0) cost = data.solve_both_ways();
     ++solution.solutions;
-    if (result.fault != SmoothingFault::none) ++solution.refused;
+    if (!cost) ++solution.refused;
   }
   go_on([](double) { return true; });
   return solution;

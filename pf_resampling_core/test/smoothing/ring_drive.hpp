@@ -1,13 +1,13 @@
 #pragma once
 
-#include <Eigen/LU>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "pf_resampling_core/population/random_stream.hpp"
-#include "pf_resampling_core/smoothing/normal_equations.hpp"
+#include "pf_resampling_core/smoothing/smoother.hpp"
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
 
 namespace pf_resampling {
@@ -86,15 +86,14 @@ struct RingDrive {
 
 /// Covariance of landmarks, constants and newest pose, in this order, at the estimate.
 inline Eigen::MatrixXd joint_covariance(const SmoothingGraph& graph, double robust_width) {
-  NormalEquations equations(graph);
-  equations.linearize(graph, robust_width);
-  if (!equations.factorize(0.0)) return {};
-  const int poses = static_cast<int>(graph.poses.size());
-  const int landmarks = static_cast<int>(graph.landmarks.size());
-  std::vector<int> blocks;
-  for (int l = 0; l <= landmarks; ++l) blocks.push_back(poses + l);
-  blocks.push_back(poses - 1);
-  return equations.root().covariance_of(blocks);
+  const Eigen::SparseMatrix<double> information = information_of(graph, robust_width);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> root(information);
+  const Eigen::Index poses = 3 * static_cast<Eigen::Index>(graph.poses.size());
+  const Eigen::Index others = information.cols() - poses;
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(information.cols(), others + 3);
+  wanted.bottomLeftCorner(others, others).setIdentity();
+  wanted.block<3, 3>(poses - 3, others).setIdentity();
+  return wanted.transpose() * root.solve(wanted);
 }
 
 }  // namespace pf_resampling

@@ -108,7 +108,7 @@ TEST(Memory, SolvesLikeLeastSquaresOfAllData) {
     const Drive data = drive(2, seed);
     const Memory memory = remember(data);
     SmoothingGraph graph = whole_graph(data);
-    ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+    ASSERT_TRUE(smooth(kWidth, &graph));
     const Eigen::MatrixXd covariance = joint_covariance(graph, kWidth);
     const Pose2& newest = memory.graph().newest();
     // The loss of whole segments moves it by a part of a standard deviation.
@@ -251,7 +251,7 @@ TEST(Memory, DrawsHaveTheCovarianceOfLeastSquares) {
   const Drive data = drive(1, 4);
   const Memory memory = remember(data);
   SmoothingGraph graph = whole_graph(data);
-  ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+  ASSERT_TRUE(smooth(kWidth, &graph));
   const Eigen::MatrixXd covariance = joint_covariance(graph, kWidth);
   const MemoryDraw draw = memory.draw(4000, RandomStream(1, RandomPurpose::redraw, 0));
   const Eigen::MatrixXd& deviations = draw.deviations;
@@ -305,7 +305,7 @@ TEST(Memory, StaysBoundedOverALongDrive) {
   const Memory memory = remember(data);
   EXPECT_LT(memory.graph().segments.size(), 100u);
   SmoothingGraph graph = whole_graph(data);
-  ASSERT_EQ(smooth({50, kWidth}, &graph).fault, SmoothingFault::none);
+  ASSERT_TRUE(smooth(kWidth, &graph));
   for (std::size_t l = 0; l < graph.landmarks.size(); ++l) {
     const int number = memory.number_of(static_cast<std::int64_t>(l));
     ASSERT_GE(number, 0);
