@@ -11,7 +11,6 @@ namespace pf_resampling {
 constexpr int kLanes = 8;
 
 using Doubles = double __attribute__((vector_size(64)));
-using Integers = std::int64_t __attribute__((vector_size(64)));
 using Unsigneds = std::uint64_t __attribute__((vector_size(64)));
 
 // References, since vectors wider than the machine's cannot be passed by value across instruction
@@ -20,10 +19,6 @@ using Unsigneds = std::uint64_t __attribute__((vector_size(64)));
 
 PF_RESAMPLING_LANES void load(const double* from, Doubles* to) {
   std::memcpy(to, from, sizeof *to);
-}
-
-PF_RESAMPLING_LANES void store(const Doubles& from, double* to) {
-  std::memcpy(to, &from, sizeof from);
 }
 
 /// Sum of eight lanes, in an order of its own.

@@ -5,13 +5,13 @@
 #include <new>
 #include <vector>
 
-#include "pf_resampling_core/filters/fastslam/renewal_log.hpp"
+#include "pf_resampling_core/strategy/compensation.hpp"
 
 /// Where the rows of the landmark store lie in memory, and the loops that bring them up to date.
 namespace pf_resampling {
 
-/// out[i] = first[second[i]], for i in [0, size): selection `first`, followed by `second`.
-void compose(const int* first, const int* second, int size, int* out);
+/// (*out)[i] = first[second[i]]: selection `first`, followed by `second`.
+void compose(const std::vector<int>& first, const std::vector<int>& second, std::vector<int>* out);
 
 struct AlignedDelete {
   void operator()(double* memory) const { ::operator delete[](memory, std::align_val_t{64}); }
@@ -42,8 +42,6 @@ class RowMemory {
   std::uint8_t* held() { return reinterpret_cast<std::uint8_t*>(field(kFields)); }
   const std::uint8_t* held() const { return reinterpret_cast<const std::uint8_t*>(field(kFields)); }
   bool all_hold() const;
-  /// Sets about fetching it into the cache.
-  void prefetch() const;
   std::size_t bytes() const { return doubles_ * sizeof(double); }
 
  private:
@@ -54,38 +52,9 @@ class RowMemory {
 };
 
 /// Slot i of `out` becomes slot ancestors[i] of `row`.
-void gather(const RowMemory& row, const int* ancestors, int particles, RowMemory* out);
+void gather(const RowMemory& row, const std::vector<int>& ancestors, RowMemory* out);
 
-/// Blends one row.
-void blend(const LoggedBlend& blend, RowMemory* row);
-
-/// Eight rows side by side: particle by particle, the eight values of a field are next to each
-/// other. So a blend, which jumps between particles, is nothing but vector operations; several in
-/// a row cost an eighth of what they cost row by row.
-class BlendTile {
- public:
-  static constexpr int kRows = 8;
-
-  /// For so many particles; with covariances or without. No row stands in any place yet.
-  void start(int particles, bool with_covariances);
-  /// Puts a row in a place, with its values as they are.
-  void put(int place, const RowMemory& row);
-  void apply(const LoggedBlend& blend);
-  /// Writes what has been blended back.
-  void take(int place, RowMemory* row) const;
-
- private:
-  double* field(std::size_t field) { return memory_.get() + field * particles_ * kRows; }
-  const double* field(std::size_t field) const {
-    return memory_.get() + field * particles_ * kRows;
-  }
-
-  AlignedDoubles memory_;               // means, covariances: the first five fields of a row
-  std::vector<std::uint64_t> holders_;  // all bits set where the particle holds the landmark
-  int capacity_ = 0;
-  std::size_t particles_ = 0;
-  bool with_covariances_ = false;
-  bool all_hold_ = true;
-};
+/// Blends the pairs in a row, one after the other.
+void blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment, RowMemory* row);
 
 }  // namespace pf_resampling

@@ -6,31 +6,22 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_rows.hpp"
-#include "pf_resampling_core/filters/fastslam/renewal_log.hpp"
+#include "pf_resampling_core/filters/fastslam/selection_log.hpp"
 
 namespace pf_resampling {
 namespace {
 
-constexpr std::int64_t kBlends = 64;   // by so many a row lags at most
-constexpr std::int64_t kSteps = 4096;  // likewise, or by four times the rows if that is more
-constexpr std::int64_t kBlendsForCompany = 8;  // lag from which a row takes others along
-constexpr std::int64_t kBlendsForTile = 4;     // blends one after the other, and
-constexpr int kRowsForTile = 3;                // rows, from which a tile pays
+// By so many selections a row lags at most, or by four times the rows if that is more.
+constexpr std::int64_t kSteps = 4096;
 constexpr int kNone = -1;
 
 struct Row {
   RowMemory memory;
   std::int64_t birth = 0;
-  std::int64_t version = 0;  // it has gone through all steps before this
+  std::int64_t version = 0;  // it has gone through all selections before this
   bool is_used = false;
   int before = kNone;  // neighbours in the order of versions
   int after = kNone;
-};
-
-// Rows that catch up together, in the order of versions.
-struct Group {
-  int rows[BlendTile::kRows];
-  int size = 0;
 };
 
 bool is_identity(ConstIndices ancestors, int particles) {
@@ -49,9 +40,8 @@ struct LandmarkStore::Implementation {
   std::vector<int> free_rows;
   int oldest = kNone;  // ends of the order of versions
   int newest = kNone;
-  RenewalLog log;
+  SelectionLog log;
   RowMemory spare;  // where the next gather goes
-  BlendTile tile;
 
   Row& at(int row) { return rows[static_cast<std::size_t>(row)]; }
 
@@ -78,125 +68,33 @@ struct LandmarkStore::Implementation {
   }
 
   std::int64_t steps_behind(int row) { return log.now() - at(row).version; }
-  std::int64_t blends_behind(int row) {
-    return log.blends_before(log.now()) - log.blends_before(at(row).version);
-  }
   std::int64_t steps_allowed() const { return std::max(kSteps, std::int64_t{4} * used); }
 
-  void catch_up(int row);
-  void catch_up(const Group& group);
-  std::int64_t go_through_selections(const Group& group, std::int64_t version);
-  std::int64_t go_through_blends(const Group& group, std::int64_t version);
-  void blend_together(const Group& group, int members, std::int64_t version, std::int64_t end);
+  void catch_up(int row) {
+    if (at(row).version == log.now()) return;
+    gather(at(row).memory, log.from(at(row).version), &spare);
+    std::swap(at(row).memory, spare);
+    unlink(row);
+    link_newest(row);
+  }
+  void catch_up_all() {
+    while (oldest != kNone && at(oldest).version < log.now()) catch_up(oldest);
+  }
   void bound_log();
 };
 
-// From `version`, where the first of the group stands, to the end of the selections that follow;
-// the others join where they stand. Returns the version reached.
-std::int64_t LandmarkStore::Implementation::go_through_selections(const Group& group,
-                                                                  std::int64_t version) {
-  const std::int64_t end = log.selections_from(version).end;
-  for (int i = 0; i < group.size && at(group.rows[i]).version < end; ++i) {
-    Row& row = at(group.rows[i]);
-    const ComposedSelection selection = log.selections_from(row.version);
-    gather(row.memory, selection.ancestors, selection.particles, &spare);
-    std::swap(row.memory, spare);
-    row.version = end;
-  }
-  return end;
-}
-
-// Likewise for blends.
-std::int64_t LandmarkStore::Implementation::go_through_blends(const Group& group,
-                                                              std::int64_t version) {
-  std::int64_t end = version;
-  while (end < log.now() && log.blend_at(end) != nullptr) ++end;
-  int members = 0;
-  while (members < group.size && at(group.rows[members]).version < end) ++members;
-  if (end - version >= kBlendsForTile && members >= kRowsForTile) {
-    blend_together(group, members, version, end);
-  } else {
-    for (int i = 0; i < members; ++i) {
-      Row& row = at(group.rows[i]);
-      while (row.version < end) pf_resampling::blend(*log.blend_at(row.version++), &row.memory);
-    }
-  }
-  return end;
-}
-
-void LandmarkStore::Implementation::blend_together(const Group& group, int members,
-                                                   std::int64_t version, std::int64_t end) {
-  bool with_covariances = false;
-  for (std::int64_t step = version; step < end; ++step) {
-    with_covariances |= log.blend_at(step)->treatment == CovarianceTreatment::moment_matched;
-  }
-  tile.start(at(group.rows[0]).memory.particles(), with_covariances);
-  int joined = 0;
-  for (std::int64_t step = version; step < end; ++step) {
-    for (; joined < members && at(group.rows[joined]).version == step; ++joined) {
-      tile.put(joined, at(group.rows[joined]).memory);
-    }
-    tile.apply(*log.blend_at(step));
-  }
-  for (int i = 0; i < members; ++i) {
-    tile.take(i, &at(group.rows[i]).memory);
-    at(group.rows[i]).version = end;
-  }
-}
-
-void LandmarkStore::Implementation::catch_up(const Group& group) {
-  std::int64_t version = at(group.rows[0]).version;
-  while (version < log.now()) {
-    version = log.blend_at(version) == nullptr ? go_through_selections(group, version)
-                                               : go_through_blends(group, version);
-  }
-  for (int i = 0; i < group.size; ++i) {
-    unlink(group.rows[i]);
-    link_newest(group.rows[i]);
-  }
-}
-
-// A row that lags by many blends takes those along that come next in the order of versions.
-void LandmarkStore::Implementation::catch_up(int row) {
-  // One that has long not been asked for comes from far while its selections are composed.
-  if (steps_behind(row) > 1) at(row).memory.prefetch();
-  Group group;
-  do {
-    group.rows[group.size++] = row;
-    row = at(row).after;
-  } while (row != kNone && group.size < BlendTile::kRows &&
-           blends_behind(row) >= kBlendsForCompany);
-  catch_up(group);
-}
-
 // Late rows are caught up, oldest first, as many per step as it takes to have had all of them
-// before the first of them is too late. Blends cost the same whenever they are gone through, so
-// that begins early and goes on evenly; a selection that a row is spared for long is a selection
+// before the first of them is too late: a selection that a row is spared for long is a selection
 // saved.
 void LandmarkStore::Implementation::bound_log() {
   const std::int64_t steps = steps_allowed();
   const std::int64_t late_steps = steps / 4 * 3;
-  constexpr std::int64_t kLateBlends = kBlends / 4;
-  const auto is_late = [&](int row) {
-    return blends_behind(row) > kLateBlends || steps_behind(row) > late_steps;
-  };
-  const auto is_too_late = [&](int row) {
-    return blends_behind(row) > kBlends || steps_behind(row) > steps;
-  };
-  std::int64_t quota = 0;
-  if (oldest != kNone && is_late(oldest)) {
-    const bool by_blends = blends_behind(oldest) > kLateBlends;
-    const std::int64_t steps_left = by_blends ? kBlends - kLateBlends : steps - late_steps;
-    quota = (used + steps_left - 1) / steps_left;
-  }
-  while (oldest != kNone && (is_too_late(oldest) || (quota > 0 && is_late(oldest)))) {
-    Group group;
-    for (int row = oldest; row != kNone && group.size < BlendTile::kRows && is_late(row);
-         row = at(row).after) {
-      group.rows[group.size++] = row;
-    }
-    quota -= group.size;
-    catch_up(group);
+  const std::int64_t steps_left = steps - late_steps;
+  std::int64_t quota = (used + steps_left - 1) / steps_left;
+  while (oldest != kNone &&
+         (steps_behind(oldest) > steps || (quota > 0 && steps_behind(oldest) > late_steps))) {
+    catch_up(oldest);
+    --quota;
   }
   log.drop_before(oldest == kNone ? log.now() : at(oldest).version);
 }
@@ -212,9 +110,7 @@ LandmarkStore::~LandmarkStore() = default;
 LandmarkStore::LandmarkStore(const LandmarkStore& other)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& from = *other.implementation_;
-  while (from.oldest != kNone && from.at(from.oldest).version < from.log.now()) {
-    from.catch_up(from.oldest);
-  }
+  from.catch_up_all();
   implementation_->particles = from.particles;
   implementation_->used = from.used;
   implementation_->rows = from.rows;
@@ -275,7 +171,7 @@ std::int64_t LandmarkStore::birth(int row) const {
 LandmarkRow LandmarkStore::row(int row) {
   Implementation& store = *implementation_;
   store.check_used(row);
-  if (store.at(row).version < store.log.now()) store.catch_up(row);
+  store.catch_up(row);
   RowMemory& memory = store.at(row).memory;
   return {memory.field(RowMemory::x),
           memory.field(RowMemory::y),
@@ -300,7 +196,7 @@ void LandmarkStore::select(ConstIndices ancestors) {
   }
   if (is_identity(ancestors, store.particles)) return;
   store.particles = static_cast<int>(ancestors.size());
-  if (store.used > 0) store.log.append_selection(ancestors);
+  if (store.used > 0) store.log.append(ancestors);
   store.bound_log();
 }
 
@@ -308,7 +204,10 @@ void LandmarkStore::blend(const std::vector<BlendPair>& pairs, CovarianceTreatme
   Implementation& store = *implementation_;
   check_pairs(pairs, store.particles);
   if (pairs.empty()) return;
-  if (store.used > 0) store.log.append_blend(pairs, treatment);
+  store.catch_up_all();
+  for (Row& row : store.rows) {
+    if (row.is_used) pf_resampling::blend(pairs, treatment, &row.memory);
+  }
   store.bound_log();
 }
 

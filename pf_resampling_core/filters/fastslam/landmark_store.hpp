@@ -25,19 +25,14 @@ struct LandmarkRow {
 /// The maps of all particles: a row per landmark, a column per particle, each array contiguous over
 /// the particles.
 ///
-/// Selections and compensations are linear maps over the particle axis. They are logged, not
-/// applied: a row catches up when it is next asked for. So renewing the population costs O(M)
-/// whatever the size of the map, where copying maps costs O(M·N). (Montemerlo's trees give O(M log
-/// N), with a pointer chase per landmark.)
+/// Selections are logged, not applied: a row catches up when it is next asked for, with one gather
+/// per array, since selections compose. So resampling costs O(M) whatever the size of the map,
+/// where copying maps costs O(M·N). (Montemerlo's trees give O(M log N), with a pointer chase per
+/// landmark.) The log is bounded: the rows that lag most are caught up, few at a time, so that none
+/// lags by more than max(4096, 4·(rows in use)) selections. Compensations do not compose; they are
+/// applied to all rows at once.
 ///
-/// * Selections compose: a row goes through any number of them with one gather per array.
-/// * Compensations do not; a row goes through each, once, as it would have done at once. Eight rows
-///   that lag alike go together, which costs hardly more than one of them.
-/// * The log is bounded: the rows that lag most are caught up, few at a time, so that none lags by
-///   more than max(4096, 4·(rows in use)) steps or by more than 64 compensations. A row takes each
-///   step at most once, so all that is never more work than applying every step at once.
-///
-/// The numbers are the same, to the bit, as if every step were applied at once.
+/// The numbers are the same, to the bit, as if every selection were applied at once.
 class LandmarkStore {
  public:
   /// Throws Error for less than one particle.
@@ -71,7 +66,7 @@ class LandmarkStore {
   void select(ConstIndices ancestors);
 
   /// Blends the means of pairs that both hold the landmark, and treats their covariances; what only
-  /// one of the two holds, and log_odds, is left. See compensate(). O(M). Throws Error, changing
+  /// one of the two holds, and log_odds, is left. See compensate(). O(M·N). Throws Error, changing
   /// nothing, as check_pairs() does.
   void blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment);
 
