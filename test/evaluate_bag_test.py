@@ -21,7 +21,7 @@ import yaml
 from genpy import Time
 from geometry_msgs.msg import (Point, PointStamped, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped)
 from nav_msgs.msg import Odometry
-from pf_resampling.msg import BeaconArray, BeaconPosition, FilterStatus, Landmark, LandmarkMap
+from pf_resampling.msg import BeaconArray, BeaconMap, BeaconPlace, BeaconPosition, FilterStatus, Landmark, LandmarkMap
 from tf2_msgs.msg import TFMessage
 
 TOOLS = pathlib.Path(__file__).resolve().parent.parent / 'tools'
@@ -259,6 +259,16 @@ class EvaluateBag(unittest.TestCase):
                 for message in bag.read_messages():
                     other.write(*message)
             self.assertEqual(self.evaluate(packed), expected)
+
+    def test_beacons_that_were_found_have_the_frame_of_the_list_if_there_is_one(self):
+        for listed, frame in ((True, 'given'), (False, 'fit')):
+            messages = [each for each in line_of() if each[0] != '/beacons']
+            if listed:
+                messages.append(('/beacons', START, BeaconArray(beacons=[BeaconPosition(id, Point(9.0 * id, 5.0, 0)) for id in (1, 2)])))
+            places = [BeaconPlace(id, Point(9.0 * id + 0.1, 5.0, 0), [0.01, 0, 0, 0.01], 1.0) for id in (1, 2)]
+            write_bag(self.bag, [*messages, ('/beacon_map', START + 50.0, BeaconMap(places=places))])
+            figures = self.evaluate(self.bag)
+            self.assertEqual((figures['frame'], 'map' in figures), (frame, listed))
 
     def test_frames_are_laid_on_the_truth_as_is_asked_for(self):
         for options, bag, frame in (((), {'initial_pose': True}, 'given'), ((), {'loaded': 'site.csv'}, 'given'),

@@ -26,6 +26,7 @@ SIGHTINGS = "pf_resampling/LandmarkObservationArray"
 SIGHTING = np.dtype([("id", "<i4"), ("of", "<f8", 4)])
 OF_MESSAGE = b"op=\x02"  # in the header of a record of a bag
 SIZE, TIME = struct.Struct("<I").unpack_from, struct.Struct("<2I").unpack_from
+NEAR = 0.5  # m
 FARTHEST = 1e9  # m; filters reject odometry from beyond
 
 
@@ -293,7 +294,7 @@ def read_run(bag, given, with_odometry, with_truth):
         # Of each beacon the likeliest place, which is the first.
         run.map = map_of([each for before, each in zip([None] + places, places) if not before or before.id != each.id],
                          name(BEACON_MAP))
-        run.true_map = run.beacons
+        run.true_map = run.beacons if len(run.beacons.id) else None
     run.sees_without_ids = sees_without_ids([each for topic in sightings for each in messages[topic]])
     statuses = [(stamp_of(status, each[2]), status) for each in messages[STATUS]
                 for status in unpacked([each], FilterStatus)]
@@ -302,8 +303,15 @@ def read_run(bag, given, with_odometry, with_truth):
                         key=lambda each: each[0])
     if statuses:
         run.findings, run.map_file = findings_of(statuses[-1][1]), statuses[-1][1].map_file
-    run.frame_is_own = run.map is not None and "/initialpose" not in bag.types and not run.map_file
+    is_listed = run.finds_beacons and lies_on(run.beacons, run.map)
+    run.frame_is_own = run.map is not None and "/initialpose" not in bag.types and not run.map_file and not is_listed
     return run
+
+
+def lies_on(listed, found):
+    """Whether two beacons were found where they are listed: the filter began with the list, and has its frame."""
+    place = dict(zip(listed.id, listed.position))
+    return sum(np.hypot(*(there - place.get(id, np.inf))) < NEAR for id, there in zip(found.id, found.position)) >= 2
 
 
 def believed_of(message, name, place):
