@@ -18,6 +18,7 @@ constexpr double kLeastYawRateSigma = 1e-7;  // rad/s
 constexpr double kLeastDistance = 1e-3;      // m
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLargestDamping = 1e6;
+constexpr double kMostGain = 3.0;  // of all steps to come, over that which the next is to bring
 // Wheels slip: a motion's errors are of Student's distribution, with this number less 3 degrees of
 // freedom.
 constexpr double kMotionTail = 10.0;
@@ -326,7 +327,7 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                   int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
-                  RangePast* kept) {
+                  RangePast* kept, double least_evidence) {
   Elimination elimination(graph, prior, noise, past);
   RangeBelief belief;
   belief.cost = std::numeric_limits<double>::infinity();
@@ -345,6 +346,9 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
     }
     const bool is_moved = elimination.cost() < belief.cost;
     belief.cost = elimination.cost();
+    if (elimination.log_evidence() + kMostGain * elimination.expected_gain() < least_evidence) {
+      return belief;
+    }
     if (i >= iterations) break;
     if (elimination.expected_gain() < tolerance) {
       gain = elimination.expected_gain();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -187,9 +188,11 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 /// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
 /// the newest (block tridiagonal with a border of the constants), O(keyframes · constants²). Ends
 /// with a step that is to save less than `tolerance`. `past`, if any: in place of data before its
-/// keyframe, which do not move. `kept`, if any: gets what the data before its keyframe say.
+/// keyframe, which do not move. `kept`, if any: gets what the data before its keyframe say. Gives
+/// up, not usable, where the logarithm of the evidence will hardly come to `least_evidence`.
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
                   int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
-                  RangePast* kept = nullptr);
+                  RangePast* kept = nullptr,
+                  double least_evidence = -std::numeric_limits<double>::infinity());
 
 }  // namespace pf_resampling

@@ -277,7 +277,8 @@ class RangeMemory {
   bool are_listed() const;
   int newest_keyframes() const;
   void settle(RangeMode* mode) const;
-  RangeBelief solved(int iterations, RangeMode* mode) const;
+  RangeBelief solved(int iterations, RangeMode* mode,
+                     double least_evidence = -std::numeric_limits<double>::infinity()) const;
   double log_prior_of_noise(const RangeNoise& noise) const;
 
   RangeMemoryOptions options_;

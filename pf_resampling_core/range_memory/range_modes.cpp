@@ -64,9 +64,10 @@ std::vector<Pose2> driven_by_odometry(const RangeGraph& graph, const Eigen::Vect
 
 // ---- modes ------------------------------------------------------------------------------------
 
-RangeBelief RangeMemory::solved(int iterations, RangeMode* mode) const {
-  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
-                                      mode->past ? &*mode->past : nullptr, &mode->estimate);
+RangeBelief RangeMemory::solved(int iterations, RangeMode* mode, double least_evidence) const {
+  mode->belief =
+      pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
+                           mode->past ? &*mode->past : nullptr, &mode->estimate, nullptr, least_evidence);
   return mode->belief;
 }
 
@@ -443,7 +444,7 @@ bool RangeMemory::try_noise() {
       noise_.range *= before.range_deviation() / noise_.range_deviation();
     }
     RangeMode other = mode;
-    if (solved(kIterations, &other).is_usable &&
+    if (solved(kIterations, &other, best - log_prior_of_noise(noise_)).is_usable &&
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
       mode = std::move(other);
       // Few ranges fit better than they are: what grows may grow fast.
