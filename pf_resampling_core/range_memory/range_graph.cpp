@@ -404,9 +404,11 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   const Eigen::Vector2d place = Eigen::Vector2d(moved.x, moved.y) + arm;
   const Eigen::Vector2d from_radio =
       keyframe.head<2>() + turn * place - constants.segment<2>(radio + Radio::x);
-  const double height = range.height - constants[Common::lever_z];
-  const double squared =
-      from_radio.squaredNorm() + height * height + constants[radio + Radio::height];
+  const double height =
+      range.height.value_or(0.0) - (range.height ? constants[Common::lever_z] : 0.0);
+  const double squared = from_radio.squaredNorm() + height * height +
+                         constants[radio + Radio::height] +
+                         (range.height ? 0.0 : constants[Common::height]);
   HeldRangeResidual residual;
   residual.distance = std::sqrt(std::max(kLeastDistance * kLeastDistance, squared));
   const double stretch = 1.0 + constants[Common::scale] + constants[radio + Radio::scale];
@@ -436,8 +438,9 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   residual.by_common[Common::lever_y] =
       (by_body * Eigen::Vector2d(-turn_sine, turn_cosine)).value();
   residual.by_common[Common::lever_z] = -scale * stretch / residual.distance * height;
-  residual.by_radio << -by_place, scale * residual.distance, scale,
-      scale * stretch / (2.0 * residual.distance);
+  const double by_height = scale * stretch / (2.0 * residual.distance);
+  residual.by_common[Common::height] = range.height ? 0.0 : by_height;
+  residual.by_radio << -by_place, scale * residual.distance, scale, by_height;
   return residual;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -26,6 +27,7 @@ struct CommonUnknown {
     lever_x,         ///< m, true less stated place of the antenna on the robot
     lever_y,
     lever_z,
+    height,  ///< m^2, of all radios whose height is not stated: its square over the antenna
     count
   };
 };
@@ -37,7 +39,7 @@ struct RadioUnknown {
     y,       ///< m
     scale,   ///< beside the common one
     bias,    ///< m, beside the common one
-    height,  ///< m^2, added to the square of the stated difference in height
+    height,  ///< m^2, beside the common one, or beside the square of the stated one
     count
   };
 };
@@ -53,7 +55,7 @@ struct HeldRange {
   double range = 0.0;                                 ///< m
   double variance = 0.0;                              ///< m^2
   Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m, on the robot
-  double height = 0.0;                                ///< m, of the radio over the antenna
+  std::optional<double> height;                       ///< m, of the radio over the antenna
   OdometryIncrement since;
 };
 
@@ -137,7 +139,8 @@ struct HeldRangeResidual {
   Eigen::Matrix<double, 1, RadioUnknown::count> by_radio;
 };
 
-/// (1 + scale)·d + bias − range, d = √(|antenna − radio|² + (height − lever_z)² + height unknown).
+/// (1 + scale)·d + bias − range, d = √(|antenna − radio|² + h²), h² that of the stated height less
+/// lever_z, or else the common unknown, and the radio's own.
 HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
                               const KeyframeState& keyframe, const Eigen::VectorXd& constants);
 

@@ -27,6 +27,7 @@ constexpr double kStandingTurn = 0.05;  // rad, that a gyro drifts in that time
 
 // A radio stands no higher than this share of the listed ones' area is long, as a rule.
 constexpr double kHeightOfArea = 0.05;
+constexpr double kOwnHeight = 0.3;  // share of the variance by which radios differ
 
 // Of the priors.
 constexpr double kFarAway = 100.0;   // m, of the first pose
@@ -237,7 +238,8 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
   const double turn = is_gross ? kGrossSpread : options_.turn_scale;
   Eigen::VectorXd sigmas(radio_at(static_cast<int>(radios_.size())));
   sigmas.head<Common::count>() << options_.scale, options_.bias,
-      beacons_.size() >= 2 ? distance : kFixedScale, turn, lever, lever, lever_height;
+      beacons_.size() >= 2 ? distance : kFixedScale, turn, lever, lever, lever_height,
+      share(LooseError::heights) * height * height;
   const double own = share(LooseError::radios);
   for (std::size_t i = 0; i < radios_.size(); ++i) {
     const bool is_planar = !radios_[i].listed || radios_[i].listed->is_planar;
@@ -248,7 +250,7 @@ Eigen::VectorXd RangeMemory::sigmas(const std::vector<RadioAccount>& accounts,
     sigmas.segment<RadioOf::count>(radio_at(static_cast<int>(i))) << place, place,
         own * options_.own_scale,
         accounts[i] == RadioAccount::biased ? kBiased : own * options_.own_bias,
-        is_planar ? share(LooseError::heights) * height * height : kFixed;
+        is_planar ? kOwnHeight * share(LooseError::heights) * height * height : kFixed;
   }
   return sigmas;
 }

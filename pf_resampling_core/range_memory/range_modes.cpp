@@ -65,9 +65,9 @@ std::vector<Pose2> driven_by_odometry(const RangeGraph& graph, const Eigen::Vect
 // ---- modes ------------------------------------------------------------------------------------
 
 RangeBelief RangeMemory::solved(int iterations, RangeMode* mode, double least_evidence) const {
-  mode->belief =
-      pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
-                           mode->past ? &*mode->past : nullptr, &mode->estimate, nullptr, least_evidence);
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
+                                      mode->past ? &*mode->past : nullptr, &mode->estimate, nullptr,
+                                      least_evidence);
   return mode->belief;
 }
 
@@ -127,7 +127,7 @@ std::vector<std::pair<double, Pose2>> RangeMemory::first_poses(const RangeMode& 
       const double heading = 2.0 * kPi * h / kHeadings;
       const Eigen::Vector2d radio =
           mode.prior.constants.segment<2>(radio_at(first.radio) + RadioOf::x);
-      const double height = first.height;
+      const double height = first.height.value_or(0.0);
       const double distance =
           std::sqrt(std::max(0.01, first.range * first.range - height * height));
       const Pose2 there = {radio.x() + distance * std::cos(angle),

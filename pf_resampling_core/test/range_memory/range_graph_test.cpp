@@ -12,8 +12,8 @@ constexpr int kState = KeyframeUnknown::count;
 
 Eigen::VectorXd some_constants() {
   Eigen::VectorXd constants(radio_at(2));
-  constants << 0.02, 0.3, 0.03, -0.04, 0.2, -0.1, 0.3,  //
-      5.0, 4.0, 0.01, -0.05, 0.7,                       //
+  constants << 0.02, 0.3, 0.03, -0.04, 0.2, -0.1, 0.3, 0.5,  //
+      5.0, 4.0, 0.01, -0.05, 0.7,                            //
       -6.0, 3.0, -0.01, 0.08, 0.0;
   return constants;
 }
@@ -24,13 +24,13 @@ OdometryIncrement some_motion() {
   return motion;
 }
 
-TEST(ResidualOfRange, HasItsDerivatives) {
+void expect_derivatives(const std::optional<double>& height) {
   HeldRange range;
   range.radio = 1;
   range.range = 7.0;
   range.variance = 0.04;
   range.antenna = {0.3, 0.2};
-  range.height = 1.0;
+  range.height = height;
   range.since = some_motion();
   const RangeNoise noise;
   const KeyframeState state(1.0, 2.0, 0.7, 0.02);
@@ -56,6 +56,11 @@ TEST(ResidualOfRange, HasItsDerivatives) {
   for (int i = 0; i < RadioUnknown::count; ++i) {
     EXPECT_NEAR(residual.by_radio[i], by_constant(radio_at(1) + i), 1e-6) << "radio " << i;
   }
+}
+
+TEST(ResidualOfRange, HasItsDerivatives) {
+  expect_derivatives(1.0);
+  expect_derivatives(std::nullopt);
 }
 
 TEST(ResidualOfMotion, HasItsDerivatives) {

@@ -110,6 +110,19 @@ TEST(RangeMemory, TakesErrorsForSmallUntilTheDataSayOtherwise) {
   EXPECT_TRUE(loose_after(on_a_post)[LooseError::heights]);
 }
 
+// Were they four heights of their own, each pose would have to pay for four.
+TEST(RangeMemory, FindsTheHeightThatRadiosHaveInCommon) {
+  DriveAmongRadios drive;
+  for (Beacon& beacon : drive.beacons) beacon.position.z() = 1.5;
+  RangeMemory memory({}, drive.beacons);
+  drive.drive(240.0, 3, &memory);
+  const RangeMemory::Newest newest = memory.newest(memory.modes().front());
+  constexpr int kAt = KeyframeUnknown::count + Common::height;
+  const double sigma = std::sqrt(newest.covariance(kAt, kAt));
+  EXPECT_LT(sigma, 0.6);
+  expect_near(newest.mean[kAt], 1.5 * 1.5, sigma, "height");
+}
+
 // 15 s do not tell whether radios differ: with one of both alone the belief was too sure.
 TEST(RangeMemory, BelievesInAnErrorByHalvesUntilTheDataTell) {
   DriveAmongRadios drive;
