@@ -225,10 +225,11 @@ class Reading(unittest.TestCase):
 
     def test_plaza_units(self):
         feet = self.drive(unit=0.3048)
-        read = plaza.read(feet)
-        self.assert_near((read.ranges[0].range, read.ranges[41].range), (math.sqrt(41), 5))
-        self.assert_mentions(read, 'taken as feet')
-        self.assertEqual([heard.frame for heard in read.ranges[:2]], ['antenna_0', 'antenna_1'])
+        for unit in ('ft', None):  # told, and found from the truth
+            read = plaza.read(feet, unit)
+            self.assert_near((read.ranges[0].range, read.ranges[41].range), (math.sqrt(41), 5))
+            self.assert_mentions(read, 'taken as feet', unit is None)
+        self.assertAlmostEqual(plaza.read(feet, 'm').ranges[41].range, 5 / 0.3048)
         # Metres stay metres though ranges are too long.
         self.assertAlmostEqual(plaza.read(self.drive(unit=1 / 1.3)).ranges[41].range, 1.3 * 5)
 
@@ -238,6 +239,13 @@ class Reading(unittest.TestCase):
             self.assert_mentions(read, 'heading turned by pi', abs(heading) > math.pi / 2)
             self.assertLess(abs(read.truth[5].pose[2]), math.pi / 2)
 
+    def test_plaza_antennas(self):
+        read = plaza.read(self.drive(), None, ['1:0.1,0.2,0.3'])
+        self.assertEqual([heard.frame for heard in read.ranges[:2]], ['antenna_0', 'antenna_1'])
+        self.assertEqual(read.frames, [('antenna_1', 0.1, 0.2, 0.3, 0)])
+        self.assertEqual([frame[:2] for frame in plaza.read(self.drive(), None, ['-1,0,0', '0:2,0,0']).frames],
+                         [('antenna_0', 2), ('antenna_1', -1)])
+
     def test_plaza_files_with_less(self):
         read = plaza.read(self.mat(DR=[[1, 0.5, 0], [1.5, 0.5, 0.1]],
                                    TD=[[1.2, 2, 7, math.nan], [1.3, 2, 7, -1], [1.4, 2, 7, 2.0]]))
@@ -245,6 +253,8 @@ class Reading(unittest.TestCase):
         self.assertEqual(read.ranges, [(1.4, 7, 2, 0, 'antenna')])
         for words in ('1 rows that are not finite', '1 negative', 'metres are assumed', 'no variable TL'):
             self.assert_mentions(read, words)
+        read = plaza.read(self.mat(DRp=[[1, 5, 5, 0], [2, 6, 5, 0.5]], TD=[[1.4, 2, 7, 2.0]]))
+        self.assertEqual(read.odometry, [(1, (0, 0, 0)), (2, (1, 0, 0.5))])
 
     def test_mat_files_that_cannot_be_read(self):
         none = str(self.folder / 'none.mat')
@@ -252,7 +262,7 @@ class Reading(unittest.TestCase):
         self.write(text__mat='t,x,y\n1,2,3\n')
         self.assertIn('text.mat: is not a MATLAB file of versions 5 to 7 (save it with -v7)',
                       self.error_of(plaza.read, str(self.folder / 'text.mat')))
-        for matrices, words in (({'lm': [[1.0]], 'wp': [[1.0]]}, 'has no variable DR [t distance dheading]; it has lm, wp'),
+        for matrices, words in (({'lm': [[1.0]], 'wp': [[1.0]]}, 'has no variable DR [t distance dheading] nor DRp; it has lm, wp'),
                                 ({'DR': [[1.0, 2.0]]}, 'variable DR has 2 columns, 3 are needed'),
                                 ({'DR': [[1.0, 2.0, 3j]]}, 'variable DR is not a real matrix'),
                                 ({'DR': 'text'}, 'variable DR is not a real matrix'),
@@ -330,6 +340,8 @@ class Reading(unittest.TestCase):
         self.assertEqual([now.time for now in read.odometry], [10, 12, 13])
         self.assert_near(read.odometry[1].pose, (2, 0, 0))
         self.assert_near(read.odometry[2].pose, (2 + 0.5 * math.cos(0.5), 0.5 * math.sin(0.5), 1))
+        delayed = mrclam.read(str(self.folder), '1', '0.25')
+        self.assertEqual((delayed.odometry[0].time, delayed.observations[0].time), (10.25, 10.5))
 
     @needs('mrclam6')
     def test_mrclam_observations_are_those_of_the_true_landmarks(self):
@@ -391,10 +403,14 @@ class Reading(unittest.TestCase):
         self.assert_near(read.frames[0][1:3], (3.78, 0.5))
         self.assertEqual(read.truth, [])
 
-    def test_victoria_park_takes_gps_from_matlab_files(self):
+    def test_victoria_park_takes_controls_and_gps_from_matlab_files(self):
         self.small_victoria_park()
+        for name in ('time', 'speed', 'steering'):
+            (self.folder / f'{name}.txt').unlink()
+        self.mat('aa3_dr.mat', time=[[2000.0], [2500]], speed=[[4.0], [4]], steering=[[0.0], [0]])
         self.mat('aa3_gpsx.mat', timeGps=[[2100.0]], Lo_m=[[-60.0]], La_m=[[-40.0]])
         read = victoria_park.read(str(self.folder))
+        self.assertEqual(read.odometry, [(2, (0, 0, 0)), (2.5, (2, 0, 0))])
         self.assertEqual((read.truth, read.truth_has_heading), ([(2.1, (-60, -40, 0))], False))
 
     @needs('victoria_park')
@@ -416,7 +432,7 @@ class Reading(unittest.TestCase):
         self.assertAlmostEqual(statistics.median(ratios), 1, delta=0.05)
 
     def test_victoria_park_errors(self):
-        self.assertIn('time.txt: no such file', self.error_of(victoria_park.read, str(self.folder)))
+        self.assertIn('has neither time.txt', self.error_of(victoria_park.read, str(self.folder)))
         for steering, files, error in ((0, {'speed__txt': '1\n2\n'}, 'speed.txt: has 2 rows and time.txt 3'),
                                        (1.6, {}, 'is not a steering angle'),
                                        (0, {'ObservationAngle__txt': '0 1 0\n3.1 0 0 0\n'},
@@ -477,12 +493,16 @@ class Reading(unittest.TestCase):
         self.assertEqual(sorted(self.folder.iterdir()), before)
         return error
 
-    def test_program_takes_units(self):
+    def test_program_takes_units_and_antennas(self):
         self.write(odometry='t,x,y,heading\n1,0,0,0\n2,0,0,0\n', ranges='t,beacon,range\n1,7,10\n')
-        for options, expected in (((), 10), (('--range-unit', 'ft'), 3.048)):
-            self.assertEqual(self.program('csv', *options, '.', 'out.bag')[::2], (0, ''))
+        path = self.mat(DR=[[1.0, 0.5, 0.0], [1.5, 0.5, 0.1]], TD=[[1.2, 2.0, 7.0, 10.0]], TL=[[7.0, 1.0, 2.0]])
+        for arguments, expected in ((('csv', '.', 'out.bag'), 10), (('csv', '--range-unit', 'ft', '.', 'out.bag'), 3.048),
+                                    (('plaza', path, 'out.bag', '--range-unit=ft', '--antenna', '-0.25,0.5,0.75'), 3.048)):
+            self.assertEqual(self.program(*arguments)[::2], (0, ''))
             messages = {topic: message for topic, message, _ in self.messages(self.folder / 'out.bag')}
             self.assertAlmostEqual(messages['/ranges'].range, expected)
+        antenna = messages['/tf_static'].transforms[0]
+        self.assertEqual((antenna.child_frame_id, antenna.transform.translation.x), ('antenna', -0.25))
 
     def test_program_fails_with_one_line_and_leaves_no_bag(self):
         self.write(ranges='t,beacon,range\n1,7,ten\n')
@@ -496,8 +516,9 @@ class Reading(unittest.TestCase):
             self.assertIn(words, self.assert_refused(1, *arguments))
 
     def test_program_misuse_is_one_line_and_two(self):
-        for arguments in ('', 'kitti a b', 'plaza', 'plaza a.mat', 'plaza a.mat b.bag c.bag', 'csv a b.bag --range-unit yd',
-                          'csv a b.bag --range-unit', 'plaza a b.bag --antenna 1,2,3', 'mrclam a b.bag --robot x', 'victoria_park a'):
+        for arguments in ('', 'kitti a b', 'plaza', 'plaza a.mat', 'plaza a.mat b.bag c.bag', 'plaza a.mat b.bag --range-unit yd',
+                          'plaza a.mat b.bag --antenna 1,2', 'csv a b.bag --range-unit', 'csv a b.bag --antenna 1,2,3',
+                          'mrclam a b.bag --robot x', 'mrclam a b.bag --odometry-delay 60', 'victoria_park a'):
             self.assert_refused(2, *arguments.split())
         for arguments in ('--help', 'plaza --help', 'labyrinth --help', 'mrclam --help', 'victoria_park --help', 'csv -h'):
             code, out, error = self.program(*arguments.split())

@@ -110,7 +110,7 @@ class Drive(unittest.TestCase):
         """The drive's truth, and the solution without what the bag says of noise."""
         subprocess.run([PROGRAMS / 'dataset_to_bag', *data_set[:2], self.bag, *data_set[2:]], check=True, stdout=subprocess.PIPE)
         bag = recorded_run.RecordedBag(str(self.bag))
-        topics = SimpleNamespace(**dict(TOPICS, landmarks=landmarks, pose='/odom', truth='/ground_truth'))
+        topics = SimpleNamespace(**dict(TOPICS, landmarks=landmarks, pose='/odom', truth='/ground_truth', truth_frame=None))
         with mock.patch('sys.argv', [str(PROGRAMS / 'any')]):
             given = drive.drive_of(bag, topics, Setup())
             solution = drive.solution_of(dict(given, odometry_noise=None))

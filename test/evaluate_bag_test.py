@@ -73,12 +73,12 @@ def write_bag(path, messages):
             bag.write(topic, message, Time.from_sec(time))
 
 
-def line_of(truth=True, heading=True, pose=True, antenna=False, spoiled=()):
+def line_of(truth=True, heading=True, pose=True, antenna=None, spoiled=()):
     """50 m along a line at 10 Hz; the estimate 1 m beside it, 20 m in the first tenth, with a variance of 1 m^2; dead reckoning
-    a tenth too long. `antenna`: the truth is that of a frame 2 m ahead of the robot and 1 m to its right. `spoiled`: topics with a NaN."""
+    a tenth too long. `antenna`: a frame 2 m ahead of the robot and 1 m to its right. `spoiled`: topics with a NaN."""
     yield '/beacons', START, BeaconArray(beacons=[BeaconPosition(0, Point())])
     if antenna:
-        frame = TransformStamped(child_frame_id='ground_truth')
+        frame = TransformStamped(child_frame_id=antenna)
         frame.header.frame_id = 'base_link'
         frame.transform.translation.x, frame.transform.translation.y, frame.transform.rotation.w = 2.0, -1.0, 1.0
         yield '/tf_static', START, TFMessage([frame])
@@ -183,9 +183,11 @@ class EvaluateBag(unittest.TestCase):
             self.assertIn(words, self.text)
 
     def test_the_truth_may_be_that_of_an_antenna(self):
-        estimate = self.of_line('--clip', 0.2, heading=False, antenna=True)['estimate']
-        self.assert_near(estimate['cross_track']['mean'], 1 + 2 * math.sin(0.1) - math.cos(0.1))
-        self.assert_near(estimate['along_track']['mean'], 2 * math.cos(0.1) + math.sin(0.1))
+        for name, more in (('ground_truth', ()), ('gps', ('--truth-frame', 'gps'))):
+            estimate = self.of_line('--clip', 0.2, *more, heading=False, antenna=name)['estimate']
+            self.assert_near(estimate['cross_track']['mean'], 1 + 2 * math.sin(0.1) - math.cos(0.1))
+            self.assert_near(estimate['along_track']['mean'], 2 * math.cos(0.1) + math.sin(0.1))
+        self.assert_refused((self.bag, '--truth-frame', 'mast'), says='--truth-frame mast: /tf_static does not place it')
 
     def test_pictures_are_drawn_and_without_truth_of_paths_alone(self):
         picture = self.folder / 'out.png'
@@ -225,7 +227,7 @@ class EvaluateBag(unittest.TestCase):
                       (self.bag, '--clip=-0.1'), (self.bag, '--plot', 'picture.bmp'), (self.bag, '--pose', '/odometry'),
                       (self.bag, '--quiet', '--json', self.folder / 'no/such/folder.json'), (self.bag, '--batch')):
             self.assert_refused(words)
-        for words in ((), (self.bag, '--klip', 0.2), (self.bag, '--clip', 'x'),
+        for words in ((), (self.bag, '--klip', 0.2), (self.bag, '--clip', 'x'), (self.bag, '--match', 'best'),
                       (self.bag, '--frame', 'mine'), (self.bag, '--batch', '--odom', 'none'), (self.bag, '--batch-online')):
             self.assert_refused(words, code=2)
 

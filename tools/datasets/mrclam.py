@@ -9,13 +9,13 @@ here; the filter's gate has to.
 
 Velocities hold until the next row: on data set 6 this fits the true turns of half a second to 0.015 to 0.017 rad rms, the rule
 "since the row before" to 0.016 to 0.020. There a row's motion shows in the truth 0.2 s after its time (robots 1 to 3, best
-fit), which filters find out.
+fit); an odometry delay of 0.2 takes that out.
 """
 import os
 
 from command_line import Error, UsageError
 
-from .files import NumberTable, require_directory
+from .files import NumberTable, number_of, require_directory
 from .recording import (Frame, Landmark, Observation, Odometry, Recording, Truth, compose, midpoint_motion,
                         wrap_angle)
 
@@ -25,15 +25,20 @@ Robot<n>_Measurement.dat, Barcodes.dat and, if there is truth,
 Robot<n>_Groundtruth.dat and Landmark_Groundtruth.dat recorded. Landmark ids
 are subject numbers, from 6; observations of robots are left out."""
 INPUT = "DIRECTORY"
-OPTIONS = (("robot", "N", "1", "number of the robot"),)
+OPTIONS = (("robot", "N", "1", "number of the robot"),
+           ("odometry-delay", "SECONDS", "0",
+            "added to the times of the odometry; in data set 6 the truth is 0.2 s behind it"))
 EXAMPLES = ("mrclam MRCLAM_Dataset6 robot1.bag --robot 1",)
 
 FIRST_LANDMARK = 6  # subjects before it are robots
 
 
-def read(directory, robot="1"):
+def read(directory, robot="1", odometry_delay="0"):
     if not robot.isdecimal():
         raise UsageError(f"--robot {robot}: give the number of a robot")
+    delay = number_of(odometry_delay)
+    if delay is None or not abs(delay) <= 10:
+        raise UsageError("--odometry-delay has to be between -10 and 10 s")
     require_directory(directory, "Robot1_Odometry.dat and the like")
 
     def path(name):
@@ -45,7 +50,7 @@ def read(directory, robot="1"):
         remedy = f"--robot has to be one of {there}" if there else "give the directory with Robot1_Odometry.dat and the like"
         raise Error(f"{path(own)}Odometry.dat: no such file; {remedy}")
     recording = Recording()
-    read_odometry(path(f"{own}Odometry.dat"), recording)
+    read_odometry(path(f"{own}Odometry.dat"), delay, recording)
     read_measurements(path(f"{own}Measurement.dat"), subjects_by_barcode(path("Barcodes.dat")), recording)
     if os.path.exists(path(f"{own}Groundtruth.dat")):
         rows = timed_table(path(f"{own}Groundtruth.dat"), 4, recording).rows
@@ -77,7 +82,7 @@ def subjects_by_barcode(path):
     return subjects
 
 
-def read_odometry(path, recording):
+def read_odometry(path, delay, recording):
     rows = timed_table(path, 3, recording).rows
     pose, merged, before = (0.0, 0.0, 0.0), 0, None
     for row in rows:
@@ -87,10 +92,12 @@ def read_odometry(path, recording):
         if before and duration <= 0:
             merged += 1  # the pose at this time is there; the velocities from here on are this row's
         else:
-            recording.odometry.append(Odometry(row[0], pose))
+            recording.odometry.append(Odometry(row[0] + delay, pose))
         before = row
     if merged:
         recording.notes.append(f"odometry: {merged} rows merged with the row before, which has the same time")
+    if delay:
+        recording.notes.append(f"odometry delayed by {delay:f} s")
 
 
 def read_measurements(path, subjects, recording):

@@ -1,43 +1,55 @@
 """The MATLAB files of the CMU range-only data sets (Djugash, Hamner, Roth, "Navigating with ranging radios", FSR 2009; Kurth,
 CMU-RI-TR-04-29, has the same layout with ranges in feet):
-DR [t distance dheading], steps of dead reckoning, each from the row before to t, TD [t antenna beacon range], TL [beacon x y (z)],
-GT [t x y (heading)]; TL and GT may miss. Where an antenna sits the files do not say: the list `antennas` of a filter does.
+  DR [t distance dheading]  steps of dead reckoning, each from the row before to t; without it
+  DRp [t x y heading]       dead reckoning as a path,
+  TD [t antenna beacon range], TL [beacon x y (z)], GT [t x y (heading)]; TL and GT may miss.
 
-The steps are integrated with the mid-point rule, as DRp of the files, a path, is. (On Plaza 2 the truth cannot tell it from the rule
+The steps are integrated with the mid-point rule, as DRp of the files is. (On Plaza 2 the truth cannot tell it from the rule
 "heading before": 1.73 and 1.72 m mean error with the yaw-rate bias taken out.) Distances of DR are without sign: driving in
 reverse does not show in them.
 """
 import math
 
-from command_line import Error
+from command_line import Error, UsageError
 
-from .files import MatFile
-from .recording import (METRES_PER_FOOT, Beacon, Range, Recording, Truth, compose, median_range_ratio, midpoint_motion, start_of_steps,
-                        unit_of, wrap_angle)
+from .files import MatFile, number_of
+from .recording import (METRES_PER_FOOT, Beacon, Frame, Range, Recording, Truth, compose,
+                        median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
 HELP = """Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD
 [t antenna beacon range], TL [beacon x y] and GT [t x y heading]."""
 INPUT = "FILE.mat"
-OPTIONS = ()
-EXAMPLES = ("plaza Plaza2.mat plaza2.bag",)
+OPTIONS = (("range-unit", "m|ft|cm|mm", None, "unit of the ranges; by default found from the true distances"),
+           ("antenna", "[N:]x,y,z", [], "where the antenna (with number N) sits on the robot, in m; may be repeated"))
+EXAMPLES = ("plaza Plaza2.mat plaza2.bag", "plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5")
 
 LEAST_STEP = 0.02  # m, in which the direction of travel can be seen
 LEAST_STEPS = 10
 START_WITHIN = 5.0  # intervals of the odometry that truth may begin before its first step ends
 
 
-def read(path):
+def read(path, range_unit=None, antenna=()):
+    """`range_unit`: "m" or "ft"; `antenna`: places as the option takes them."""
+    metres = metres_per(range_unit) if range_unit else None
+    places = dict(antenna_of(text) for text in antenna)
     file, recording = MatFile(path), Recording()
     read_truth(file, recording)
-    steps = file.matrix("DR", 3)
-    if steps is None:
-        raise Error(f"{path}: has no variable DR [t distance dheading]; it has {file.names()}")
-    integrate_steps(usable_rows(steps, 3, "DR", recording), recording)
+    read_odometry(file, recording)
     read_beacons(file, recording)
     read_ranges(file, recording)
-    scale_ranges(recording)
+    scale_ranges(metres, recording)
+    place_antennas(places, recording)
     return recording
+
+
+def antenna_of(text):
+    """Of "N:x,y,z" the number of the antenna and its place; -1, for all antennas, without a number."""
+    number, colon, where = text.rpartition(":")
+    numbers = [number_of(word) for word in [number if colon else "-1"] + where.split(",")]
+    if len(numbers) != 4 or any(value is None or not math.isfinite(value) for value in numbers):
+        raise UsageError(f"--antenna {text}: give [N:]x,y,z, finite numbers separated by commas")
+    return int(numbers[0]), numbers[1:]
 
 
 def usable_rows(rows, columns, name, recording):
@@ -86,6 +98,20 @@ def mean_travel_minus_heading(truth):
     return math.atan2(sine, cosine) if steps >= LEAST_STEPS else None
 
 
+def read_odometry(file, recording):
+    steps = file.matrix("DR", 3)
+    if steps is not None:
+        integrate_steps(usable_rows(steps, 3, "DR", recording), recording)
+        return
+    poses = file.matrix("DRp", 4)
+    if poses is None:
+        raise Error(f"{file.path}: has no variable DR [t distance dheading] nor DRp; it has {file.names()}")
+    rows = usable_rows(poses, 4, "DRp", recording)
+    for row in rows:
+        recording.add_pose(row[0], relative(rows[0][1:4], row[1:4]))
+    recording.notes.append("no variable DR: odometry is DRp")
+
+
 def integrate_steps(steps, recording):
     if not steps:
         return
@@ -125,11 +151,26 @@ def read_ranges(file, recording):
                         for row, antenna in zip(good, antennas)]
 
 
-def scale_ranges(recording):
-    """Brings ranges to metres; that they are in feet is seen from the true distances."""
+def scale_ranges(metres, recording):
+    """Brings ranges to metres; without `metres` per unit that is seen from the true distances."""
     ratio = median_range_ratio(recording)
-    if ratio is None:
-        recording.notes.append("TD: the unit of the ranges is not known: metres are assumed")
-    elif unit_of(ratio) == "ft":
+    scale = metres or 1.0
+    if metres and ratio and unit_of(ratio * metres) == "ft":
+        recording.notes.append(f"ranges are {ratio * metres:.2f} times the true distances: are they in feet?")
+    elif not metres and unit_of(ratio) == "ft":
+        scale = METRES_PER_FOOT
         recording.notes.append(f"TD: ranges are {ratio:.2f} times the true distances: taken as feet")
-        recording.ranges = [heard._replace(range=METRES_PER_FOOT * heard.range) for heard in recording.ranges]
+    elif not metres and ratio is None:
+        recording.notes.append("TD: the unit of the ranges is not known: metres are assumed (--range-unit ft for feet)")
+    recording.ranges = [heard._replace(range=heard.range * scale) for heard in recording.ranges]
+
+
+def place_antennas(places, recording):
+    """Places the antennas that the ranges name, as far as the options know them."""
+    by_name = {f"antenna_{number}": place for number, place in places.items()}
+    for name in sorted({heard.frame for heard in recording.ranges}):
+        place = by_name.get(name, places.get(-1))
+        if place is None and name == "antenna" and len(places) == 1:
+            place = next(iter(places.values()))
+        if place is not None:
+            recording.frames.append(Frame(name, *place, 0.0))

@@ -1,6 +1,6 @@
 """The Victoria Park data set (Guivant, Nebot, "Optimization of the simultaneous localization and map-building algorithm for
 real-time implementation", 2001), with the trees already found in the laser scans: a directory with time.txt (ms), speed.txt
-(m/s), steering.txt (rad); lasersampling.txt (ms), ObservationDistance.txt (m) and
+(m/s), steering.txt (rad), or all three in aa3_dr.mat; lasersampling.txt (ms), ObservationDistance.txt (m) and
 ObservationAngle.txt (rad, from the right, ahead is pi/2), a row per scan, zeros at its end; and, if there is truth, aa3_gpsx.mat
 with timeGps (ms), Lo_m and La_m (m).
 
@@ -19,8 +19,8 @@ from .files import MatFile, NumberTable, require_directory
 from .recording import Frame, Observation, Odometry, Recording, Truth, compose, midpoint_motion, wrap_angle
 
 LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
-HELP = """Makes a bag of a directory with time.txt, speed.txt, steering.txt,
-lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt
+HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (or
+aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt
 and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
 INPUT = "DIRECTORY"
 OPTIONS = ()
@@ -87,7 +87,13 @@ def in_order_of_time(rows, path):
 def read_controls(directory):
     """(s, m/s of the left rear wheel, rad), a row each."""
     path = os.path.join(directory, "time.txt")
-    rows = columns_of_text(directory, ("time.txt", "speed.txt", "steering.txt"))
+    if os.path.exists(path):
+        rows = columns_of_text(directory, ("time.txt", "speed.txt", "steering.txt"))
+    else:
+        path = os.path.join(directory, "aa3_dr.mat")
+        if not os.path.exists(path):
+            raise Error(f"{directory}: has neither time.txt, speed.txt, steering.txt nor aa3_dr.mat")
+        rows = columns_of_mat(path, ("time", "speed", "steering"))
     for row, (_, _, steering) in enumerate(in_order_of_time(rows, path), 1):
         if abs(steering) > MOST_STEERING:
             raise Error(f"{path}: steering {steering:f} in row {row} is not a steering angle in radians")

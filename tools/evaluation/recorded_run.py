@@ -187,9 +187,11 @@ def frames_on_robot(messages, base):
     return frames
 
 
-def place_on_robot(messages):
+def place_on_robot(messages, wanted):
     """Where the frame that the truth is about sits on base_link, in the plane: (x, y, heading)."""
-    place = frames_on_robot(messages, "base_link").get("ground_truth")
+    place = frames_on_robot(messages, "base_link").get(wanted or "ground_truth")
+    if place is None and wanted:
+        raise Error(f"--truth-frame {wanted}: /tf_static does not place it on base_link; give one that it does")
     return np.zeros(3) if place is None else np.array([*place[:2, 3], np.arctan2(place[1, 0], place[0, 0])])
 
 
@@ -270,7 +272,7 @@ def read_run(bag, given, with_odometry, with_truth):
     def name(topic):
         return f"{bag.name}: {topic}"
 
-    place = place_on_robot(messages["/tf_static"])
+    place = place_on_robot(messages["/tf_static"], given.truth_frame)
     estimate = path_of_place(path_of(*numbers_of(messages[given.pose]), name(given.pose)), place)
     truth = truth_of(messages[given.truth], name(given.truth)) if with_truth else None
     run = RecordedRun(truth, estimate, place)
