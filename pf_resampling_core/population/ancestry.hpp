@@ -12,7 +12,7 @@ using MutableIndices = Eigen::Ref<Eigen::ArrayXi>;
 /// Ancestor of every slot from replication counts, such that a survivor keeps its own slot where it
 /// has one (ancestors[i] == i whenever counts[i] > 0 and i < ancestors.size()); the other copies
 /// fill the free slots in ascending order of ancestor. So as few particles as possible are copied.
-/// counts.sum() == ancestors.size(); counts.size() may differ from it. O(N + M).
+/// counts.sum() == ancestors.size(); counts.size() may differ from it. O(N + M), allocates nothing.
 void counts_to_ancestors(ConstIndices counts, MutableIndices ancestors);
 
 /// Which particles of the past are still alive: follows ancestor indices over many selections (Kwak
