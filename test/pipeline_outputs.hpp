@@ -85,6 +85,20 @@ inline bool is_finite(const visualization_msgs::Marker& marker) {
                      [](const geometry_msgs::Point& point) { return is_finite(point); });
 }
 
+/// Of its particles, by their weights, which have to add up to one.
+inline double mean_x_of(const sensor_msgs::PointCloud2& cloud) {
+  double x = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < cloud.width; ++i) {
+    float values[5];  // x, y, z, heading, weight
+    std::memcpy(values, &cloud.data[i * cloud.point_step], sizeof(values));
+    x += static_cast<double>(values[4] * values[0]);
+    sum += static_cast<double>(values[4]);
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-4);
+  return x;
+}
+
 /// Five numbers and the ancestor are a particle.
 inline bool is_finite(const sensor_msgs::PointCloud2& cloud) {
   for (std::size_t at = 0; at < cloud.data.size(); at += cloud.point_step) {

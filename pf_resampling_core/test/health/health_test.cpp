@@ -64,17 +64,6 @@ TEST(Health, AHeadingCountsAsUnknownFromThirtyDegreesOn) {
   }
 }
 
-TEST(Health, WhatContradictsTheBeliefMakesItDoubtful) {
-  HealthInputs inputs;
-  inputs.observations = "scans";
-  inputs.is_contradicted = true;
-  EXPECT_EQ(health_of(inputs), Health::doubtful);
-  EXPECT_EQ(judge_health(inputs).reason,
-            "odometry and scans contradict each other: slipping, or carried?");
-  inputs.lost = 0.9;
-  EXPECT_EQ(health_of(inputs), Health::lost);
-}
-
 TEST(Health, PositionAndHeadingAreJudgedTogether) {
   HealthInputs inputs;
   inputs.position_unknown = 0.6;
@@ -91,9 +80,17 @@ TEST(Health, PositionAndHeadingAreJudgedTogether) {
   EXPECT_EQ(health_of(inputs), Health::healthy);
 }
 
-// Its belief may be that of the beacon that was moved.
-TEST(Health, WhatDoesNotFitTheOthersIsDoubtful) {
+// The belief may be that of the beacon that was moved.
+TEST(Health, WhatContradictsTheBeliefOrTheOthersMakesItDoubtful) {
   HealthInputs inputs;
+  inputs.observations = "scans";
+  inputs.is_contradicted = true;
+  EXPECT_EQ(health_of(inputs), Health::doubtful);
+  EXPECT_EQ(judge_health(inputs).reason,
+            "odometry and scans contradict each other: slipping, or carried?");
+  inputs.lost = 0.9;
+  EXPECT_EQ(health_of(inputs), Health::lost);
+  inputs = {};
   inputs.misfit = "the ranges of a beacon";
   inputs.sample_size = 0.01;
   EXPECT_EQ(health_of(inputs), Health::doubtful);

@@ -186,69 +186,48 @@ TEST(Localization, InjectsLittleWhileAllIsWell) {
   }
 }
 
-// Every scheme with every excitation: nothing non-finite, weights that add up, and the robot found
-// from a start that is known to a metre.
-TEST(Localization, EverySchemeWithEveryExcitation) {
-  const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
-  const SimulatedDrive drive = simulate(world, 3);
+// Every scheme and every compensation with every excitation: nothing non-finite, weights that add
+// up, and the robot found from a start that is known to a metre.
+TEST(Localization, EveryStrategyWithEveryExcitation) {
+  std::vector<StrategyOptions> strategies;
+  StrategyOptions strategy;
   for (const ResamplingScheme scheme : all_values<ResamplingScheme>()) {
-    for (const Excitation excitation : all_values<Excitation>()) {
-      for (const WeightsAfter weights_after : all_values<WeightsAfter>()) {
-        SCOPED_TRACE(to_string(scheme) + ", " + to_string(excitation) + ", " +
-                     to_string(weights_after));
-        BeaconMclOptions options;
-        options.particles = 300;
-        options.strategy.resampling.scheme = scheme;
-        options.strategy.resampling.weights_after = weights_after;
-        options.strategy.excitation.method = excitation;
-        options.initialization.method = Initialization::gaussian;
-        options.initialization.x = 25.5;
-        options.initialization.y = 14.5;
-        options.initialization.heading = 1.6;
-        BeaconMcl filter(options, beacons_of(world), 3);
-        bool is_finite = true;
-        run_drive(drive, &filter, [&](double, const Pose2&) {
-          const PoseEstimate estimate = filter.estimate();
-          is_finite = is_finite && std::isfinite(estimate.mean.x) &&
-                      std::isfinite(estimate.mean.heading) && estimate.covariance.allFinite();
-        });
-        EXPECT_TRUE(is_finite && all_finite(filter));
-        EXPECT_NEAR(filter.particles().weight.sum(), 1.0, 1e-9);
-        EXPECT_GT(filter.status().renewals, 0);
-        EXPECT_LT(position_error(filter, drive.odometry.back().truth), 2.0);
-      }
+    for (const WeightsAfter weights_after : all_values<WeightsAfter>()) {
+      strategy.resampling.scheme = scheme;
+      strategy.resampling.weights_after = weights_after;
+      strategies.push_back(strategy);
     }
   }
-}
-
-// Compensation in place of resampling likewise.
-TEST(Localization, EveryCompensationWithEveryExcitation) {
-  const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
-  const SimulatedDrive drive = simulate(world, 3);
+  strategy.renewal = Renewal::compensation;
   for (const Pairing pairing : all_values<Pairing>()) {
     for (const CompensatedWeights weights_after : all_values<CompensatedWeights>()) {
-      for (const Excitation excitation : all_values<Excitation>()) {
-        SCOPED_TRACE(to_string(pairing) + ", " + to_string(weights_after) + ", " +
-                     to_string(excitation));
-        BeaconMclOptions options;
-        options.particles = 300;
-        options.strategy.renewal = Renewal::compensation;
-        options.strategy.compensation.pairing = pairing;
-        options.strategy.compensation.weights_after = weights_after;
-        options.strategy.excitation.method = excitation;
-        options.initialization.method = Initialization::gaussian;
-        options.initialization.x = 25.5;
-        options.initialization.y = 14.5;
-        options.initialization.heading = 1.6;
-        BeaconMcl filter(options, beacons_of(world), 3);
-        run_drive(drive, &filter, [&](double, const Pose2&) {
-          ASSERT_TRUE(std::isfinite(filter.estimate().mean.x));
-        });
-        EXPECT_TRUE(all_finite(filter));
-        EXPECT_NEAR(filter.particles().weight.sum(), 1.0, 1e-9);
-        EXPECT_GT(filter.status().renewals, 0);
-        EXPECT_LT(position_error(filter, drive.odometry.back().truth), 2.0);
-      }
+      strategy.compensation.pairing = pairing;
+      strategy.compensation.weights_after = weights_after;
+      strategies.push_back(strategy);
+    }
+  }
+  const World world = circle_among_six_beacons(1.03, 0.1, 25.0);
+  const SimulatedDrive drive = simulate(world, 3);
+  for (const Excitation excitation : all_values<Excitation>()) {
+    for (const StrategyOptions& each : strategies) {
+      BeaconMclOptions options;
+      options.particles = 300;
+      options.strategy = each;
+      options.strategy.excitation.method = excitation;
+      SCOPED_TRACE(strategy_of(options.strategy));
+      options.initialization.method = Initialization::gaussian;
+      options.initialization.x = 25.5;
+      options.initialization.y = 14.5;
+      options.initialization.heading = 1.6;
+      BeaconMcl filter(options, beacons_of(world), 3);
+      bool is_finite = true;
+      run_drive(drive, &filter, [&](double, const Pose2&) {
+        is_finite = is_finite && all_finite(filter) && filter.estimate().covariance.allFinite();
+      });
+      EXPECT_TRUE(is_finite);
+      EXPECT_NEAR(filter.particles().weight.sum(), 1.0, 1e-9);
+      EXPECT_GT(filter.status().renewals, 0);
+      EXPECT_LT(position_error(filter, drive.odometry.back().truth), 2.0);
     }
   }
 }
