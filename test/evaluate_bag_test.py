@@ -267,7 +267,7 @@ class EvaluateBag(unittest.TestCase):
             messages = [each for each in line_of() if each[0] != '/beacons']
             if listed:
                 messages.append(('/beacons', START, BeaconArray(beacons=[BeaconPosition(id, Point(9.0 * id, 5.0, 0)) for id in (1, 2)])))
-            places = [BeaconPlace(id, Point(9.0 * id + 0.1, 5.0, 0), [0.01, 0, 0, 0.01], 1.0) for id in (1, 2)]
+            places = [BeaconPlace(id, Point(9.0 * id + 0.05, 5.0, 0), [0.01, 0, 0, 0.01], 1.0) for id in (1, 2)]
             write_bag(self.bag, [*messages, ('/beacon_map', START + 50.0, BeaconMap(places=places))])
             figures = self.evaluate(self.bag)
             self.assertEqual((figures['frame'], 'map' in figures), (frame, listed))

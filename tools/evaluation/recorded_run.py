@@ -26,7 +26,7 @@ SIGHTINGS = "pf_resampling/LandmarkObservationArray"
 SIGHTING = np.dtype([("id", "<i4"), ("of", "<f8", 4)])
 OF_MESSAGE = b"op=\x02"  # in the header of a record of a bag
 SIZE, TIME = struct.Struct("<I").unpack_from, struct.Struct("<2I").unpack_from
-NEAR = 0.5  # m
+NEAR = 0.1  # m, that a listed beacon is moved by what is found
 FARTHEST = 1e9  # m; filters reject odometry from beyond
 
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 namespace pf_resampling {
 namespace {
@@ -237,6 +238,18 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
     const Eigen::Matrix2d off = positions[static_cast<std::size_t>(k)] - position;
     EXPECT_LT(off.norm(), 0.1 * position.norm()) << k;
   }
+}
+
+TEST(Solve, GivesUpWhereTheEvidenceWillNotDo) {
+  const auto solved = [](double least_evidence) {
+    SmallProblem problem = small_problem();
+    problem.estimate.keyframes.back()[0] += 0.5;
+    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate,
+                 nullptr, least_evidence);
+  };
+  const RangeBelief whole = solved(-std::numeric_limits<double>::infinity());
+  EXPECT_EQ(solved(whole.log_evidence - 1.0).log_evidence, whole.log_evidence);
+  EXPECT_FALSE(solved(whole.log_evidence + 1.0).is_usable);
 }
 
 TEST(Solve, APastSaysWhatItsDataSaid) {

@@ -586,19 +586,6 @@ TEST(FastSlam, TheGateOfNewLandmarksIsNotBelowThatOfKnownOnes) {
   EXPECT_NO_THROW(FastSlam(options, 1));
 }
 
-TEST(FastSlam, SameSeedSameBytesOtherSeedOtherBytes) {
-  const auto run = [](std::uint64_t seed) {
-    FastSlamOptions options;
-    FastSlam filter(options, seed);
-    for (int step = 0; step < 30; ++step) {
-      filter.update(some_motion(), {exact_observation({0.5 * step, 0.0, 0.0}, {}, {5.0, 1.0}, 0)});
-    }
-    return filter.particles().x;
-  };
-  EXPECT_TRUE((run(1) == run(1)).all());
-  EXPECT_FALSE((run(1) == run(2)).all());
-}
-
 TEST(FastSlam, AnotherStrategyLeavesParticlesAndMapsAsTheyAre) {
   FastSlamOptions options;
   FastSlam filter(options, 1);
