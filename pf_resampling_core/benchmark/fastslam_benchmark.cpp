@@ -135,8 +135,8 @@ int main(int argc, char** argv) {
          {std::make_pair(DataAssociation::known, "known ids"),
           std::make_pair(DataAssociation::mutual_exclusion, "unknown ids")}) {
       for (const int landmarks : {35, 1000, 10000, 100000}) {
-        // Once round, or as long as it takes to get round 10,000 landmarks; compensations lag by 64
-        // at most.
+        // Once round, or as long as it takes to get round 10,000 landmarks; a compensation leaves
+        // nothing for later.
         const bool is_selection = kind == Kind::nothing || kind == Kind::selection;
         const int round = static_cast<int>(std::min(landmarks, 10000) * kSpacing / kAdvance);
         measure_updates(name, row, kind, association, landmarks, is_selection ? round : 200);
