@@ -47,8 +47,13 @@ constexpr double kCarriedShare = 1e-4;
 // still be where it believes: so many, and this share of all.
 constexpr double kFewMissed = 3.0;
 constexpr double kMissedShare = 0.04;
-constexpr double kNowhere = 1e9;    // m
-constexpr double kSameTime = 1e-6;  // s
+// A whole group of landmarks can be taken for its neighbours at once, and the Gaussian of one
+// association knows nothing of that. By as much, where no sighting's landmark is sure, its draws
+// are wider: read off MRCLAM, whose landmarks stand .2 m apart.
+constexpr double kWidening = 0.5;
+constexpr int kNewestUpdates = 500;  // which say how well landmarks can be told apart
+constexpr double kNowhere = 1e9;     // m
+constexpr double kSameTime = 1e-6;   // s
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
 
@@ -413,6 +418,8 @@ bool Memory::decide(const ReassociationOptions& options, std::int64_t* next_id) 
   state_.decided = state_.updates;
   number_landmarks();
   look_for_missed();
+  const Scans newest = newest_scans(state_.graph, state_.begins, kNewestUpdates);
+  ambiguity_ = ambiguous_share(options, state_.graph, newest);
   return true;
 }
 
@@ -473,7 +480,8 @@ bool Memory::solve_carried(double robust_width, const Pose2& newest, double sinc
 
 MemoryDraw Memory::draw(int particles, const RandomStream& stream) const {
   MemoryDraw draw;
-  draw.deviations = draw_deviations(*equations_, state_.graph, particles, stream);
+  draw.deviations = (1.0 + kWidening * ambiguity_) *
+                    draw_deviations(*equations_, state_.graph, particles, stream);
   for (std::size_t l = 0; l < state_.graph.landmarks.size(); ++l) {
     draw.landmarks_given_path.push_back(equations_->landmark_information(l).inverse());
   }

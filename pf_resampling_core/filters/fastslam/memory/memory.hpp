@@ -27,7 +27,8 @@ struct StartingBelief {
 
 /// What a population is drawn from.
 struct MemoryDraw {
-  Eigen::MatrixXd deviations;  ///< see draw_deviations()
+  /// See draw_deviations(); wider by up to a half where landmarks are hard to tell apart.
+  Eigen::MatrixXd deviations;
   std::vector<Eigen::Matrix2d> landmarks_given_path;
   OdometryInformation odometry_given_path = OdometryInformation::Zero();
 };
@@ -164,6 +165,7 @@ class Memory {
 
   MemoryState state_;
   bool misses_landmarks_ = false;
+  double ambiguity_ = 0.0;  // share of the newest sightings whose landmark is not sure
   std::unordered_map<std::int64_t, int> numbers_;      // of landmarks, by their ids
   std::shared_ptr<const SegmentEquations> equations_;  // factorised at the last solution
 };

@@ -335,6 +335,26 @@ int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, 
   return changed;
 }
 
+double ambiguous_share(const ReassociationOptions& options, const SegmentGraph& graph,
+                       const Scans& scans) {
+  const LandmarkIndex index = index_of(graph);
+  int all = 0, ambiguous = 0;
+  for (const SightingFactor& sighting : scans.sightings) {
+    if (sighting.landmark < 0) continue;
+    const Pose2& pose = scans.poses[static_cast<std::size_t>(sighting.pose)];
+    const auto cost = [&](int landmark) {
+      return sighting_cost(options, graph, pose, sighting, landmark);
+    };
+    const double limit = cost(sighting.landmark) + kSureLogOdds;
+    const std::vector<int> candidates = near(index, vicinity_of(options, sighting, pose, graph));
+    ++all;
+    ambiguous += std::any_of(candidates.begin(), candidates.end(), [&](int other) {
+      return other != sighting.landmark && cost(other) < limit;
+    });
+  }
+  return all > 0 ? static_cast<double>(ambiguous) / all : 0.0;
+}
+
 bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
                 SegmentGraph* graph) {
   std::vector<Pose2>& poses = scans->poses;

@@ -56,14 +56,18 @@ double association_evidence(const ReassociationOptions& options,
 /// exclusion, Montemerlo 2003, but with all that is known by now). Returns how many changed.
 int reassociate(const ReassociationOptions& options, const SegmentGraph& graph, Scans* scans);
 
+/// Logarithm of the odds from which on an association is sure: 20 to 1.
+inline constexpr double kSureLogOdds = 3.0;
+
+/// Share of the sightings whose landmark is not sure: another fits nearly as well.
+double ambiguous_share(const ReassociationOptions& options, const SegmentGraph& graph,
+                       const Scans& scans);
+
 /// Takes what was seen on a visit for sightings of landmarks that were never seen before: each
 /// scan's sightings of those seen within kPassageGap that fit best, or of another, which the graph
 /// gets; poses of the newest by odometry. False, with the scans half done, if there are too many.
 bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
                 SegmentGraph* graph);
-
-/// Logarithm of the odds from which on landmarks are taken for one: 20 to 1.
-inline constexpr double kSureLogOdds = 3.0;
 
 /// A landmark that the map could do without.
 struct Dispensable {

@@ -88,6 +88,31 @@ struct Drive {
   }
 };
 
+// Where none is sure, as each has a neighbour one standard deviation farther away, draws are half
+// as wide again as the Gaussian.
+TEST(Accounts, DrawsAreWiderWhereLandmarksAreHardToTellApart) {
+  Drive drive;
+  for (int i = 0; i < 6; ++i) {
+    drive.move(0.1, 0.0);
+    for (const int beside : {0, 1}) {
+      for (int l : {2, 3, 4}) {
+        SightingFactor sighting = drive.sighting_of(kLandmarks[static_cast<std::size_t>(l)]);
+        sighting.range += 0.05 * beside;
+        drive.see(l, l + 10 * beside, sighting);
+      }
+    }
+  }
+  ASSERT_TRUE(drive.solve());
+  SegmentGraph graph = drive.past.graph();
+  ASSERT_EQ(graph.landmarks.size(), 6u);
+  std::unique_ptr<SegmentEquations> equations;
+  ASSERT_TRUE(solve(kReassociation.robust_width, &graph, &equations).is_solved);
+  const RandomStream stream(1, RandomPurpose::test, 0);
+  const double of_gaussian = draw_deviations(*equations, graph, 100, stream).norm();
+  EXPECT_NEAR(drive.past.draw(100, stream).deviations.norm(), 1.5 * of_gaussian,
+              0.01 * of_gaussian);
+}
+
 // After 20 s without a sighting the robot is 1 m beside where odometry has it, three times as far
 // as that says it could be, and the first landmark seen looks like its neighbour: they are joined.
 // What is seen next fits nothing then, but everything if the robot is where it is.

@@ -149,6 +149,24 @@ SegmentGraph standing(int updates, const std::vector<Eigen::Vector2d>& landmarks
   return graph;
 }
 
+// Of two that are two standard deviations apart neither is sure, at four both are: odds of exp(2)
+// and exp(8).
+TEST(Reassociation, CountsSightingsThatMayAsWellBeOfANeighbour) {
+  const auto share = [](double apart) {
+    std::vector<SightingFactor> sightings;
+    for (int pose = 0; pose < 8; ++pose) {
+      sightings.push_back({pose, 0, 4.0, 0.0, 25e-4, 4e-4, {}});
+      sightings.push_back({pose, 2, 3.0, -kPi, 25e-4, 4e-4, {}});
+    }
+    sightings.push_back({7, 1, 4.0 + apart, 0.0, 25e-4, 4e-4, {}});
+    const SegmentGraph graph =
+        standing(8, {{4.0, 0.0}, {4.0 + apart, 0.0}, {-3.0, 0.0}}, sightings);
+    return ambiguous_share(kReassociation, graph, newest_scans(graph, {0.0}, 8));
+  };
+  EXPECT_NEAR(share(0.1), 9.0 / 17.0, 1e-9);
+  EXPECT_EQ(share(0.2), 0.0);
+}
+
 // From the origin two landmarks are seen 0.1 m apart, two standard deviations, in three scans each;
 // in one both; and one that stands alone. Without the second, three sightings are of the first, at
 // ½·2² more each, and one is of nothing.
