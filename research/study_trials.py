@@ -170,8 +170,8 @@ def cells(values):
 
 
 def answer(request, run):
-    """What a block of trials gives: by seed and filter, time of computation first; sums of curves, of their squares, and their
-    numbers, by filter and curve; paths of seed 1. Without seeds: what the problem is. Raises StudyError."""
+    """What a block of trials gives: by filter and seed, time of computation first; sums of curves, of their squares, and their
+    numbers, by filter and curve; paths of seed 1, by name. Without seeds: what the problem is. Raises StudyError."""
     problem = request["problem"]
     with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
         try:
@@ -183,15 +183,18 @@ def answer(request, run):
                 about = experiment.about()
                 return dict(about, places=[cells(place) for place in about["places"]], times=cells(about["times"]),
                             parameters=parameters_of_all(request))
-            trials, paths, totals = [], [], None
+            names = [each["name"] for each in request["filters"]]
+            trials, paths, totals = {name: [] for name in names}, {}, None
             for seed in range(request["first"], request["last"] + 1):
                 of_seed, drawn_now = experiment.run(seed, seed == 1)
-                trials.append([cells([milliseconds, *figures]) for milliseconds, figures, _ in of_seed])
-                paths += [cells(point) for point in drawn_now]
+                for name, (milliseconds, figures, _) in zip(names, of_seed):
+                    trials[name].append(cells([milliseconds, *figures]))
+                for name, *point in drawn_now:
+                    paths.setdefault(name, []).append(cells(point))
                 sums = [[np.array([np.where(np.isnan(curve), 0.0, part) for part in (curve, curve ** 2, np.ones(len(curve)))]) for curve in curves]
                         for _, _, curves in of_seed]
                 totals = sums if totals is None else [[a + b for a, b in zip(*each)] for each in zip(totals, sums)]
         except pf.Error as error:
             raise StudyError(str(error)) from None
     texts = [[["".join(f"{value:.17g} " for value in row) for row in curve] for curve in of] for of in totals]
-    return {"trials": trials, "sums": texts, "paths": paths}
+    return {"trials": trials, "sums": dict(zip(names, texts)), "paths": paths}
