@@ -6,6 +6,7 @@ import threading
 
 import numpy as np
 import yaml
+from study_faults import pose_of
 
 SHARES = (0.1, 0.3, 0.6, 1.0)  # of a drive, at which its belief is compared with the truth
 DURATION = 150.0  # s
@@ -58,11 +59,6 @@ def drawn_world(kind, seed):
                              "bias": normal(bias, 0.07), "sigma": sigma} for i, (x, y) in enumerate(places(int(draw.integers(4, 9))), 1)]
         world["ranges"] = {"rate": between(3.0, 20.0), "range_max": 60.0, "antenna": {"x": normal(0.0, 0.2), "y": normal(0.0, 0.2), "z": 0.0}}
     return world
-
-
-def pose_of(message):
-    of = message.pose.pose if hasattr(message.pose, "pose") else message.pose
-    return of.position.x, of.position.y, 2.0 * np.arctan2(of.orientation.z, of.orientation.w)
 
 
 def belief_of(path):

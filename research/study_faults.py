@@ -87,9 +87,9 @@ def position(message):
     return point.x, point.y
 
 
-def pose_of(odometry):
-    turn = odometry.pose.pose.orientation
-    return (*position(odometry), 2.0 * math.atan2(turn.z, turn.w))
+def pose_of(message):
+    turn = getattr(message.pose, "pose", message.pose).orientation
+    return (*position(message), 2.0 * math.atan2(turn.z, turn.w))
 
 
 def put(pose, odometry):

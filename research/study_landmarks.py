@@ -1,12 +1,13 @@
 """FastSLAM and EKF-SLAM in a simulated world, by the measures of Kwak (2008, section 4): N_eff, distinct particles, eqs. 5 and 6, and
 what these leave out: the error of the weighted mean, and how far its covariance can be believed."""
-import math
 import time
 from pathlib import Path
 
 import numpy as np
 import pf_resampling_core as pf
 import yaml
+from datasets.recording import compose
+from evaluation.paths import align_points, rotation
 from report_study import StudyError
 
 CHI_SQUARE_95 = 5.991  # two degrees of freedom
@@ -16,20 +17,6 @@ FIGURES = ["calls", "effective_sample_size", "distinct", "distinct_end", "featur
            "map_error", "map_error_aligned", "map_error_end", "pose_error", "map_inside", "pose_inside", "map_nees", "pose_nees"]
 DROPS = ["feature_error", "position_error", "effective_sample_size"]  # by how much they fall where a loop closes
 CURVES = ["feature_error", "position_error", "map_error", "distinct", "effective_sample_size", "map_inside", "calls"]
-
-
-def moved(pose, by):
-    """Where a pose is that is `by` when it is seen from `pose`."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return pose[0] + c * by[0] - s * by[1], pose[1] + s * by[0] + c * by[1], math.remainder(pose[2] + by[2], math.tau)
-
-
-def fitted(given, wanted):
-    """The points as the best rigid fit lays them on others, and the turn and shift that do."""
-    off, target = given - given.mean(axis=0), wanted - wanted.mean(axis=0)
-    angle = np.arctan2((off[:, 0] * target[:, 1] - off[:, 1] * target[:, 0]).sum(), (off * target).sum())
-    turn = np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
-    return off @ turn.T + wanted.mean(axis=0), angle, wanted.mean(axis=0) - turn @ given.mean(axis=0)
 
 
 def squared_mahalanobis(errors, covariances):
@@ -211,7 +198,9 @@ def measured(filter_, step, truth):
         row["map_error"] = np.sqrt(((mean - wanted) ** 2).sum(axis=1).mean())
         row["map_inside"] = (row["nees"] <= CHI_SQUARE_95).mean()
         if len(mean) > 1:
-            row["map_error_aligned"] = np.sqrt(((fitted(mean, wanted)[0] - wanted) ** 2).sum(axis=1).mean())
+            by = align_points(mean, wanted)
+            aligned = mean @ rotation(by[2]).T + by[:2]
+            row["map_error_aligned"] = np.sqrt(((aligned - wanted) ** 2).sum(axis=1).mean())
     return row
 
 
@@ -266,7 +255,7 @@ class LandmarkExperiment:
         places = [("landmark", i, *place) for i, place in enumerate(self.world.landmarks)]
         for name, at in sorted(closures.items()):
             step = next(each for each in steps if each.time >= at)
-            places.append(("closure", name, *moved(self.world.start, step.truth)[:2]))
+            places.append(("closure", name, *compose(self.world.start, step.truth)[:2]))
         return {"problem": {"duration": steps[-1].time, "closures": closures}, "places": places,
                 "figures": FIGURES + [f"{name}_drop_at_{closure}" for closure in sorted(closures) for name in DROPS],
                 "curves": CURVES, "times": [step.time for step in steps]}
@@ -290,10 +279,10 @@ class LandmarkExperiment:
                 filter_.take(step)
                 rows.append(measured(filter_, step, self.world.truth))
                 if with_paths:
-                    paths.append((each["name"], step.time, *moved(self.world.start, filter_.estimate()[0])))
+                    paths.append((each["name"], step.time, *compose(self.world.start, filter_.estimate()[0])))
             trials.append((milliseconds, *judged(rows, steps, closures)))
         if with_paths:
-            drawn = [(name, step.time, *moved(self.world.start, getattr(step, name.replace(" ", "_")))) for name in
+            drawn = [(name, step.time, *compose(self.world.start, getattr(step, name.replace(" ", "_")))) for name in
                      ("truth", "dead reckoning") for step in steps]
             paths = drawn + paths
         return trials, paths

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pf_resampling_core as pf
 import yaml
+from evaluation.paths import align_points, compose
 from report_study import StudyError
-from study_calibration import pose_of
-from study_landmarks import LandmarkExperiment, fitted, read_world
+from study_faults import pose_of
+from study_landmarks import LandmarkExperiment, read_world
 
 DRAWN_PERIOD = 1.0  # s between poses of a path that is drawn
 AXES = ("cross_track", "along_track", "cartesian", "heading")
@@ -44,9 +45,7 @@ def laid_on(truth, poses):
     poses, truth = np.array(poses), np.array(truth)
     first = poses[poses[:, 0] <= poses[0, 0] + 0.1 * (poses[-1, 0] - poses[0, 0])]
     wanted = np.column_stack([np.interp(first[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2)])
-    _, angle, shift = fitted(first[:, 1:3], wanted)
-    c, s = np.cos(angle), np.sin(angle)
-    return [(at, c * x - s * y + shift[0], s * x + c * y + shift[1], heading + angle) for at, x, y, heading in poses]
+    return np.column_stack([poses[:, 0], compose(align_points(first[:, 1:3], wanted), poses[:, 1:])])
 
 
 class PathExperiment:
