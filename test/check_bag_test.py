@@ -1,61 +1,36 @@
 #!/usr/bin/env python3
 """What check_bag says of bags in which all that is wrong is known."""
 
-import importlib.machinery
 import math
 import pathlib
 import re
-import subprocess
-import sys
 import tempfile
 import unittest
-from unittest import mock
 
-import pf_resampling
-import rosbag
 import rosunit
-from genpy import Time
-from geometry_msgs.msg import Point, PoseWithCovarianceStamped, TransformStamped
+from bags import ROOT, pose_at, program, stamped, transform, write_bag
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from pf_resampling.msg import BeaconArray, BeaconPosition, BeaconRange, LandmarkObservation, LandmarkObservationArray
 from sensor_msgs.msg import Imu, Range
 from tf2_msgs.msg import TFMessage
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / 'tools'))
-
-import messages as known  # noqa: E402
-from checks import survey  # noqa: E402
-
-# In this process: to start anew takes longer than the check of such a bag.
-program = importlib.machinery.SourceFileLoader('check_bag', str(ROOT / 'tools' / 'check_bag')).load_module()
-PROGRAM = pathlib.Path(pf_resampling.__file__).parents[3] / 'pf_resampling' / 'check_bag'
+import messages as known  # of the tools, where bags has put them
+from checks import survey
 
 OPTICAL = (0.5, -0.5, 0.5, -0.5)  # w, x, y, z: the z axis looks ahead
 BEACONS = {1: (0, 5), 2: (5, 5), 3: (5, 0)}
 BEACON_FILE = 'beacons:\n  - {id: 1, x: 0, y: 5}\n  - {id: 2, x: 5, y: 5}\n  - {id: 3, x: 5, y: 0}\n'
 
 
-def stamped(kind, time, frame='', **fields):
-    message = kind(**fields)
-    message.header.stamp, message.header.frame_id = Time.from_sec(time), frame
-    return message
-
-
 def odometry(time, x=0.0, y=0.0, heading=0.0, frame='odom', child='base_link', bag_time=None):
     message = stamped(Odometry, time, frame, child_frame_id=child)
-    message.pose.pose.position = Point(x, y, 0.0)
-    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(heading / 2), math.cos(heading / 2)
+    message.pose.pose = pose_at(x, y, heading)
     return '/odom', bag_time or time, message
 
 
-def placed(topic, time, parent, child, *, ahead=0.0, above=0.0, turn=(1.0, 0.0, 0.0, 0.0)):
-    transform = stamped(TransformStamped, time, parent, child_frame_id=child)
-    transform.transform.translation.x, transform.transform.translation.z = ahead, above
-    rotation = transform.transform.rotation
-    rotation.w, rotation.x, rotation.y, rotation.z = turn
-    return topic, time, TFMessage([transform])
+def placed(topic, time, parent, child, **where):
+    return topic, time, TFMessage([transform(parent, child, time, **where)])
 
 
 def listed(places):
@@ -145,19 +120,11 @@ class CheckBag(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.bag = pathlib.Path(folder.name) / 'a.bag'
 
-    def run_it(self, *words):
-        """Exit code, output and error."""
-        done = subprocess.run([PROGRAM, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        return done.returncode, done.stdout.decode(), done.stderr.decode()
-
     def check(self, *messages, options=(), ready=None):
         """What is said of a bag; `ready`: which filters are."""
-        with rosbag.Bag(str(self.bag), 'w') as bag:
-            for topic, time, message in sorted((each for part in messages for each in part), key=lambda each: each[1]):
-                bag.write(topic, message, Time.from_sec(time))
-        with mock.patch('sys.argv', [str(PROGRAM)]), mock.patch.object(program, 'say') as say:
-            code = program.check_bag([str(self.bag), *map(str, options)])
-        (said,), _ = say.call_args
+        write_bag(self.bag, sorted((each for part in messages for each in part), key=lambda each: each[1]))
+        code, said, error = program('check_bag', self.bag, *options)
+        self.assertEqual(error, '')
         found = re.findall(r'^ready for (\w+): yes$', said, re.MULTILINE)
         self.assertEqual(code, 0 if found else 1)
         if ready is not None:
@@ -294,13 +261,13 @@ class CheckBag(unittest.TestCase):
             path = self.bag.parent / name
             if content:
                 path.write_bytes(content)
-            self.assertRegex(self.run_it(path)[2], f'^check_bag: .*{name}.*\n$')
-            self.assertEqual(self.run_it(path)[:2], (1, ''))
-        self.assertEqual(self.run_it(self.bag, '--set', 'no_such=1')[0], 1)
+            self.assertRegex(program('check_bag', path)[2], f'^check_bag: .*{name}.*\n$')
+            self.assertEqual(program('check_bag', path)[:2], (1, ''))
+        self.assertEqual(program('check_bag', self.bag, '--set', 'no_such=1')[0], 1)
         for words in ((), ('a.bag', 'b.bag'), ('a.bag', '--odm', '/odom')):
-            code, _, error = self.run_it(*words)
+            code, _, error = program('check_bag', *words)
             self.assertEqual((code, error.count('\n'), error[:10]), (2, 1, 'check_bag:'))
-        self.assertIn('Usage: rosrun pf_resampling check_bag in.bag', self.run_it('--help')[1])
+        self.assertIn('Usage: rosrun pf_resampling check_bag in.bag', program('check_bag', '--help')[1])
 
 
 if __name__ == '__main__':

@@ -17,15 +17,11 @@ from bisect import bisect_left
 import rosbag
 import rosunit
 import scipy.io
+from bags import DATASETS, ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-DATASETS = ROOT.parent / 'shared/datasets'
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / 'tools'))
-
-from command_line import Error
-from datasets import bag, csv_folder, labyrinth, mrclam, plaza, victoria_park  # noqa: E402
-from datasets.recording import Beacon, Odometry, Range, Recording, relative, wrap_angle  # noqa: E402
+from command_line import Error  # of the tools, where bags has put them
+from datasets import bag, csv_folder, labyrinth, mrclam, plaza, victoria_park
+from datasets.recording import Beacon, Odometry, Range, Recording, relative, wrap_angle
 
 
 class Reading(unittest.TestCase):

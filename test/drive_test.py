@@ -3,42 +3,28 @@
 
 import math
 import pathlib
-import subprocess
-import sys
 import tempfile
 import unittest
 from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-import pf_resampling
-import rosbag
 import rosunit
-from genpy import Time
-from geometry_msgs.msg import TransformStamped
+from bags import DATASETS, PROGRAMS, program, stamped, transform, write_bag
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-DATASETS = ROOT.parent / 'shared/datasets'
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / 'tools'))
+from command_line import Error  # of the tools, where bags has put them
+from evaluation import drive, recorded_run
+from evaluation.maps import Map, evaluate_map
+from evaluation.paths import Path, evaluate_aligned_path, evaluate_path
+from filter_setup import Setup
 
-from command_line import Error  # noqa: E402
-from evaluation import drive, recorded_run  # noqa: E402
-from evaluation.maps import Map, evaluate_map  # noqa: E402
-from evaluation.paths import Path, evaluate_aligned_path, evaluate_path  # noqa: E402
-from filter_setup import Setup  # noqa: E402
-
-PROGRAMS = pathlib.Path(pf_resampling.__file__).parents[3] / 'pf_resampling'
 TOPICS = {'odom': '/odom', 'landmarks': '/landmarks', 'ranges': '/ranges', 'beacons': '/beacons'}
 
 
-def transform(parent, child, ahead=0.5):
-    placed = TransformStamped(child_frame_id=child)
-    placed.header.frame_id = parent
-    placed.transform.translation.x, placed.transform.rotation.w = ahead, 1.0
-    return placed
+def ahead(parent, child, by=0.5):
+    return transform(parent, child, ahead=by)
 
 
 class Drive(unittest.TestCase):
@@ -48,22 +34,19 @@ class Drive(unittest.TestCase):
         self.bag = pathlib.Path(folder.name) / 'a.bag'
 
     def read(self, *messages):
-        with rosbag.Bag(str(self.bag), 'w') as bag:
-            for topic, time, message in messages:
-                bag.write(topic, message, Time.from_sec(time))
+        write_bag(self.bag, messages)
         return recorded_run.RecordedBag(str(self.bag)).read(sorted({topic for topic, _, _ in messages}))
 
     def test_frames_are_those_of_the_newest_transforms(self):
-        message = TFMessage([transform('f1', 'f2'), transform('base', 'f1'), transform('f2', 'f3'), transform('base', '/f2', 3.0),
-                             transform('f1', 'f1'), transform('elsewhere', 'apart'), transform('f1', 'base')])  # a circle
+        message = TFMessage([ahead('f1', 'f2'), ahead('base', 'f1'), ahead('f2', 'f3'), ahead('base', '/f2', 3.0),
+                             ahead('f1', 'f1'), ahead('elsewhere', 'apart'), ahead('f1', 'base')])  # a circle
         frames = drive.frames_on_robot(self.read(('/tf_static', 1.0, message))['/tf_static'], 'base')
         self.assertEqual({name: place[0, 3] for name, place in frames.items()}, {'base': 0.0, 'f1': 0.5, 'f2': 3.0, 'f3': 3.5})
 
     def test_noise_of_the_odometry_is_without_what_is_not_finite(self):
         stated = []
         for i, variance in enumerate((0.04, 0.04, math.nan, 0.04)):
-            odometry = Odometry()
-            odometry.header.stamp = Time.from_sec(1.0 + i)
+            odometry = stamped(Odometry, 1.0 + i)
             odometry.twist.covariance = [variance, *[0.0] * 35]
             stated.append(('/odom', 1.0 + i, odometry))
         noise = drive.noise_of(self.read(*stated)['/odom'])
@@ -108,7 +91,7 @@ class Drive(unittest.TestCase):
 
     def solved(self, *data_set, landmarks='/landmarks'):
         """The drive's truth, and the solution without what the bag says of noise."""
-        subprocess.run([PROGRAMS / 'dataset_to_bag', *data_set[:2], self.bag, *data_set[2:]], check=True, stdout=subprocess.PIPE)
+        self.assertEqual(program('dataset_to_bag', *data_set[:2], self.bag, *data_set[2:])[0], 0)
         bag = recorded_run.RecordedBag(str(self.bag))
         topics = SimpleNamespace(**dict(TOPICS, landmarks=landmarks, pose='/odom', truth='/ground_truth', truth_frame=None))
         with mock.patch('sys.argv', [str(PROGRAMS / 'any')]):

@@ -1,54 +1,26 @@
 #!/usr/bin/env python3
 """What evaluate_bag and survey_beacons say of bags in which all errors are known."""
 
-import importlib.machinery
-import io
 import json
 import math
 import pathlib
 import shutil
-import subprocess
-import sys
 import tempfile
 import unittest
-from unittest import mock
 
 import numpy as np
-import pf_resampling
 import rosbag
 import rosunit
 import yaml
+from bags import pose_at, program, transform, write_bag
 from genpy import Time
-from geometry_msgs.msg import (Point, PointStamped, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped)
+from geometry_msgs.msg import Point, PointStamped, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from pf_resampling.msg import BeaconArray, BeaconMap, BeaconPlace, BeaconPosition, FilterStatus, Landmark, LandmarkMap
 from tf2_msgs.msg import TFMessage
 
-TOOLS = pathlib.Path(__file__).resolve().parent.parent / 'tools'
-PROGRAMS = pathlib.Path(pf_resampling.__file__).parents[3] / 'pf_resampling'
 START = 1000.0  # s
 HEADING = 0.5  # rad
-sys.dont_write_bytecode = True
-
-
-def program(tool, *words):
-    """Exit code, output and error. What is in Python runs in this process: to start anew takes longer than a bag."""
-    command = [str(PROGRAMS / tool), *map(str, words)]
-    if not hasattr(program, tool):
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        return done.returncode, done.stdout.decode(), done.stderr.decode()
-    run, out, error = getattr(program, tool), io.TextIOWrapper(io.BytesIO()), io.StringIO()
-    with mock.patch.multiple(sys, argv=command, stdout=out, stderr=error):
-        code = run.run_tool(tool, getattr(run, tool))
-    return code, out.buffer.getvalue().decode('utf-8', 'surrogateescape'), error.getvalue()
-
-
-for name in ('evaluate_bag', 'survey_beacons'):
-    setattr(program, name, importlib.machinery.SourceFileLoader(name, str(TOOLS / name)).load_module())
-
-
-def pose_at(x, y, heading):
-    return Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
 
 
 def with_variance(pose, variance):
@@ -64,24 +36,12 @@ def odometry_at(*place):
     return message
 
 
-def write_bag(path, messages):
-    """[(topic, time, message)]"""
-    with rosbag.Bag(str(path), 'w') as bag:
-        for topic, time, message in messages:
-            if hasattr(message, 'header'):
-                message.header.stamp = Time.from_sec(time)
-            bag.write(topic, message, Time.from_sec(time))
-
-
 def line_of(truth=True, heading=True, pose=True, antenna=None, spoiled=()):
     """50 m along a line at 10 Hz; the estimate 1 m beside it, 20 m in the first tenth, with a variance of 1 m^2; dead reckoning
     a tenth too long. `antenna`: a frame 2 m ahead of the robot and 1 m to its right. `spoiled`: topics with a NaN."""
     yield '/beacons', START, BeaconArray(beacons=[BeaconPosition(0, Point())])
     if antenna:
-        frame = TransformStamped(child_frame_id=antenna)
-        frame.header.frame_id = 'base_link'
-        frame.transform.translation.x, frame.transform.translation.y, frame.transform.rotation.w = 2.0, -1.0, 1.0
-        yield '/tf_static', START, TFMessage([frame])
+        yield '/tf_static', START, TFMessage([transform('base_link', antenna, ahead=2.0, left=-1.0)])
     for i in range(501):
         time, way = START + 0.1 * i, 0.1 * i
         x, y = 3.0 + way * math.cos(HEADING), -2.0 + way * math.sin(HEADING)

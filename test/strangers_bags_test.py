@@ -18,7 +18,8 @@ import genpy.dynamic
 import rosbag
 import rospkg
 import rosunit
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from bags import transform
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import Imu, Range
 from tf2_msgs.msg import TFMessage
 
@@ -27,7 +28,7 @@ APRIL_TAGS = SEPARATOR.join((
     'Header header\nAprilTagDetection[] detections',
     'MSG: apriltag_ros/AprilTagDetection\nint32[] id\nfloat64[] size\ngeometry_msgs/PoseWithCovarianceStamped pose',
     'MSG: geometry_msgs/PoseWithCovarianceStamped\n' + PoseWithCovarianceStamped._full_text))
-CAMERA = (0.1, 0.0, 0.4)  # m, on the robot; it looks ahead
+CAMERA = (0.1, 0.0, 0.4)  # m, on the robot; it looks ahead: z ahead, x to the right
 
 
 def program(name, *arguments, folder):
@@ -36,18 +37,6 @@ def program(name, *arguments, folder):
     if done.returncode not in ((0, 1) if name == 'check_bag' else (0,)):  # 1: the bag is not ready as it is
         raise AssertionError('%s: %s' % (name, done.stdout))
     return done.stdout
-
-
-def camera_on_robot(stamp):
-    there = TransformStamped()
-    there.header.stamp = stamp
-    there.header.frame_id = 'base_link'
-    there.child_frame_id = 'camera'
-    place = there.transform.translation
-    place.x, place.y, place.z = CAMERA
-    turn = there.transform.rotation
-    turn.x, turn.y, turn.z, turn.w = -0.5, 0.5, -0.5, 0.5  # z ahead, x to the right
-    return TFMessage([there])
 
 
 def april_tags(scan, types):
@@ -73,7 +62,8 @@ def write_tags(source, out, odometry='/tf'):
     with rosbag.Bag(str(out), 'w') as bag:
         for number, (topic, message, time) in enumerate(rosbag.Bag(str(source)).read_messages()):
             if number == 0:
-                bag.write('/tf_static', camera_on_robot(time), time)
+                there = transform('base_link', 'camera', time.to_sec(), ahead=CAMERA[0], above=CAMERA[2], turn=(0.5, -0.5, 0.5, -0.5))
+                bag.write('/tf_static', TFMessage([there]), time)
             if topic in (odometry, '/ground_truth', '/ground_truth_landmarks'):
                 bag.write(topic, message, time)
             elif topic == '/landmarks':
