@@ -2,12 +2,12 @@
 table and a figure for each question: how does a measure depend on the number of particles, on time, and on the drive?"""
 import math
 
+from command_line import Error
 import report_pictures as pictures
 from report_claims import CAPTION, claims_table, findings
 from report_document import Bullets, Cell, Document, Heading, Picture, Row, Table, Text
 from report_measures import MEASURES, difference_text, measure, read_data, with_error
 from report_statistics import LEVEL, holm
-from report_study import StudyError
 
 COLUMNS = 7  # of measures in a table that has to fit on a page
 OF_A_BAG = ("cartesian_mean", "heading_mean", "coverage95", "lost")
@@ -16,7 +16,7 @@ BY_THE_CLOCK = ("processor_ms", "step_ms", "step_us_per_call")
 
 
 def report_of(study, measures=()):
-    """The document of a study; of one's own with these measures, or the usual ones that it has, or all. Raises StudyError if it has
+    """The document of a study; of one's own with these measures, or the usual ones that it has, or all. Raises Error if it has
     not one of them."""
     paper = read_data(f"paper_{study.name}")  # None of a study of one's own
     page = Page(study, paper)
@@ -266,7 +266,7 @@ class Page:
         known = [*study.figures, "processor_ms"]
         for name in chosen:
             if name not in known:
-                raise StudyError(f"--measures: {name} is no measure of this study; known: {', '.join(known)}")
+                raise Error(f"--measures: {name} is no measure of this study; known: {', '.join(known)}")
         measures = list(chosen) or [name for name in USUAL.get(study.filter, ()) if name in known] or study.figures
         self.add_settings()
         self.add_section(["reading", "How to read it"])

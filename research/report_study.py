@@ -28,26 +28,22 @@ SCHEME_NAMES = {"residual_then_systematic": "RSR", "stratified": "Stratified", "
                 "systematic": "Systematic", "multinomial": "Multinomial"}
 
 
-class StudyError(Error):
-    """A folder that holds no study, or one that was damaged: one line that names the file."""
-
-
 @contextlib.contextmanager
 def reading(path, remedy):
-    """What is wrong with the contents of a file becomes a StudyError that names it."""
+    """What is wrong with the contents of a file becomes a Error that names it."""
     try:
         yield
     except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError, OverflowError, csv.Error):
-        raise StudyError(f"{path}: is damaged; {remedy}") from None
+        raise Error(f"{path}: is damaged; {remedy}") from None
 
 
 def read_about(path):
-    """What study.json says. Raises StudyError that names the file."""
+    """What study.json says. Raises Error that names the file."""
     remedy = "run the study again in another folder"
     with reading(path, remedy):
         about = json.loads(path.read_text(encoding="utf-8"))
         if about.get("format") != 1:
-            raise StudyError(f'{path}: format {str(about.get("format"))[:40]!r} is unknown; this program reads format 1')
+            raise Error(f'{path}: format {str(about.get("format"))[:40]!r} is unknown; this program reads format 1')
         if not (about["study"] and about["problems"][0]["name"] and about["filters"][0]["name"]):
             raise ValueError
     return about
@@ -68,7 +64,7 @@ def number(text):
 class Study:
     def __init__(self, folder):
         if not (folder / "study.json").exists() or not (folder / "trials.csv").exists():
-            raise StudyError(f"{folder}: holds no study: study.json and trials.csv are not there")
+            raise Error(f"{folder}: holds no study: study.json and trials.csv are not there")
         about = read_about(folder / "study.json")
         self.name, self.title = about["study"], about.get("title", about["study"])
         self.filter, self.preset = about.get("filter", ""), about.get("preset", "")

@@ -3,7 +3,7 @@ import os
 from pathlib import Path
 
 import yaml
-from report_study import StudyError
+from command_line import Error
 
 HERE = Path(os.path.realpath(__file__)).parent
 MOST_TRIALS = 1000000
@@ -19,28 +19,28 @@ FILTERS = "fastslam", "beacon_mcl"
 
 def take(value, form, where):
     """What YAML has there, with texts as they are written, as `form` is: of the type of a default; a list of [form]; a map of
-    {key: form}, {} of any texts; or what a function makes of it. Raises StudyError that says where what makes no sense is."""
+    {key: form}, {} of any texts; or what a function makes of it. Raises Error that says where what makes no sense is."""
     if callable(form):
         return form(value, where)
     if isinstance(form, list):
         if not isinstance(value, list):
-            raise StudyError(f"{where} has to be a list")
+            raise Error(f"{where} has to be a list")
         return [take(each, form[0], where) for each in value]
     if isinstance(form, dict):
         if not isinstance(value, dict):
-            raise StudyError(f"{where} has to be a map of keys and values")
+            raise Error(f"{where} has to be a map of keys and values")
         unknown = next((key for key in value if form and key not in form), None)
         if unknown is not None:
-            raise StudyError(f"{where}: {unknown} is unknown; known: {', '.join(form)}")
+            raise Error(f"{where}: {unknown} is unknown; known: {', '.join(form)}")
         absent = {key: None if callable(of) else type(of)() if isinstance(of, (list, dict)) else of for key, of in form.items()}
         return {**absent, **{key: take(each, form.get(key, ""), f"{where}: {key}") for key, each in value.items()}}
     if not isinstance(value, str):
-        raise StudyError(f"{where} has to be a word, a number or a text")
+        raise Error(f"{where} has to be a word, a number or a text")
     try:
         return {"true": True, "false": False}[value] if isinstance(form, bool) else type(form)(value)
     except (KeyError, ValueError):
         needed = {bool: "true or false", int: "a whole number", float: "a number"}[type(form)]
-        raise StudyError(f'{where} is "{value}", needed: {needed}') from None
+        raise Error(f'{where} is "{value}", needed: {needed}') from None
 
 
 PROBLEM = {"name": "", "world": "", "bag": "", "duration": 0.0, "clip": 0.2, "config": "", "calibrated": False}
@@ -56,20 +56,20 @@ def whole_path(path, folder):
 
 def problem_of(read, folder, where):
     if bool(read["world"]) == bool(read["bag"]):
-        raise StudyError(f'{where}: {read["name"]} needs either a world or a bag')
+        raise Error(f'{where}: {read["name"]} needs either a world or a bag')
     return {"name": read["name"], "kind": "world" if read["world"] else "bag",
             "source": whole_path(read["world"] or read["bag"], folder), "duration_given": read["duration"],
             "clip": read["clip"], "config": whole_path(read["config"], folder), "calibrated": read["calibrated"]}
 
 
 def parse_study(yaml_text, where, folder=""):
-    """A study as study.json has it. Raises StudyError that names `where` and the key of what is unknown, missing or makes no
+    """A study as study.json has it. Raises Error that names `where` and the key of what is unknown, missing or makes no
     sense; paths of files are relative to `folder`. What settings mean is checked by the filters."""
     try:
         # Texts as they are written: 0.10 stays 0.10, and off is a word.
         read = take(yaml.load(yaml_text, Loader=yaml.BaseLoader), STUDY, where)
     except yaml.YAMLError as error:
-        raise StudyError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
+        raise Error(f"{where}: not YAML: {' '.join(str(error).split())}") from None
     filters = [dict(each, group=group["name"]) for group in read.pop("groups") for each in group["filters"]]
     particles = read.pop("particles")
     if particles:  # every filter with each number of particles
@@ -85,7 +85,7 @@ def parse_study(yaml_text, where, folder=""):
 def checked(study, where):
     def require(is_so, what):
         if not is_so:
-            raise StudyError(f"{where}: {what}")
+            raise Error(f"{where}: {what}")
 
     require(study["study"] and study["filter"] in FILTERS,
             f"study is '{study['study']}' and filter '{study['filter']}': a study needs a name, and one of {', '.join(FILTERS)}")
@@ -118,12 +118,12 @@ def load_study(name, trials=None, bag="", config=""):
     if "/" not in name and "." not in name:
         known = builtin_studies()
         if name not in known:
-            raise StudyError(f'study "{name}" is unknown; known: {", ".join(known)}, or the path of a study\'s YAML file')
+            raise Error(f'study "{name}" is unknown; known: {", ".join(known)}, or the path of a study\'s YAML file')
         path = known[name]
     try:
         yaml_text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
-        raise StudyError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or 'it is no text'}") from None
+        raise Error(f"{name}: cannot be read: {getattr(error, 'strerror', None) or 'it is no text'}") from None
     study = parse_study(yaml_text, name, str(path.parent))
     study["trials"] = study["trials"] if trials is None else trials
     if bag:

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pf_resampling_core as pf
 import yaml
+from command_line import Error
 from datasets.recording import compose
 from evaluation.paths import align_points, rotation
-from report_study import StudyError
 
 CHI_SQUARE_95 = 5.991  # two degrees of freedom
 SAME_TIME = 1e-6  # s: multiples of periods are not exact
@@ -50,7 +50,7 @@ def closing_times(steps, waypoints):
 
 
 def read_world(source):
-    """The file of a world, by name or path. Raises StudyError if it cannot be read."""
+    """The file of a world, by name or path. Raises Error if it cannot be read."""
     import rospkg
     path = Path(source)
     if "/" not in source and "." not in source:
@@ -58,11 +58,11 @@ def read_world(source):
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError) as error:
-        raise StudyError(f"world {source}: cannot be read: {' '.join(str(error).split())}") from None
+        raise Error(f"world {source}: cannot be read: {' '.join(str(error).split())}") from None
 
 
 class World:
-    """A world with landmarks, by name or file. Raises StudyError, or pf.Error, if it is none."""
+    """A world with landmarks, by name or file. Raises Error, or pf.Error, if it is none."""
 
     def __init__(self, source, duration):
         read, self.numbers = read_world(source), {}
@@ -85,7 +85,7 @@ class World:
         if duration > 0.0:
             self.numbers["duration"] = duration
         if not len(self.landmarks) or not self.numbers.get("robot/observation_period"):
-            raise StudyError(f"world {source} has no landmarks, or no sensor that sees them; indoor_two_loops has both")
+            raise Error(f"world {source} has no landmarks, or no sensor that sees them; indoor_two_loops has both")
         self.start = np.array([self.numbers.get(f"start/{key}", 0.0) for key in ("x", "y", "heading")])
         c, s = np.cos(self.start[2]), np.sin(self.start[2])
         self.truth = (self.landmarks - self.start[:2]) @ np.array(((c, -s), (s, c)))  # in the frame of the start, as maps are
@@ -95,9 +95,9 @@ class World:
         try:
             steps, marked = pf.simulate(self.numbers, self.waypoints, self.landmarks, self.closures, self.repeat, seed, odometry)
         except TypeError:
-            raise StudyError("the world makes no sense; simulate_bag says what of it") from None
+            raise Error("the world makes no sense; simulate_bag says what of it") from None
         if not steps:
-            raise StudyError("the world ends before the first scan")
+            raise Error("the world ends before the first scan")
         return steps, closing_times(steps, marked)
 
 
@@ -227,7 +227,7 @@ def judged(rows, steps, closures):
 
 
 class LandmarkExperiment:
-    """FastSLAM with the settings of a study in one of its worlds. Raises StudyError, or pf.Error, where they make no sense."""
+    """FastSLAM with the settings of a study in one of its worlds. Raises Error, or pf.Error, where they make no sense."""
 
     def __init__(self, study, problem):
         self.world, self.makers, self.odometry = World(problem["source"], problem["duration_given"]), [], None
@@ -237,14 +237,14 @@ class LandmarkExperiment:
             try:
                 parameters = FastSlam(given, 1).parameters()
             except pf.Error as error:
-                raise StudyError(f"filter {each['name']}: {error}") from None
+                raise Error(f"filter {each['name']}: {error}") from None
             if parameters["association/method"] != "known":
-                raise StudyError(f"filter {each['name']}: association/method is {parameters['association/method']}: the study needs known, "
+                raise Error(f"filter {each['name']}: association/method is {parameters['association/method']}: the study needs known, "
                                  "because eq. 5 of Kwak (2008) compares landmark by landmark")
             odometry = {name[len("odometry/"):]: value for name, value in parameters.items() if name.startswith("odometry/")}
             self.odometry = self.odometry or odometry
             if odometry != self.odometry:
-                raise StudyError(f"filter {each['name']}: its odometry/... differ from those of other filters; all of a study in a world are "
+                raise Error(f"filter {each['name']}: its odometry/... differ from those of other filters; all of a study in a world are "
                                  "given the same odometry, so set them for the study")
             sensor = [float(parameters[f"sensor/{name}"]) for name in ("range_sigma", "range_sigma_share", "bearing_sigma")]
             self.makers.append({"filter": lambda seed, given=given: FastSlam(given, seed),

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import yaml
-from report_study import StudyError
+from command_line import Error
 from study_definition import FILTERS, take, whole_path
 from study_faults import Drive, faults, write
 
@@ -34,7 +34,7 @@ def number(value, where):
 def bound(value, where):
     match = re.fullmatch(r"(below|above) (\S+)", str(value))
     if not match:
-        raise StudyError(f'{where} is "{value}", needed: below or above a number, for instance below 0.1')
+        raise Error(f'{where} is "{value}", needed: below or above a number, for instance below 0.1')
     return match[1], number(match[2], where)
 
 
@@ -44,22 +44,22 @@ SCENARIO = {"name": "", "filter": "", "world": "", "bag": "", "recording": "", "
 
 
 def read_scenarios(file):
-    """The scenarios of a YAML file; test/scenarios.yaml explains the keys. Raises StudyError that names what makes no sense."""
+    """The scenarios of a YAML file; test/scenarios.yaml explains the keys. Raises Error that names what makes no sense."""
     try:
         scenarios = take(yaml.load(Path(file).read_text(encoding="utf-8"), Loader=yaml.BaseLoader), [SCENARIO], str(file))
     except (yaml.YAMLError, OSError, ValueError) as error:
-        raise StudyError(f"{file}: cannot be read: {error}") from None
+        raise Error(f"{file}: cannot be read: {error}") from None
     for each in scenarios:
         if not each["name"] or each["filter"] not in FILTERS:
-            raise StudyError(f'{file}: scenario "{each["name"]}" of "{each["filter"]}" needs a name, and one of {", ".join(FILTERS)}')
+            raise Error(f'{file}: scenario "{each["name"]}" of "{each["filter"]}" needs a name, and one of {", ".join(FILTERS)}')
         if sum(map(bool, (each["world"], each["bag"], each["recording"]))) != 1:
-            raise StudyError(f'{file}: {each["name"]} needs one of world, bag and recording')
+            raise Error(f'{file}: {each["name"]} needs one of world, bag and recording')
         for key in ("world", "bag", "config"):
             each[key] = whole_path(each[key], Path(file).parent) if each[key] else ""
     names = [each["name"] for each in scenarios]
     for name in names:
         if names.count(name) > 1:
-            raise StudyError(f"{file}: there are two of the name {name}")
+            raise Error(f"{file}: there are two of the name {name}")
     return scenarios
 
 
@@ -78,7 +78,7 @@ def drive_of(scenario, datasets, work, run):
         there = dict(faults(Drive(bag)))
         chosen = [messages for name, messages in there.items() if scenario["fault"] in name]
         if len(chosen) != 1:
-            raise StudyError(f'{scenario["name"]}: fault is "{scenario["fault"]}", has to be part of one of: {"; ".join(there)}')
+            raise Error(f'{scenario["name"]}: fault is "{scenario["fault"]}", has to be part of one of: {"; ".join(there)}')
         bag = work / "fault.bag"
         write(chosen[0], bag)
     return bag
@@ -151,7 +151,7 @@ def read_table(file):
     try:
         return {row["scenario"]: row for row in csv.DictReader(io.StringIO(Path(file).read_text()))}
     except (OSError, KeyError, ValueError) as error:
-        raise StudyError(f"{file}: cannot be read: {error}") from None
+        raise Error(f"{file}: cannot be read: {error}") from None
 
 
 def text_of_table(rows):

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pf_resampling_core as pf
 import yaml
+from command_line import Error
 from evaluation.paths import align_points, compose
-from report_study import StudyError
 from study_faults import pose_of
 from study_landmarks import LandmarkExperiment, read_world
 
@@ -49,7 +49,7 @@ def laid_on(truth, poses):
 
 
 class PathExperiment:
-    """Either filter on a path with truth. `run(words)` runs a program of the package. Raises StudyError where settings make no
+    """Either filter on a path with truth. `run(words)` runs a program of the package. Raises Error where settings make no
     sense."""
 
     def __init__(self, study, problem, run, folder):
@@ -68,7 +68,7 @@ class PathExperiment:
             try:
                 config = yaml.load(Path(self.problem["config"]).read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
             except (OSError, ValueError, yaml.YAMLError) as error:
-                raise StudyError(f"{self.problem['config']}: cannot be read: {' '.join(str(error).split())}") from None
+                raise Error(f"{self.problem['config']}: cannot be read: {' '.join(str(error).split())}") from None
             if not each["calibrated"] and isinstance(config, dict) and isinstance(config.get("calibration"), list):
                 del config["calibration"]
             files.append(config)
@@ -101,8 +101,8 @@ class PathExperiment:
             if each["estimator"] == "filter":
                 try:
                     self.program(["run_bag", self.study["filter"], "--parameters", *self.options(each)])
-                except StudyError as error:
-                    raise StudyError(f"filter {each['name']}: {error}") from None
+                except Error as error:
+                    raise Error(f"filter {each['name']}: {error}") from None
         bag, places = self.drive(1), []
         said = self.judged(bag, "--pose", "/odom", "--frame", "start")
         with rosbag.Bag(str(bag)) as read:
@@ -139,7 +139,7 @@ class PathExperiment:
                 milliseconds = 1e3 * float(re.search(r"CPU time (\S+) s", text)[1])
                 try:
                     found = figures_in(self.judged(out, *(["--frame", "start"] if self.study["filter"] == "fastslam" else [])))
-                except StudyError as error:
+                except Error as error:
                     if "has no /pose" not in str(error):
                         raise
                     found = dict(dict.fromkeys(FIGURES, math.nan), lost=1.0)  # it never found out where it was
@@ -170,7 +170,7 @@ def cells(values):
 
 def answer(request, run):
     """What a block of trials gives: by filter and seed, time of computation first; sums of curves, of their squares, and their
-    numbers, by filter and curve; paths of seed 1, by name. Without seeds: what the problem is. Raises StudyError."""
+    numbers, by filter and curve; paths of seed 1, by name. Without seeds: what the problem is. Raises Error."""
     problem = request["problem"]
     with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
         try:
@@ -194,6 +194,6 @@ def answer(request, run):
                         for _, _, curves in of_seed]
                 totals = sums if totals is None else [[a + b for a, b in zip(*each)] for each in zip(totals, sums)]
         except pf.Error as error:
-            raise StudyError(str(error)) from None
+            raise Error(str(error)) from None
     texts = [[["".join(f"{value:.17g} " for value in row) for row in curve] for curve in of] for of in totals]
     return {"trials": trials, "sums": dict(zip(names, texts)), "paths": paths}

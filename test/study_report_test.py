@@ -268,7 +268,7 @@ class StudyReport(unittest.TestCase):
             was = path.read_bytes()
             path.write_text(content, encoding='utf-8')
             with self.subTest(name=name, content=content[-300:]):
-                with self.assertRaises(report_study.StudyError) as caught:
+                with self.assertRaises(report_study.Error) as caught:
                     report_study.Study(self.folder)
                 self.assertTrue(str(caught.exception).startswith(f'{path}: '), caught.exception)
                 self.assertNotIn('\n', str(caught.exception))
@@ -387,7 +387,7 @@ class StudyReport(unittest.TestCase):
         self.assertIn(r'\texttt{RSR} & 0.200 $\pm$~0.058 & 2.333 $\pm$~0.882', document.latex())
         document = self.report(['mine'])
         self.assertEqual([picture.name for picture in document.pictures()], ['mine_1_1'])
-        with self.assertRaisesRegex(report_study.StudyError, 'mein is no measure of this study; known: feature_error, mine'):
+        with self.assertRaisesRegex(report_study.Error, 'mein is no measure of this study; known: feature_error, mine'):
             self.report(['mein'])
 
     def test_bag_and_world_of_one_study_have_measures_each(self):

@@ -25,7 +25,7 @@ sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 import study_calibration  # noqa: E402
 import study_faults  # noqa: E402
 import study_relations  # noqa: E402
-from report_study import StudyError  # noqa: E402
+from command_line import Error  # noqa: E402
 from study_definition import builtin_studies, load_study, parse_study  # noqa: E402
 
 TABLES = ('trials.csv', 'curves.csv', 'paths.csv', 'places.csv')
@@ -63,7 +63,7 @@ def rows_of(path):
 class Definition(unittest.TestCase):
     def misread(self, old, new, *parts):
         self.assertIn(old, SMALL)
-        with self.assertRaises(StudyError) as raised:
+        with self.assertRaises(Error) as raised:
             parse_study(SMALL.replace(old, new), 'my.yaml')
         for part in ('my.yaml', *parts):
             self.assertIn(part, str(raised.exception))
@@ -99,7 +99,7 @@ class Definition(unittest.TestCase):
         self.misread('problems:', 'problems: [', 'not YAML')
         self.misread('trials: 5', 'trials: 5\nclip', 'not YAML')
         for name in ('weather', '/none/my.yaml'):
-            self.assertRaises(StudyError, load_study, name)
+            self.assertRaises(Error, load_study, name)
 
     def test_those_of_the_papers_can_be_read(self):
         self.assertEqual({name: len(load_study(name)['filters']) >= least

@@ -15,7 +15,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 
 import study_landmarks as landmarks  # noqa: E402
-from report_study import StudyError  # noqa: E402
+from command_line import Error  # noqa: E402
 
 LOOPS = {'name': 'loops', 'source': 'indoor_two_loops', 'duration_given': 0.0}
 KWAK = yaml.load((ROOT / 'research' / 'studies' / 'kwak.yaml').read_text(), Loader=yaml.BaseLoader)
@@ -99,9 +99,9 @@ class Landmarks(unittest.TestCase):
     def test_what_makes_no_sense_names_its_filter(self):
         for name, value in (('nothing', '1'), ('particles', '-1'), ('association/method', 'maximum_likelihood'),
                             ('odometry/slip_per_distance', '0.3')):  # all are given the same odometry
-            with self.assertRaisesRegex(StudyError, 'filter compensation 20 %: '):
+            with self.assertRaisesRegex(Error, 'filter compensation 20 %: '):
                 experiment(['RSR', 'compensation 20 %'], **{name: value})
-        with self.assertRaisesRegex(StudyError, 'no landmarks'):
+        with self.assertRaisesRegex(Error, 'no landmarks'):
             experiment(['RSR'], dict(LOOPS, source='beacons_circle'))
 
 

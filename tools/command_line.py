@@ -72,21 +72,21 @@ def naming(path):
         raise Error(what if path in what or what.startswith("--") else f"{path}: {what}") from error
 
 
-def output_of(tool, arguments, given=b""):
+def output_of(tool, arguments, given=b"", shows_progress=True):
     """What another program prints of what it is given; raises Error with what it says if it cannot."""
     program = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), tool)
-    # On a terminal it shows how far it has come.
-    child = subprocess.run([program, *arguments], input=given, stdout=subprocess.PIPE, check=False,
-                           stderr=None if sys.stderr and sys.stderr.isatty() else subprocess.PIPE)
+    # On a terminal it may show how far it has come.
+    child = subprocess.run([program, *map(str, arguments)], input=given, stdout=subprocess.PIPE, check=False,
+                           stderr=None if shows_progress and sys.stderr and sys.stderr.isatty() else subprocess.PIPE)
     if child.returncode:
         said = (child.stderr or f"{tool}: failed, as it says".encode()).decode("utf-8", "surrogateescape").strip()
         raise (UsageError if child.returncode == 2 else Error)(said.replace(f"{tool}: ", "", 1))
     return child.stdout
 
 
-def answer_of(tool, arguments, given=b""):
+def answer_of(tool, arguments, given=b"", shows_progress=True):
     """Likewise of one that prints JSON."""
-    return json.loads(output_of(tool, arguments, given))
+    return json.loads(output_of(tool, arguments, given, shows_progress))
 
 
 def require_picture(path):
