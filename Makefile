@@ -29,7 +29,7 @@ coverage: ## which lines and branches of the core and the pipelines no test runs
 	@scripts/set_up build test coverage
 	@scripts/coverage --launch
 
-fresh: ## as root: the two commands on machines made for it that have nothing but git and make
+fresh: ## as root: the two commands on a machine made for it that has nothing but git and make
 	@scripts/fresh_machine
 
 bench: ## install what is missing, build and run the benchmarks beside MRPT and plain loops (QUICK=yes: for a moment)
