@@ -79,10 +79,10 @@ class Row:
 
 
 class Table:
-    """`groups` are headings above headings, [(heading, number of columns)]. `texts` are the columns that hold text."""
+    """`texts` are the columns that hold text."""
 
-    def __init__(self, caption, headings, rows, groups=(), texts=(0,)):
-        self.caption, self.headings, self.groups, self.texts = caption, headings, groups, texts
+    def __init__(self, caption, headings, rows, texts=(0,)):
+        self.caption, self.headings, self.texts = caption, headings, texts
         self.rows = [row if isinstance(row, Row) else Row(row) for row in rows]
         for row in self.rows:
             row.cells = [cell if isinstance(cell, Cell) else Cell(cell) for cell in row.cells]
@@ -97,9 +97,6 @@ class Table:
 
         lines = [f'<div class="{"table long" if len(self.rows) > LONG else "table"}"><table>',
                  f"<caption>{to_html(self.caption)}</caption>", "<thead>"]
-        if self.groups:
-            lines.append('<tr class="groups">' + "".join(
-                f'<th colspan="{width}">{to_html(heading)}</th>' for heading, width in self.groups) + "</tr>")
         lines.append("<tr>" + "".join(
             f"<th{attribute(i)}>{to_html(heading)}</th>" for i, heading in enumerate(self.headings)) + "</tr>")
         lines.append("</thead>\n<tbody>")
