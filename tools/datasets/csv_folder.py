@@ -146,23 +146,9 @@ def poses_of_velocities(rows):
         yield pose
 
 
-def add_ranges(_, rows, unit, recording):
-    recording.ranges = [Range(row["t"], row["beacon"], unit * row["range"], unit * unit * row.get("variance", 0.0), "antenna")
-                        for row in rows]
-
-
-def add_beacons(_, rows, __, recording):
-    recording.beacons = [Beacon(row["beacon"], row["x"], row["y"], row.get("z")) for row in rows]
-
-
-def add_observations(_, rows, unit, recording):
-    recording.observations = [Observation(row["t"], row["id"], unit * row["range"], row["bearing"],
-                                          unit * unit * row.get("range_variance", 0.0), row.get("bearing_variance", 0.0))
-                              for row in rows]
-
-
-def add_landmarks(_, rows, __, recording):
-    recording.landmarks = [Landmark(row["id"], row["x"], row["y"], 0.0, 0.0) for row in rows]
+def adding(name, entry):
+    """What adds entry(row, unit) of each row to the list of that name."""
+    return lambda _, rows, unit, recording: getattr(recording, name).extend(entry(row, unit) for row in rows)
 
 
 def add_truth(_, rows, __, recording):
@@ -172,15 +158,18 @@ def add_truth(_, rows, __, recording):
     recording.truth = [Truth(row["t"], (row["x"], row["y"], wrap_angle(row.get("heading", 0.0)))) for row in rows]
 
 
-def add_frames(_, rows, __, recording):
-    recording.frames = [Frame(row["frame"], row["x"], row["y"], row.get("z", 0.0), wrap_angle(row.get("yaw", 0.0))) for row in rows]
-
-
 READERS = {
     "odometry.csv": ((("t", "x", "y", "heading"), ("t", "distance", "dheading"), ("t", "v", "omega")), add_odometry),
-    "ranges.csv": ((("t", "beacon", "range", "?variance"),), add_ranges),
-    "beacons.csv": ((("beacon", "x", "y", "?z"),), add_beacons),
-    "landmark_observations.csv": ((("t", "id", "range", "bearing", "?range_variance", "?bearing_variance"),), add_observations),
-    "landmarks.csv": ((("id", "x", "y"),), add_landmarks),
+    "ranges.csv": ((("t", "beacon", "range", "?variance"),), adding("ranges", lambda row, unit: Range(
+        row["t"], row["beacon"], unit * row["range"], unit * unit * row.get("variance", 0.0), "antenna"))),
+    "beacons.csv": ((("beacon", "x", "y", "?z"),), adding("beacons", lambda row, _: Beacon(
+        row["beacon"], row["x"], row["y"], row.get("z")))),
+    "landmark_observations.csv": (
+        (("t", "id", "range", "bearing", "?range_variance", "?bearing_variance"),),
+        adding("observations", lambda row, unit: Observation(
+            row["t"], row["id"], unit * row["range"], row["bearing"], unit * unit * row.get("range_variance", 0.0),
+            row.get("bearing_variance", 0.0)))),
+    "landmarks.csv": ((("id", "x", "y"),), adding("landmarks", lambda row, _: Landmark(row["id"], row["x"], row["y"], 0.0, 0.0))),
     "ground_truth.csv": ((("t", "x", "y", "?heading"),), add_truth),
-    "frames.csv": ((("frame", "x", "y", "?z", "?yaw"),), add_frames)}
+    "frames.csv": ((("frame", "x", "y", "?z", "?yaw"),), adding("frames", lambda row, _: Frame(
+        row["frame"], row["x"], row["y"], row.get("z", 0.0), wrap_angle(row.get("yaw", 0.0)))))}

@@ -13,8 +13,8 @@ from nav_msgs.msg import Path as PathMessage
 from pf_resampling.msg import BeaconArray, LandmarkMap
 
 from .paths import compose, interpolate, inverse
-from .recorded_run import (MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, frames_on_robot, last_of, map_of, odometry_of,
-                           path_of, yaw_of)
+from .recorded_run import (MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, believed_of, frames_on_robot, last_of, map_of,
+                           odometry_of, path_of)
 
 MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB, and where associations are looked for, the gate looks at all pairs
 LEAST_GATE = 0.5  # m
@@ -192,11 +192,8 @@ def take_ids_of_filter(drive, odometry, frames, messages, name):
     if has_ids or not path or not path.poses or not found or not found.landmarks:
         return
     drive["ids"] = "filter"
-    rows = np.array([(each.header.stamp.to_sec(), each.pose.position.x, each.pose.position.y,
-                      yaw_of(*(getattr(each.pose.orientation, axis) for axis in "xyzw"))) for each in path.poses])
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    if not np.isfinite(rows).all():
-        raise Error(f"{name}: {PATH}: a pose is not finite")
+    believed = believed_of(path, f"{name}: {PATH}", np.zeros(3))
+    rows = np.column_stack([believed.time, believed.pose])
     marks = map_of(found.landmarks, f"{name}: {MAP}")
     if len(marks.id) > MOST_LANDMARKS:
         raise Error(f"a map of {len(marks.id)} landmarks: the batch solution takes {MOST_LANDMARKS} at most; give a part of the "
