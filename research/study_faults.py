@@ -51,12 +51,12 @@ class Drive:
     def place(self, time):
         return self.truth[min(bisect.bisect(self.times, time), len(self.truth) - 1)][1:]
 
-    def changed(self, begin, end, change):
-        """Copies of the messages between two times go through `change`, which returns whether they stay."""
+    def changed(self, change, begin=-math.inf, end=math.inf):
+        """Copies of the messages between two times go through `change`; those for which it says False are left out."""
         for topic, message, time in self.messages:
             if begin <= time <= end:
                 message = copy.deepcopy(message)
-                if not change(topic, message, time):
+                if change(topic, message, time) is False:
                     continue
             yield topic, message, time
 
@@ -122,35 +122,31 @@ def faults(drive):
     begin, end, most = drive.at(BEGIN), drive.at(END), drive.most_observed
 
     def without(seconds, *topics):
-        return drive.changed(begin, begin + seconds, lambda topic, *_: topic not in topics)
+        return drive.changed(lambda topic, *_: topic not in topics, begin, begin + seconds)
 
     def of_most_observed(change):
         def change_all(topic, message, time):
             if topic == "/ranges":
                 return message.beacon != most or change(message, time)
             if topic == "/landmarks":
-                message.observations = [seen for seen in message.observations if seen.id != most or change(seen, time)]
-            return True
-        return drive.changed(begin, end, change_all)
+                message.observations = [seen for seen in message.observations if seen.id != most or change(seen, time) is not False]
+        return drive.changed(change_all, begin, end)
 
     def lies(seen, _):
         if drive.beacons:
             seen.range += MOVED
         else:
             seen.range, seen.bearing = 1.1 * seen.range, seen.bearing + 0.2
-        return True
 
     def moved(heard, time):
         beacon, robot = drive.beacons[most], drive.place(time)
         heard.range = max(0.1, heard.range + math.dist((beacon.x + MOVED, beacon.y), robot)
                           - math.dist((beacon.x, beacon.y), robot))
-        return True
 
     def spoil(draw):
         def change(topic, message, _):
             if topic in ("/odom", drive.observed) and draw.random() < BAD_SHARE:
                 draw.choice((bad_number, bad_frame, no_stamp, bad_stamp))(topic, message)
-            return True
         return change
 
     spread = np.ptp(np.array(drive.truth)[:, 1:], axis=0)
@@ -169,7 +165,7 @@ def faults(drive):
     yield "odometry says for 10 s that the robot stands", drive.with_steps(begin + 10.0, lambda *_: (0.0, 0.0, 0.0))
     yield "the robot is turned by 90 degrees within 2 s, unnoticed", drive.with_steps(
         begin + 2.0, lambda step, seconds: (step[0], step[1], step[2] - 0.25 * math.pi * seconds))
-    yield "one message in ten makes no sense", drive.changed(begin, end, spoil(random.Random(1)))
+    yield "one message in ten makes no sense", drive.changed(spoil(random.Random(1)), begin, end)
     yield "every message comes twice", (message for message in drive.messages for _ in range(2))
 
 

@@ -15,19 +15,12 @@ COLUMNS = (("relation", "relation", 0), ("mean", "mean", 5), ("largest", "larges
            ("needed", "needed", 0), ("holds", "holds", 0))
 
 
-def changed(messages, change):
-    for topic, message, time in messages:
-        message = copy.deepcopy(message)
-        change(topic, message)
-        yield topic, message, time
-
-
-def turned_odometry(topic, message):
+def turned_odometry(topic, message, _):
     if topic == "/odom":
         put(compose(TURN, pose_of(message)), message)
 
 
-def turned_world(topic, message):
+def turned_world(topic, message, _):
     places = {"/beacons": lambda: [beacon.position for beacon in message.beacons],
               "/ground_truth": lambda: [message.pose.position]}.get(topic, list)()
     for place in places:
@@ -39,7 +32,7 @@ def renamed(drive):
     ids = sorted(drive.ids)
     others = dict(zip(ids, reversed(ids)))
 
-    def change(topic, message):
+    def change(topic, message, _):
         for beacon in message.beacons if topic == "/beacons" else []:
             beacon.id = others.get(beacon.id, beacon.id)
         for seen in OBSERVATIONS.get(topic, lambda _: [])(message):
@@ -64,7 +57,7 @@ def in_pieces(messages):
         yield topic, message, time
 
 
-def stamp_later(_, message):
+def stamp_later(_, message, __):
     for each in (message, *getattr(message, "transforms", ())):
         if hasattr(each, "header"):
             each.header.stamp.secs += LATER
@@ -74,12 +67,12 @@ def relations(drive):
     """(name, messages, what the pose is turned by, seconds later, whether the result has to be the same)"""
     same = (0.0, 0.0, 0.0)
     yield "another seed", drive.messages, same, 0, False
-    yield "odometry turned and moved", changed(drive.messages, turned_odometry), same, 0, True
+    yield "odometry turned and moved", drive.changed(turned_odometry), same, 0, True
     if drive.beacons:
-        yield "world turned and moved", changed(drive.messages, turned_world), TURN, 0, False
+        yield "world turned and moved", drive.changed(turned_world), TURN, 0, False
     if drive.ids:
-        yield "ids in the opposite order", changed(drive.messages, renamed(drive)), same, 0, True
-    later = ((topic, message, time + LATER) for topic, message, time in changed(drive.messages, stamp_later))
+        yield "ids in the opposite order", drive.changed(renamed(drive)), same, 0, True
+    later = ((topic, message, time + LATER) for topic, message, time in drive.changed(stamp_later))
     yield f"{LATER} s later", later, same, LATER, True
     yield "every message twice", (message for message in drive.messages for _ in range(2)), same, 0, True
     yield "odometry in pieces", in_pieces(drive.messages), same, 0, False
