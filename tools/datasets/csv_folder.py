@@ -117,8 +117,11 @@ def add_odometry(kind, rows, _, recording):
     times, is_of_steps = [row["t"] for row in rows], kind[1] == "distance"
     if is_of_steps and times:
         recording.add_pose(start_of_steps(times), (0.0, 0.0, 0.0))
-    for time, pose in zip(times, {"x": poses_of_poses, "distance": poses_of_steps, "v": poses_of_velocities}[kind[1]](rows)):
-        recording.add_pose(time, pose)
+    if kind[1] == "v":
+        recording.add_velocities([(row["t"], row["v"], row["omega"]) for row in rows])
+    else:
+        for time, pose in zip(times, (poses_of_steps if is_of_steps else poses_of_poses)(rows)):
+            recording.add_pose(time, pose)
     merged = len(times) + (is_of_steps and bool(times)) - len(recording.odometry)
     note_degrees(rows, "odometry.csv", kind[-1], recording, turns=kind[1] != "x")
     if merged:
@@ -135,14 +138,6 @@ def poses_of_steps(rows):
     pose = (0.0, 0.0, 0.0)
     for row in rows:
         pose = compose(pose, midpoint_motion(row["distance"], row["dheading"]))
-        yield pose
-
-
-def poses_of_velocities(rows):
-    pose = (0.0, 0.0, 0.0)
-    for before, row in zip(rows[:1] + rows, rows):
-        duration = row["t"] - before["t"]
-        pose = compose(pose, midpoint_motion(before["v"] * duration, before["omega"] * duration))
         yield pose
 
 

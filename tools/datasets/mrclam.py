@@ -16,8 +16,7 @@ import os
 from command_line import Error, UsageError
 
 from .files import NumberTable, number_of, require_directory
-from .recording import (Frame, Landmark, Observation, Odometry, Recording, Truth, compose, midpoint_motion,
-                        wrap_angle)
+from .recording import Frame, Landmark, Observation, Odometry, Recording, Truth, wrap_angle
 
 LINE = "text files of UTIAS (multi-robot data sets 1 to 9), one robot"
 HELP = """Makes a bag of what one robot of a directory with Robot<n>_Odometry.dat,
@@ -84,16 +83,9 @@ def subjects_by_barcode(path):
 
 def read_odometry(path, delay, recording):
     rows = timed_table(path, 3, recording).rows
-    pose, merged, before = (0.0, 0.0, 0.0), 0, None
-    for row in rows:
-        if before:
-            duration = row[0] - before[0]
-            pose = compose(pose, midpoint_motion(before[1] * duration, before[2] * duration))
-        if before and duration <= 0:
-            merged += 1  # the pose at this time is there; the velocities from here on are this row's
-        else:
-            recording.odometry.append(Odometry(row[0] + delay, pose))
-        before = row
+    recording.add_velocities(rows)
+    merged = len(rows) - len(recording.odometry)
+    recording.odometry = [Odometry(time + delay, pose) for time, pose in recording.odometry]
     if merged:
         recording.notes.append(f"odometry: {merged} rows merged with the row before, which has the same time")
     if delay:

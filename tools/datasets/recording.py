@@ -36,6 +36,13 @@ class Recording:
             self.odometry.pop()
         self.odometry.append(Odometry(time, pose))
 
+    def add_velocities(self, rows):
+        """Odometry of (s, m/s ahead, rad/s), each of which holds until the next row."""
+        pose = (0.0, 0.0, 0.0)
+        for (before, ahead, turn, *_), (time, *_) in zip(rows[:1] + rows, rows):
+            pose = compose(pose, midpoint_motion(ahead * (time - before), turn * (time - before)))
+            self.add_pose(time, pose)
+
     def report(self):
         """Counts, duration and rates, a line each, then the notes."""
         length = sum(math.hypot(b.pose[0] - a.pose[0], b.pose[1] - a.pose[1])

@@ -16,7 +16,7 @@ import os
 from command_line import Error
 
 from .files import MatFile, NumberTable, require_directory
-from .recording import Frame, Observation, Odometry, Recording, Truth, compose, midpoint_motion, wrap_angle
+from .recording import Frame, Observation, Recording, Truth, wrap_angle
 
 LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
 HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (or
@@ -37,7 +37,7 @@ MOST_STEERING = 1.0  # rad: wheels do not turn further, and near pi/2 the model 
 def read(directory):
     require_directory(directory, "time.txt and the like")
     recording = Recording()
-    recording.odometry = integrate(read_controls(directory))
+    recording.add_velocities([(time, *velocities_of(speed, steering)) for time, speed, steering in read_controls(directory)])
     recording.observations = read_scans(directory)
     gps = os.path.join(directory, "aa3_gpsx.mat")
     if os.path.exists(gps):
@@ -100,19 +100,11 @@ def read_controls(directory):
     return [(SECONDS_PER_UNIT * time, speed, steering) for time, speed, steering in rows]
 
 
-def integrate(controls):
-    """The path of the middle of the rear axle."""
-    odometry, pose, before = [], (0.0, 0.0, 0.0), None
-    for control in controls:
-        duration = control[0] - before[0] if before else 0.0
-        if before and duration > 0:
-            tangent = math.tan(before[2])
-            speed = before[1] / (1.0 - tangent * ENCODER_LEFT_OF_MIDDLE / WHEEL_BASE)
-            pose = compose(pose, midpoint_motion(speed * duration, speed * tangent / WHEEL_BASE * duration))
-        if not before or duration > 0:
-            odometry.append(Odometry(control[0], pose))
-        before = control
-    return odometry
+def velocities_of(speed, steering):
+    """(m/s, rad/s) of the middle of the rear axle."""
+    tangent = math.tan(steering)
+    ahead = speed / (1.0 - tangent * ENCODER_LEFT_OF_MIDDLE / WHEEL_BASE)
+    return ahead, ahead * tangent / WHEEL_BASE
 
 
 def read_scans(directory):
