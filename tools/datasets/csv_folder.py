@@ -10,8 +10,8 @@ import os
 from command_line import Error
 
 from .files import finite_number, lines_of, require_directory
-from .recording import (Beacon, Frame, Landmark, Observation, Range, Recording, Truth, compose,
-                        median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
+from .recording import (Beacon, Frame, Landmark, Observation, Range, Recording, Truth, median_range_ratio, metres_per,
+                        start_of_steps, unit_of, wrap_angle)
 
 LINE = "a directory with CSV files of your own"
 HELP = """Makes a bag of a directory with any of
@@ -114,31 +114,17 @@ def read(directory, range_unit="m"):
 
 
 def add_odometry(kind, rows, _, recording):
-    times, is_of_steps = [row["t"] for row in rows], kind[1] == "distance"
-    if is_of_steps and times:
-        recording.add_pose(start_of_steps(times), (0.0, 0.0, 0.0))
-    if kind[1] == "v":
-        recording.add_velocities([(row["t"], row["v"], row["omega"]) for row in rows])
+    given, begins_earlier = [tuple(row[name] for name in kind) for row in rows], kind[1] == "distance" and bool(rows)
+    if begins_earlier:
+        recording.add_steps(start_of_steps([row["t"] for row in rows]), given)
+    elif kind[1] == "v":
+        recording.add_velocities(given)
     else:
-        for time, pose in zip(times, (poses_of_steps if is_of_steps else poses_of_poses)(rows)):
-            recording.add_pose(time, pose)
-    merged = len(times) + (is_of_steps and bool(times)) - len(recording.odometry)
+        recording.add_poses(given)
+    merged = len(rows) + begins_earlier - len(recording.odometry)
     note_degrees(rows, "odometry.csv", kind[-1], recording, turns=kind[1] != "x")
     if merged:
         recording.notes.append(f"odometry.csv: {merged} rows merged with the row before, which has the same time")
-
-
-def poses_of_poses(rows):
-    """In a frame of their own, taken to begin at the origin."""
-    poses = [(row["x"], row["y"], row["heading"]) for row in rows]
-    return [relative(poses[0], pose) for pose in poses]
-
-
-def poses_of_steps(rows):
-    pose = (0.0, 0.0, 0.0)
-    for row in rows:
-        pose = compose(pose, midpoint_motion(row["distance"], row["dheading"]))
-        yield pose
 
 
 def adding(name, entry):

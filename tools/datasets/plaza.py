@@ -13,8 +13,8 @@ import math
 from command_line import Error, UsageError
 
 from .files import MatFile, number_of
-from .recording import (METRES_PER_FOOT, Beacon, Frame, Range, Recording, Truth, compose,
-                        median_range_ratio, metres_per, midpoint_motion, relative, start_of_steps, unit_of, wrap_angle)
+from .recording import (METRES_PER_FOOT, Beacon, Frame, Range, Recording, Truth, median_range_ratio, metres_per, start_of_steps,
+                        unit_of, wrap_angle)
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
 HELP = """Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD
@@ -107,8 +107,7 @@ def read_odometry(file, recording):
     if poses is None:
         raise Error(f"{file.path}: has no variable DR [t distance dheading] nor DRp; it has {file.names()}")
     rows = usable_rows(poses, 4, "DRp", recording)
-    for row in rows:
-        recording.add_pose(row[0], relative(rows[0][1:4], row[1:4]))
+    recording.add_poses(rows)
     recording.notes.append("no variable DR: odometry is DRp")
 
 
@@ -120,11 +119,7 @@ def integrate_steps(steps, recording):
     # The truth knows when the drive began, if it began just before the first step ended.
     if recording.truth and first - START_WITHIN * (first - start) <= recording.truth[0].time < first:
         start = recording.truth[0].time
-    pose = (0.0, 0.0, 0.0)
-    recording.add_pose(start, pose)
-    for step in steps:
-        pose = compose(pose, midpoint_motion(step[1], step[2]))
-        recording.add_pose(step[0], pose)
+    recording.add_steps(start, steps)
 
 
 def read_beacons(file, recording):

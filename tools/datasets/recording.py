@@ -36,6 +36,19 @@ class Recording:
             self.odometry.pop()
         self.odometry.append(Odometry(time, pose))
 
+    def add_poses(self, rows):
+        """Odometry of (s, x, y, heading) in a frame of its own, taken to begin at the origin."""
+        for time, *pose in rows:
+            self.add_pose(time, relative(rows[0][1:4], pose))
+
+    def add_steps(self, start, rows):
+        """Odometry of (s, m driven and rad turned since the row before), from `start` on, by the mid-point rule."""
+        pose = (0.0, 0.0, 0.0)
+        self.add_pose(start, pose)
+        for time, distance, turn, *_ in rows:
+            pose = compose(pose, midpoint_motion(distance, turn))
+            self.add_pose(time, pose)
+
     def add_velocities(self, rows):
         """Odometry of (s, m/s ahead, rad/s), each of which holds until the next row."""
         pose = (0.0, 0.0, 0.0)
