@@ -269,7 +269,8 @@ bool FastSlam::solve_memory() {
 
 bool FastSlam::draw_from_memory(int size) {
   const RedrawOptions& options = options_.strategy.redraw;
-  const MemoryDraw drawn = memory_.draw(size, stream(RandomPurpose::redraw));
+  MemoryDraw drawn = memory_.draw(size, stream(RandomPurpose::redraw));
+  drawn.deviations *= std::cbrt(noise_doubt());  // its noise may be larger by a standard error
   if (!drawn.deviations.allFinite()) return count_refusal();
   if (options.learn_noise) {
     memory_.validate(options.robust_width);
