@@ -1,27 +1,25 @@
 #include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_rows.hpp"
-#include "pf_resampling_core/filters/fastslam/selection_log.hpp"
 
 namespace pf_resampling {
 namespace {
 
-// By so many selections a row lags at most, or by four times the rows if that is more.
-constexpr std::int64_t kSteps = 4096;
-constexpr int kNone = -1;
+// Selections after which all rows are brought up to date: a fraction of a microsecond per row and
+// selection saved, and the most that a row asked for has to go through.
+constexpr std::size_t kMostLogged = 1000;
 
 struct Row {
   RowMemory memory;
   std::int64_t birth = 0;
-  std::int64_t version = 0;  // it has gone through all selections before this
+  std::size_t version = 0;  // it has gone through so many of the logged selections
   bool is_used = false;
-  int before = kNone;  // neighbours in the order of versions
-  int after = kNone;
 };
 
 bool is_identity(ConstIndices ancestors, int particles) {
@@ -35,13 +33,14 @@ bool is_identity(ConstIndices ancestors, int particles) {
 
 struct LandmarkStore::Implementation {
   int particles = 0;
-  int used = 0;
   std::vector<Row> rows;
   std::vector<int> free_rows;
-  int oldest = kNone;  // ends of the order of versions
-  int newest = kNone;
-  SelectionLog log;
-  RowMemory spare;  // where the next gather goes
+  std::vector<std::vector<int>> log;  // selections since all rows were up to date
+  RowMemory spare;                    // where the next gather goes
+  // The selections from number `from` on as one, up to now: rows that were seen together lag
+  // together.
+  std::vector<int> composed, longer;
+  std::size_t from = 0;
 
   Row& at(int row) { return rows[static_cast<std::size_t>(row)]; }
 
@@ -53,51 +52,40 @@ struct LandmarkStore::Implementation {
     }
   }
 
-  void unlink(int row) {
-    const Row& leaving = at(row);
-    (leaving.before == kNone ? oldest : at(leaving.before).after) = leaving.after;
-    (leaving.after == kNone ? newest : at(leaving.after).before) = leaving.before;
+  void forget_composed() {
+    composed.resize(static_cast<std::size_t>(particles));
+    std::iota(composed.begin(), composed.end(), 0);
+    from = log.size();
   }
 
-  void link_newest(int row) {
-    at(row).version = log.now();
-    at(row).before = newest;
-    at(row).after = kNone;
-    (newest == kNone ? oldest : at(newest).after) = row;
-    newest = row;
+  void catch_up(Row* row) {
+    if (row->version == log.size()) return;
+    if (row->version > from) forget_composed();
+    while (from > row->version) {
+      compose(log[--from], composed, &longer);
+      composed.swap(longer);
+    }
+    gather(row->memory, composed, &spare);
+    std::swap(row->memory, spare);
+    row->version = log.size();
   }
 
-  std::int64_t steps_behind(int row) { return log.now() - at(row).version; }
-  std::int64_t steps_allowed() const { return std::max(kSteps, std::int64_t{4} * used); }
-
-  void catch_up(int row) {
-    if (at(row).version == log.now()) return;
-    gather(at(row).memory, log.from(at(row).version), &spare);
-    std::swap(at(row).memory, spare);
-    unlink(row);
-    link_newest(row);
-  }
+  // The latest first, so that no composition is made twice.
   void catch_up_all() {
-    while (oldest != kNone && at(oldest).version < log.now()) catch_up(oldest);
+    std::vector<Row*> late;
+    for (Row& row : rows) {
+      if (row.is_used) late.push_back(&row);
+    }
+    std::sort(late.begin(), late.end(),
+              [](const Row* a, const Row* b) { return a->version > b->version; });
+    for (Row* row : late) {
+      catch_up(row);
+      row->version = 0;
+    }
+    log.clear();
+    forget_composed();
   }
-  void bound_log();
 };
-
-// Late rows are caught up, oldest first, as many per step as it takes to have had all of them
-// before the first of them is too late: a selection that a row is spared for long is a selection
-// saved.
-void LandmarkStore::Implementation::bound_log() {
-  const std::int64_t steps = steps_allowed();
-  const std::int64_t late_steps = steps / 4 * 3;
-  const std::int64_t steps_left = steps - late_steps;
-  std::int64_t quota = (used + steps_left - 1) / steps_left;
-  while (oldest != kNone &&
-         (steps_behind(oldest) > steps || (quota > 0 && steps_behind(oldest) > late_steps))) {
-    catch_up(oldest);
-    --quota;
-  }
-  log.drop_before(oldest == kNone ? log.now() : at(oldest).version);
-}
 
 LandmarkStore::LandmarkStore(int particles) : implementation_(std::make_unique<Implementation>()) {
   if (particles < 1) {
@@ -105,6 +93,7 @@ LandmarkStore::LandmarkStore(int particles) : implementation_(std::make_unique<I
                 " particles were asked for; ask for at least 1");
   }
   implementation_->particles = particles;
+  implementation_->forget_composed();
 }
 LandmarkStore::~LandmarkStore() = default;
 LandmarkStore::LandmarkStore(const LandmarkStore& other)
@@ -112,12 +101,9 @@ LandmarkStore::LandmarkStore(const LandmarkStore& other)
   Implementation& from = *other.implementation_;
   from.catch_up_all();
   implementation_->particles = from.particles;
-  implementation_->used = from.used;
   implementation_->rows = from.rows;
-  for (Row& row : implementation_->rows) row.version = 0;  // its log has yet to begin
   implementation_->free_rows = from.free_rows;
-  implementation_->oldest = from.oldest;
-  implementation_->newest = from.newest;
+  implementation_->forget_composed();
 }
 LandmarkStore& LandmarkStore::operator=(const LandmarkStore& other) {
   return *this = LandmarkStore(other);
@@ -148,19 +134,16 @@ int LandmarkStore::add(std::int64_t birth) {
   Row& added = store.at(row);
   added.memory.fit(store.particles);
   added.birth = birth;
+  added.version = store.log.size();
   added.is_used = true;
-  store.link_newest(row);
-  ++store.used;
   return row;
 }
 
 void LandmarkStore::remove(int row) {
   Implementation& store = *implementation_;
   store.check_used(row);
-  store.unlink(row);
   store.at(row) = Row{};
   store.free_rows.push_back(row);
-  --store.used;
 }
 
 std::int64_t LandmarkStore::birth(int row) const {
@@ -171,7 +154,7 @@ std::int64_t LandmarkStore::birth(int row) const {
 LandmarkRow LandmarkStore::row(int row) {
   Implementation& store = *implementation_;
   store.check_used(row);
-  store.catch_up(row);
+  store.catch_up(&store.at(row));
   RowMemory& memory = store.at(row).memory;
   return {memory.field(RowMemory::x),
           memory.field(RowMemory::y),
@@ -196,8 +179,9 @@ void LandmarkStore::select(ConstIndices ancestors) {
   }
   if (is_identity(ancestors, store.particles)) return;
   store.particles = static_cast<int>(ancestors.size());
-  if (store.used > 0) store.log.append(ancestors);
-  store.bound_log();
+  store.log.emplace_back(ancestors.data(), ancestors.data() + ancestors.size());
+  store.forget_composed();
+  if (store.log.size() == kMostLogged) store.catch_up_all();
 }
 
 void LandmarkStore::blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment) {
@@ -208,18 +192,6 @@ void LandmarkStore::blend(const std::vector<BlendPair>& pairs, CovarianceTreatme
   for (Row& row : store.rows) {
     if (row.is_used) pf_resampling::blend(pairs, treatment, &row.memory);
   }
-  store.bound_log();
-}
-
-std::int64_t LandmarkStore::log_length() const {
-  return implementation_->log.now() - implementation_->log.oldest();
-}
-
-std::size_t LandmarkStore::memory() const {
-  const Implementation& store = *implementation_;
-  std::size_t bytes = store.log.memory() + store.rows.capacity() * sizeof(Row);
-  for (const Row& row : store.rows) bytes += row.memory.bytes();
-  return bytes;
 }
 
 }  // namespace pf_resampling

@@ -26,11 +26,10 @@ struct LandmarkRow {
 /// the particles.
 ///
 /// Selections are logged, not applied: a row catches up when it is next asked for, with one gather
-/// per array, since selections compose. So resampling costs O(M) whatever the size of the map,
-/// where copying maps costs O(M·N). (Montemerlo's trees give O(M log N), with a pointer chase per
-/// landmark.) The log is bounded: the rows that lag most are caught up, few at a time, so that none
-/// lags by more than max(4096, 4·(rows in use)) selections. Compensations do not compose; they are
-/// applied to all rows at once.
+/// per array, since selections compose. So resampling costs O(M) for all but one selection in a
+/// thousand, which brings all rows up to date, where copying maps costs O(M·N) for each.
+/// (Montemerlo's trees give O(M log N), with a pointer chase per landmark.) Compensations do not
+/// compose; they are applied to all rows at once.
 ///
 /// The numbers are the same, to the bit, as if every selection were applied at once.
 class LandmarkStore {
@@ -62,18 +61,14 @@ class LandmarkStore {
   LandmarkRow row(int row);
 
   /// Slot i holds a copy of the former slot ancestors[i] from now on; ancestors.size() may differ
-  /// from particles(). O(M). Throws Error, changing nothing, on no ancestors or one out of range.
+  /// from particles(). O(M), see above. Throws Error, changing nothing, on no ancestors or one out
+  /// of range.
   void select(ConstIndices ancestors);
 
   /// Blends the means of pairs that both hold the landmark, and treats their covariances; what only
   /// one of the two holds, and log_odds, is left. See compensate(). O(M·N). Throws Error, changing
   /// nothing, as check_pairs() does.
   void blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment);
-
-  /// How many steps are kept because some row has yet to go through them.
-  std::int64_t log_length() const;
-  /// Bytes taken by rows and log.
-  std::size_t memory() const;
 
  private:
   struct Implementation;
