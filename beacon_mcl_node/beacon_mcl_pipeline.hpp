@@ -31,9 +31,6 @@ struct BeaconMclTypes {
   using Checkpoint = BeaconMclCheckpoint;
   static constexpr ObservationNames kNames = kRangeNames;
   static const PresetList& presets() { return beacon_mcl_presets(); }
-  static Checkpoint read_checkpoint(const std::string& path) {
-    return read_beacon_mcl_checkpoint(path);
-  }
 };
 extern template class FilterPipeline<BeaconMclTypes>;
 
@@ -59,11 +56,11 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
 
   /// What it takes, and on which topics.
   static constexpr auto inputs() {
-    return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}}, Input<BeaconRange>{{"ranges"}},
-                           Input<sensor_msgs::Range>{{"sensor_ranges"}},
-                           Input<BeaconArray>{{"beacons"}}, Input<sensor_msgs::Imu>{{"imu"}},
-                           Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
-                           Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
+    return std::make_tuple(
+        Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}}, Input<BeaconArray>{{"beacons"}},
+        Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
+        Input<BeaconRange>{{"ranges"}}, Input<sensor_msgs::Range>{{"sensor_ranges"}},
+        Input<sensor_msgs::Imu>{{"imu"}}, Input<nav_msgs::Odometry>{{"odom"}});
   }
 
   /// Service: starts anew from the ranges or over the area.

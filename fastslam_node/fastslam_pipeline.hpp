@@ -42,9 +42,6 @@ struct FastSlamTypes {
   using Checkpoint = FastSlamCheckpoint;
   static constexpr ObservationNames kNames = kScanNames;
   static const PresetList& presets() { return fastslam_presets(); }
-  static Checkpoint read_checkpoint(const std::string& path) {
-    return read_fastslam_checkpoint(path);
-  }
 };
 extern template class FilterPipeline<FastSlamTypes>;
 
@@ -69,14 +66,13 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   /// without that map instead (options.starts_without_map) and says so.
   FastSlamPipeline(const FastSlamPipelineOptions& options, const FastSlamSinks& sinks);
 
-  /// What it takes, and on which topics. Transforms may also be of tags that were seen: they become
-  /// scans.
+  /// What it takes, and on which topics, in the order in which messages of the same time in a bag
+  /// are taken. Transforms may also be of tags that were seen: they become scans.
   static constexpr auto inputs() {
-    return std::make_tuple(Input<nav_msgs::Odometry>{{"odom"}},
-                           Input<LandmarkObservationArray>{{"landmarks"}},
-                           Input<sensor_msgs::Imu>{{"imu"}},
+    return std::make_tuple(Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}},
                            Input<geometry_msgs::PoseWithCovarianceStamped>{{"initialpose"}},
-                           Input<tf2_msgs::TFMessage>{{"/tf_static", "/tf"}});
+                           Input<LandmarkObservationArray>{{"landmarks"}},
+                           Input<sensor_msgs::Imu>{{"imu"}}, Input<nav_msgs::Odometry>{{"odom"}});
   }
 
   /// Services. They return what they did in one line, or throw Error with nothing changed. What is

@@ -1,7 +1,6 @@
 #include "rviz_panel/filter_health.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "pf_resampling_core/health/health.hpp"
 
@@ -15,23 +14,17 @@ double share(double part, double whole) {
   return whole > 0.0 ? part / whole : 0.0;
 }
 
-std::string number(double value, int decimals) {
-  char buffer[60];
-  std::snprintf(buffer, sizeof(buffer), "%.*f", decimals, value);
-  return buffer;
-}
-
 }  // namespace
 
 std::string duration_text(double seconds) {
-  if (seconds >= 9.95) return number(seconds, 0) + " s";
-  if (seconds >= 0.9995) return number(seconds, 1) + " s";
-  if (seconds >= 0.00995) return number(1e3 * seconds, 0) + " ms";
-  return number(1e3 * seconds, seconds >= 0.000995 ? 1 : 2) + " ms";
+  if (seconds >= 9.95) return number_text(seconds, 0) + " s";
+  if (seconds >= 0.9995) return number_text(seconds, 1) + " s";
+  if (seconds >= 0.00995) return number_text(1e3 * seconds, 0) + " ms";
+  return number_text(1e3 * seconds, seconds >= 0.000995 ? 1 : 2) + " ms";
 }
 
 std::string percent_text(double share) {
-  return number(100.0 * share, share < 0.00995 ? 1 : 0) + " %";
+  return number_text(100.0 * share, share < 0.00995 ? 1 : 0) + " %";
 }
 
 void FilterHealth::add(const FilterStatus& status) {

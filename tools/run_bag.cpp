@@ -2,7 +2,6 @@
 // around it. Same bag, seed and configuration: same bytes, at any number of threads.
 #include "tools/common/command_line.hpp"
 #include "tools/common/filter_options.hpp"
-#include "tools/common/filter_topics.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
@@ -17,8 +16,12 @@ CommandLine command_line() {
                   false);
   line.positional("out.bag", "bag to write", false);
   add_filter_options(&line);
-  add_beacon_mcl_topics(&line);
-  line.topic("landmarks", FastSlamTopics().landmarks, "landmark observations");
+  line.topic("odom", "/odom", "odometry");
+  line.topic("imu", "/imu", "IMU, for odometry_input/imu_heading");
+  line.topic("ranges", "/ranges", "ranges");
+  line.topic("sensor-ranges", "/sensor_ranges", "ranges as sensor_msgs/Range");
+  line.topic("beacons", "/beacons", "beacons");
+  line.topic("landmarks", "/landmarks", "landmark observations");
   line.option<std::string>("seed", "N", "seed of the random numbers (1)");
   line.option<std::string>("threads", "N",
                            "beacon_mcl: number of threads (1); the result does not depend on it");

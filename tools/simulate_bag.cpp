@@ -1,11 +1,11 @@
 // simulate_bag: a simulated drive as a bag, with the truth.
+#include <boost/algorithm/string/join.hpp>
 #include <cstdint>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "tools/common/command_line.hpp"
-#include "tools/common/text.hpp"
 #include "tools/worlds/simulated_bag.hpp"
 #include "tools/worlds/world_file.hpp"
 
@@ -18,7 +18,7 @@ CommandLine command_line() {
       "simulate_bag",
       "Simulates a drive and writes the bag that the robot would have recorded, with the\nground "
       "truth. The same world, seed and options give the same bytes.\nWorlds: " +
-          joined(builtin_worlds(), ", ") +
+          boost::algorithm::join(builtin_worlds(), ", ") +
           ", or the path of\na YAML file like those in config/worlds.");
   line.positional("WORLD", "name of a world, or path of a world's YAML file");
   line.positional("out.bag", "the bag to write");

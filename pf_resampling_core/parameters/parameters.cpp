@@ -301,6 +301,10 @@ void set_parameters(const ParameterList& parameters,
   for (const auto& [name, value] : values) set_parameter(parameters, name, value);
 }
 
+void check_values(const ParameterList& parameters) {
+  for (const Parameter& parameter : parameters) parameter.set_checked(parameter.get());
+}
+
 std::string to_yaml(const ParameterList& parameters) {
   return lines_of(parameters, "");
 }
@@ -309,14 +313,18 @@ std::string to_template(const ParameterList& parameters) {
   return lines_of(parameters, "#");
 }
 
-std::string to_markdown(const ParameterList& parameters) {
+std::string to_markdown(const ParameterList& parameters, const ParameterList& live) {
   std::ostringstream table;
-  table << "| parameter | for | type | default | unit | range | meaning |\n"
-           "|---|---|---|---|---|---|---|\n";
+  table << "| parameter | for | type | default | unit | range | meaning | changes |\n"
+           "|---|---|---|---|---|---|---|---|\n";
   for (const Parameter& parameter : parameters) {
+    const bool is_live = std::any_of(live.begin(), live.end(), [&](const Parameter& other) {
+      return other.name == parameter.name;
+    });
     table << "| `" << parameter.name << "` | " << (parameter.is_basic ? "basic" : "expert") << " | "
           << type_text(parameter.type) << " | " << parameter.get() << " | " << parameter.unit
-          << " | " << range_text(parameter) << " | " << parameter.help << " |\n";
+          << " | " << range_text(parameter) << " | " << parameter.help << " | "
+          << (is_live ? "live" : "at start") << " |\n";
   }
   return table.str();
 }

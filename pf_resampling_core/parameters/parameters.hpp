@@ -70,6 +70,9 @@ void set_parameter(const ParameterList& parameters, const std::string& name,
 void set_parameters(const ParameterList& parameters,
                     const std::map<std::string, std::string>& values);
 
+/// Throws Error for the first value that is outside its range.
+void check_values(const ParameterList& parameters);
+
 /// All of them as YAML with unit, range and help as comments, each by its full name: all that there
 /// is to set, as it is.
 std::string to_yaml(const ParameterList& parameters);
@@ -77,8 +80,9 @@ std::string to_yaml(const ParameterList& parameters);
 /// The same with every value behind a #: a file that sets nothing until lines of it are taken in.
 std::string to_template(const ParameterList& parameters);
 
-/// All of them as a Markdown table: name, for whom, type, default, unit, range, meaning.
-std::string to_markdown(const ParameterList& parameters);
+/// All of them as a Markdown table: name, for whom, type, default, unit, range, meaning, and
+/// whether a running node takes a change (`live`: those that it does).
+std::string to_markdown(const ParameterList& parameters, const ParameterList& live);
 
 // ---------------------------------------------------------------------------------------------------------------
 

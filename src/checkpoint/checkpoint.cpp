@@ -15,20 +15,4 @@ void describe(Archive& archive, FastSlamCheckpoint& checkpoint) {
   archive("state", checkpoint.filter);
 }
 
-void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint) {
-  write_saved(kCheckpointFile, path, checkpoint);
-}
-
-void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint) {
-  write_saved(kCheckpointFile, path, checkpoint);
-}
-
-BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path) {
-  return read_saved<BeaconMclCheckpoint>(kCheckpointFile, path);
-}
-
-FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path) {
-  return read_saved<FastSlamCheckpoint>(kCheckpointFile, path);
-}
-
 }  // namespace pf_resampling

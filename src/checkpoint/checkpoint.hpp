@@ -27,12 +27,16 @@ void describe(Archive& archive, BeaconMclCheckpoint& checkpoint);
 void describe(Archive& archive, FastSlamCheckpoint& checkpoint);
 
 /// Throws Error, naming the file, when it cannot be written or a number in it is not finite.
-void write_checkpoint(const std::string& path, const BeaconMclCheckpoint& checkpoint);
-void write_checkpoint(const std::string& path, const FastSlamCheckpoint& checkpoint);
+template <typename Checkpoint>
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+  write_saved(kCheckpointFile, path, checkpoint);
+}
 
 /// Throws Error, in one line that names the file and the remedy, for a file that is damaged, or no
 /// checkpoint of this filter and version.
-BeaconMclCheckpoint read_beacon_mcl_checkpoint(const std::string& path);
-FastSlamCheckpoint read_fastslam_checkpoint(const std::string& path);
+template <typename Checkpoint>
+Checkpoint read_checkpoint(const std::string& path) {
+  return read_saved<Checkpoint>(kCheckpointFile, path);
+}
 
 }  // namespace pf_resampling

@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <boost/algorithm/string/join.hpp>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +13,7 @@
 #include <system_error>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/text_file.hpp"
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
@@ -25,14 +27,8 @@ struct Entry {
 
 double number_of(const Entry& entry, const std::string& key) {
   const std::string& text = entry.fields.at(key);
-  std::size_t used = 0;
   double value = 0.0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != text.size() || !std::isfinite(value)) {
+  if (!text_file::parse(text, &value)) {
     throw Error(entry.where + ": " + key + " is '" + text + "'; it has to be a finite number");
   }
   return value;
@@ -50,12 +46,8 @@ int id_of(const Entry& entry, const std::string& key) {
 /// "id, x, y and, if wanted, frame, z".
 std::string list_of_keys(const std::set<std::string>& needed,
                          const std::set<std::string>& optional) {
-  const auto joined = [](const std::set<std::string>& keys) {
-    std::string text;
-    for (const std::string& key : keys) text += (text.empty() ? "" : ", ") + key;
-    return text;
-  };
-  return joined(needed) + (optional.empty() ? "" : " and, if wanted, " + joined(optional));
+  using boost::algorithm::join;
+  return join(needed, ", ") + (optional.empty() ? "" : " and, if wanted, " + join(optional, ", "));
 }
 
 void check_keys(const Entry& entry, const std::set<std::string>& needed,

@@ -38,9 +38,9 @@ void worsen(std::uint8_t level, const std::string& message, DiagnosticStatus* st
   status->level = static_cast<std::int8_t>(level);
 }
 
-std::string number_text(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.3f", value);
+std::string number_text(double value, int digits) {
+  char text[400];
+  std::snprintf(text, sizeof(text), "%.*f", digits, value);
   return text;
 }
 

@@ -25,8 +25,8 @@ void add_value(const std::string& key, const std::string& value,
 void worsen(std::uint8_t level, const std::string& message,
             diagnostic_msgs::DiagnosticStatus* status);
 
-/// With three digits behind the point.
-std::string number_text(double value);
+/// With so many digits behind the point.
+std::string number_text(double value, int digits = 3);
 
 /// The entry on what comes in: odometry, observations (called `observations`: "ranges"; the stamp
 /// of the last that was used, zero if none was, and how many wait), and what was rejected.

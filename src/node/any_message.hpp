@@ -23,42 +23,50 @@ constexpr bool kTakesOtherTypes =
     std::is_same_v<Message, nav_msgs::Odometry> || std::is_same_v<Message, BeaconRange> ||
     std::is_same_v<Message, LandmarkObservationArray>;
 
-/// The message if it is of this type; null if not.
-template <typename Message>
-typename Message::ConstPtr message_in(const topic_tools::ShapeShifter& message) {
-  if (message.getDataType() != ros::message_traits::DataType<Message>::value()) return nullptr;
-  if (message.getMD5Sum() != ros::message_traits::MD5Sum<Message>::value()) {
-    throw Error("it is a " + message.getDataType() + " of another version");
+/// A message that has come, of any type. Messages of bags have the same functions.
+struct LiveMessage {
+  const topic_tools::ShapeShifter& message;
+
+  const std::string& type() const { return message.getDataType(); }
+  /// As a message of this type; null if it is of another. Throws Error if it is of another version.
+  template <typename Message>
+  typename Message::ConstPtr as() const {
+    if (type() != ros::message_traits::DataType<Message>::value()) return nullptr;
+    if (message.getMD5Sum() != ros::message_traits::MD5Sum<Message>::value()) {
+      throw Error("it is a " + type() + " of another version");
+    }
+    return message.instantiate<Message>();
   }
-  return message.instantiate<Message>();
-}
+  /// To be read by its definition.
+  const topic_tools::ShapeShifter& described() const { return message; }
+  static ros::Time arrival() { return ros::Time::now(); }
+};
 
 /// Odometry; or a pose in the odometry frame of the robot, whose frame is `base`. Throws Error, as
 /// all of these do, for what cannot be read.
-template <typename Pipeline>
-nav_msgs::Odometry read_any(const Input<nav_msgs::Odometry>& /*input*/,
-                            const topic_tools::ShapeShifter& message, const std::string& base,
-                            const Pipeline& /*pipeline*/) {
+template <typename Source, typename Pipeline>
+nav_msgs::Odometry read_any(const Input<nav_msgs::Odometry>& /*input*/, const Source& message,
+                            const std::string& base, const Pipeline& /*pipeline*/) {
   using Pose = geometry_msgs::PoseWithCovarianceStamped;
-  if (const auto odometry = message_in<nav_msgs::Odometry>(message)) return *odometry;
-  if (const auto pose = message_in<Pose>(message)) return to_odometry_message(*pose, base);
-  throw Error("odometry comes as " + message.getDataType() +
+  if (const auto odometry = message.template as<nav_msgs::Odometry>()) return *odometry;
+  if (const auto pose = message.template as<Pose>()) return to_odometry_message(*pose, base);
+  throw Error("odometry comes as " + message.type() +
               "; nav_msgs/Odometry or geometry_msgs/PoseWithCovarianceStamped is needed");
 }
 
-template <typename Pipeline>
+template <typename Source, typename Pipeline>
 std::variant<LandmarkObservationArray, tf2_msgs::TFMessage> read_any(
-    const Input<LandmarkObservationArray>& /*input*/, const topic_tools::ShapeShifter& message,
+    const Input<LandmarkObservationArray>& /*input*/, const Source& message,
     const std::string& /*base*/, const Pipeline& /*pipeline*/) {
-  if (const auto scan = message_in<LandmarkObservationArray>(message)) return *scan;
-  return landmarks_in(message);
+  if (const auto scan = message.template as<LandmarkObservationArray>()) return *scan;
+  return landmarks_in(message.described());
 }
 
-template <typename Pipeline>
-BeaconRange read_any(const Input<BeaconRange>& /*input*/, const topic_tools::ShapeShifter& message,
+template <typename Source, typename Pipeline>
+BeaconRange read_any(const Input<BeaconRange>& /*input*/, const Source& message,
                      const std::string& /*base*/, const Pipeline& pipeline) {
-  if (const auto range = message_in<BeaconRange>(message)) return *range;
-  return range_in(message, pipeline.antenna(), ros::Time::now());
+  if (const auto range = message.template as<BeaconRange>()) return *range;
+  return range_in(message.described(), pipeline.antenna(), message.arrival());
 }
 
 }  // namespace pf_resampling

@@ -167,7 +167,8 @@ class FilterNode {
     // A publisher of any type is heard where messages of other packages are known.
     if constexpr (kTakesOtherTypes<Message>) {
       listen<topic_tools::ShapeShifter>(topic, [this, input, topic](const auto& message) {
-        take_if_readable(topic, [&] { return read_any(input, message, base_, pipeline_); });
+        take_if_readable(topic,
+                         [&] { return read_any(input, LiveMessage{message}, base_, pipeline_); });
       });
     } else {
       listen<Message>(topic, [this, topic](const auto& message) { hand_over(topic, message); });

@@ -22,6 +22,7 @@
 #include "pf_resampling_core/health/unknown_place.hpp"
 #include "pf_resampling_core/parallel/take_overs.hpp"
 #include "pf_resampling_core/population/pose_clusters.hpp"
+#include "src/checkpoint/checkpoint.hpp"
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/frames/static_frames.hpp"
 #include "src/messages/rejects.hpp"
@@ -51,7 +52,7 @@ namespace pf_resampling {
 ///     Message       what it observes, as a message with a header
 ///     Observations  what it observes, as the filter takes it
 ///     Options       PipelineOptions, with the filter's own in `filter`
-///     Checkpoint    with `progress`; read_checkpoint(path) reads one
+///     Checkpoint    with `progress`
 ///     kNames        ObservationNames
 ///     presets()     of the filter
 template <typename Types>
@@ -105,7 +106,7 @@ class FilterPipeline {
   /// options.
   std::optional<Checkpoint> checkpoint();
   void resume(const Checkpoint& checkpoint);
-  void resume(const std::string& path) { resume(Types::read_checkpoint(path)); }
+  void resume(const std::string& path) { resume(read_checkpoint<Checkpoint>(path)); }
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next

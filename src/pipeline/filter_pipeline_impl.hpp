@@ -485,7 +485,9 @@ template <typename Types>
 std::string FilterPipeline<Types>::why_none_used() const {
   const std::string plural = Types::kNames.plural;
   std::string why;
-  for (const std::string& line : lines_of(rejects_)) why += (why.empty() ? "" : "; ") + line;
+  const auto add = [&](const std::string& reason) { why += (why.empty() ? "" : "; ") + reason; };
+  for (const std::string& line : lines_of(rejects_)) add(line);
+  if (odometry_.empty() && !odometry_elsewhere().empty()) add(odometry_elsewhere());
   if (!why.empty()) return why;
   if (!filter_) return "it waits for " + waits_for();
   if (odometry_.empty()) return "there is no odometry";

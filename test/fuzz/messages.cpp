@@ -241,10 +241,10 @@ std::optional<FastSlamMessage> own_message(Bytes* bytes, QuickRig<FastSlamRig>* 
 // ---- what goes through a file ------------------------------------------------------------------
 
 void read_again(const std::string& path, BeaconMclCheckpoint* checkpoint) {
-  *checkpoint = read_beacon_mcl_checkpoint(path);
+  *checkpoint = read_checkpoint<BeaconMclCheckpoint>(path);
 }
 void read_again(const std::string& path, FastSlamCheckpoint* checkpoint) {
-  *checkpoint = read_fastslam_checkpoint(path);
+  *checkpoint = read_checkpoint<FastSlamCheckpoint>(path);
 }
 
 // False if it is refused; one that is written can be read.

@@ -63,7 +63,7 @@ TEST(Includes, FaultsAreFound) {
       {"src/messages/rejects.cpp", "src/odometry/dead_reckoning.hpp", "is above"},
       {"src/frames/static_frames.cpp", "src/pictures/markers.hpp", "is beside"},
       {slam + "memory/segment.cpp", slam + "fastslam.hpp", "is above"},
-      {"fastslam_node/main.cpp", "tools/common/text.hpp", "is above"},
+      {"fastslam_node/main.cpp", "tools/common/files.hpp", "is above"},
       {"tools/run_bag.cpp", "research/studies/table.hpp", "is above"},
       {"pf_resampling_core/test/weights_test.cpp", "src/messages/conversions.hpp", "is above"},
       {"tools/run_bag.cpp", "attic/table.hpp", "is in no room"},
@@ -76,8 +76,8 @@ TEST(Includes, FaultsAreFound) {
     EXPECT_EQ(found.text.rfind(plant.source + ":", 0), 0U) << found.text;
     EXPECT_TRUE(says(found.text, plant.fault));
   }
-  EXPECT_TRUE(says(check_planted("tools/run_bag.cpp", "common/text.hpp", false).text,
-                   "run_bag.cpp:2: \"common/text.hpp\" is not a path from the top"));
+  EXPECT_TRUE(says(check_planted("tools/run_bag.cpp", "common/files.hpp", false).text,
+                   "run_bag.cpp:2: \"common/files.hpp\" is not a path from the top"));
 }
 
 TEST(Includes, DownwardsIsNoFault) {

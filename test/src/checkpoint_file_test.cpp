@@ -105,7 +105,7 @@ TEST_F(CheckpointFile, BeaconMclGoesOnToTheBit) {
       for (int t = 0; t < cut; ++t) step(t, &first);
       ASSERT_TRUE(first.is_initialized());
       const std::string saved = written(BeaconMclCheckpoint{some_progress(), first.saved()});
-      const BeaconMclCheckpoint checkpoint = read_beacon_mcl_checkpoint(path_);
+      const BeaconMclCheckpoint checkpoint = read_checkpoint<BeaconMclCheckpoint>(path_);
       expect_example(checkpoint.progress);
       EXPECT_EQ(written(checkpoint), saved);
       BeaconMcl second(options, kBeacons, 3);
@@ -173,7 +173,7 @@ const Eigen::AlignedBox2d kScene(Eigen::Vector2d(-1.0 / 3.0, -2.0), Eigen::Vecto
 TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
   const FastSlamCheckpoint checkpoint = {some_progress(), kScene, small_map()};
   const std::string saved = written(checkpoint);
-  const FastSlamCheckpoint read = read_fastslam_checkpoint(path_);
+  const FastSlamCheckpoint read = read_checkpoint<FastSlamCheckpoint>(path_);
   expect_example(read.progress);
   EXPECT_EQ(read.scene.min(), kScene.min());
   EXPECT_EQ(read.scene.max(), kScene.max());
@@ -190,14 +190,15 @@ std::string refusal_of(const Read& read, const std::string& path) {
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
   write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
-  EXPECT_EQ(refusal_of(read_beacon_mcl_checkpoint, path_),
+  EXPECT_EQ(refusal_of(read_checkpoint<BeaconMclCheckpoint>, path_),
             "checkpoint " + path_ +
                 ": filter: \"beacon_mcl\" expected, \"fastslam\" found; take another copy or start "
                 "without it");
   write_map_file(path_, small_map());
-  EXPECT_TRUE(says(refusal_of(read_fastslam_checkpoint, path_), "is not how a checkpoint begins"));
-  EXPECT_TRUE(
-      says(refusal_of(read_fastslam_checkpoint, directory_.file("none")), "cannot be read"));
+  EXPECT_TRUE(says(refusal_of(read_checkpoint<FastSlamCheckpoint>, path_),
+                   "is not how a checkpoint begins"));
+  EXPECT_TRUE(says(refusal_of(read_checkpoint<FastSlamCheckpoint>, directory_.file("none")),
+                   "cannot be read"));
   EXPECT_THROW(write_checkpoint(directory_.file("none/a"),
                                 FastSlamCheckpoint{some_progress(), kScene, small_map()}),
                Error);

@@ -18,13 +18,13 @@ namespace {
 BeaconMclCheckpoint read_back(const BeaconMclCheckpoint& checkpoint) {
   const TemporaryDirectory directory;
   write_checkpoint(directory.file("a"), checkpoint);
-  return read_beacon_mcl_checkpoint(directory.file("a"));
+  return read_checkpoint<BeaconMclCheckpoint>(directory.file("a"));
 }
 
 FastSlamCheckpoint read_back(const FastSlamCheckpoint& checkpoint) {
   const TemporaryDirectory directory;
   write_checkpoint(directory.file("a"), checkpoint);
-  return read_fastslam_checkpoint(directory.file("a"));
+  return read_checkpoint<FastSlamCheckpoint>(directory.file("a"));
 }
 
 const BeaconMclParticles& particles_of(const Rig& run) {
@@ -269,7 +269,7 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   options.file = directory.file("a");
   write_text(options.file);
   Kept kept(options);
-  kept.keeper.start([](const std::string& path) { read_beacon_mcl_checkpoint(path); });
+  kept.keeper.start([](const std::string& path) { read_checkpoint<BeaconMclCheckpoint>(path); });
   EXPECT_EQ(kept.status().level, diagnostic_msgs::DiagnosticStatus::WARN);
   EXPECT_EQ(kept.status().message.rfind(
                 "started from nothing: checkpoint " + options.file + " is not how", 0),
@@ -293,8 +293,8 @@ TEST(CheckpointKeeper, AFileThatCannotBeReadIsToldOfAndTheNodeStarts) {
     SCOPED_TRACE(path);
     options.file = path;
     Kept kept(options);
-    EXPECT_NO_THROW(
-        kept.keeper.start([](const std::string& file) { read_fastslam_checkpoint(file); }));
+    EXPECT_NO_THROW(kept.keeper.start(
+        [](const std::string& file) { read_checkpoint<FastSlamCheckpoint>(file); }));
     EXPECT_EQ(kept.status().message.rfind("started from nothing: checkpoint " + path, 0), 0u)
         << kept.status().message;
     EXPECT_EQ(kept.log, std::vector<std::string>{kept.status().message});

@@ -14,7 +14,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
-#include "src/configuration/parameter_table.hpp"
 #include "test/places.hpp"
 #include "tools/common/files.hpp"
 
@@ -223,7 +222,7 @@ TEST(Configuration, TheShippedFilesAreWhatTheParametersSay) {
 template <typename Pipeline>
 std::string table_of() {
   typename Pipeline::Options options;
-  return parameter_table(parameters_of(&options), Pipeline::live_parameters(&options));
+  return to_markdown(parameters_of(&options), Pipeline::live_parameters(&options));
 }
 
 TEST(Configuration, TheTableSaysWhatARunningNodeTakes) {

@@ -224,10 +224,10 @@ topic_tools::ShapeShifter own(const Message& message, const std::string& checksu
 // What nodes hear: messages of their own by the code that is generated, others by definition.
 TEST(AnyMessage, IsReadByItsType) {
   const auto odometry_in = [](const topic_tools::ShapeShifter& message) {
-    return read_any(Input<nav_msgs::Odometry>{}, message, "base", ByTheMast());
+    return read_any(Input<nav_msgs::Odometry>{}, LiveMessage{message}, "base", ByTheMast());
   };
   const auto range_in = [](const topic_tools::ShapeShifter& message) {
-    return read_any(Input<BeaconRange>{}, message, "base", ByTheMast());
+    return read_any(Input<BeaconRange>{}, LiveMessage{message}, "base", ByTheMast());
   };
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = header(5.0, "odom");

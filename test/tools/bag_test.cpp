@@ -64,16 +64,6 @@ TEST(OpenBag, EveryTruncationIsAnErrorThatNamesReindex) {
   }
 }
 
-TEST(HasTopic, TellsNamesAndTypes) {
-  const TemporaryDirectory directory;
-  write_example(directory.file("a.bag"));
-  const rosbag::Bag bag = open_bag(directory.file("a.bag"));
-  EXPECT_TRUE(has_topic(bag, "/name"));
-  EXPECT_TRUE(has_topic(bag, "/name", "std_msgs/String"));
-  EXPECT_FALSE(has_topic(bag, "/name", "std_msgs/Float64"));
-  EXPECT_FALSE(has_topic(bag, "/nam"));
-}
-
 TEST(ForEachInOrder, NamesTheBagWhateverEndsIt) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("a.bag");
@@ -86,23 +76,6 @@ TEST(ForEachInOrder, NamesTheBagWhateverEndsIt) {
   };
   EXPECT_EQ(error_with(std::bad_alloc()), path + ": cannot be read to its end (std::bad_alloc)");
   EXPECT_EQ(error_with(Error("as it is")), "as it is");
-}
-
-TEST(RequireTopics, NamesTheMissingOneAndThoseThere) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("a.bag");
-  write_example(path);
-  const rosbag::Bag bag = open_bag(path);
-  EXPECT_NO_THROW(require_topics(bag, path, {{"/number", {"std_msgs/Float64"}, ""}}));
-  EXPECT_EQ(refusal([&] {
-              require_topics(
-                  bag, path,
-                  {{"/number", {"nav_msgs/Odometry", "geometry_msgs/PoseStamped"}, "--odom"}});
-            }),
-            path +
-                ": has no /number of type nav_msgs/Odometry or geometry_msgs/PoseStamped; "
-                "it has /name (std_msgs/String), /number (std_msgs/Float64); "
-                "--odom names another topic");
 }
 
 TEST(BagWriter, LeavesTheOldBagUnlessFinished) {

@@ -80,10 +80,9 @@ TEST_F(RunBagFastSlam, EachMistakeGetsOneLine) {
   expect_error(directory_.file("none.bag") + " " + out_, {"none.bag", "no such"});
   const std::string poor = directory_.file("poor.bag");
   cut(world_, poor, 0.0, 5.0, {"/landmarks"});
-  expect_error(poor + " " + out_, {"/landmarks", "pf_resampling/LandmarkObservationArray",
-                                   "/odom (nav_msgs/Odometry)", "--landmarks"});
+  expect_error(poor + " " + out_, {"there are no scans", "/odom (nav_msgs/Odometry)"});
   cut(world_, poor, 0.0, 5.0, {"/odom"});
-  expect_error(poor + " " + out_, {"/odom", "nav_msgs/Odometry", "--odom"});
+  expect_error(poor + " " + out_, {"none of its landmarks were used", "check_bag"});
   // Of the sensor's place only /tf_static tells.
   cut(world_, poor, 0.0, 5.0, {"/tf_static"});
   expect_error(poor + " " + out_, {"none of its landmarks were used", "unknown_frame"});
@@ -128,7 +127,7 @@ TEST_F(RunBagFastSlam, TakesOdometryFromTf) {
     }
     writer.finish();
   }
-  expect_error(on_tf + " " + out_, {"/odom"});
+  expect_error(on_tf + " " + out_, {"on /tf could be it: set odometry_input/source to tf"});
   expect_success(on_tf + " " + out_ + " --no-clouds --set odometry_input/source=tf");
   EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);
   const ProgramResult judged = run_program("evaluate_bag " + out_);

@@ -182,11 +182,12 @@ TEST_F(RunBag, EachMistakeGetsOneLine) {
   const std::string poor = directory_.file("poor.bag");
   write_drive(poor, 5.0, {true, false, true});
   expect_error("beacon_mcl " + poor + " " + out_,
-               {"/ranges", "pf_resampling/BeaconRange", "/odom (nav_msgs/Odometry)", "--ranges"});
+               {"there are no ranges", "/odom (nav_msgs/Odometry)", "check_bag"});
   write_drive(poor, 5.0, {false, true, true});
-  expect_error("beacon_mcl " + poor + " " + out_, {"/odom", "/ranges (pf_resampling/BeaconRange)"});
+  expect_error("beacon_mcl " + poor + " " + out_,
+               {"none of its ranges", "/ranges (pf_resampling/BeaconRange)"});
   write_drive(poor, 5.0, {true, true, false});
-  expect_error("beacon_mcl " + poor + " " + out_, {"/beacons", "--config"});
+  expect_error("beacon_mcl " + poor + " " + out_, {"beacons"});
   expect_error("beacon_mcl " + in_ + " " + out_ + " --odom /ranges", {"nav_msgs/Odometry"});
 
   expect_error("beacon_mcl " + in_ + " " + out_ + " --set population/resampling/scheme=lottery",

@@ -9,15 +9,15 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/string/join.hpp>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fstream>
-#include <map>
+#include <set>
 
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 
@@ -107,16 +107,6 @@ bool begins_like_a_bag(const std::string& path) {
   return std::equal(begin.begin(), begin.end(), kMagic.begin(), kMagic.end());
 }
 
-/// The topics of a bag, and their types.
-std::map<std::string, std::string> topics_of(const rosbag::Bag& bag) {
-  rosbag::View everything(bag);
-  std::map<std::string, std::string> types;
-  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
-    types[connection->topic] = connection->datatype;
-  }
-  return types;
-}
-
 }  // namespace
 
 rosbag::Bag open_bag(const std::string& path) {
@@ -129,25 +119,13 @@ rosbag::Bag open_bag(const std::string& path) {
   return rosbag::Bag(path, rosbag::bagmode::Read);
 }
 
-bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type) {
-  const auto topics = topics_of(bag);
-  const auto found = topics.find(name);
-  return found != topics.end() && (type.empty() || found->second == type);
-}
-
-void require_topics(const rosbag::Bag& bag, const std::string& path,
-                    const std::vector<NeededTopic>& needed) {
-  for (const NeededTopic& need : needed) {
-    const bool fits =
-        std::any_of(need.types.begin(), need.types.end(),
-                    [&](const std::string& type) { return has_topic(bag, need.name, type); });
-    if (fits) continue;
-    std::vector<std::string> known;
-    for (const auto& [name, type] : topics_of(bag)) known.push_back(name + " (" + type + ")");
-    throw Error(path + ": has no " + need.name + " of type " + joined(need.types, " or ") +
-                "; it has " + (known.empty() ? "nothing" : joined(known, ", ")) +
-                (need.option.empty() ? "" : "; " + need.option + " names another topic"));
+std::string topics_in_words(const rosbag::Bag& bag) {
+  rosbag::View everything(bag);
+  std::set<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
+    topics.insert(connection->topic + " (" + connection->datatype + ")");
   }
+  return topics.empty() ? "nothing" : boost::algorithm::join(topics, ", ");
 }
 
 void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::string& path,

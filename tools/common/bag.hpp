@@ -36,20 +36,8 @@ boost::shared_ptr<Message> message_in(const rosbag::MessageInstance& record) {
   }
 }
 
-/// Whether a bag has a topic of that name, and, unless `type` is empty, of that type.
-bool has_topic(const rosbag::Bag& bag, const std::string& name, const std::string& type = "");
-
-/// A topic that a program needs from a bag.
-struct NeededTopic {
-  std::string name;
-  std::vector<std::string> types;  // any of these
-  std::string option;              // that names another topic, for instance "--odom"; may be empty
-};
-
-/// Throws Error unless the bag has every topic with one of its types; the line names the first that
-/// is missing, its types, those that are there, and the option.
-void require_topics(const rosbag::Bag& bag, const std::string& path,
-                    const std::vector<NeededTopic>& needed);
+/// The topics of a bag and their types, in one line: "/odom (nav_msgs/Odometry), ..."; "nothing".
+std::string topics_in_words(const rosbag::Bag& bag);
 
 /// Hands out every message of some bags in order of time. Of those with the same time, the topics
 /// in `order` come first, in that order (transforms, what is observed, odometry: what others need),

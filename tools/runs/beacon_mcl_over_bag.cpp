@@ -1,18 +1,14 @@
 #include <iostream>
 
 #include "beacon_mcl_node/beacon_checks.hpp"
+#include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/filter_options.hpp"
-#include "tools/common/filter_topics.hpp"
 #include "tools/runs/dry_run.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
 namespace pf_resampling {
 namespace {
-
-bool needs_beacons(const BeaconMclPipelineOptions& options) {
-  return options.beacons.empty() && options.filter.beacon_positions == BeaconPositions::known;
-}
 
 BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   BeaconMclPipelineOptions options;
@@ -25,20 +21,11 @@ BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
 
 int beacon_mcl_over_bag(const CommandLine& line) {
   BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
-  const BeaconMclTopics topics = beacon_mcl_topics(line);
-  if (line.get<bool>("dry-run")) {
-    return dry_run<BeaconMclPipeline>(line, options, {}, [&](const BeaconMclPipeline& pipeline) {
-      return topics.inputs(options.frames.base, pipeline.antenna());
-    });
-  }
+  if (line.get<bool>("dry-run")) return dry_run<BeaconMclPipeline>(line, options, {});
   FilterOverBag run(line);
   options.deferred = run.is_flight();
-  if (run.is_only()) {
-    require_beacon_mcl_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
-                              needs_beacons(options) && !line.has("resume"));
-  }
   if (!options.beacons.empty()) {
-    run.write_beacons(topics.beacons, to_message(options.beacons, options.frames.map));
+    run.write_beacons(line.topic("beacons"), to_message(options.beacons, options.frames.map));
   }
   BeaconMclSinks sinks;
   run.connect(&sinks);
@@ -48,9 +35,8 @@ int beacon_mcl_over_bag(const CommandLine& line) {
     };
   }
   BeaconMclPipeline pipeline(options, sinks);
-  resume_if_wanted(line, read_beacon_mcl_checkpoint, &pipeline);
-  run.hand_all_to(&pipeline, topics.inputs(options.frames.base, pipeline.antenna()),
-                  options.frames);
+  if (line.has("resume")) pipeline.resume(line.text("resume"));
+  run.hand_all_to(&pipeline, line, options.frames);
   run.finish(pipeline);
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
   const BeaconMclStatus& status = pipeline.filter()->status();

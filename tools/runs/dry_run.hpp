@@ -12,16 +12,16 @@
 #include "pf_resampling_core/error.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
-#include "tools/common/filter_topics.hpp"
+#include "tools/runs/bag_inputs.hpp"
 
 namespace pf_resampling {
 
 /// Runs a filter over a bag, with few particles: what it takes does not depend on them. Prints how
 /// many observations it used, why none, its warnings and what it rejected, and how often each
-/// landmark was seen, as JSON for check_bag. `inputs_of` a pipeline are what it takes of the bag.
-template <typename Pipeline, typename Options, typename InputsOf>
+/// landmark was seen, as JSON for check_bag.
+template <typename Pipeline, typename Options>
 int dry_run(const CommandLine& line, Options options, typename Pipeline::Sinks sinks,
-            const InputsOf& inputs_of, const std::map<std::int64_t, int>& sightings = {},
+            const std::map<std::int64_t, int>& sightings = {},
             const std::uint64_t& observations = 0) {
   options.filter.particles = std::min(options.filter.particles, 100);
   options.filter.strategy.renewal = Renewal::resampling;
@@ -41,10 +41,9 @@ int dry_run(const CommandLine& line, Options options, typename Pipeline::Sinks s
     said["why_none"] = error.what();
   }
   if (pipeline) {
-    const auto inputs = inputs_of(*pipeline);
-    for_each_in_order({&bag}, bag.getFileName(), names_of(inputs), [&](const auto& instance) {
-      if (const auto message = to_message(instance, inputs)) handle(*message, &*pipeline);
-    });
+    const auto inputs = bag_inputs(line, options.frames.base, &*pipeline);
+    for_each_in_order({&bag}, bag.getFileName(), names_of(inputs),
+                      [&](const auto& instance) { hand_over(instance, inputs, &*pipeline); });
     for (const std::string& text : lines_of(pipeline->rejects())) remarks.push_back(text);
     said = {{"used", pipeline->used()}, {"why_none", pipeline->why_none_used()}};
   }

@@ -2,12 +2,11 @@
 #include <cmath>
 #include <iostream>
 
+#include "fastslam_node/fastslam_pipeline.hpp"
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/filter_options.hpp"
-#include "tools/common/filter_topics.hpp"
-#include "tools/common/text.hpp"
 #include "tools/runs/dry_run.hpp"
 #include "tools/runs/filter_over_bag.hpp"
 
@@ -28,15 +27,14 @@ std::string table_of(const LandmarkMap& map) {
   std::string table = "id,x,y,sigma\n";
   for (const Landmark& landmark : map.landmarks) {
     const double variance = 0.5 * (landmark.covariance[0] + landmark.covariance[3]);
-    table += std::to_string(landmark.id) + "," + fixed(landmark.position.x, 6) + "," +
-             fixed(landmark.position.y, 6) + "," + fixed(std::sqrt(std::max(0.0, variance)), 6) +
-             "\n";
+    table += std::to_string(landmark.id) + "," + std::to_string(landmark.position.x) + "," +
+             std::to_string(landmark.position.y) + "," +
+             std::to_string(std::sqrt(std::max(0.0, variance))) + "\n";
   }
   return table;
 }
 
-int dry_run_of_fastslam(const CommandLine& line, const FastSlamPipelineOptions& options,
-                        const FastSlamTopics& topics) {
+int dry_run_of_fastslam(const CommandLine& line, const FastSlamPipelineOptions& options) {
   std::map<std::int64_t, int> sightings;
   std::uint64_t observations = 0;
   FastSlamSinks sinks;
@@ -46,22 +44,16 @@ int dry_run_of_fastslam(const CommandLine& line, const FastSlamPipelineOptions& 
       if (seen.id >= 0) ++sightings[seen.id];
     }
   };
-  const auto inputs = [&](const auto&) { return topics.inputs(options.frames.base); };
-  return dry_run<FastSlamPipeline>(line, options, sinks, inputs, sightings, observations);
+  return dry_run<FastSlamPipeline>(line, options, sinks, sightings, observations);
 }
 
 }  // namespace
 
 int fastslam_over_bag(const CommandLine& line) {
   FastSlamPipelineOptions options = read_fastslam_options(line);
-  const FastSlamTopics topics = fastslam_topics(line);
-  if (line.get<bool>("dry-run")) return dry_run_of_fastslam(line, options, topics);
+  if (line.get<bool>("dry-run")) return dry_run_of_fastslam(line, options);
   FilterOverBag run(line);
   options.deferred = run.is_flight();
-  if (run.is_only()) {
-    require_fastslam_topics(run.in(), run.in_path(), topics, options.odometry_input.source,
-                            options.tag_pattern.empty());
-  }
   FastSlamSinks sinks;
   run.connect(&sinks);
   if (line.has("tum")) {
@@ -81,8 +73,8 @@ int fastslam_over_bag(const CommandLine& line) {
     if (run.with_status()) run.writer().write_latched("/landmark_map", run.now(), map);
   };
   FastSlamPipeline pipeline(options, sinks);
-  resume_if_wanted(line, read_fastslam_checkpoint, &pipeline);
-  run.hand_all_to(&pipeline, topics.inputs(options.frames.base), options.frames);
+  if (line.has("resume")) pipeline.resume(line.text("resume"));
+  run.hand_all_to(&pipeline, line, options.frames);
   is_end = true;
   pipeline.guard("results", [&] { pipeline.publish_results(); });
   run.finish(pipeline);

@@ -12,11 +12,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "src/configuration/parameter_table.hpp"
+#include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/conversions.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/progress_bar.hpp"
-#include "tools/common/text.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -214,9 +213,10 @@ void FilterOverBag::report(const RejectCounter& rejects, const std::string& summ
               << to_string(count.reason) << "\n";
   }
   std::cout << poses_ << " poses, " << summary << "\n";
-  std::cout << "wall time " << fixed(wall, 3) << " s, CPU time " << fixed(cpu_seconds(usage), 3)
-            << " s, peak memory " << fixed(static_cast<double>(usage.ru_maxrss) / 1024.0, 0)
-            << " MiB, " << fixed(recorded_ / wall, 0) << " x real time (" << fixed(recorded_, 1)
+  std::cout << "wall time " << number_text(wall, 3) << " s, CPU time "
+            << number_text(cpu_seconds(usage), 3) << " s, peak memory "
+            << number_text(static_cast<double>(usage.ru_maxrss) / 1024.0, 0) << " MiB, "
+            << number_text(recorded_ / wall, 0) << " x real time (" << number_text(recorded_, 1)
             << " s)\n";
 }
 
@@ -233,7 +233,7 @@ void print_parameters(const CommandLine& line, const ParameterList& parameters,
   } else if (format == "template") {
     std::cout << to_template(parameters);
   } else if (format == "markdown") {
-    std::cout << parameter_table(parameters, live);
+    std::cout << to_markdown(parameters, live);
   } else {
     throw UsageError("--parameters is '" + format + "', has to be yaml, template or markdown");
   }

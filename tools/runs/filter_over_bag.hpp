@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pf_resampling/BeaconArray.h>
+#include <pf_resampling/FindingStatus.h>
 #include <rosbag/message_instance.h>
 #include <std_msgs/UInt64.h>
 
@@ -20,7 +22,7 @@
 #include "src/pipeline/pipeline_sinks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
-#include "tools/common/filter_topics.hpp"
+#include "tools/runs/bag_inputs.hpp"
 
 namespace pf_resampling {
 
@@ -31,10 +33,6 @@ class FilterOverBag {
   /// Opens `in.bag` of the command line and begins `out.bag`. Throws Error.
   explicit FilterOverBag(const CommandLine& line);
 
-  const rosbag::Bag& in() const { return in_; }
-  /// Whether there is no other (--more): what is needed has to be in it.
-  bool is_only() const { return more_.empty(); }
-  const std::string& in_path() const { return in_path_; }
   BagWriter& writer() { return writer_; }
   /// Bag time of the message that is being taken.
   const ros::Time& now() const { return now_; }
@@ -55,12 +53,12 @@ class FilterOverBag {
   bool is_flight() const { return is_flight_; }
 
   /// Hands the pipeline what it takes, in order; everything but earlier outputs is copied first.
-  template <typename Message, typename Pipeline>
-  void hand_all_to(Pipeline* pipeline, const std::vector<FilterInput<Message>>& inputs,
-                   const FrameNames& frames) {
+  template <typename Pipeline>
+  void hand_all_to(Pipeline* pipeline, const CommandLine& line, const FrameNames& frames) {
     if (is_flight_) pipeline->take_overs().wanted = 0;
+    const auto inputs = bag_inputs(line, frames.base, pipeline);
     for_each_in_bag(names_of(inputs), frames, [&](const rosbag::MessageInstance& instance) {
-      if (const auto message = to_message(instance, inputs)) handle(*message, pipeline);
+      hand_over(instance, inputs, pipeline);
       if (instance.getTopic() == kStepTopic) {
         pipeline->guard(Pipeline::kObservations, [&] { pipeline->process_next(); });
       } else if (instance.getTopic() == kTakeOverTopic) {
@@ -75,7 +73,8 @@ class FilterOverBag {
   void finish(const Pipeline& pipeline) {
     if (pipeline.used() == 0) {
       throw Error(in_path_ + ": none of its " + Pipeline::kObservations +
-                  " were used: " + pipeline.why_none_used());
+                  " were used: " + pipeline.why_none_used() + "; it has " + topics_in_words(in_) +
+                  "; check_bag says what is missing");
     }
     close();
     write_findings(pipeline.findings_in_words());
@@ -115,13 +114,8 @@ class FilterOverBag {
   std::vector<std::string> log_;
 };
 
-/// Lets the pipeline go on from the checkpoint of --resume, if there is one.
-template <typename Read, typename Pipeline>
-void resume_if_wanted(const CommandLine& line, const Read& read, Pipeline* pipeline) {
-  if (line.has("resume")) pipeline->resume(read(line.text("resume")));
-}
-
-/// Writes that of --save-checkpoint, if there is one; what was done, in a line with its end.
+/// Writes the checkpoint of --save-checkpoint, if there is one; what was done, in a line with its
+/// end.
 template <typename Pipeline>
 std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipeline) {
   if (!line.has("save-checkpoint")) return "";

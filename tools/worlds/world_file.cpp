@@ -2,13 +2,13 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <boost/algorithm/string/join.hpp>
 #include <map>
 #include <set>
 
 #include "pf_resampling_core/error.hpp"
 #include "src/configuration/configuration.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/text.hpp"
 #include "tools/worlds/builtin_worlds.hpp"
 
 namespace pf_resampling {
@@ -159,8 +159,9 @@ World load_world(const std::string& name_or_path) {
     return parse_world(builtin->second, name_or_path);
   }
   if (name_or_path.find('/') == std::string::npos && name_or_path.find('.') == std::string::npos) {
-    throw Error("world \"" + name_or_path + "\" is unknown; known: " +
-                joined(builtin_worlds(), ", ") + ", or the path of a world's YAML file");
+    throw Error("world \"" + name_or_path +
+                "\" is unknown; known: " + boost::algorithm::join(builtin_worlds(), ", ") +
+                ", or the path of a world's YAML file");
   }
   return parse_world(read_file(name_or_path), name_or_path);
 }
