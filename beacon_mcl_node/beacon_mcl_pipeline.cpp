@@ -137,7 +137,7 @@ std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRa
     reject(*rejection);
     return std::nullopt;
   }
-  const auto antenna = frames_.origin(options_.frames.base, without_slash(range.header.frame_id));
+  const auto antenna = frames_.pose(options_.frames.base, without_slash(range.header.frame_id));
   if (!antenna) {
     reject({RejectReason::unknown_frame,
             "where '" + range.header.frame_id + "' is on '" + options_.frames.base +
@@ -150,7 +150,8 @@ std::optional<RangeObservation> BeaconMclPipeline::to_observation(const BeaconRa
   const bool is_stated =
       !frame.empty() && frame != options_.frames.base &&
       (listed == options_.antennas.end() || listed->second.head<2>().squaredNorm() > 0.0);
-  return RangeObservation{range.beacon, range.range, range.variance, *antenna, is_stated};
+  return RangeObservation{range.beacon, range.range, range.variance, antenna->translation(),
+                          is_stated};
 }
 
 void BeaconMclPipeline::update_filter(const OdometryIncrement& odometry, const Observations& used) {

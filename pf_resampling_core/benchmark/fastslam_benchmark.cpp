@@ -51,7 +51,7 @@ class Drive {
       SurveyedLandmark landmark;
       landmark.id = i;
       landmark.position = position(i);
-      landmark.covariance = 0.01 * Eigen::Matrix2d::Identity();
+      landmark.sigma = 0.1;
       map.push_back(landmark);
     }
     filter_.load(surveyed_map(map, "map"));

@@ -43,16 +43,12 @@ std::string fault_of(const std::string& path) {
 /// Whether both are one file, or would be: neither is there yet, and they have the same name in the
 /// same folder.
 bool are_one_file(const std::string& a, const std::string& b) {
-  struct stat of_a {
-  }, of_b{};
-  const bool is_there = stat(a.c_str(), &of_a) == 0;
-  if (is_there != (stat(b.c_str(), &of_b) == 0)) return false;
-  if (!is_there) {
-    if (fs::path(a).filename() != fs::path(b).filename()) return false;
-    if (stat(folder_of(a).c_str(), &of_a) != 0 || stat(folder_of(b).c_str(), &of_b) != 0)
-      return false;
-  }
-  return of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
+  std::error_code unknown;
+  if (fs::equivalent(a, b, unknown)) return true;
+  const auto place = [&](const std::string& path) {
+    return fs::weakly_canonical(fs::absolute(path, unknown), unknown);
+  };
+  return !fs::exists(a, unknown) && !fs::exists(b, unknown) && place(a) == place(b);
 }
 
 }  // namespace

@@ -10,12 +10,6 @@
 
 namespace pf_resampling::text_file {
 
-std::string letters(const std::string& text) {
-  constexpr std::size_t kShown = 40;
-  const std::string shown = in_letters(text.substr(0, kShown));
-  return text.size() > kShown ? shown + "..." : shown;
-}
-
 std::string in_letters(std::string text) {
   for (char& letter : text) {
     if (letter < ' ' || letter > '~') letter = '?';
@@ -24,7 +18,8 @@ std::string in_letters(std::string text) {
 }
 
 std::string printable(const std::string& text) {
-  return '"' + letters(text) + '"';
+  constexpr std::size_t kShown = 40;
+  return '"' + in_letters(text.substr(0, kShown)) + (text.size() > kShown ? "...\"" : "\"");
 }
 
 bool parse(const std::string& word, double* value) {

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
-
-#include "pf_resampling_core/error.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -13,19 +10,11 @@ namespace {
 constexpr double kInnovationRate = 0.05;
 // No observation, and no time, makes certain.
 constexpr double kLeast = 1e-6;
+constexpr double kLostSpread = 10.0;      // of innovations, in their expected deviations
+constexpr double kTimeToLoss = 3600.0;    // s, mean, from right to lost
+constexpr double kTimeToRecovery = 60.0;  // s, mean, back
 
 }  // namespace
-
-LostDetector::LostDetector(const LostDetectorOptions& options) : options_(options) {
-  const bool possible =
-      options.lost_spread > 1.0 && options.time_to_loss > 0.0 && options.time_to_recovery > 0.0;
-  if (!possible) {
-    throw Error("lost detector: lost spread " + std::to_string(options.lost_spread) +
-                " has to be above 1, the times " + std::to_string(options.time_to_loss) +
-                " s and " + std::to_string(options.time_to_recovery) + " s above 0");
-  }
-  reset();
-}
 
 void LostDetector::reset() {
   probability_ = kLeast;
@@ -39,13 +28,12 @@ void LostDetector::observe(double squared_distance, int dimensions, double durat
       kInnovationRate * (squared_distance / dimensions - normalized_innovation_);
 
   const double elapsed = std::isfinite(duration) ? std::max(0.0, duration) : 0.0;
-  const double loses = 1.0 - std::exp(-elapsed / options_.time_to_loss);
-  const double recovers = 1.0 - std::exp(-elapsed / options_.time_to_recovery);
+  const double loses = 1.0 - std::exp(-elapsed / kTimeToLoss);
+  const double recovers = 1.0 - std::exp(-elapsed / kTimeToRecovery);
   const double before = probability_ * (1.0 - recovers) + (1.0 - probability_) * loses;
 
-  const double spread = options_.lost_spread;
-  const double when_lost =
-      std::pow(spread, -dimensions) * std::exp(-0.5 * squared_distance / (spread * spread));
+  const double when_lost = std::pow(kLostSpread, -dimensions) *
+                           std::exp(-0.5 * squared_distance / (kLostSpread * kLostSpread));
   const double when_right =
       (1.0 - outlier_share) * std::exp(-0.5 * squared_distance) + outlier_share * when_lost;
   const double lost = before * when_lost;

@@ -8,20 +8,13 @@ inline constexpr double kLikelyLost = 0.5;
 /// Share of the observations that say nothing although the filter is right.
 inline constexpr double kOutlierShare = 0.05;
 
-/// What a robot's innovations look like when its filter is right, and when it is lost.
-struct LostDetectorOptions {
-  double lost_spread = 10.0;       ///< innovations of a lost filter, in their expected deviations
-  double time_to_loss = 3600.0;    ///< s, mean, from right to lost
-  double time_to_recovery = 60.0;  ///< s, mean, back
-};
-
 /// Am I lost? A hidden Markov model with two states, right and lost, whose observations are the
 /// filter's innovations: normalised ones of a filter that is right are standard normal but for
-/// outliers, those of a lost one are `lost_spread` times as wide (forward algorithm; Rabiner 1989).
+/// outliers, those of a lost one are ten times as wide (forward algorithm; Rabiner 1989). A right
+/// filter is lost after an hour, a lost one right after a minute, on average.
 class LostDetector {
  public:
-  /// Throws Error on options that make no sense.
-  explicit LostDetector(const LostDetectorOptions& options = {});
+  LostDetector() { reset(); }
 
   /// Takes an innovation: its squared Mahalanobis distance, of `dimensions` numbers (1 a range, 2
   /// range and bearing), `duration` s after the one before; of a sensor with such a share of
@@ -46,7 +39,6 @@ class LostDetector {
   }
 
  private:
-  LostDetectorOptions options_;
   double probability_ = 0.0;
   double normalized_innovation_ = 1.0;
 };

@@ -30,30 +30,13 @@ PF_RESAMPLING_LANES double sum_of_lanes(const double* v) {
 /// through memory at every step and takes several times as long; so what sums up is written once as
 /// a template over these, and the machine's own is taken when the program runs.
 template <int kBytes>
-struct Registers;
-template <>
-struct Registers<16> {
-  using Doubles = double __attribute__((vector_size(16)));
-  using Integers = std::int64_t __attribute__((vector_size(16)));
-  using Unsigneds = std::uint64_t __attribute__((vector_size(16)));
-  static constexpr int kWidth = 2;
-  static constexpr int kParts = 4;
-};
-template <>
-struct Registers<32> {
-  using Doubles = double __attribute__((vector_size(32)));
-  using Integers = std::int64_t __attribute__((vector_size(32)));
-  using Unsigneds = std::uint64_t __attribute__((vector_size(32)));
-  static constexpr int kWidth = 4;
-  static constexpr int kParts = 2;
-};
-template <>
-struct Registers<64> {
-  using Doubles = double __attribute__((vector_size(64)));
-  using Integers = std::int64_t __attribute__((vector_size(64)));
-  using Unsigneds = std::uint64_t __attribute__((vector_size(64)));
-  static constexpr int kWidth = 8;
-  static constexpr int kParts = 1;
+struct Registers {
+  // GCC passes over the attribute of a `using` that depends on a parameter.
+  typedef double Doubles __attribute__((vector_size(kBytes)));
+  typedef std::int64_t Integers __attribute__((vector_size(kBytes)));
+  typedef std::uint64_t Unsigneds __attribute__((vector_size(kBytes)));
+  static constexpr int kWidth = kBytes / 8;
+  static constexpr int kParts = 64 / kBytes;
 };
 
 /// Defines `name PARAMETERS` as kernel<16>, kernel<32> or kernel<64> ARGUMENTS, whichever is as

@@ -7,8 +7,6 @@
 namespace pf_resampling {
 namespace {
 
-// Far beyond any drive that ends, so that one that circles a way-point it never reaches does too.
-
 // Appends the observations whose time has come by the end of a control period. Both sensors number
 // their observations from 1, at whole multiples of their period.
 class Observer {

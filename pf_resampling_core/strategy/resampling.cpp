@@ -68,33 +68,14 @@ const SchemeRow* size_keeper(const ResamplingOptions& options) {
   return !outer.may_be_inside && inner.keeps_size ? &inner : nullptr;
 }
 
-std::string inner_scheme_names() {
-  std::string names;
-  for (const ResamplingScheme scheme : inner_resampling_schemes()) {
-    names += (names.empty() ? "" : ", ") + to_string(scheme);
-  }
-  return names;
-}
-
-[[noreturn]] void bad_option(const std::string& name, double value, const std::string& range) {
-  throw Error("resampling: " + name + " is " + std::to_string(value) + "; it must be " + range);
-}
-
 void check(const ResamplingOptions& options) {
-  row_of(options.scheme);
-  if (!row_of(options.inner_scheme).may_be_inside) {
-    throw Error("resampling: inner_scheme is " + to_string(options.inner_scheme) +
-                "; it must be one of " + inner_scheme_names());
-  }
-  if (!(options.partial_low >= 0.0 && options.partial_low <= 1.0)) {
-    bad_option("partial_low", options.partial_low, "in [0, 1]");
-  }
-  if (!(options.partial_high > options.partial_low && std::isfinite(options.partial_high))) {
-    bad_option("partial_high", options.partial_high,
-               "finite and greater than partial_low, " + std::to_string(options.partial_low));
-  }
-  if (!(options.rank_max >= 1.0 && options.rank_max <= 2.0)) {
-    bad_option("rank_max", options.rank_max, "in [1, 2]");
+  ResamplingOptions copy = options;
+  ParameterList parameters;
+  add_parameters(&copy, &parameters);
+  check_values(parameters);
+  if (!(options.partial_high > options.partial_low)) {
+    throw Error("resampling: partial_high is " + std::to_string(options.partial_high) +
+                "; it must be greater than partial_low, " + std::to_string(options.partial_low));
   }
 }
 

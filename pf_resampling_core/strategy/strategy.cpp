@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "pf_resampling_core/error.hpp"
-
 namespace pf_resampling {
 
 const EnumNames<Schedule>& names_of(Schedule) {
@@ -74,23 +72,10 @@ std::string strategy_of(const StrategyOptions& options) {
 
 Strategy::Strategy(const StrategyOptions& options)
     : options_(options), resampler_(options.resampling) {
-  if (!(options.threshold > 0.0 && options.threshold <= 1.0)) {
-    throw Error("strategy: threshold is " + std::to_string(options.threshold) +
-                ", has to be in (0, 1]");
-  }
-  if (options.every_n < 1) {
-    throw Error("strategy: every_n is " + std::to_string(options.every_n) +
-                ", has to be at least 1");
-  }
-  if (!(options.tempering > 0.0 && options.tempering <= 1.0)) {
-    throw Error("strategy: tempering is " + std::to_string(options.tempering) +
-                ", has to be in (0, 1]");
-  }
-  const double ratio = options.compensation.ratio;
-  if (!(ratio >= 0.0 && ratio <= 1.0)) {
-    throw Error("strategy: the compensation's ratio is " + std::to_string(ratio) +
-                ", has to be in [0, 1]");
-  }
+  StrategyOptions copy = options;
+  ParameterList parameters;
+  add_parameters(&copy, all_values<Renewal>(), &parameters);
+  check_values(parameters);
 }
 
 void Strategy::set_options(const StrategyOptions& options) {

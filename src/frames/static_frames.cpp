@@ -47,11 +47,4 @@ std::optional<Eigen::Isometry3d> StaticFrames::pose(const std::string& base,
   return std::nullopt;
 }
 
-std::optional<Eigen::Vector3d> StaticFrames::origin(const std::string& base,
-                                                    const std::string& frame) const {
-  const auto found = pose(base, frame);
-  if (!found) return std::nullopt;
-  return Eigen::Vector3d(found->translation());
-}
-
 }  // namespace pf_resampling

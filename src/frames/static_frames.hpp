@@ -22,11 +22,8 @@ class StaticFrames {
   void add(const std::string& parent, const std::string& frame, const Eigen::Vector3d& place,
            double yaw = 0.0);
 
-  /// Place of the origin of `frame` in the frame `base` (m). Nothing if they are not connected
-  /// going up from `frame` to `base`, by 50 steps at most.
-  std::optional<Eigen::Vector3d> origin(const std::string& base, const std::string& frame) const;
-
-  /// The frame `frame` in the frame `base`, likewise.
+  /// The frame `frame` in the frame `base` (m). Nothing if they are not connected going up from
+  /// `frame` to `base`, by 50 steps at most.
   std::optional<Eigen::Isometry3d> pose(const std::string& base, const std::string& frame) const;
 
  private:

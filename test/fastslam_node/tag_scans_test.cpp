@@ -172,7 +172,7 @@ TEST(StaticFrames, WhatGoesInACircleIsNowhere) {
   ASSERT_TRUE(join("arm", "mast"));
   ASSERT_TRUE(join("camera", "arm"));
   EXPECT_FALSE(frames.pose("base_link", "camera"));
-  EXPECT_FALSE(frames.origin("base_link", "mast"));
+  EXPECT_FALSE(frames.pose("base_link", "mast"));
   ASSERT_TRUE(join("base_link", "arm")) << "the circle is broken";
   EXPECT_TRUE(frames.pose("base_link", "camera"));
 }

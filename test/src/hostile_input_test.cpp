@@ -351,7 +351,7 @@ TEST(HostileInputOfFastSlam, AScanWithoutIdsThatNeedsTooMuchMemoryChangesNothing
   using Drive = FastSlamDrive;
   FastSlamPipelineOptions options = Drive::options();
   options.filter.association.max_pairs = 5000;
-  for (const FastSlamVersion version : all_fastslam_versions()) {
+  for (const FastSlamVersion version : all_values<FastSlamVersion>()) {
     options.filter.version = version;
     const auto go_on = [](FastSlamRig* run, double from, double until) {
       for (const FastSlamMessage& message : Drive::messages(from, until)) {

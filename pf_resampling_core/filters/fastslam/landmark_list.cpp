@@ -13,20 +13,16 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kSurveyedSigma = 0.001;  // m
-constexpr std::array<const char*, 7> kColumns = {"id", "x", "y", "sigma", "xx", "xy", "yy"};
+constexpr std::array<const char*, 4> kColumns = {"id", "x", "y", "sigma"};
 constexpr std::size_t kNone = kColumns.size();
-// Among them.
-constexpr std::size_t kSigma = 3;
-constexpr std::size_t kCovariance = 4;
+constexpr std::size_t kSigma = 3;  // among them; the others have to be there
 
 SavedLandmark saved(const SurveyedLandmark& surveyed) {
   SavedLandmark landmark;
   landmark.estimate.id = surveyed.id;
   landmark.estimate.mean = landmark.last_seen = surveyed.position;
-  landmark.estimate.covariance = surveyed.covariance;
-  if (surveyed.covariance.isZero(0.0)) {
-    landmark.estimate.covariance.diagonal().setConstant(kSurveyedSigma * kSurveyedSigma);
-  }
+  const double sigma = surveyed.sigma > 0.0 ? surveyed.sigma : kSurveyedSigma;
+  landmark.estimate.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
   landmark.estimate.held = 1.0;
   landmark.estimate.log_odds = FastSlamOptions().association.largest_log_odds;
   return landmark;
@@ -81,20 +77,14 @@ std::vector<std::size_t> columns_of(const ListReader& reader,
     const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
     if (known == kColumns.end()) {
       // What it is instead is not said: the file may be none of ours.
-      reader.refuse("column " + std::to_string(i + 1) +
-                    " is not one of id, x, y, sigma, xx, xy, yy");
+      reader.refuse("column " + std::to_string(i + 1) + " is not one of id, x, y, sigma");
     }
     std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
     if (place != kNone) reader.refuse("column " + header[i] + " is there twice");
     place = i;
   }
-  const bool some = std::any_of(places.begin() + kCovariance, places.end(),
-                                [](std::size_t place) { return place != kNone; });
-  if (some && places[kSigma] != kNone) {
-    reader.refuse("columns sigma and xx, xy, yy say the same; keep one of the two");
-  }
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
-    if (places[k] == kNone && (k < kSigma || (some && k >= kCovariance))) {
+    if (places[k] == kNone && k < kSigma) {
       reader.refuse(std::string("there is no column ") + kColumns[k]);
     }
   }
@@ -126,7 +116,6 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 }
 
 SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
-  const text_file::ClassicLocale locale;
   ListReader reader(path);
   std::vector<std::string> words;
   if (!reader.take(&words)) reader.refuse("there is no header line id,x,y");
@@ -155,8 +144,7 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
     }
     landmark.position << values[1], values[2];
     if (values[kSigma] < 0.0) reader.refuse("sigma is negative; it is a standard deviation in m");
-    landmark.covariance << values[4], values[5], values[5], values[6];
-    landmark.covariance.diagonal().array() += values[kSigma] * values[kSigma];
+    landmark.sigma = values[kSigma];
     const std::string fault = map_checks::fault_of(saved(landmark), -1);
     if (!fault.empty()) reader.refuse(fault);
     landmarks.push_back(landmark);

@@ -56,13 +56,6 @@ bool has(const SavedMap& map, std::int64_t id) {
   return found != map.landmarks.end() && found->estimate.id == id;
 }
 
-std::string fault_of_frame(const std::string& frame) {
-  const bool is_name = !frame.empty() && frame.size() <= 255 && frame.front() != '#' &&
-                       std::all_of(frame.begin(), frame.end(),
-                                   [](char letter) { return letter > ' ' && letter < '\x7f'; });
-  return is_name ? "" : "the name of the frame must have 1 to 255 characters and no spaces";
-}
-
 std::string fault_of_view(double range, double bearing) {
   if (!(range >= 0.0 && range <= kWidestView))
     return "the farthest range seen is not in [0, 1e6] m";
@@ -91,26 +84,16 @@ std::string fault_of_pose_covariance(const Eigen::Matrix3d& covariance) {
 
 std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
   const LandmarkEstimate& estimate = landmark.estimate;
-  std::string fault = fault_of_id(estimate.id, previous);
-  if (fault.empty()) fault = fault_of_gaussian(estimate.id, estimate.mean, estimate.covariance);
-  if (!fault.empty()) return fault;
-  const std::string name = " of landmark " + std::to_string(estimate.id);
-  if (!(estimate.held >= 0.0 && estimate.held <= 1.0 + kRounding)) {
-    return "the share that holds it" + name + " is not in [0, 1]";
-  }
-  if (!std::isfinite(estimate.log_odds)) return "the log-odds" + name + " are not finite";
-  if (!is_place(landmark.last_seen)) {
-    return "the last place" + name + " is not finite or beyond 1e9 m";
-  }
-  return {};
+  const std::string fault = fault_of_id(estimate.id, previous);
+  return !fault.empty() ? fault
+                        : fault_of_gaussian(estimate.id, estimate.mean, estimate.covariance);
 }
 
 }  // namespace map_checks
 
 std::string fault_of(const SavedMap& map) {
   using namespace map_checks;
-  std::string fault = fault_of_frame(map.frame);
-  if (fault.empty()) fault = fault_of_pose(map.pose.mean);
+  std::string fault = fault_of_pose(map.pose.mean);
   if (fault.empty()) fault = fault_of_pose_covariance(map.pose.covariance);
   if (fault.empty()) fault = fault_of_view(map.view_range, map.view_bearing);
   std::int64_t previous = -1;

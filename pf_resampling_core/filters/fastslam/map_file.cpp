@@ -14,7 +14,7 @@ namespace pf_resampling {
 void describe(Archive& archive, DataAssociation& association) {
   std::string name = to_string(association);
   archive.text(&name);
-  for (const DataAssociation candidate : all_data_associations()) {
+  for (const DataAssociation candidate : all_values<DataAssociation>()) {
     association = candidate;
     if (to_string(candidate) == name) return;
   }

@@ -1,34 +1,22 @@
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/parameters/enum_names.hpp"
 
 namespace pf_resampling {
-namespace {
-
-const EnumNames<FastSlamVersion> kVersions{
-    "FastSLAM version",
-    {{FastSlamVersion::fastslam_1, "fastslam_1"}, {FastSlamVersion::fastslam_2, "fastslam_2"}}};
-const EnumNames<DataAssociation> kAssociations{
-    "data association",
-    {{DataAssociation::automatic, "automatic"},
-     {DataAssociation::known, "known"},
-     {DataAssociation::maximum_likelihood, "maximum_likelihood"},
-     {DataAssociation::mutual_exclusion, "mutual_exclusion"}}};
-
-}  // namespace
-
-const std::vector<FastSlamVersion>& all_fastslam_versions() {
-  return kVersions.values();
+const EnumNames<FastSlamVersion>& names_of(FastSlamVersion) {
+  static const EnumNames<FastSlamVersion> names(
+      "FastSLAM version",
+      {{FastSlamVersion::fastslam_1, "fastslam_1"}, {FastSlamVersion::fastslam_2, "fastslam_2"}});
+  return names;
 }
-std::string to_string(FastSlamVersion version) {
-  return kVersions.name(version);
-}
-const std::vector<DataAssociation>& all_data_associations() {
-  return kAssociations.values();
-}
-std::string to_string(DataAssociation association) {
-  return kAssociations.name(association);
+
+const EnumNames<DataAssociation>& names_of(DataAssociation) {
+  static const EnumNames<DataAssociation> names(
+      "data association", {{DataAssociation::automatic, "automatic"},
+                           {DataAssociation::known, "known"},
+                           {DataAssociation::maximum_likelihood, "maximum_likelihood"},
+                           {DataAssociation::mutual_exclusion, "mutual_exclusion"}});
+  return names;
 }
 
 FastSlamOptions::FastSlamOptions() {
@@ -43,7 +31,7 @@ ParameterList parameters_of(FastSlamOptions* options) {
   ParameterList list;
   list.push_back(basic(
       integer_parameter("particles", &options->particles, 1, 1000000, "Number of particles.")));
-  list.push_back(choice_parameter("version", &options->version, all_fastslam_versions(),
+  list.push_back(choice_parameter("version", &options->version,
                                   "Poses are drawn from the odometry alone (FastSLAM 1.0), or from "
                                   "odometry and observations (2.0)."));
   add_parameters(&options->strategy, all_values<Renewal>(), &list);
@@ -78,7 +66,7 @@ ParameterList parameters_of(FastSlamOptions* options) {
 
   DataAssociationOptions& association = options->association;
   list.push_back(
-      basic(choice_parameter("association/method", &association.method, all_data_associations(),
+      basic(choice_parameter("association/method", &association.method,
                              "Data association. automatic: known if the first observations carry "
                              "ids, otherwise mutual_exclusion.")));
   list.push_back(real_above_parameter("association/gate", &association.gate, 0.0, 1e6, "",
@@ -127,7 +115,7 @@ void check_map_size(std::size_t landmarks, Eigen::Index particles, const MapOpti
 
 void validate(const FastSlamOptions& options) {
   FastSlamOptions copy = options;
-  for (const Parameter& parameter : parameters_of(&copy)) parameter.set_checked(parameter.get());
+  check_values(parameters_of(&copy));
   if (options.association.new_landmark_gate < options.association.gate) {
     throw Error("parameter association/new_landmark_gate is " +
                 std::to_string(options.association.new_landmark_gate) +

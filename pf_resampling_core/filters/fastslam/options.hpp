@@ -18,8 +18,7 @@ enum class FastSlamVersion {
   fastslam_1,  ///< the odometry
   fastslam_2,  ///< the odometry and the observations
 };
-const std::vector<FastSlamVersion>& all_fastslam_versions();
-std::string to_string(FastSlamVersion version);
+const EnumNames<FastSlamVersion>& names_of(FastSlamVersion);
 
 /// Which landmark an observation is of.
 enum class DataAssociation {
@@ -28,8 +27,7 @@ enum class DataAssociation {
   maximum_likelihood,  ///< the likeliest one, in each particle by itself
   mutual_exclusion,    ///< likewise, but no landmark takes two observations of a scan
 };
-const std::vector<DataAssociation>& all_data_associations();
-std::string to_string(DataAssociation association);
+const EnumNames<DataAssociation>& names_of(DataAssociation);
 
 /// Noise of a landmark sensor, and what it can see. The defaults suit a camera that tells distances
 /// by size as well as a laser scanner; they are rather wide, as too narrow ones cost the population

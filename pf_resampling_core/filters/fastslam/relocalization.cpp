@@ -11,17 +11,18 @@ namespace {
 
 // rad; with a heading less certain than this, particles are not put anywhere.
 constexpr double kUsableHeading = 0.3;
-
-bool agrees(const LandmarkSighting& sighting, const Pose2& correction, double gate) {
-  return (moved(sighting.seen, correction) - sighting.mapped).norm() <= gate * sighting.sigma;
-}
+constexpr double kAgreement = 3.0;      // sigmas within which a sighting agrees
+constexpr double kLeastAgreeing = 0.6;  // share of the sightings that have to
+constexpr int kLeastLandmarksSeen = 2;  // different ones that have to be among these
 
 std::vector<LandmarkSighting> agreeing(const std::vector<LandmarkSighting>& sightings,
-                                       const Pose2& correction, double gate) {
+                                       const Pose2& correction) {
   std::vector<LandmarkSighting> found;
-  std::copy_if(
-      sightings.begin(), sightings.end(), std::back_inserter(found),
-      [&](const LandmarkSighting& sighting) { return agrees(sighting, correction, gate); });
+  std::copy_if(sightings.begin(), sightings.end(), std::back_inserter(found),
+               [&](const LandmarkSighting& sighting) {
+                 const Eigen::Vector2d seen = moved(sighting.seen, correction);
+                 return (seen - sighting.mapped).norm() <= kAgreement * sighting.sigma;
+               });
   return found;
 }
 
@@ -55,8 +56,7 @@ Pose2 correction_of(const std::vector<LandmarkSighting>& sightings) {
   return align_points(seen, mapped);
 }
 
-std::optional<Pose2> best_correction(const std::vector<LandmarkSighting>& sightings,
-                                     const RelocalizationOptions& options) {
+std::optional<Pose2> best_correction(const std::vector<LandmarkSighting>& sightings) {
   std::optional<Pose2> best;
   std::size_t most = 0;
   for (std::size_t a = 0; a < sightings.size(); ++a) {
@@ -64,11 +64,11 @@ std::optional<Pose2> best_correction(const std::vector<LandmarkSighting>& sighti
       const LandmarkSighting& first = sightings[a];
       const LandmarkSighting& second = sightings[b];
       if (first.id == second.id) continue;
-      const double tolerance = options.gate * std::hypot(first.sigma, second.sigma);
+      const double tolerance = kAgreement * std::hypot(first.sigma, second.sigma);
       const double apart = (first.mapped - second.mapped).norm();
       if (std::abs((first.seen - second.seen).norm() - apart) > tolerance) continue;
       const Pose2 correction = correction_of({first, second});
-      const std::size_t agree = agreeing(sightings, correction, options.gate).size();
+      const std::size_t agree = agreeing(sightings, correction).size();
       if (agree > most) {
         most = agree;
         best = correction;
@@ -104,14 +104,13 @@ PoseEstimate corrected(const Pose2& belief, const Pose2& correction,
 }  // namespace
 
 std::optional<PoseEstimate> relocalize(const std::vector<LandmarkSighting>& sightings,
-                                       const Pose2& belief, const RelocalizationOptions& options) {
-  const std::optional<Pose2> best = best_correction(sightings, options);
+                                       const Pose2& belief) {
+  const std::optional<Pose2> best = best_correction(sightings);
   if (!best) return std::nullopt;
-  const std::vector<LandmarkSighting> agree = agreeing(sightings, *best, options.gate);
+  const std::vector<LandmarkSighting> agree = agreeing(sightings, *best);
   const std::vector<LandmarkSighting> landmarks = one_per_landmark(agree);
-  if (static_cast<double>(agree.size()) <
-          options.least_share * static_cast<double>(sightings.size()) ||
-      static_cast<int>(landmarks.size()) < options.least_landmarks) {
+  if (static_cast<double>(agree.size()) < kLeastAgreeing * static_cast<double>(sightings.size()) ||
+      static_cast<int>(landmarks.size()) < kLeastLandmarksSeen) {
     return std::nullopt;
   }
   const PoseEstimate pose = corrected(belief, correction_of(landmarks), landmarks);

@@ -19,21 +19,14 @@ struct LandmarkSighting {
   double sigma = 0.1;  ///< m, expected deviation of the difference, but for the belief's error
 };
 
-struct RelocalizationOptions {
-  double gate = 3.0;         ///< sigmas within which a sighting agrees
-  double least_share = 0.6;  ///< of the sightings that have to agree
-  int least_landmarks = 2;   ///< different ones that have to be among these
-};
-
 /// Where a robot is that was carried away: the pose from which most of what it has seen since is
 /// where the map has it. Two sightings of different landmarks, as far from each other as these are,
 /// place the robot; all such pairs are tried, the one that most others agree with is refined by
 /// least squares over the landmarks (random sample consensus, Fischler & Bolles 1981, without the
 /// randomness). `belief`: the pose that the sightings are seen from, as believed; the sightings'
-/// beliefs may be earlier ones if odometry alone lies between them. Nothing if too few agree, or
-/// if they do not tell the heading.
+/// beliefs may be earlier ones if odometry alone lies between them. Nothing if fewer than 60 %
+/// agree, or if they do not tell the heading.
 std::optional<PoseEstimate> relocalize(const std::vector<LandmarkSighting>& sightings,
-                                       const Pose2& belief,
-                                       const RelocalizationOptions& options = {});
+                                       const Pose2& belief);
 
 }  // namespace pf_resampling

@@ -60,8 +60,8 @@ SavedMap saved_map(FastSlam* filter, int particles);
 /// A place of a landmark that was measured otherwise.
 struct SurveyedLandmark {
   std::int64_t id = 0;
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();    ///< m
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2; all zero: good to a millimetre
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m
+  double sigma = 0.0;  ///< m, along both axes; 0: good to a millimetre
 };
 
 /// A map without particles from a list of landmarks in any order; their ids are the observations'.
@@ -71,7 +71,7 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 
 /// Such a map from a text file: a header line that names the columns, separated by commas in any
 /// order, then a landmark per line; `#` starts a comment. Columns `id`, `x`, `y` (m), and if their
-/// accuracy is known either `sigma` (m) or `xx`, `xy`, `yy` (m^2). Throws Error, in one line that
+/// accuracy is known `sigma` (m). Throws Error, in one line that
 /// names file, line, fault and remedy, for anything else.
 SavedMap read_landmark_list(const std::string& path, const std::string& frame);
 

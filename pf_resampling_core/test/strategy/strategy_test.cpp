@@ -135,9 +135,9 @@ TEST(Strategy, RefusesImpossibleOptionsAndKeepsTheOldOnes) {
     EXPECT_EQ(strategy.options().every_n, 7);
   };
   expect_refused(with(Schedule::always, 0.0), "threshold");
-  expect_refused(with(Schedule::always, 1.01), "threshold is 1.01");
+  expect_refused(with(Schedule::always, 1.01), "threshold is '1.01'");
   expect_refused(with(Schedule::always, std::numeric_limits<double>::quiet_NaN()), "threshold");
-  expect_refused(with(Schedule::always, 0.5, 0), "every_n is 0");
+  expect_refused(with(Schedule::always, 0.5, 0), "every_n is '0'");
   StrategyOptions nested;
   nested.resampling.inner_scheme = ResamplingScheme::partial;
   expect_refused(nested, "inner_scheme");

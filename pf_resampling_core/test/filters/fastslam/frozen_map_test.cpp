@@ -141,7 +141,7 @@ TEST(FrozenMap, LocalizesInASurveyedMap) {
   std::vector<SurveyedLandmark> list;
   const std::vector<Eigen::Vector2d> places = landmarks();
   for (std::size_t k = places.size(); k-- > 0;) {
-    list.push_back({static_cast<std::int64_t>(k), places[k], Eigen::Matrix2d::Zero()});
+    list.push_back({static_cast<std::int64_t>(k), places[k]});
   }
   const SavedMap map = through_a_file(surveyed_map(list, "site"));
   EXPECT_EQ(map.frame, "site");
@@ -180,9 +180,7 @@ TEST(FrozenMap, LocalizesInASurveyedMap) {
 
 // What less than half of the weight holds is left out of the map that all share.
 TEST(FrozenMap, LeavesOutWhatFewBelieve) {
-  const Eigen::Matrix2d exact = Eigen::Matrix2d::Zero();
-  SavedMap map =
-      surveyed_map({{1, {3.0, 0.0}, exact}, {2, {0.0, 3.0}, exact}, {3, {1.0, 3.0}, exact}}, "map");
+  SavedMap map = surveyed_map({{1, {3.0, 0.0}}, {2, {0.0, 3.0}}, {3, {1.0, 3.0}}}, "map");
   map.landmarks[0].estimate.held = 0.5;
   map.landmarks[2].estimate.held = 0.499;
   FastSlamOptions options = some_options();

@@ -41,15 +41,6 @@ TEST(LandmarkList, ReadsColumnsInAnyOrderAndComments) {
   EXPECT_NO_THROW(check_saved_map(map));
 }
 
-TEST(LandmarkList, ReadsCovariances) {
-  const SavedMap map =
-      read_landmark_list(path_of("id,x,y,xx,xy,yy\n4,1,2,0.04,0.01,0.09\n"), "map");
-  Eigen::Matrix2d expected;
-  expected << 0.04, 0.01, 0.01, 0.09;
-  ASSERT_EQ(map.landmarks.size(), 1u);
-  EXPECT_EQ(map.landmarks[0].estimate.covariance, expected);
-}
-
 TEST(LandmarkList, ReadsStandardDeviations) {
   const SavedMap map = read_landmark_list(path_of("id,x,y,sigma\n4,1,2,0.5\n5,1,3,0\n"), "map");
   ASSERT_EQ(map.landmarks.size(), 2u);
@@ -85,8 +76,6 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x,y,x\n", "line 1: column x is there twice"},
       {"id,x,y,sigma\n1,2,3,-1\n", "line 2: sigma is negative"},
       {"id,x,y,sigma\n1,2,3,nan\n", "line 2: \"nan\" is no sigma"},
-      {"id,x,y,sigma,xx,xy,yy\n", "line 1: columns sigma and xx, xy, yy"},
-      {"id,x,y,xx,yy\n", "line 1: there is no column xy"},
       {"id,x,y\n1,2\n", "line 2: there are 2 values, not 3"},
       {"id,x,y\n1,2,3\n1,2,3\n", "line 3: landmark 1 is there twice"},
       {"id,x,y\n-1,2,3\n", "line 2: \"-1\" is no id"},
@@ -95,7 +84,6 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x,y\n1,2,inf\n", "line 2: \"inf\" is no y"},
       {"id,x,y\n1,2,1e10\n", "line 2: the position of landmark 1"},
       {"id,x,y\n1,,3\n", "line 2: \"\" is no x"},
-      {"id,x,y,xx,xy,yy\n1,2,3,0.1,0.2,0.1\n", "line 2: the covariance of landmark 1"},
   };
   for (const auto& test : cases) {
     const std::string said = refusal_of_list(test.content);
@@ -103,7 +91,6 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
     EXPECT_FALSE(says(said, "\n"));
   }
   EXPECT_THROW(read_landmark_list("/no/such/list.csv", "map"), Error);
-  EXPECT_THROW(read_landmark_list(path_of("id,x,y\n1,2,3\n"), "no frame"), Error);
 }
 
 // The first line of a file that is no list may be a secret; so are its words.

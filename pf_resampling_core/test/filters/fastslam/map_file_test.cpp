@@ -214,7 +214,6 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
     const char* said;
   } cases[] = {
       {"map 9\"", "map 10\"", "is of the format \"pf_resampling map 10\""},
-      {"hall_3", "hall 3", "the name of the frame must have 1 to 255 characters and no spaces"},
       {"mutual_exclusion", "guessing", ": association: \"guessing\" is not a method of data"},
       {"mutual_exclusion", "automatic", "what their ids mean"},
       {"next_id\": 12", "next_id\": 11", ": state: its checksum does not fit"},
@@ -230,7 +229,6 @@ TEST_F(MapFile, RefusesWhatCannotBeAndSaysWhere) {
       {"[[0.1,", "[[1e-6,", "the covariance of landmark 3"},
       {"[[0.1,", "[[", ": landmarks[0].covariance[0]: 2 values expected, 1 found"},
       {"\"mean\":[1.0,", "\"mean\":[1e10,", "the position of landmark 3"},
-      {"\"held\":0.7", "\"held\":1.7", "the share that holds it of landmark 3"},
       {"\"id\":11", "\"id\":12", "landmark 11 of the particles is not in the list of landmarks"},
   };
   for (const auto& test : cases) {
@@ -261,7 +259,6 @@ TEST_F(MapFile, WritesNothingThatItWouldNotRead) {
       {[](SavedMap* map) { map->landmarks[0].estimate.covariance(1, 1) = 1e118; },
        "is not positive definite, or beyond 1e18 m^2"},
       {[](SavedMap* map) { map->pose.covariance(1, 1) = 1e19; }, "the covariance of the pose"},
-      {[](SavedMap* map) { map->frame = "two words"; }, "name of the frame"},
       {[](SavedMap* map) { map->pose.mean.x = std::nan(""); }, "pose"},
       {[](SavedMap* map) { map->landmarks[0].estimate.mean.x() = HUGE_VAL; }, "position of"},
       {[](SavedMap* map) { map->landmarks[0].estimate.covariance(0, 1) = 1.0; }, "landmark 3"},

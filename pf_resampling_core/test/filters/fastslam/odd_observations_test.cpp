@@ -163,7 +163,7 @@ TEST(OddObservations, NothingBecomesNotANumber) {
       {}};
   for (const DataAssociation method : {DataAssociation::known, DataAssociation::maximum_likelihood,
                                        DataAssociation::mutual_exclusion}) {
-    for (const FastSlamVersion version : all_fastslam_versions()) {
+    for (const FastSlamVersion version : all_values<FastSlamVersion>()) {
       FastSlamOptions options = some_options(20);
       options.association.method = method;
       options.association.max_pairs = 100000000;  // the crowd has 2e7

@@ -89,7 +89,7 @@ TEST(Relocalization, TheCovarianceCoversTheErrors) {
     for (std::size_t k = 0; k < noisy.size(); ++k) {
       noisy[k].seen += 0.07 * Eigen::Vector2d(noise.normal(2 * k), noise.normal(2 * k + 1));
     }
-    const auto found = relocalize(noisy, kBelief, {5.0, 0.6, 2});
+    const auto found = relocalize(noisy, kBelief);
     ASSERT_TRUE(found.has_value());
     EXPECT_EQ(found->covariance, found->covariance.transpose());
     const Eigen::Vector3d error(found->mean.x - kTruth.x, found->mean.y - kTruth.y,

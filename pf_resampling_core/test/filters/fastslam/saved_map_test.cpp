@@ -33,7 +33,7 @@ double map_rms(FastSlam* filter) {
 // Save, kill, load, continue: exactly what the filter would have done that nobody interrupted, for
 // every way of association and of renewal. Saving leaves no trace in the filter either.
 TEST(SavedMap, ALoadedFilterGoesOnToTheBit) {
-  for (const DataAssociation method : all_data_associations()) {
+  for (const DataAssociation method : all_values<DataAssociation>()) {
     std::vector<Step> steps = drive(60, method == DataAssociation::known, 5);
     // Seen only once, and farther than all else: how far landmarks are missed depends on it.
     steps[0].observations.push_back({method == DataAssociation::known ? 99 : -1, 9.0});
