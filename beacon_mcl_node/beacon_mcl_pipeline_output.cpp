@@ -223,6 +223,10 @@ void BeaconMclPipeline::note_findings(ros::Time stamp) {
       finding.sigma = radio.bias_sigma;
       continue;
     }
+    if (radio.repeats) {
+      finding.kind = FindingKind::beacon_swapped;
+      continue;
+    }
     const RadioPlace& place = radio.places.front();
     finding.kind = radio.in_place_of >= 0 ? FindingKind::beacon_swapped : FindingKind::beacon_moved;
     finding.size = (place.position - finding.place).norm();

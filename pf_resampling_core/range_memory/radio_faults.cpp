@@ -18,6 +18,8 @@ namespace {
 using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
 
+constexpr double kCopyAge = 2.0;    // s, of a range that another radio repeats
+constexpr double kCopyShare = 0.1;  // of a range in the share of those that are copies
 constexpr int kFewestRanges = 30;
 constexpr int kFewestRangesAtFirst = 10;  // while odometry alone has the shape of the path
 // A radio has changed if all but so few of its newest ranges are off by so many standard
@@ -253,6 +255,39 @@ void RangeMemory::forget_before(const Change& change) {
     if (mode.past) mode.past = without_radio(change.radio, mode.prior, std::move(*mode.past));
     const auto radio = static_cast<std::size_t>(change.radio);
     if (!radios_[radio].listed) mode.estimate.takes_part[radio] = false;  // until it is found again
+  }
+}
+
+// A range that is another's to the bit tells nothing, but would count as one more opinion. That of
+// a radio that counts in centimetres may be so by chance.
+void RangeMemory::note_copy(double range, Radio* radio) const {
+  const auto copied = std::find_if(radios_.begin(), radios_.end(), [&](const Radio& other) {
+    return other.id != radio->id && other.newest == range && time_ - other.newest_time < kCopyAge;
+  });
+  const bool is_copy = copied != radios_.end();
+  radio->copied += kCopyShare * ((is_copy ? 1.0 : 0.0) - radio->copied);
+  if (is_copy) {
+    radio->copies = copied->id;
+  } else {
+    radio->newest = range;
+    radio->newest_time = time_;
+  }
+}
+
+// All that it has said so far.
+void RangeMemory::leave_out(int radio) {
+  const auto r = static_cast<std::size_t>(radio);
+  forget_before({radio, radios_[r].ranges});
+  radios_[r].other_places.clear();
+  next_solution_of_all_ = time_;
+  if (!radios_[r].listed) return;
+  const RangePrior listed = prior();
+  for (RangeMode& mode : modes_) {
+    set_account(radio, RadioAccount::as_listed, &mode);
+    for (Eigen::VectorXd* constants : {&mode.prior.constants, &mode.estimate.constants}) {
+      constants->segment<RadioOf::count>(radio_at(radio)) =
+          listed.constants.segment<RadioOf::count>(radio_at(radio));
+    }
   }
 }
 

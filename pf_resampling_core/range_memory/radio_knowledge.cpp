@@ -66,6 +66,12 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
   radio.account = listed(id) != nullptr ? RadioAccount::as_listed : RadioAccount::unlisted;
   const std::optional<int> number = number_of(id);
   if (number) radio.ranges = radios_[static_cast<std::size_t>(*number)].ranges;
+  if (number && radios_[static_cast<std::size_t>(*number)].repeats()) {
+    radio.repeats = true;
+    radio.in_place_of = radios_[static_cast<std::size_t>(*number)].copies;
+    radio.fault = 1.0;
+    return radio;
+  }
   if (modes_.empty() || !modes_.front().belief.is_usable) return radio;
   const RangeMode& mode = modes_.front();
   const Eigen::VectorXd& constants = mode.estimate.constants;
@@ -190,7 +196,8 @@ bool RangeMemory::is_torn() const {
 }
 
 std::optional<RangeInnovation> RangeMemory::innovation() const {
-  if (modes_.empty() || !modes_.front().belief.is_usable || graph_.ranges.back().empty()) {
+  if (modes_.empty() || !modes_.front().belief.is_usable || graph_.ranges.back().empty() ||
+      !holds_newest_) {
     return std::nullopt;
   }
   const RangeMode& mode = modes_.front();

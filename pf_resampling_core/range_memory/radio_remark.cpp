@@ -7,6 +7,10 @@ namespace pf_resampling {
 
 std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& listed) {
   const std::string name = "beacon " + std::to_string(radio.id);
+  if (radio.repeats) {
+    return name + " repeats the ranges of beacon " + std::to_string(radio.in_place_of) +
+           ": it takes no part";
+  }
   char text[160];
   if (radio.account == RadioAccount::biased) {
     std::snprintf(text, sizeof(text), " measures %.2f ± %.2f m too %s: give it a calibration",
@@ -39,6 +43,7 @@ std::string remark_on(const RadioKnowledge& radio, const std::vector<Beacon>& li
 std::string place_in_words(const RadioKnowledge& radio) {
   const std::string name = "beacon " + std::to_string(radio.id);
   const std::string ranges = "; " + std::to_string(radio.ranges) + " ranges";
+  if (radio.repeats) return remark_on(radio, {});
   if (radio.account == RadioAccount::as_listed) return name + " is as listed" + ranges;
   if (radio.places.empty()) return name + " is not found: drive about it" + ranges;
   const RadioPlace& best = radio.places.front();

@@ -276,9 +276,15 @@ void RangeMemory::add(const OdometryIncrement& odometry,
   for (const RangeObservation& observation : ranges) {
     const std::optional<int> number = radio_of(observation.beacon);
     if (!number) continue;
+    Radio& radio = radios_[static_cast<std::size_t>(*number)];
+    note_copy(observation.range, &radio);
+    holds_newest_ = !radio.repeats();
+    if (radio.repeats()) {
+      if (radio.ranges > 0) leave_out(*number);
+      continue;
+    }
     HeldRange range;
     range.radio = *number;
-    Radio& radio = radios_[static_cast<std::size_t>(range.radio)];
     ++radio.ranges;
     const double given = radio.calibration.sigma;
     range.range = observation.range;

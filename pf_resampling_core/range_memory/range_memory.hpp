@@ -111,6 +111,7 @@ struct RadioKnowledge {
   double bias_sigma = 0.0;  ///< m
   /// The radio at whose listed place this one seems to be: repeated, or swapped. -1: none.
   int in_place_of = -1;
+  bool repeats = false;  ///< what that one measures, to the bit: it takes no part
 };
 
 struct RangeInnovation {
@@ -204,6 +205,11 @@ class RangeMemory {
     RangeCalibration calibration;
     int ranges = 0;
     std::vector<RadioPlace> other_places;  // `probability` over that of the one in use
+    double newest = 0.0;                   // m, that it measured itself
+    double newest_time = 0.0;              // s
+    double copied = 0.0;                   // share of its newest ranges that were another's
+    int copies = -1;                       // id of that one
+    bool repeats() const { return copied > 0.5; }
   };
 
  private:
@@ -258,6 +264,8 @@ class RangeMemory {
   bool try_gross_odometry();
   std::optional<Change> newest_change() const;
   void forget_before(const Change& change);
+  void note_copy(double range, Radio* radio) const;
+  void leave_out(int radio);
   void judge_radios();
   double heading_spread(const RangeMode& mode) const;
   std::vector<bool> suspicious(const RangeMode& mode) const;
@@ -289,6 +297,7 @@ class RangeMemory {
   RangeGraph graph_;
   std::vector<double> times_;
   OdometryIncrement pending_;  // since the newest keyframe
+  bool holds_newest_ = false;  // range
   double time_ = 0.0;
   bool lever_is_stated_ = false;
   OdometryFactors odometry_factors_;

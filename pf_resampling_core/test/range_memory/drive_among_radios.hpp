@@ -30,12 +30,14 @@ struct DriveAmongRadios {
   double turn_scale = 1.0;
   double yaw_rate_bias = 1e-3;                        ///< rad/s
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m
-  double reflected = 0.03;      ///< share of ranges, 1.5 m too long on average
-  double wild = 0.0;            ///< share of ranges, anything up to 40 m
-  double straight = 0.0;        ///< m, before the first turn
-  int radio_that_repeats = -1;  ///< its ranges are those of the first
-  double biased = 0.0;          ///< m, of the last radio
+  double reflected = 0.03;       ///< share of ranges, 1.5 m too long on average
+  double wild = 0.0;             ///< share of ranges, anything up to 40 m
+  double straight = 0.0;         ///< m, before the first turn
+  int radio_that_repeats = -1;   ///< its ranges are those of the first, ...
+  bool repeats_exactly = false;  ///< ... error and all
+  double biased = 0.0;           ///< m, of the last radio
 
+  double first_range = 0.0;  // m, newest of the first radio
   Pose2 truth = {-7.0, -4.0, 0.0};
 
   DriveAmongRadios() {
@@ -104,6 +106,8 @@ struct DriveAmongRadios {
       if (radio + 1 == beacons.size()) range.range += biased;
       if (uniform(engine) < reflected) range.range -= 1.5 * std::log(1.0 - uniform(engine));
       if (wild > 0.0 && uniform(engine) < wild) range.range = 40.0 * uniform(engine);
+      if (radio == 0) first_range = range.range;
+      if (heard != radio && repeats_exactly) range.range = first_range;
       take(increment, range);
     }
   }

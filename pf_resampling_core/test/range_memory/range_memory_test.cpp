@@ -461,6 +461,27 @@ TEST(RangeMemory, NamesTheRadioThatRepeatsAnother) {
   EXPECT_EQ(radio_of(radios, 1).account, RadioAccount::as_listed);
 }
 
+// What is the same to the bit would count as one more opinion, and is late. What the radio measures
+// itself afterwards counts again.
+TEST(RangeMemory, LeavesOutARadioThatCopiesAnother) {
+  DriveAmongRadios drive;
+  drive.radio_that_repeats = 2;
+  drive.repeats_exactly = true;
+  RangeMemory memory({}, drive.beacons);
+  drive.drive(60.0, 6, &memory);
+  for (const RadioKnowledge& radio : memory.radios()) {
+    EXPECT_EQ(radio.repeats, radio.id == 3);
+    EXPECT_EQ(radio.in_place_of, radio.id == 3 ? 1 : -1);
+    EXPECT_EQ(radio.account, RadioAccount::as_listed);
+    EXPECT_EQ(radio.ranges == 0, radio.id == 3);
+  }
+  drive.radio_that_repeats = -1;
+  drive.drive(60.0, 8, &memory);
+  EXPECT_FALSE(radio_of(memory.radios(), 3).repeats);
+  EXPECT_GT(radio_of(memory.radios(), 3).ranges, 10);
+  EXPECT_LT(radio_of(memory.radios(), 3).fault, 0.5);
+}
+
 TEST(RangeMemory, WithTwoRadiosTheRobotMayBeOnEitherSideUntilItTurns) {
   DriveAmongRadios drive;
   drive.straight = 20.0;
