@@ -18,7 +18,6 @@ namespace {
 using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
 
-constexpr double kCopyAge = 2.0;    // s, of a range that another radio repeats
 constexpr double kCopyShare = 0.1;  // of a range in the share of those that are copies
 constexpr int kFewestRanges = 30;
 constexpr int kFewestRangesAtFirst = 10;  // while odometry alone has the shape of the path
@@ -262,7 +261,7 @@ void RangeMemory::forget_before(const Change& change) {
 // a radio that counts in centimetres may be so by chance.
 void RangeMemory::note_copy(double range, Radio* radio) const {
   const auto copied = std::find_if(radios_.begin(), radios_.end(), [&](const Radio& other) {
-    return other.id != radio->id && other.newest == range && time_ - other.newest_time < kCopyAge;
+    return other.id != radio->id && other.newest == range;
   });
   const bool is_copy = copied != radios_.end();
   radio->copied += kCopyShare * ((is_copy ? 1.0 : 0.0) - radio->copied);
@@ -270,7 +269,6 @@ void RangeMemory::note_copy(double range, Radio* radio) const {
     radio->copies = copied->id;
   } else {
     radio->newest = range;
-    radio->newest_time = time_;
   }
 }
 

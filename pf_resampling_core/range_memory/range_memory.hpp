@@ -206,7 +206,6 @@ class RangeMemory {
     int ranges = 0;
     std::vector<RadioPlace> other_places;  // `probability` over that of the one in use
     double newest = 0.0;                   // m, that it measured itself
-    double newest_time = 0.0;              // s
     double copied = 0.0;                   // share of its newest ranges that were another's
     int copies = -1;                       // id of that one
     bool repeats() const { return copied > 0.5; }

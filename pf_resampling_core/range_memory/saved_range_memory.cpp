@@ -61,7 +61,7 @@ void describe(Archive& archive, RangeMode& mode) {
 
 void describe(Archive& archive, RangeMemory::Radio& radio) {
   PF_RESAMPLING_FIELDS(archive, radio.id, radio.ranges, radio.other_places, radio.newest,
-                       radio.newest_time, radio.copied, radio.copies);
+                       radio.copied, radio.copies);
 }
 
 void describe(Archive& archive, RangeMemory& memory) {
