@@ -4,6 +4,7 @@
 #include <pf_resampling/LandmarkObservationArray.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -123,7 +124,8 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   OdometryIncrement motion_since_update() const override;
   double extent(const PoseEstimate& belief) const override;
   PoseEstimate place() const override { return filter_->place(); }
-  double noise_doubt() const override { return filter_->noise_doubt(); }
+  // By three standard errors, of which a redraw's draws hold one.
+  double noise_doubt() const override { return std::pow(filter_->noise_doubt(), 2.0 / 3.0); }
   void save_filter(FastSlamCheckpoint* checkpoint) override;
   void load_filter(const FastSlamCheckpoint& checkpoint) override;
 
