@@ -361,7 +361,7 @@ void RangeMemory::let_oldest_leave() {
     const bool is_as_listed = std::all_of(modes_.begin(), modes_.end(), [&](const RangeMode& mode) {
       return mode.accounts[radio] == RadioAccount::as_listed;
     });
-    if (is_as_listed && !is_needed[radio]) forget(r);
+    if (is_as_listed && !is_needed[radio] && !radios_[radio].repeats()) forget(r);
   }
 }
 

@@ -467,8 +467,14 @@ TEST(RangeMemory, LeavesOutARadioThatCopiesAnother) {
   DriveAmongRadios drive;
   drive.radio_that_repeats = 2;
   drive.repeats_exactly = true;
-  RangeMemory memory({}, drive.beacons);
-  drive.drive(60.0, 6, &memory);
+  RangeMemoryOptions options;
+  options.most_keyframes = 10;  // the oldest leave, and with them radios that are not heard
+  RangeMemory memory(options, drive.beacons);
+  drive.drive(20.0, 6, &memory);
+  for (unsigned seed = 100; seed < 140; ++seed) {
+    drive.drive(1.0, seed, &memory);
+    EXPECT_TRUE(radio_of(memory.radios(), 3).repeats) << seed;
+  }
   for (const RadioKnowledge& radio : memory.radios()) {
     EXPECT_EQ(radio.repeats, radio.id == 3);
     EXPECT_EQ(radio.in_place_of, radio.id == 3 ? 1 : -1);
