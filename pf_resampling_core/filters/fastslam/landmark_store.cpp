@@ -12,8 +12,10 @@ namespace pf_resampling {
 namespace {
 
 // Selections after which all rows are brought up to date: a fraction of a microsecond per row and
-// selection saved, and the most that a row asked for has to go through.
+// selection saved, and the most that a row asked for has to go through. Of small maps of many
+// particles the log would outgrow the map (49 bytes a row and particle, 4 a selection).
 constexpr std::size_t kMostLogged = 1000;
+constexpr std::size_t kMostLoggedPerRow = 4;
 
 struct Row {
   RowMemory memory;
@@ -181,7 +183,9 @@ void LandmarkStore::select(ConstIndices ancestors) {
   store.particles = static_cast<int>(ancestors.size());
   store.log.emplace_back(ancestors.data(), ancestors.data() + ancestors.size());
   store.forget_composed();
-  if (store.log.size() == kMostLogged) store.catch_up_all();
+  if (store.log.size() >= std::min(kMostLogged, kMostLoggedPerRow * store.rows.size())) {
+    store.catch_up_all();
+  }
 }
 
 void LandmarkStore::blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment) {

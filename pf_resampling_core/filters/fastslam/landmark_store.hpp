@@ -26,10 +26,10 @@ struct LandmarkRow {
 /// the particles.
 ///
 /// Selections are logged, not applied: a row catches up when it is next asked for, with one gather
-/// per array, since selections compose. So resampling costs O(M) for all but one selection in a
-/// thousand, which brings all rows up to date, where copying maps costs O(M·N) for each.
-/// (Montemerlo's trees give O(M log N), with a pointer chase per landmark.) Compensations do not
-/// compose; they are applied to all rows at once.
+/// per array, since selections compose. So resampling costs O(M) where copying maps costs O(M·N):
+/// all N rows are brought up to date once in 4·N selections, and in a thousand. (Montemerlo's trees
+/// give O(M log N), with a pointer chase per landmark.) Compensations do not compose; they are
+/// applied to all rows at once.
 ///
 /// The numbers are the same, to the bit, as if every selection were applied at once.
 class LandmarkStore {
