@@ -1,4 +1,4 @@
-"""What tests of the Python tools share: running one, and the bags that it is given."""
+"""What tests of the Python programs share: where those are, running one, a folder to do so, and the bags that it is given."""
 
 import importlib.machinery
 import io
@@ -6,6 +6,8 @@ import math
 import pathlib
 import subprocess
 import sys
+import tempfile
+import unittest
 from unittest import mock
 
 import pf_resampling
@@ -17,9 +19,17 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 DATASETS = ROOT.parent / 'shared/datasets'
 PROGRAMS = pathlib.Path(pf_resampling.__file__).parents[3] / 'pf_resampling'
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / 'tools'))
+sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
 IN_PYTHON = {name: importlib.machinery.SourceFileLoader(name, str(ROOT / 'tools' / name)).load_module()
              for name in ('check_bag', 'evaluate_bag', 'survey_beacons')}
+
+
+class InFolder(unittest.TestCase):
+    """Each test has an empty folder."""
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
 
 
 def program(tool, *words):

@@ -2,13 +2,10 @@
 """What check_bag says of bags in which all that is wrong is known."""
 
 import math
-import pathlib
 import re
-import tempfile
-import unittest
 
 import rosunit
-from bags import ROOT, pose_at, program, stamped, transform, write_bag
+from bags import ROOT, InFolder, pose_at, program, stamped, transform, write_bag
 from geometry_msgs.msg import Point, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from pf_resampling.msg import BeaconArray, BeaconPosition, BeaconRange, LandmarkObservation, LandmarkObservationArray
@@ -114,11 +111,10 @@ def one_range(**spoilt):
     return [listed({1: (0, 0)}), odometry(**{'time': 10, 'bag_time': 10, **spoilt}), measured(10, 1, 3.0)]
 
 
-class CheckBag(unittest.TestCase):
+class CheckBag(InFolder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.bag = pathlib.Path(folder.name) / 'a.bag'
+        super().setUp()
+        self.bag = self.folder / 'a.bag'
 
     def check(self, *messages, options=(), ready=None):
         """What is said of a bag; `ready`: which filters are."""

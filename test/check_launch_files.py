@@ -32,14 +32,11 @@ def counts_of(name):
 class LaunchFiles(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.directory = tempfile.TemporaryDirectory()
-        cls.folder = cls.directory.name
+        directory = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(directory.cleanup)
+        cls.folder = directory.name
         subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8', os.path.join(cls.folder, 'drive.bag'),
                                '--duration', '60'], stdout=subprocess.DEVNULL)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.directory.cleanup()
 
     def run_in_folder(self, *words, **environment):
         """Runs a command in the folder; with a roscore of its own, if it is roslaunch."""

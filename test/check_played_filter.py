@@ -12,7 +12,6 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import threading
 import time

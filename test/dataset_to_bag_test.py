@@ -9,7 +9,6 @@ import signal
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from bisect import bisect_left
@@ -17,19 +16,14 @@ from bisect import bisect_left
 import rosbag
 import rosunit
 import scipy.io
-from bags import DATASETS, ROOT
+from bags import DATASETS, ROOT, InFolder
 
 from command_line import Error  # of the tools, where bags has put them
 from datasets import bag, csv_folder, labyrinth, mrclam, plaza, victoria_park
 from datasets.recording import Beacon, Odometry, Range, Recording, relative, wrap_angle
 
 
-class Reading(unittest.TestCase):
-    def setUp(self):
-        directory = tempfile.TemporaryDirectory()
-        self.addCleanup(directory.cleanup)
-        self.folder = pathlib.Path(directory.name)
-
+class Reading(InFolder):
     def write(self, **files):
         """robot1="..." writes robot1.csv; a name may have an ending of its own."""
         for name, text in files.items():
@@ -359,7 +353,7 @@ class Reading(unittest.TestCase):
         self.assertAlmostEqual(statistics.median(ratios), 1, delta=0.05)
 
     def test_victoria_park_errors(self):
-        self.assertIn('has neither time.txt', self.error_of(victoria_park.read, str(self.folder)))
+        self.assertIn('time.txt: no such file', self.error_of(victoria_park.read, str(self.folder)))
         for steering, files, error in ((0, {'speed__txt': '1\n2\n'}, 'speed.txt: has 2 rows and time.txt 3'),
                                        (1.6, {}, 'is not a steering angle'),
                                        (0, {'ObservationAngle__txt': '0 1 0\n3.1 0 0 0\n'},

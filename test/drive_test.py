@@ -2,15 +2,13 @@
 """What least squares is told of a drive, and how good it is on recordings."""
 
 import math
-import pathlib
-import tempfile
 import unittest
 from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
 import rosunit
-from bags import DATASETS, PROGRAMS, program, stamped, transform, write_bag
+from bags import DATASETS, PROGRAMS, InFolder, program, stamped, transform, write_bag
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
@@ -27,11 +25,10 @@ def ahead(parent, child, by=0.5):
     return transform(parent, child, ahead=by)
 
 
-class Drive(unittest.TestCase):
+class Drive(InFolder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.bag = pathlib.Path(folder.name) / 'a.bag'
+        super().setUp()
+        self.bag = self.folder / 'a.bag'
 
     def read(self, *messages):
         write_bag(self.bag, messages)
@@ -77,7 +74,7 @@ class Drive(unittest.TestCase):
         odometry = Path(steps, np.column_stack([np.full(13, 5.0), 0.9 * steps, np.full(13, math.pi / 2)]))
         laser = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
         marks = Map(np.array([7, 8, 9]), np.array([(4.0, 3), (6, 3), (12, 3)]), None)
-        drive.associate(scans, np.array([(0.0, 0, 0, 0), (10, 10, 0, 0)]), odometry, {'laser': laser}, marks)
+        drive.associate(scans, Path(np.array([0.0, 10]), np.array([(0.0, 0, 0), (10, 0, 0)])), odometry, {'laser': laser}, marks)
         return [each[0] for each in scans[0][2]]
 
     def test_ids_of_the_filter_are_those_of_the_nearest_landmarks(self):

@@ -6,13 +6,12 @@ import math
 import pathlib
 import shutil
 import tempfile
-import unittest
 
 import numpy as np
 import rosbag
 import rosunit
 import yaml
-from bags import pose_at, program, transform, write_bag
+from bags import InFolder, pose_at, program, transform, write_bag
 from genpy import Time
 from geometry_msgs.msg import Point, PointStamped, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
@@ -86,21 +85,17 @@ def square_of(frame=(3.0, -2.0, 0.7), first_id=10, initial_pose=False, loaded=''
     yield '/landmark_map', START + 40.1, LandmarkMap(landmarks=[*marks, twice])
 
 
-class EvaluateBag(unittest.TestCase):
+class EvaluateBag(InFolder):
     @classmethod
     def setUpClass(cls):
         cls.shared = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.shared)
         for world, name, more in (('beacons_figure8', 'ranges.bag', ('--duration', 150)), ('indoor_two_loops', 'loops.bag', ()),
                                   ('indoor_two_loops', 'hidden.bag', ('--unknown-ids',))):
             assert program('simulate_bag', world, cls.shared / name, *more)[0] == 0
 
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(str(cls.shared))
-
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, str(self.folder))
+        super().setUp()
         self.bag = self.folder / 'run.bag'
 
     def said(self, *words, tool='evaluate_bag'):

@@ -2,19 +2,15 @@
 """Errors of paths and maps: closed forms, and what does not change when all is turned and shifted."""
 
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy as np
 import rosunit
+import bags  # which tells where the tools are
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / 'tools'))
-
-from command_line import Error  # noqa: E402
-from evaluation import maps, paths, report  # noqa: E402
-from evaluation.paths import Path, evaluate_aligned_path, evaluate_path, interpolate  # noqa: E402
+from command_line import Error
+from evaluation import maps, paths, report
+from evaluation.paths import Path, evaluate_aligned_path, evaluate_path, interpolate
 
 DIRECTION = 0.6  # rad
 FRAME = np.array([100.0, -50.0, 1.0])
@@ -229,9 +225,5 @@ class Maps(unittest.TestCase):
             self.judged(TRUE_MAP, truth=map_of([], []))
 
 
-class All(Paths, Maps):
-    pass
-
-
 if __name__ == '__main__':
-    rosunit.unitrun('pf_resampling', 'evaluation', All)
+    rosunit.unitrun('pf_resampling', 'evaluation', '__main__')

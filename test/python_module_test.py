@@ -212,9 +212,5 @@ class Errors(unittest.TestCase):
                 pf.Resampler(own_scheme=scheme).resample(WEIGHTS, pf.RandomStream(1))
 
 
-class All(Resampling, Filters, Errors):
-    """All, for rosunit, which takes one."""
-
-
 if __name__ == '__main__':
-    rosunit.unitrun('pf_resampling', 'python_module', All)
+    rosunit.unitrun('pf_resampling', 'python_module', '__main__')

@@ -16,9 +16,9 @@ import unittest
 
 import genpy.dynamic
 import rosbag
-import rospkg
 import rosunit
-from bags import transform
+import yaml
+from bags import stamped, transform
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import Imu, Range
 from tf2_msgs.msg import TFMessage
@@ -31,18 +31,8 @@ APRIL_TAGS = SEPARATOR.join((
 CAMERA = (0.1, 0.0, 0.4)  # m, on the robot; it looks ahead: z ahead, x to the right
 
 
-def program(name, *arguments, folder):
-    done = subprocess.run(['rosrun', 'pf_resampling', name, *map(str, arguments)], cwd=str(folder), universal_newlines=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    if done.returncode not in ((0, 1) if name == 'check_bag' else (0,)):  # 1: the bag is not ready as it is
-        raise AssertionError('%s: %s' % (name, done.stdout))
-    return done.stdout
-
-
 def april_tags(scan, types):
-    tags = types['apriltag_ros/AprilTagDetectionArray']()
-    tags.header.stamp = scan.header.stamp
-    tags.header.frame_id = 'camera'
+    tags = stamped(types['apriltag_ros/AprilTagDetectionArray'], scan.header.stamp.to_sec(), 'camera')
     for observation in scan.observations:
         tag = types['apriltag_ros/AprilTagDetection']()
         tag.id = [observation.id]
@@ -76,14 +66,11 @@ def write_radios(source, out, beacons):
             if topic in ('/odom', '/ground_truth'):
                 bag.write(topic, message, time)
             elif topic == '/beacons':
-                lines = ['  - {id: %d, x: %r, y: %r, z: %r}' % (
-                    beacon.id, beacon.position.x, beacon.position.y, beacon.position.z) for beacon in message.beacons]
-                beacons.write_text('\n'.join(['beacons:'] + lines) + '\n', encoding='utf-8')
+                beacons.write_text(yaml.safe_dump({'beacons': [dict(id=each.id, **{axis: getattr(each.position, axis) for axis in 'xyz'})
+                                                               for each in message.beacons]}))
             elif topic == '/ranges':
-                measured = Range(range=message.range, min_range=0.1, max_range=100.0)
-                measured.header.stamp = message.header.stamp
-                measured.header.frame_id = 'beacon_%d' % message.beacon
-                bag.write('/uwb', measured, time)
+                bag.write('/uwb', stamped(Range, message.header.stamp.to_sec(), f'beacon_{message.beacon}', range=message.range,
+                                          min_range=0.1, max_range=100.0), time)
 
 
 def write_poses(source, out):
@@ -99,9 +86,7 @@ def write_poses(source, out):
             turned = message.pose.pose.orientation
             heading = 2.0 * math.atan2(turned.z, turned.w)
             if before:
-                imu = Imu()
-                imu.header.stamp = message.header.stamp
-                imu.header.frame_id = 'base_link'
+                imu = stamped(Imu, seconds, 'base_link')
                 imu.orientation_covariance[0] = -1.0  # it has none
                 imu.angular_velocity.z = math.remainder(heading - before[1], 2.0 * math.pi) / (seconds - before[0])
                 imu.angular_velocity_covariance[8] = 1e-4
@@ -112,16 +97,19 @@ def write_poses(source, out):
 class StrangersBags(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.temporary.name)
-        program('simulate_bag', 'indoor_two_loops', 'world.bag', folder=cls.folder)
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        cls.folder = pathlib.Path(temporary.name)
+        cls.say('simulate_bag', 'indoor_two_loops', 'world.bag')
+        cls.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
+        write_radios(cls.folder / 'figure.bag', cls.folder / 'uwb.bag', cls.folder / 'beacons.yaml')
 
     @classmethod
-    def tearDownClass(cls):
-        cls.temporary.cleanup()
-
-    def say(self, *arguments):
-        return program(*arguments, folder=self.folder)
+    def say(cls, name, *arguments):
+        done = subprocess.run(['rosrun', 'pf_resampling', name, *arguments], cwd=cls.folder, universal_newlines=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        assert done.returncode in ((0, 1) if name == 'check_bag' else (0,)), done.stdout  # 1: the bag is not ready as it is
+        return done.stdout
 
     def command_for(self, *arguments):
         """What check_bag says to type, after it has been asked for as often as it says."""
@@ -154,8 +142,6 @@ class StrangersBags(unittest.TestCase):
         write_tags(self.folder / 'world.bag', self.folder / 'tags.bag', '/odom')
         self.say('run_bag', 'fastslam', 'tags.bag', 'out.bag', '--landmarks', '/tag_detections')
         self.assert_solved('--landmarks', '/tag_detections')
-        self.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
-        write_radios(self.folder / 'figure.bag', self.folder / 'uwb.bag', self.folder / 'beacons.yaml')
         self.say('run_bag', 'beacon_mcl', 'uwb.bag', 'out.bag', '--sensor-ranges', '/uwb', '--config', 'beacons.yaml')
         self.assert_solved('--ranges', '/uwb')
 
@@ -165,8 +151,6 @@ class StrangersBags(unittest.TestCase):
         self.assertLess(judged['batch']['cartesian_aligned']['mean'], 0.15)
 
     def test_radios_with_beacons_in_a_file(self):
-        self.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
-        write_radios(self.folder / 'figure.bag', self.folder / 'uwb.bag', self.folder / 'beacons.yaml')
         said = self.say('check_bag', 'uwb.bag')
         self.assertIn('--config beacons.yaml', said)
         topic = re.search(r'\((--sensor-ranges /uwb);', said)

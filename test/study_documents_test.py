@@ -5,19 +5,13 @@ import copy
 import html
 import importlib.machinery
 import importlib.util
-import pathlib
 import re
-import sys
-import tempfile
 import unittest
 
 import rosunit
+from bags import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / 'research'))
-
-import report_measures  # noqa: E402
+import report_measures  # of research, where bags has put it
 
 # Pages that are made from a study's folder, and how many figures of all filters they show at least.
 OF_PAPERS = {'kwak': 1000, 'mahmoud': 400}

@@ -2,6 +2,7 @@
 """Whether `study` runs what a study's file says, keeps it whole, and says in one line what is wrong."""
 
 import csv
+import functools
 import importlib.util
 import io
 import json
@@ -9,24 +10,19 @@ import math
 import pathlib
 import shutil
 import statistics
-import subprocess
-import sys
 import tempfile
 import unittest
 from xml.etree import ElementTree
 
 import numpy as np
 import rosunit
+from bags import InFolder, program
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.dont_write_bytecode = True
-sys.path[:0] = [str(ROOT / 'research'), str(ROOT / 'tools')]
-
-import study_calibration  # noqa: E402
-import study_faults  # noqa: E402
-import study_relations  # noqa: E402
-from command_line import Error  # noqa: E402
-from study_definition import builtin_studies, load_study, parse_study  # noqa: E402
+import study_calibration  # of research, where bags has put it
+import study_faults
+import study_relations
+from command_line import Error
+from study_definition import builtin_studies, load_study, parse_study
 
 TABLES = ('trials.csv', 'curves.csv', 'paths.csv', 'places.csv')
 SMALL = '''study: small
@@ -49,11 +45,7 @@ groups:
 '''
 
 
-def study(*arguments):
-    """Exit code, output and error of the program."""
-    run = subprocess.run(['rosrun', 'pf_resampling', 'study', *map(str, arguments)], stdout=subprocess.PIPE,
-                         stderr=subprocess.PIPE, universal_newlines=True, check=False)
-    return run.returncode, run.stdout, run.stderr
+study = functools.partial(program, 'study')  # exit code, output and error
 
 
 def rows_of(path):
@@ -110,7 +102,6 @@ class Definition(unittest.TestCase):
 class Folder(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        super().setUpClass()
         cls.directory = pathlib.Path(tempfile.mkdtemp())
         cls.addClassCleanup(shutil.rmtree, cls.directory)
         cls.yaml = cls.directory / 'small.yaml'
@@ -235,12 +226,10 @@ class Faults(unittest.TestCase):
     """What is done to a recording, and what comes of it."""
     @classmethod
     def setUpClass(cls):
-        super().setUpClass()
         cls.folder = pathlib.Path(tempfile.mkdtemp())
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.bag = cls.folder / 'a.bag'
-        subprocess.run(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_circle', str(cls.bag), '--duration', '120'], check=True,
-                       stdout=subprocess.DEVNULL)
+        assert program('simulate_bag', 'beacons_circle', cls.bag, '--duration', 120)[0] == 0
         cls.drive = study_faults.Drive(cls.bag)
 
     def odometry(self, messages):
@@ -329,10 +318,9 @@ SCENARIOS = '''- {name: loops, filter: fastslam, world: indoor_two_loops, settin
 '''
 
 
-class Scenarios(unittest.TestCase):
+class Scenarios(InFolder):
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, self.folder)
+        super().setUp()
         self.file, self.figures = self.folder / 's.yaml', self.folder / 's.csv'
         self.file.write_text(SCENARIOS)
 
@@ -376,9 +364,5 @@ class Scenarios(unittest.TestCase):
             self.assertIn(says, text + error)
 
 
-class All(Definition, Folder, Faults, Calibration, Scenarios):
-    """Both, for rosunit, which takes one."""
-
-
 if __name__ == '__main__':
-    rosunit.unitrun('pf_resampling', 'study', All)
+    rosunit.unitrun('pf_resampling', 'study', '__main__')
