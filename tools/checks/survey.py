@@ -3,6 +3,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from evaluation.paths import key_poses, wrapped
 from evaluation.recorded_run import unpacked, yaw_of
 from messages import LANDMARK_TYPES, RANGE_TYPES, header_at, id_in, pose_at, ranges_of, transforms_in
 from pf_resampling.msg import BeaconArray
@@ -145,15 +146,9 @@ def unit_of_ranges(measured, beacons):
 
 def turns_in_degrees(poses):
     """Whether odometry turns, beside its way, as if a heading in degrees was taken as one in radians."""
-    ratios, last, course, heading = [], None, None, None
-    for x, y, yaw in poses:
-        last = last or (x, y)
-        dx, dy = x - last[0], y - last[1]
-        if not math.hypot(dx, dy) >= PIECE:
-            continue
-        now = math.atan2(dy, dx)
-        turn = math.remainder(now - course, math.tau) if course is not None else 0.0
-        if TURNS[0] < abs(turn) < TURNS[1]:
-            ratios.append(math.remainder(yaw - heading, math.tau) / turn)
-        last, course, heading = (x, y), now, yaw
+    poses = np.array(poses).reshape(-1, 3)
+    pieces = poses[key_poses(poses, PIECE)] if len(poses) else poses
+    turns = wrapped(np.diff(np.arctan2(*np.diff(pieces[:, 1::-1], axis=0).T)))
+    tells = (np.abs(turns) > TURNS[0]) & (np.abs(turns) < TURNS[1])
+    ratios = wrapped(np.diff(pieces[1:, 2]))[tells] / turns[tells]
     return len(ratios) >= FEWEST_TURNS and 30 < sorted(ratios)[len(ratios) // 2] < 90

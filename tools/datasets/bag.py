@@ -4,7 +4,13 @@ import sys
 import time
 from itertools import groupby
 
+import geometry_msgs.msg as geometry
+import nav_msgs.msg as nav
+import pf_resampling.msg as own
+import rosbag
 from command_line import Error
+from genpy import Time
+from tf2_msgs.msg import TFMessage
 
 from .recording import Frame, relative
 
@@ -22,7 +28,6 @@ def write_recording(recording, path):
     not place is put at base_link. A recording that begins at or before time zero, which ROS takes for "no time", is shifted
     to begin at 1 s. Raises Error if there is nothing in the recording, or a time that ROS cannot hold."""
     start, shift = span_of(recording)
-    import rosbag  # takes a third of a second, which help and errors of the command line do not
     with rosbag.Bag(path, "w") as bag:
         Writer(recording, bag, shift).write(start)
 
@@ -59,12 +64,6 @@ def with_progress(events, stream=None, now=time.monotonic):
 
 class Writer:
     def __init__(self, recording, bag, shift):
-        import genpy
-        import geometry_msgs.msg
-        import nav_msgs.msg
-        import tf2_msgs.msg
-        from pf_resampling import msg
-        self.time, self.geometry, self.nav, self.tf2, self.own = genpy.Time, geometry_msgs.msg, nav_msgs.msg, tf2_msgs.msg, msg
         self.recording, self.bag, self.shift = recording, bag, shift
 
     def write(self, start):
@@ -86,7 +85,7 @@ class Writer:
         seconds = math.floor(time)
         exact = (time - seconds) * 1e9
         nanoseconds = math.ceil(exact)
-        return self.time(seconds, nanoseconds - (nanoseconds - exact > 0.5))
+        return Time(seconds, nanoseconds - (nanoseconds - exact > 0.5))
 
     def stamped(self, kind, stamp, frame):
         message = kind()
@@ -99,15 +98,15 @@ class Writer:
             "callerid": "/pf_resampling", "latching": "1"})
 
     def quaternion(self, yaw):
-        return self.geometry.Quaternion(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+        return geometry.Quaternion(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
 
     def pose(self, pose):
-        return self.geometry.Pose(self.geometry.Point(pose[0], pose[1], 0.0), self.quaternion(pose[2]))
+        return geometry.Pose(geometry.Point(pose[0], pose[1], 0.0), self.quaternion(pose[2]))
 
     def transform(self, stamp, parent, child, place, rotation):
-        transform = self.stamped(self.geometry.TransformStamped, stamp, parent)
+        transform = self.stamped(geometry.TransformStamped, stamp, parent)
         transform.child_frame_id = child
-        transform.transform = self.geometry.Transform(self.geometry.Vector3(*place), rotation)
+        transform.transform = geometry.Transform(geometry.Vector3(*place), rotation)
         return transform
 
     def write_static(self, stamp):
@@ -116,52 +115,52 @@ class Writer:
         used = {heard.frame for heard in recording.ranges} | ({"sensor"} if recording.observations else set())
         frames = recording.frames + [Frame(name, 0.0, 0.0, 0.0, 0.0) for name in sorted(used - placed)]
         if frames:
-            self.write_latched("/tf_static", stamp, self.tf2.TFMessage(
+            self.write_latched("/tf_static", stamp, TFMessage(
                 [self.transform(stamp, "base_link", f.name, (f.x, f.y, f.z), self.quaternion(f.yaw)) for f in frames]))
         if recording.beacons:
             height = next((frame.z for frame in recording.frames if frame.name.startswith("antenna")), 0.0)
-            message = self.stamped(self.own.BeaconArray, stamp, "map")
+            message = self.stamped(own.BeaconArray, stamp, "map")
             message.beacons = [
-                self.own.BeaconPosition(b.id, self.geometry.Point(b.x, b.y, height if b.z is None else b.z))
+                own.BeaconPosition(b.id, geometry.Point(b.x, b.y, height if b.z is None else b.z))
                 for b in recording.beacons]
             self.write_latched("/beacons", stamp, message)
         if recording.landmarks:
-            message = self.stamped(self.own.LandmarkMap, stamp, "map")
+            message = self.stamped(own.LandmarkMap, stamp, "map")
             message.landmarks = [
-                self.own.Landmark(mark.id, self.geometry.Point(mark.x, mark.y, 0.0),
+                own.Landmark(mark.id, geometry.Point(mark.x, mark.y, 0.0),
                                   [mark.sigma_x * mark.sigma_x, 0.0, 0.0, mark.sigma_y * mark.sigma_y])
                 for mark in recording.landmarks]
             self.write_latched("/ground_truth_landmarks", stamp, message)
 
     def write_truth(self, stamp, truth):
         if self.recording.truth_has_heading:
-            message = self.stamped(self.geometry.PoseStamped, stamp, "map")
+            message = self.stamped(geometry.PoseStamped, stamp, "map")
             message.pose = self.pose(truth.pose)
         else:
-            message = self.stamped(self.geometry.PointStamped, stamp, "map")
-            message.point = self.geometry.Point(truth.pose[0], truth.pose[1], 0.0)
+            message = self.stamped(geometry.PointStamped, stamp, "map")
+            message.point = geometry.Point(truth.pose[0], truth.pose[1], 0.0)
         self.bag.write("/ground_truth", message, stamp)
 
     def write_odometry(self, stamp, pair):
         before, now = pair
-        message = self.stamped(self.nav.Odometry, stamp, "odom")
+        message = self.stamped(nav.Odometry, stamp, "odom")
         message.child_frame_id = "base_link"
         message.pose.pose = self.pose(now.pose)
         duration = now.time - before.time if before else 0.0
         if duration > 0:
             forward, left, turn = relative(before.pose, now.pose)
-            message.twist.twist.linear = self.geometry.Vector3(forward / duration, left / duration, 0.0)
+            message.twist.twist.linear = geometry.Vector3(forward / duration, left / duration, 0.0)
             message.twist.twist.angular.z = turn / duration
         self.bag.write("/odom", message, stamp)
-        self.bag.write("/tf", self.tf2.TFMessage([self.transform(
+        self.bag.write("/tf", TFMessage([self.transform(
             stamp, "odom", "base_link", (now.pose[0], now.pose[1], 0.0), message.pose.pose.orientation)]), stamp)
 
     def write_range(self, stamp, heard):
-        message = self.stamped(self.own.BeaconRange, stamp, heard.frame)
+        message = self.stamped(own.BeaconRange, stamp, heard.frame)
         message.beacon, message.range, message.variance = heard.beacon, heard.range, heard.variance
         self.bag.write("/ranges", message, stamp)
 
     def write_scan(self, stamp, scan):
-        message = self.stamped(self.own.LandmarkObservationArray, stamp, "sensor")
-        message.observations = [self.own.LandmarkObservation(*seen[1:]) for seen in scan]
+        message = self.stamped(own.LandmarkObservationArray, stamp, "sensor")
+        message.observations = [own.LandmarkObservation(*seen[1:]) for seen in scan]
         self.bag.write("/landmarks", message, stamp)

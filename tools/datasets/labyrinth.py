@@ -24,31 +24,26 @@ OPTIONS = ()
 EXAMPLES = ("labyrinth labyrinth_uwb labyrinth.bag",)
 
 
-class Line:
-    """One measurement: its kind and the numbers behind it."""
-
-    def __init__(self, place, kind, words, needed):
-        self.place = f"{place}{kind}"
-        self.numbers = [finite_number(word, f"{self.place}: ") for word in words]
-        if len(self.numbers) < needed:
-            raise Error(f"{self.place} with {len(self.numbers)} numbers, {needed} are needed")
-
-    def require(self, good, what):
-        if not good:
-            raise Error(f"{self.place}: {what}")
+def require(good, place, what):
+    if not good:
+        raise Error(f"{place}: {what}")
 
 
 def lines(path, needed, ignored):
-    """The lines of the kinds that `needed` names with how many numbers they need; counts others in `ignored`."""
+    """(kind, place, numbers) of the lines of the kinds that `needed` names with how many numbers they need; counts others in
+    `ignored`."""
     last = {}
     for number, text in enumerate(lines_of(path), 1):
         kind, *words = text.split() or [""]
         if kind in needed:
-            line = Line(f"{path}:{number}: ", kind, words, needed[kind])
-            time = line.numbers[0]
-            line.require(time >= last.get(kind, time), f"time {time:f} is before that of the line above of this kind")
+            place = f"{path}:{number}: {kind}"
+            numbers = [finite_number(word, f"{place}: ") for word in words]
+            if len(numbers) < needed[kind]:
+                raise Error(f"{place} with {len(numbers)} numbers, {needed[kind]} are needed")
+            time = numbers[0]
+            require(time >= last.get(kind, time), place, f"time {time:f} is before that of the line above of this kind")
             last[kind] = time
-            yield kind, line
+            yield kind, place, numbers
         elif kind:
             ignored[kind] += 1
 
@@ -68,38 +63,36 @@ def read(directory):
         raise Error(f"{directory}: has no file *Input.txt")
     recording, ignored, beacons = Recording(), Counter(), {}
     velocities = (0.0, 0.0, 0.0)
-    for kind, line in lines(path, {"range2": 6, "odom2diff": 5}, ignored):
+    for kind, place, numbers in lines(path, {"range2": 6, "odom2diff": 5}, ignored):
         if kind == "range2":
-            add_range(line, beacons, recording)
+            add_range(place, numbers, beacons, recording)
         else:
-            velocities = add_odometry(line, velocities, recording)
+            velocities = add_odometry(place, numbers, velocities, recording)
     if not (recording.odometry or recording.ranges):
         raise Error(f"{path}: has no line range2 or odom2diff; is it a recording of this format?")
     recording.beacons = [Beacon(number, x, y, None) for number, (x, y) in beacons.items()]
     if truth:
-        recording.truth = [Truth(line.numbers[0], (line.numbers[1], line.numbers[2], 0.0))
-                           for _, line in lines(truth, {"point2": 3}, ignored)]
+        recording.truth = [Truth(time, (x, y, 0.0)) for _, _, (time, x, y, *_) in lines(truth, {"point2": 3}, ignored)]
     recording.notes = [f"{count} lines {kind} are not used" for kind, count in sorted(ignored.items())]
     return recording
 
 
-def add_range(line, beacons, recording):
+def add_range(place, numbers, beacons, recording):
     """t, range, variance, beacon's x and y, id."""
-    time, distance, variance, x, y, number = line.numbers[:6]
-    line.require(number.is_integer() and -2**31 <= number < 2**31, f"the id {number:g} is not a whole number of 32 bits")
-    line.require(distance >= 0, "negative range")
-    line.require(variance >= 0, "negative variance")
+    time, distance, variance, x, y, number = numbers[:6]
+    require(number.is_integer() and -2**31 <= number < 2**31, place, f"the id {number:g} is not a whole number of 32 bits")
+    require(distance >= 0, place, "negative range")
+    require(variance >= 0, place, "negative variance")
     recording.ranges.append(Range(time, int(number), distance, variance, "antenna"))
     known = beacons.setdefault(int(number), (x, y))
-    line.require(math.hypot(known[0] - x, known[1] - y) <= 1e-6,
-                 f"beacon {int(number)} is not where it was in the lines above")
+    require(math.hypot(known[0] - x, known[1] - y) <= 1e-6, place, f"beacon {int(number)} is not where it was in the lines above")
 
 
-def add_odometry(line, velocities, recording):
+def add_odometry(place, numbers, velocities, recording):
     """t, velocity of the left wheel, of the right, to the side, half the distance of the wheels. `velocities` hold since the
     pose before: m/s ahead and to the left, rad/s; returns those from here on."""
-    time, left, right, sideways, half_distance = line.numbers[:5]
-    line.require(half_distance > 0, "distance of wheels is not positive")
+    time, left, right, sideways, half_distance = numbers[:5]
+    require(half_distance > 0, place, "distance of wheels is not positive")
     pose = (0.0, 0.0, 0.0)
     if recording.odometry:
         before = recording.odometry[-1]

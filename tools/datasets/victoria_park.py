@@ -41,8 +41,8 @@ def read(directory):
     recording.observations = read_scans(directory)
     gps = os.path.join(directory, "aa3_gpsx.mat")
     if os.path.exists(gps):
-        rows = in_order_of_time(columns_of_mat(gps, ("timeGps", "Lo_m", "La_m")), gps)
-        recording.truth = [Truth(SECONDS_PER_UNIT * time, (x, y, 0.0)) for time, x, y in rows]
+        recording.truth = [Truth(SECONDS_PER_UNIT * time, (x, y, 0.0))
+                           for time, x, y in in_order_of_time(rows_of_mat(gps, "timeGps", "Lo_m", "La_m"), gps)]
     # No document says that the GPS gives the path of the laser, but in FastSLAM's map it fits best: the distance to the GPS is
     # smallest at (3.80, 0.50).
     recording.frames = [Frame(name, WHEEL_BASE + LASER_BEFORE_FRONT, LASER_LEFT_OF_MIDDLE, 0.0, 0.0)
@@ -52,29 +52,24 @@ def read(directory):
     return recording
 
 
-def together(columns, names, place):
-    """Columns of one length as rows; `place` says what an error calls the file of a column."""
-    for name, column in zip(names, columns):
-        if len(column) != len(columns[0]):
-            raise Error(f"{place(name)} has {len(column)} rows and {names[0]} {len(columns[0])}")
-    return list(zip(*columns))
-
-
-def columns_of_mat(path, names):
-    file = MatFile(path)
-    matrices = [file.matrix(name, 1) for name in names]
-    if None in matrices:
-        raise Error(f"{path}: has no variable {names[matrices.index(None)]}, only {file.names()}")
-    columns = [[row[0] for row in matrix] for matrix in matrices]
-    if not all(math.isfinite(value) for column in columns for value in column):
-        raise Error(f"{path}: has numbers that are not finite")
-    return together(columns, names, lambda name: f"{path}: variable {name}")
-
-
-def columns_of_text(directory, names):
+def tables_of(directory, *names):
+    """Text files with as many rows as the first."""
     tables = [NumberTable(os.path.join(directory, name), 1) for name in names]
-    return together([[row[0] for row in table.rows] for table in tables], names,
-                    lambda name: f"{os.path.join(directory, name)}:")
+    for table in tables:
+        if len(table.rows) != len(tables[0].rows):
+            raise Error(f"{table.path}: has {len(table.rows)} rows and {names[0]} {len(tables[0].rows)}")
+    return tables
+
+
+def rows_of_mat(path, *names):
+    file = MatFile(path)
+    columns = [file.matrix(name, 1) for name in names]
+    if None in columns:
+        raise Error(f"{path}: has no variable {names[columns.index(None)]}, only {file.names()}")
+    rows = [[value for value, *_ in row] for row in zip(*columns)]
+    if len(set(map(len, columns))) > 1 or not all(math.isfinite(value) for row in rows for value in row):
+        raise Error(f"{path}: the variables {', '.join(names)} need as many finite numbers each")
+    return rows
 
 
 def in_order_of_time(rows, path):
@@ -86,14 +81,12 @@ def in_order_of_time(rows, path):
 
 def read_controls(directory):
     """(s, m/s of the left rear wheel, rad), a row each."""
-    path = os.path.join(directory, "time.txt")
-    if os.path.exists(path):
-        rows = columns_of_text(directory, ("time.txt", "speed.txt", "steering.txt"))
+    path, matrices = os.path.join(directory, "time.txt"), os.path.join(directory, "aa3_dr.mat")
+    if os.path.exists(matrices) and not os.path.exists(path):
+        path, rows = matrices, rows_of_mat(matrices, "time", "speed", "steering")
     else:
-        path = os.path.join(directory, "aa3_dr.mat")
-        if not os.path.exists(path):
-            raise Error(f"{directory}: has neither time.txt, speed.txt, steering.txt nor aa3_dr.mat")
-        rows = columns_of_mat(path, ("time", "speed", "steering"))
+        tables = tables_of(directory, "time.txt", "speed.txt", "steering.txt")
+        rows = [[value for value, *_ in row] for row in zip(*(table.rows for table in tables))]
     for row, (_, _, steering) in enumerate(in_order_of_time(rows, path), 1):
         if abs(steering) > MOST_STEERING:
             raise Error(f"{path}: steering {steering:f} in row {row} is not a steering angle in radians")
@@ -108,13 +101,8 @@ def velocities_of(speed, steering):
 
 
 def read_scans(directory):
-    path = os.path.join(directory, "lasersampling.txt")
-    times = in_order_of_time(columns_of_text(directory, ("lasersampling.txt",)), path)
-    distances, angles = (NumberTable(os.path.join(directory, name), 1)
-                         for name in ("ObservationDistance.txt", "ObservationAngle.txt"))
-    for table in (distances, angles):
-        if len(table.rows) != len(times):
-            raise Error(f"{table.path}: has {len(table.rows)} rows and lasersampling.txt {len(times)}")
+    samples, distances, angles = tables_of(directory, "lasersampling.txt", "ObservationDistance.txt", "ObservationAngle.txt")
+    times = in_order_of_time(samples.rows, samples.path)
     observations = []
     for scan, (distance, angle) in enumerate(zip(distances.rows, angles.rows)):
         if len(angle) != len(distance):

@@ -12,12 +12,12 @@ from messages import LANDMARK_TYPES, MRPT_LANDMARKS, RANGE_TYPES, TAGS, describe
 from nav_msgs.msg import Path as PathMessage
 from pf_resampling.msg import BeaconArray, LandmarkMap
 
+from .maps import Map, match_by_nearest, usual_gate
 from .paths import compose, interpolate, inverse
 from .recorded_run import (MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, believed_of, frames_on_robot, last_of, map_of,
-                           odometry_of, path_of)
+                           numbers_of, odometry_of, path_of)
 
-MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB, and where associations are looked for, the gate looks at all pairs
-LEAST_GATE = 0.5  # m
+MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB
 LONGEST_STEP = 0.5  # s from pose to pose, as in tools/common/batch_slam.cpp
 MOST_POSES = 100000  # their equations take 2.4 GB; an hour has 7,200, or as many as it has observations
 
@@ -97,17 +97,10 @@ def odometry_on_tf(messages, setup, name):
 def noise_of(messages):
     """White noise of the odometry along, across and in heading, per sqrt(s): from the covariances of the twists, each that of
     the mean velocity since the message before. None if none is stated."""
-    variance, duration, last = np.zeros(3), 0.0, None
-    for connection, data, time in messages:
-        if connection.datatype != "nav_msgs/Odometry":
-            continue
-        header = header_at(data)
-        begin = header[3] + 4 + SIZE(data, header[3])[0] + 8 * (7 + 36 + 6)
-        stated = np.frombuffer(data, "<f8", 36, begin)[[0, 7, 35]]
-        now = header[0] + 1e-9 * header[1] if any(header[:2]) else time
-        step, last = now - (now if last is None else last), now
-        if np.isfinite(stated).all():
-            variance, duration = variance + step * step * stated, duration + step
+    times, rows = numbers_of(messages, {"nav_msgs/Odometry": 85})
+    stated, steps = rows[:, [49, 49 + 7, 49 + 35]], np.diff(times, prepend=times[:1])
+    is_finite = np.isfinite(stated).all(axis=1)
+    variance, duration = sum((steps**2)[is_finite, None] * stated[is_finite]), sum(steps[is_finite])
     if not duration > 0 or not np.isfinite(variance).all() or (variance < 0).any() or not variance.any():
         return None
     return np.sqrt(variance / duration).tolist()
@@ -193,20 +186,14 @@ def take_ids_of_filter(drive, odometry, frames, messages, name):
         return
     drive["ids"] = "filter"
     believed = believed_of(path, f"{name}: {PATH}", np.zeros(3))
-    rows = np.column_stack([believed.time, believed.pose])
-    marks = map_of(found.landmarks, f"{name}: {MAP}")
-    if len(marks.id) > MOST_LANDMARKS:
-        raise Error(f"a map of {len(marks.id)} landmarks: the batch solution takes {MOST_LANDMARKS} at most; give a part of the "
-                    "recording (rosbag filter)")
-    associate(drive["scans"], rows, odometry, frames, marks)
+    associate(drive["scans"], believed, odometry, frames, map_of(found.landmarks, f"{name}: {MAP}"))
 
 
 def associate(scans, path, odometry, frames, marks):
-    """Each is of the nearest landmark within half of the median distance between neighbours (at least 0.5 m): what is farther
-    off might as well be the neighbour. The nearest first, no landmark twice in a scan; others get -1. Between the path's poses
-    the robot goes as the odometry says, and what is then missing to the next pose is added in proportion to the time."""
-    apart = np.linalg.norm(marks.position[:, None] - marks.position[None], axis=2) + np.diag(np.full(len(marks.id), np.inf))
-    gate = max(LEAST_GATE, 0.5 * np.median(apart.min(axis=1))) if len(marks.id) > 1 else LEAST_GATE
+    """Each is of the nearest landmark within the usual gate, the nearest first, no landmark twice in a scan; others get -1.
+    Between the path's poses the robot goes as the odometry says, and what is then missing to the next pose is added in proportion
+    to the time."""
+    gate = usual_gate(marks)
     for scan in scans:
         if scan[1] not in frames or not scan[2]:
             continue
@@ -215,17 +202,9 @@ def associate(scans, path, odometry, frames, marks):
         seen = np.array([each[1:3] for each in scan[2]])
         direction = eye[2] + seen[:, 1]
         places = eye[:2] + seen[:, :1] * np.column_stack([np.cos(direction), np.sin(direction)])
-        distance = np.linalg.norm(places[:, None] - marks.position[None], axis=2)
-        taken = set()
-        for each in scan[2]:
-            each[0] = -1
-        for flat in np.argsort(distance, axis=None, kind="stable"):
-            which, mark = divmod(int(flat), len(marks.id))
-            if distance[which, mark] > gate:
-                break
-            if scan[2][which][0] < 0 and mark not in taken:
-                taken.add(mark)
-                scan[2][which][0] = int(marks.id[mark])
+        matches = dict(match_by_nearest(Map(None, places, None), marks, gate).tolist())
+        for i, each in enumerate(scan[2]):
+            each[0] = int(marks.id[matches[i]]) if i in matches else -1
 
 
 def robot_at(path, odometry, time):
@@ -233,12 +212,12 @@ def robot_at(path, odometry, time):
     def reckoned(at):
         return interpolate(odometry, np.clip([at], odometry.time[0], odometry.time[-1]))[1].pose[0]
 
-    after = np.searchsorted(path[:, 0], time, side="right")
-    before = path[max(after - 1, 0)]
-    start = inverse(reckoned(before[0]))
-    here = compose(before[1:], compose(start, reckoned(time)))
+    after = np.searchsorted(path.time, time, side="right")
+    before = max(after - 1, 0)
+    start = inverse(reckoned(path.time[before]))
+    here = compose(path.pose[before], compose(start, reckoned(time)))
     if after in (0, len(path)):
         return here
-    share = (time - before[0]) / (path[after, 0] - before[0])
-    there = compose(before[1:], compose(start, reckoned(path[after, 0])))
-    return compose(here, share * compose(inverse(there), path[after, 1:]))
+    share = (time - path.time[before]) / (path.time[after] - path.time[before])
+    there = compose(path.pose[before], compose(start, reckoned(path.time[after])))
+    return compose(here, share * compose(inverse(there), path.pose[after]))

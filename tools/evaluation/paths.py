@@ -106,9 +106,9 @@ def extent_of(path):
     return np.hypot(*np.ptp(path.pose[:, :2], axis=0))
 
 
-def key_poses(path, length):
+def key_poses(poses, length):
     """Indices of poses that are each at least `length` from the one before: the path without standing."""
-    keys, places = [0], path.pose[:, :2].tolist()
+    keys, places = [0], poses[:, :2].tolist()
     for i, (x, y) in enumerate(places):
         if math.hypot(x - places[keys[-1]][0], y - places[keys[-1]][1]) >= length:
             keys.append(i)
@@ -119,7 +119,7 @@ def travel_directions(path):
     """Direction of travel at every pose; NaN if the path never moves. One for each chord, valid in its middle; between two
     middles along the arc, unless the robot turned back between them."""
     length = SHARE_OF_EXTENT * extent_of(path)
-    keys = key_poses(path, length) if length > 0 else [0]
+    keys = key_poses(path.pose, length) if length > 0 else [0]
     if len(keys) < 2:
         return np.full(len(path), np.nan)
     steps = np.diff(path.pose[keys, :2], axis=0)
@@ -149,7 +149,7 @@ def rotation_of_first_part(odometry, truth):
     length = SHARE_OF_EXTENT * extent_of(truth)
     if not length > 0:
         return 0.0
-    keys = key_poses(truth, length)
+    keys = key_poses(truth.pose, length)
     travelled = np.cumsum(np.hypot(*np.diff(truth.pose[keys, :2], axis=0).T))
     within = max(np.count_nonzero(travelled <= SHARE_OF_PATH * travelled[-1]), 2) if len(travelled) else 0
     keys = np.concatenate([keys[:1], keys[1:1 + within]])

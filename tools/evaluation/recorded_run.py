@@ -84,11 +84,12 @@ def unpacked(messages, kind):
             yield kind().deserialize(data)
 
 
-def numbers_of(messages):
-    """Of messages with a pose or place: stamps, and rows of position, quaternion, and 6 x 6 covariance; zeros where a message
-    has none. Messages of other types are passed over."""
-    times, parts = [], [np.zeros((0, 43))]
-    for kind, count in NUMBERS.items():
+def numbers_of(messages, counts=None):
+    """Of messages with a pose or place: stamps, and rows of position, quaternion, 6 x 6 covariance, and, with `counts` of them,
+    what follows; zeros where a message has none. Messages of other types are passed over."""
+    counts = counts or NUMBERS
+    times, parts, most = [], [], max(counts.values())
+    for kind, count in counts.items():
         texts = []
         for connection, data, time in messages:
             if connection.datatype != kind:
@@ -100,9 +101,9 @@ def numbers_of(messages):
             texts.append(data[begin:begin + 8 * count])
         if texts:
             numbers = np.frombuffer(b"".join(texts), "<f8").reshape(len(texts), count)
-            parts.append(np.pad(numbers, ((0, 0), (0, 43 - count))))
+            parts.append(np.pad(numbers, ((0, 0), (0, most - count))))
     order = np.argsort(times, kind="stable")
-    return np.array(times, float)[order], np.concatenate(parts)[order]
+    return np.array(times, float)[order], np.concatenate([np.zeros((0, most)), *parts])[order]
 
 
 def yaw_of(x, y, z, w):
