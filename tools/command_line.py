@@ -6,7 +6,10 @@ import os
 import subprocess
 import sys
 
-from new_file import WriteError, end_well_on_signals, new_file
+from new_file import WriteError, end_well_on_signals, new_file, require_writable
+
+# Messages of a build whose setup.bash nobody has sourced.
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "python3", "dist-packages"))
 
 
 class Error(Exception):
@@ -32,6 +35,10 @@ class Parser(argparse.ArgumentParser):
     def _print_message(self, message, file=None):
         say(message[0].upper() + message[1:])
 
+    def configuration(self):
+        for option, metavar in (("--config", "FILE"), ("--set", "NAME=VALUE")):
+            self.add_argument(option, metavar=metavar, action="append", default=[], help="as that of run_bag; may be repeated")
+
     def topic(self, name, default, what):
         self.add_argument(f"--{name}", metavar="TOPIC", default=default, type=lambda text: f"/{text.lstrip('/')}", help=what)
 
@@ -48,7 +55,7 @@ def say(text):
 
 
 def require_separate(written, read):
-    """Raises Error if a file that is written is also read, or written twice; both are [(role, path or None)]."""
+    """Raises Error if a file that is written is also read, or written twice, or cannot be; both are [(role, path or None)]."""
     known = [(role, path) for role, path in read if path]
     for role, path in written:
         if not path:
@@ -58,6 +65,7 @@ def require_separate(written, read):
             if os.path.samefile(path, there) if is_there else os.path.abspath(path) == os.path.abspath(there):
                 raise Error(f"{role} {path} is the same file as {other} {there}; give another name")
         known.append((role, path))
+        require_writable(path)
 
 
 @contextlib.contextmanager

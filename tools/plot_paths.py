@@ -44,13 +44,13 @@ def window(values, margin=0.06):
 
 def draw_landmarks(axes, picture):
     """True landmarks, estimated ones, their 2-sigma ellipses, and which is which. Many are drawn small."""
-    true_ones, estimated = picture.true_landmarks, picture.landmarks
-    size = 1.0 if max(len(true_ones), len(estimated)) < 80 else 0.5
-    if len(true_ones):
+    true_ones, estimated = picture.run.true_map, picture.run.map
+    size = 1.0 if max(len(true_ones or ()), len(estimated or ())) < 80 else 0.5
+    if true_ones:
         axes.plot(*true_ones.position.T, "x", color=TRUTH, ms=8 * size, mew=1.5 * size, label="true landmarks", zorder=6)
-    if not len(estimated):
+    if not estimated:
         return
-    for mine, true_one in picture.matches:
+    for mine, true_one in picture.found.map[1] if picture.found and picture.found.map else ():
         axes.plot(*np.transpose([estimated.position[mine], true_ones.position[true_one]]), color=LANDMARK, lw=0.9 * size, ls=":",
                   zorder=4)
     squared, directions = np.linalg.eigh(estimated.covariance)
@@ -78,14 +78,14 @@ def write_ids(axes, marks, color):
 def set_window(axes, picture, main, estimate):
     """Limits that hold the main path, the estimate and all marks. Dead reckoning may leave the picture: it does not set
     the scale."""
-    marks = [marks.position.T for marks in (picture.beacons, picture.true_landmarks, picture.landmarks)]
+    marks = [marks.position.T for marks in (picture.run.beacons, picture.run.true_map, picture.run.map) if marks]
     points = np.hstack([main[:2], estimate[:2], *marks])
     points = points[:, np.isfinite(points).all(axis=0)]
-    if picture.dead_reckoning is not None:
+    if picture.run.dead_reckoning is not None:
         # At most so much of the extent more to each side: a map is the subject where there is one.
         more = (0.1 if picture.is_slam else 0.5) * np.ptp(points, axis=1).max()
         low, high = points.min(axis=1) - more, points.max(axis=1) + more
-        points = np.hstack([points, np.clip(line_of(picture.dead_reckoning)[:2].T, low, high).T])
+        points = np.hstack([points, np.clip(line_of(picture.run.dead_reckoning)[:2].T, low, high).T])
     axes.set_xlim(window(points[0]))
     axes.set_ylim(window(points[1]))
 
@@ -98,11 +98,12 @@ def width_of(line):
 
 
 def draw_paths(axes, picture, errors, color):
-    has_truth, estimate = picture.truth is not None, line_of(picture.estimate)
-    truth = line_of(picture.truth, usual_gap(picture.truth) if has_truth else np.inf)
+    run, estimate = picture.run, line_of(picture.run.estimate)
+    has_truth = run.truth is not None
+    truth = line_of(run.truth, usual_gap(run.truth) if has_truth else np.inf)
     width = width_of(estimate)
-    if picture.dead_reckoning is not None:
-        axes.plot(*line_of(picture.dead_reckoning)[:2], color=DEAD_RECKONING, lw=width, alpha=0.5, label="dead reckoning", zorder=1)
+    if run.dead_reckoning is not None:
+        axes.plot(*line_of(run.dead_reckoning)[:2], color=DEAD_RECKONING, lw=width, alpha=0.5, label="dead reckoning", zorder=1)
     if has_truth:
         axes.plot(*truth[:2], color=TRUTH, lw=2.4 * width, alpha=0.55, label="truth", zorder=2)
     # Until the filter has had its time to converge, the estimate is only hinted at.
@@ -115,7 +116,7 @@ def draw_paths(axes, picture, errors, color):
     known = np.flatnonzero(np.isfinite(main[0]))
     axes.plot(*main[:2, known[0]], "o", color="white", mec=TRUTH, ms=7, label="start", zorder=8)
     axes.plot(*main[:2, known[-1]], "s", color=TRUTH, mec="white", ms=7, label="end", zorder=8)
-    draw_beacons(axes, picture.beacons)
+    draw_beacons(axes, run.beacons)
     draw_landmarks(axes, picture)
     set_window(axes, picture, main, estimate[:, begin:])
     axes.set_aspect("equal", adjustable="box" if has_truth else "datalim")
@@ -155,14 +156,14 @@ def draw_cartesian(axes, picture, errors):
     aligned = picture.aligned_errors
     band = 3.0 * errors["position_sigma"]
     axes.fill_between(errors["time"], 0.0, band, color=ESTIMATE, alpha=0.18, lw=0, label="3σ of the filter")
-    lines = [(picture.dead_reckoning_errors, DEAD_RECKONING, 1.0, "dead reckoning"),
-             (picture.errors, ESTIMATE, 1.1, "estimate as given" if aligned else "estimate"),
+    lines = [(picture.found.dead_reckoning, DEAD_RECKONING, 1.0, "dead reckoning"),
+             (picture.found.errors, ESTIMATE, 1.1, "estimate as given" if aligned else "estimate"),
              (aligned, ALIGNED, 1.1, "estimate, laid on the truth")]
     for of_line, color, width, label in lines:
         if of_line:
             series = series_of(of_line, picture.start())
             axes.plot(series["time"], series["cartesian"], color=color, lw=width, label=label)
-    top, lost_error = limit_of(errors, errors["cartesian"], band), picture.errors.figures["lost_error"]
+    top, lost_error = limit_of(errors, errors["cartesian"], band), picture.found.errors.figures["lost_error"]
     axes.set_ylim(0.0, top)
     if lost_error < top and not aligned:
         axes.axhline(lost_error, color="0.35", lw=0.9, ls=":", label="bound of being lost")
@@ -189,16 +190,16 @@ def summary(picture):
     def mean(errors):
         return f"{errors.figures['cartesian']['mean']:.3g} m"
 
-    figures = picture.errors.figures
-    text = f"mean Cartesian error {mean(picture.errors)}"
+    found, figures = picture.found, picture.found.errors.figures
+    text = f"mean Cartesian error {mean(found.errors)}"
     if picture.aligned_errors:
         text += f", laid on the truth {mean(picture.aligned_errors)}"
     elif picture.is_aligned:
         text += ", laid on the truth"
-    if picture.dead_reckoning_errors:
-        text += f" (dead reckoning {mean(picture.dead_reckoning_errors)})"
-    if picture.map_errors and picture.map_errors["rms_aligned"] is not None:
-        text += f"   ·   map RMS {picture.map_errors['rms']:.3g} m, laid on the truth {picture.map_errors['rms_aligned']:.3g} m"
+    if found.dead_reckoning:
+        text += f" (dead reckoning {mean(found.dead_reckoning)})"
+    if found.map and found.map[0]["rms_aligned"] is not None:
+        text += f"   ·   map RMS {found.map[0]['rms']:.3g} m, laid on the truth {found.map[0]['rms_aligned']:.3g} m"
     if figures["coverage95"] is not None:
         text += f"   ·   truth in the 95 % region {100 * figures['coverage95']:.0f} % of the time"
     if picture.is_aligned:
@@ -211,7 +212,7 @@ def summary(picture):
 
 
 def draw(picture):
-    if not picture.errors:
+    if not picture.found:
         figure = plt.figure(figsize=(8.5, 8.0), constrained_layout=True)
         axes, below = path_axes(figure, figure.add_gridspec(1, 1)[0])
         axes.grid(alpha=0.3)
@@ -219,7 +220,7 @@ def draw(picture):
         draw_legend(axes, below)
         figure.suptitle(picture.title + ": no ground truth", fontsize=12)
         return figure
-    errors = series_of(picture.errors, picture.start())
+    errors = series_of(picture.found.errors, picture.start())
     figure = plt.figure(figsize=(15.0, 8.0), constrained_layout=True)
     grid = figure.add_gridspec(4, 2, width_ratios=[1.0, 1.05], height_ratios=[1.5, 1.0, 1.0, 1.0])
     paths, below = path_axes(figure, grid[:, 0])

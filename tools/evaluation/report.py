@@ -1,12 +1,13 @@
 """What evaluate_bag found, as figures (JSON), as text, and as what plot_paths draws."""
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
 
 from . import maps
-from .paths import LOST_HEADING, THREE_SIGMA_SQUARED, Path, PathErrors, evaluate_path, moved
+from .paths import LOST_HEADING, THREE_SIGMA_SQUARED, PathErrors, evaluate_path, moved
+from .recorded_run import RecordedRun
 
 
 def plain(value):
@@ -160,50 +161,29 @@ def text_of(bag, figures, run):
             "".join(f"  {name:42} {text}\n" if name else f"  {text}\n" for name, text in lines))
 
 
-def nothing():
-    return maps.Map(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 2)))
-
-
 @dataclass
 class Picture:
-    """What plot_paths draws."""
+    """What plot_paths draws: a run, and what evaluate_bag found of it."""
     title: str
-    estimate: Path
-    truth: Optional[Path] = None
-    dead_reckoning: Optional[Path] = None
-    beacons: maps.Map = field(default_factory=nothing)
-    landmarks: maps.Map = field(default_factory=nothing)
-    true_landmarks: maps.Map = field(default_factory=nothing)
+    run: RecordedRun
+    found: Optional[object] = None  # None: there is no truth
     is_slam: bool = False
-    is_aligned: bool = False  # whether estimate and landmarks are laid on the truth
-    errors: Optional[PathErrors] = None
-    dead_reckoning_errors: Optional[PathErrors] = None
+    is_aligned: bool = False  # whether estimate and map of the run are laid on the truth
     aligned_errors: Optional[PathErrors] = None
-    map_errors: Optional[dict] = None
-    matches: np.ndarray = ()  # rows of landmark and true landmark
 
     def start(self):
-        return (self.estimate if self.truth is None else self.truth).time[0]
+        return (self.run.estimate if self.run.truth is None else self.run.truth).time[0]
 
 
-def picture_of(bag, run):
-    """The paths alone."""
-    return Picture(os.path.basename(os.fsencode(bag).decode("utf-8", "replace")), run.estimate, run.truth, run.dead_reckoning, run.beacons,
-                   run.map or nothing(), run.true_map or nothing(), is_slam=run.map is not None)
-
-
-def picture_with_errors(bag, run, found, clip):
-    """Paths, map and errors; `found`: see evaluate_bag."""
-    picture = picture_of(bag, run)
-    picture.errors, picture.dead_reckoning_errors = found.errors, found.dead_reckoning
-    map_alignment = None
-    if found.map:
-        picture.map_errors, picture.matches, map_alignment = found.map
-    if run.map is not None and found.frame != "given":
+def picture_of(bag, run, found=None, clip=0.0):
+    """Where there is no truth, of the paths alone."""
+    picture = Picture(os.path.basename(os.fsencode(bag).decode("utf-8", "replace")), run, found, is_slam=run.map is not None)
+    if found and run.map is not None and found.frame != "given":
         # Where the frame lies is chance: the shapes of path and map are what a picture can show. The map by its own
         # alignment: a path of poses as they were estimated at the time need not lie where the map has come to lie since.
-        picture.is_aligned, picture.estimate = True, moved(run.estimate, found.alignment)
-        picture.landmarks = maps.moved(run.map, found.alignment if map_alignment is None else map_alignment)
+        alignment = found.alignment if found.map is None or found.map[2] is None else found.map[2]
+        picture.run = replace(run, estimate=moved(run.estimate, found.alignment), map=maps.moved(run.map, alignment))
+        picture.is_aligned = True
         if found.frame != "fit":
-            picture.aligned_errors = evaluate_path(run.truth, picture.estimate, clip)
+            picture.aligned_errors = evaluate_path(run.truth, picture.run.estimate, clip)
     return picture
