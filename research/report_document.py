@@ -36,10 +36,7 @@ def to_latex(text):
     return re.sub(r"\*\*(.+?)\*\*", r"\\textbf{\1}", text)
 
 
-class Heading:
-    def __init__(self, level, text, anchor=""):
-        self.level, self.text, self.anchor = level, text, anchor
-
+class Heading(namedtuple("Heading", "level text anchor", defaults=("",))):
     def html(self):
         anchor = f' id="{self.anchor}"' if self.anchor else ""
         return f"<h{self.level}{anchor}>{to_html(self.text)}</h{self.level}>"
@@ -64,30 +61,22 @@ class Bullets:
         return "<ul>\n" + "\n".join(f"<li>{to_html(item)}</li>" for item in self.items) + "\n</ul>"
 
 
-class Cell:
-    """A cell of a table; its kind is how it looks: paper, holds, not, open, sure."""
-
-    def __init__(self, text, kind=""):
-        self.text, self.kind = text, kind
-
-
-class Row:
-    """A row of a table. Kinds: paper, more (what the paper has not), rule (a line above it)."""
-
-    def __init__(self, cells, *kinds):
-        self.cells, self.kinds = cells, kinds
+# Kinds of a cell are how it looks: paper, holds, not, open, sure; of a row: paper, more (what the paper has not), rule (a line above
+# it).
+Cell = namedtuple("Cell", "text kind", defaults=("",))
+Row = namedtuple("Row", "cells kinds", defaults=("",))
 
 
 class Table:
     """`texts` are the columns that hold text."""
 
     def __init__(self, caption, headings, rows, texts=(0,)):
-        self.caption, self.headings, self.texts = caption, headings, texts
-        self.rows = [row if isinstance(row, Row) else Row(row) for row in rows]
-        for row in self.rows:
-            row.cells = [cell if isinstance(cell, Cell) else Cell(cell) for cell in row.cells]
-            if len(row.cells) != len(headings):
-                raise ValueError(f"{caption}: a row of {len(row.cells)} cells under {len(headings)} headings")
+        self.caption, self.headings, self.texts, self.rows = caption, headings, texts, []
+        for row in rows:
+            cells, kinds = row if isinstance(row, Row) else Row(row)
+            if len(cells) != len(headings):
+                raise ValueError(f"{caption}: a row of {len(cells)} cells under {len(headings)} headings")
+            self.rows.append(Row([cell if isinstance(cell, Cell) else Cell(cell) for cell in cells], kinds))
 
     def html(self):
         def attribute(column, *kinds):
@@ -101,7 +90,7 @@ class Table:
             f"<th{attribute(i)}>{to_html(heading)}</th>" for i, heading in enumerate(self.headings)) + "</tr>")
         lines.append("</thead>\n<tbody>")
         for row in self.rows:
-            kinds = f' class="{" ".join(row.kinds)}"' if row.kinds else ""
+            kinds = f' class="{row.kinds}"' if row.kinds else ""
             lines.append(f"<tr{kinds}>" + "".join(
                 f"<td{attribute(i, cell.kind)}>{to_html(cell.text)}</td>" for i, cell in enumerate(row.cells)) + "</tr>")
         return "\n".join([*lines, "</tbody></table></div>"])

@@ -153,7 +153,7 @@ class Page:
                 ours = [f"`{name}`", *(self.figure(problem, name, column.get("measure")) for column in part)]
                 if name in table["rows"]:
                     cells = [printed(value, column) for value, column in zip(table["rows"][name][first:], part)]
-                    rows += [Row([f"`{name}`, paper", *cells, *["–"] * (len(part) - len(cells))], "paper", "rule"), Row(ours)]
+                    rows += [Row([f"`{name}`, paper", *cells, *["–"] * (len(part) - len(cells))], "paper rule"), Row(ours)]
                 elif self.study.has(problem, name):
                     rows.append(Row(ours, "more"))
             headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in part)]

@@ -75,36 +75,37 @@ class Study:
         self.figures, self.curves = about.get("figures", []), about.get("curves", [])
         self._figures = {}  # (problem, filter): {figure: {seed: value}}
         self._curves, self._paths, self._places, self.scheme_times = {}, {}, [], {}
-        for name, read in (("trials.csv", self._read_trials), ("times.csv", self._read_trials),
-                           ("scheme_times.csv", self._read_scheme_times), ("curves.csv", self._read_curves),
-                           ("paths.csv", self._read_paths), ("places.csv", self._read_places)):
+        for name, take in (("trials.csv", self._take_trial), ("times.csv", self._take_trial),
+                           ("scheme_times.csv", self._take_scheme_time), ("curves.csv", self._take_curves),
+                           ("paths.csv", self._take_path), ("places.csv", self._take_place)):
             with reading(folder / name, "run the study again with this folder"):
-                read(folder / name)
+                for row in rows_of(folder / name):
+                    take(row)
         self._add_steps()
 
-    def _read_paths(self, path):
-        for row in rows_of(path):
-            self._paths.setdefault((row["problem"], row["filter"]), []).append(
-                [number(row[name]) for name in ("time", "x", "y")])
+    def _take_path(self, row):
+        self._paths.setdefault((row["problem"], row["filter"]), []).append([number(row[name]) for name in ("time", "x", "y")])
 
-    def _read_places(self, path):
-        for row in rows_of(path):
-            self._places.append((row["problem"], row["kind"], row["id"], number(row["x"]), number(row["y"])))
+    def _take_place(self, row):
+        self._places.append((row["problem"], row["kind"], row["id"], number(row["x"]), number(row["y"])))
 
-    def _read_trials(self, path):
+    def _take_trial(self, row):
         """An empty cell: a trial has no such figure."""
-        for row in rows_of(path):
-            figures, seed = self._figures.setdefault((row.pop("problem"), row.pop("filter")), {}), int(row.pop("seed"))
-            for figure, text in row.items():
-                if text:
-                    figures.setdefault(figure, {})[seed] = float(text)
+        figures, seed = self._figures.setdefault((row.pop("problem"), row.pop("filter")), {}), int(row.pop("seed"))
+        for figure, text in row.items():
+            if text:
+                figures.setdefault(figure, {})[seed] = float(text)
 
-    def _read_scheme_times(self, path):
+    def _take_scheme_time(self, row):
         """In logarithms, too, so that a pair of schemes differs by a factor, and small counts weigh like large ones."""
-        for row in rows_of(path):
-            scheme, size, time = SCHEME_NAMES.get(row["scheme"], row["scheme"]), int(row["particles"]), float(row["microseconds"])
-            self.scheme_times.setdefault(scheme, {})[size] = time
-            self._figures.setdefault(("one resampling", scheme), {"log_time": {}})["log_time"][size] = math.log(time)
+        scheme, size, time = SCHEME_NAMES.get(row["scheme"], row["scheme"]), int(row["particles"]), float(row["microseconds"])
+        self.scheme_times.setdefault(scheme, {})[size] = time
+        self._figures.setdefault(("one resampling", scheme), {"log_time": {}})["log_time"][size] = math.log(time)
+
+    def _take_curves(self, row):
+        for name in [column[:-5] for column in row if column.endswith("_mean")]:
+            self._curves.setdefault((row["problem"], row["filter"], name), []).append(
+                [number(row[column]) for column in ("time", f"{name}_mean", f"{name}_sd", f"{name}_count")])
 
     def _add_steps(self):
         """What the step of renewal costs: the filter's time minus that of no renewal, with the same seed."""
@@ -115,16 +116,6 @@ class Study:
             steps = {seed: time - without[seed] for seed, time in figures.get("processor_ms", {}).items() if seed in without}
             figures["step_ms"] = steps
             figures["step_us_per_call"] = {seed: 1000.0 * step / calls[seed] for seed, step in steps.items() if calls.get(seed)}
-
-    def _read_curves(self, path):
-        lists = {}
-        for row in rows_of(path):
-            lists.setdefault((row["problem"], row["filter"]), []).append(row)
-        for key, rows in lists.items():
-            for name in [column[:-5] for column in rows[0] if column.endswith("_mean")]:
-                self._curves[key + (name,)] = Curve(*(
-                    np.array([number(row[column]) for row in rows])
-                    for column in ("time", f"{name}_mean", f"{name}_sd", f"{name}_count")))
 
     # ---- what there is
 
@@ -206,7 +197,8 @@ class Study:
     # ---- curves, paths and places
 
     def curve(self, problem, name, figure):
-        return self._curves.get((problem, name, figure))
+        rows = self._curves.get((problem, name, figure))
+        return Curve(*np.array(rows).T) if rows else None
 
     def path(self, problem, name):
         """Rows of time, x, y (s, m), or None."""

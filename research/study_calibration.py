@@ -2,11 +2,12 @@
 runs on each drive, and the truth has to be anywhere in its belief with the probability that the belief says."""
 import collections
 import contextlib
-import threading
 
 import numpy as np
 import yaml
-from study_faults import pose_of
+from evaluation.paths import interpolate, normalized_squared, wrapped
+from evaluation.recorded_run import BEACON_MAP, MAP, STATUS, RecordedBag, last_of, map_of, numbers_of, path_of, unpacked
+from pf_resampling.msg import BeaconMap, FilterStatus, LandmarkMap
 
 SHARES = (0.1, 0.3, 0.6, 1.0)  # of a drive, at which its belief is compared with the truth
 DURATION = 150.0  # s
@@ -20,7 +21,6 @@ WITHOUT_TF = [f"--topics={topic}" for topic in ("/odom", "/ranges", "/beacons", 
 KINDS = {"landmarks": ("fastslam", [], []), "landmarks without ids": ("fastslam", [], ["--unknown-ids"]),
          "beacons": ("beacon_mcl", WITHOUT_TF, []),
          "unknown beacons": ("beacon_mcl", [*WITHOUT_TF, "--set=beacon_positions=estimated", "--beacons", "/none"], [])}
-READING = threading.Lock()  # rosbag makes the classes of messages as it reads, and two threads that do so meet half of one
 # Of the text: figure, heading, decimals.
 COLUMNS = (("drives", "drives", 0), ("marginal", "marginal", 0), ("share", "share of drive", 1), ("number", "of", 0),
            ("mean", "mean", 2), ("sd", "sd", 2), ("outer", "in outer 5 %", 3), ("p", "p", 4), ("belief", "belief", 0))
@@ -62,26 +62,18 @@ def drawn_world(kind, seed):
 
 
 def belief_of(path):
-    """Of a run: true and believed poses [(stamp in s, (x, y, heading), covariance)], what the last map holds [(id, mean,
-    covariance)], and [(stamp, health, {systematic error: (value, standard deviation)})]."""
-    import rosbag
-    truth, poses, places, status = [], [], [], []
-    with rosbag.Bag(str(path)) as bag:
-        for topic, message, _ in bag.read_messages(("/ground_truth", "/pose", "/landmark_map", "/beacon_map", "/status")):
-            stamp = message.header.stamp.to_sec()
-            if topic == "/ground_truth":
-                truth.append((stamp, *pose_of(message)))
-            elif topic == "/pose":
-                covariance = np.array(message.pose.covariance).reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
-                poses.append((stamp, np.array(pose_of(message)), covariance))
-            elif topic == "/status":
-                errors = {each.name: (each.value, each.sigma) for each in message.systematic_errors}
-                status.append((stamp, message.health, {**errors, "yaw_rate_bias": (message.yaw_rate_bias, message.yaw_rate_bias_sigma)}))
-            else:
-                places = [(each.id, np.array((each.position.x, each.position.y)), np.array(each.covariance).reshape(2, 2))
-                          for each in (message.landmarks if topic == "/landmark_map" else message.places)
-                          if getattr(each, "probability", 1.0) > 0.5]
-    return np.array(truth), poses, places, status
+    """Of a run: when the truth begins and ends, the poses, how far the truth is from each, what the last map holds, and [(stamp in
+    s, health, {systematic error: (value, standard deviation)})]."""
+    messages = RecordedBag(str(path)).read(["/ground_truth", "/pose", MAP, BEACON_MAP, STATUS])
+    truth, poses = (path_of(*numbers_of(messages[topic]), topic) for topic in ("/ground_truth", "/pose"))
+    off = interpolate(truth, np.clip(poses.time, truth.time[0], truth.time[-1]))[1].pose - poses.pose
+    off[:, 2] = wrapped(off[:, 2])
+    found, beacons = last_of(messages[MAP], LandmarkMap), last_of(messages[BEACON_MAP], BeaconMap)
+    places = found.landmarks if found else [each for each in beacons.places if each.probability > 0.5] if beacons else []
+    status = [(message.header.stamp.to_sec(), message.health,
+               {**{each.name: (each.value, each.sigma) for each in message.systematic_errors},
+                "yaw_rate_bias": (message.yaw_rate_bias, message.yaw_rate_bias_sigma)}) for message in unpacked(messages[STATUS], FilterStatus)]
+    return truth.time[[0, -1]], poses, off, map_of(places, path), status
 
 
 def systematic_errors(world):
@@ -93,14 +85,11 @@ def systematic_errors(world):
 
 def deviations(kind, world, belief):
     """(marginal, share of the drive, truth less belief in standard deviations)"""
-    truth, poses, places, status = belief
-    stamps, headings = [each[0] for each in poses], np.unwrap(truth[:, 3])
+    (begin, end), poses, offs, places, status = belief
     for share in SHARES:
-        i = min(np.searchsorted(stamps, truth[0, 0] + share * (truth[-1, 0] - truth[0, 0])), len(stamps) - 1)
-        stamp, mean, covariance = poses[i]
-        off = np.array([np.interp(stamp, truth[:, 0], of) for of in (truth[:, 1], truth[:, 2], headings)]) - mean
-        off[2] = np.remainder(off[2] + np.pi, 2.0 * np.pi) - np.pi
-        along = np.array((np.cos(mean[2]), np.sin(mean[2]), 0.0))
+        i = min(np.searchsorted(poses.time, begin + share * (end - begin)), len(poses) - 1)
+        stamp, off, covariance = poses.time[i], offs[i], poses.covariance[i]
+        along = np.array((np.cos(poses.pose[i, 2]), np.sin(poses.pose[i, 2]), 0.0))
         for name, axis in (("along track", along), ("cross track", np.array((-along[1], along[0], 0.0))),
                            ("heading", np.array((0.0, 0.0, 1.0)))):
             yield name, share, axis @ off / np.sqrt(axis @ covariance @ axis)
@@ -108,9 +97,10 @@ def deviations(kind, world, belief):
             believed = [errors[name] for when, _, errors in status if when <= stamp and errors.get(name, (0.0, 0.0))[1] > 0.0]
             if believed:
                 yield name.replace("_", " "), share, (true - believed[-1][0]) / believed[-1][1]
-    if kind != "beacons" and places:
+    if kind != "beacons" and len(places):
         # One of each drive: those of a drive err alike.
-        name, mean, covariance = places[len(poses) % len(places)]
+        one = len(poses) % len(places)
+        name, mean, covariance = places.id[one], places.position[one], places.covariance[one]
         true = np.array(world["landmarks"] if "landmarks" in world else [(each["x"], each["y"]) for each in world["beacons"]])
         there = true[np.argmin(np.hypot(*(true - mean).T))] if name < 0 or "without" in kind else true[name - ("beacons" in world)]
         for axis, label in enumerate("xy"):
@@ -119,14 +109,11 @@ def deviations(kind, world, belief):
 
 def beyond(belief):
     """Of each pose of a healthy filter, whether the truth is outside its 3-sigma region."""
-    truth, poses, _, status = belief
-    stamps = [each[0] for each in status]
-    for stamp, mean, covariance in poses:
-        i = np.searchsorted(stamps, stamp, side="right") - 1
-        if i >= 0 and status[i][1] == "healthy":
-            off = [np.interp(stamp, truth[:, 0], truth[:, 1 + axis]) - mean[axis] for axis in (0, 1)]
-            # The first pose may be the frame, known exactly.
-            yield bool(np.dot(off, np.linalg.solve(covariance[:2, :2] + 1e-12 * np.eye(2), off)) > BEYOND)
+    _, poses, off, _, status = belief
+    last = np.searchsorted([each[0] for each in status], poses.time, side="right")
+    is_healthy = np.array([False, *(each[1] == "healthy" for each in status)])[last]
+    # The first pose may be the frame, known exactly.
+    return (normalized_squared(poses.covariance[:, :2, :2] + 1e-12 * np.eye(2), off[:, :2]) > BEYOND)[is_healthy].tolist()
 
 
 def verdict(values, p):
@@ -184,9 +171,8 @@ def drive(kind, seed, options, work, run):
         config.write_text(ANTENNA if program == "beacon_mcl" else "")
         run(["simulate_bag", file, bag, "--seed", seed, *of_simulation])
         run(["run_bag", program, bag, out, "--no-clouds", "--seed", seed, "--config", config, *settings, *options])
-        with READING:
-            belief = belief_of(out)
-        return list(deviations(kind, world, belief)), list(beyond(belief))
+        belief = belief_of(out)
+        return list(deviations(kind, world, belief)), beyond(belief)
     finally:
         for each in (file, config, bag, out):
             with contextlib.suppress(FileNotFoundError):

@@ -8,7 +8,7 @@ import pf_resampling_core as pf
 import yaml
 from command_line import Error
 from datasets.recording import compose
-from evaluation.paths import align_points, rotation
+from evaluation.paths import align_points, normalized_squared, rotation
 
 CHI_SQUARE_95 = 5.991  # two degrees of freedom
 SAME_TIME = 1e-6  # s: multiples of periods are not exact
@@ -17,14 +17,6 @@ FIGURES = ["calls", "effective_sample_size", "distinct", "distinct_end", "featur
            "map_error", "map_error_aligned", "map_error_end", "pose_error", "map_inside", "pose_inside", "map_nees", "pose_nees"]
 DROPS = ["feature_error", "position_error", "effective_sample_size"]  # by how much they fall where a loop closes
 CURVES = ["feature_error", "position_error", "map_error", "distinct", "effective_sample_size", "map_inside", "calls"]
-
-
-def squared_mahalanobis(errors, covariances):
-    """Infinite where the covariance is singular, as of particles that are all copies of one."""
-    a, b, c = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
-    determinant, (x, y) = a * c - b * b, errors.T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(determinant > 0.0, (c * x * x - 2.0 * b * x * y + a * y * y) / determinant, np.inf)
 
 
 def mean_of_known(values):
@@ -189,12 +181,12 @@ def measured(filter_, step, truth):
         row["feature_error"] = np.sqrt(mean_of_known(squares))
     offset = pose[None, :2] - step.truth[:2]
     row["pose_error"] = np.hypot(*offset[0])
-    row["pose_nees"] = squared_mahalanobis(offset, covariance[None])[0]
+    row["pose_nees"] = normalized_squared(covariance[None, :2, :2], offset)[0]
     row["pose_inside"] = float(row["pose_nees"] <= CHI_SQUARE_95)
     row["nees"] = np.zeros(0)
     if len(landmarks["id"]):
         wanted, mean = truth[landmarks["id"]], landmarks["mean"]
-        row["nees"] = squared_mahalanobis(mean - wanted, landmarks["covariance"])
+        row["nees"] = normalized_squared(landmarks["covariance"], mean - wanted)
         row["map_error"] = np.sqrt(((mean - wanted) ** 2).sum(axis=1).mean())
         row["map_inside"] = (row["nees"] <= CHI_SQUARE_95).mean()
         if len(mean) > 1:

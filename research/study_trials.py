@@ -12,7 +12,6 @@ import pf_resampling_core as pf
 import yaml
 from command_line import Error
 from evaluation.paths import align_points, compose
-from study_faults import pose_of
 from study_landmarks import LandmarkExperiment, read_world
 
 DRAWN_PERIOD = 1.0  # s between poses of a path that is drawn
@@ -31,6 +30,13 @@ def figures_in(said):
     return {name: math.nan if value is None else value for name, value in found.items()}
 
 
+def poses_in(bag, topic):
+    """Rows of stamp in s, x, y, heading."""
+    from evaluation.recorded_run import RecordedBag, numbers_of, path_of  # which take a third of a second
+    path = path_of(*numbers_of(RecordedBag(str(bag)).read([topic])[topic]), topic)
+    return np.column_stack([path.time, path.pose])
+
+
 def drawn(name, poses):
     rows, last = [], -math.inf
     for at, *pose in poses:
@@ -42,7 +48,6 @@ def drawn(name, poses):
 
 def laid_on(truth, poses):
     """A path where the first tenth of its time lies on the truth."""
-    poses, truth = np.array(poses), np.array(truth)
     first = poses[poses[:, 0] <= poses[0, 0] + 0.1 * (poses[-1, 0] - poses[0, 0])]
     wanted = np.column_stack([np.interp(first[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2)])
     return np.column_stack([poses[:, 0], compose(align_points(first[:, 1:3], wanted), poses[:, 1:])])
@@ -96,33 +101,27 @@ class PathExperiment:
         return json.loads(file.read_text())
 
     def about(self):
-        import rosbag
+        from evaluation.recorded_run import RecordedBag, TRUE_MAP, last_of
+        from pf_resampling.msg import BeaconArray, LandmarkMap
         for each in self.filters:  # whether the settings make sense
             if each["estimator"] == "filter":
                 try:
                     self.program(["run_bag", self.study["filter"], "--parameters", *self.options(each)])
                 except Error as error:
                     raise Error(f"filter {each['name']}: {error}") from None
-        bag, places = self.drive(1), []
-        said = self.judged(bag, "--pose", "/odom", "--frame", "start")
-        with rosbag.Bag(str(bag)) as read:
-            last = {topic: message for topic, message, _ in read.read_messages(("/beacons", "/ground_truth_landmarks"))}
-        for topic, kind in (("/beacons", "beacon"), ("/ground_truth_landmarks", "landmark")):
-            for each in getattr(last.get(topic), kind + "s", []):
-                places.append((kind, each.id, each.position.x, each.position.y))
+        bag = self.drive(1)
+        said, messages = self.judged(bag, "--pose", "/odom", "--frame", "start"), RecordedBag(str(bag)).read(["/beacons", TRUE_MAP])
+        beacons, landmarks = last_of(messages["/beacons"], BeaconArray), last_of(messages[TRUE_MAP], LandmarkMap)
+        places = [(kind, each.id, each.position.x, each.position.y) for kind, listed in (
+            ("beacon", beacons.beacons if beacons else []), ("landmark", landmarks.landmarks if landmarks else [])) for each in listed]
         return {"problem": {"duration": said["duration"], "clip": self.problem["clip"], "lost_error": said["lost_error"]},
                 "places": places, "figures": FIGURES, "curves": [], "times": []}
 
     def run(self, seed, with_paths):
         """As that of LandmarkExperiment."""
-        import rosbag
-        bag, trials, paths, truth = self.drive(seed), [], [], []
+        bag, trials, paths = self.drive(seed), [], []
         if with_paths:
-            with rosbag.Bag(str(bag)) as read:
-                odometry = []
-                for topic, message, _ in read.read_messages(("/ground_truth", "/odom")):
-                    stamped = (message.header.stamp.to_sec(), *pose_of(message))
-                    (truth if topic == "/ground_truth" else odometry).append(stamped)
+            truth, odometry = (poses_in(bag, topic) for topic in ("/ground_truth", "/odom"))
             paths = drawn("truth", truth)
         for each in self.filters:
             if each["estimator"] == "ekf_slam":  # it reads no messages
@@ -138,16 +137,14 @@ class PathExperiment:
                 text = self.program(["run_bag", self.study["filter"], bag, out, "--no-clouds", "--seed", seed, *self.options(each)])
                 milliseconds = 1e3 * float(re.search(r"CPU time (\S+) s", text)[1])
                 try:
-                    found = figures_in(self.judged(out, *(["--frame", "start"] if self.study["filter"] == "fastslam" else [])))
+                    is_slam = self.study["filter"] == "fastslam"
+                    found = figures_in(self.judged(out, *(["--frame", "start"] if is_slam else [])))
+                    if with_paths:
+                        poses = laid_on(truth, poses_in(out, "/pose")) if is_slam else poses_in(out, "/pose")
                 except Error as error:
                     if "has no /pose" not in str(error):
                         raise
                     found = dict(dict.fromkeys(FIGURES, math.nan), lost=1.0)  # it never found out where it was
-                if with_paths:
-                    with rosbag.Bag(str(out)) as read:
-                        poses = [(message.header.stamp.to_sec(), *pose_of(message)) for _, message, _ in read.read_messages("/pose")]
-                    if self.study["filter"] == "fastslam" and poses:
-                        poses = laid_on(truth, poses)
             trials.append((milliseconds, [found[name] for name in FIGURES], []))
             paths += drawn(each["name"], poses)
         return trials, paths
