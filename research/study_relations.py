@@ -3,7 +3,8 @@ import copy
 
 import numpy as np
 from datasets.recording import compose, relative
-from study_faults import OBSERVATIONS, Drive, pose_of, position, put, write
+from evaluation.paths import Path, inverse, moved, normalized_squared
+from study_faults import OBSERVATIONS, Drive, pose_of, put, write
 
 TURN = (20.0, -10.0, 2.0)  # m, m, rad
 LATER = 1000  # s
@@ -79,25 +80,18 @@ def relations(drive):
 
 
 def poses_of(path, turn, shift):
-    """{stamp in ns: (x, y, covariance)} of a run, turned back."""
-    import rosbag
-    poses, cosine, sine = {}, np.cos(turn[2]), np.sin(turn[2])
-    back = np.array(((cosine, sine), (-sine, cosine)))
-    with rosbag.Bag(str(path)) as bag:
-        for _, message, _ in bag.read_messages("/pose"):
-            covariance = np.array(message.pose.covariance).reshape(6, 6)[:2, :2]
-            stamp = message.header.stamp.to_nsec() - shift * 10**9
-            poses[stamp] = back @ (np.array(position(message)) - turn[:2]), back @ covariance @ back.T
-    return poses
+    """The path of a run, turned back; times to the microsecond."""
+    from evaluation.recorded_run import RecordedBag, numbers_of, path_of  # which take a third of a second
+    poses = moved(path_of(*numbers_of(RecordedBag(str(path)).read(["/pose"])["/pose"]), "/pose"), inverse(turn))
+    return Path(np.round(poses.time - shift, 6), poses.pose, poses.covariance)
 
 
 def compared(there, here):
     """Distances at the stamps of both, and whether they are within the 95 % region of the first."""
-    stamps = sorted(set(there) & set(here))
-    stamps = stamps[int(SETTLED * len(stamps)):]
-    apart = np.array([here[stamp][0] - there[stamp][0] for stamp in stamps])
-    inside = [each @ np.linalg.solve(there[stamp][1] + 1e-12 * np.eye(2), each) < WITHIN for each, stamp in zip(apart, stamps)]
-    return np.hypot(*apart.T), np.array(inside)
+    stamps, *both = np.intersect1d(there.time, here.time, return_indices=True)
+    there, here = (path.part(of[int(SETTLED * len(stamps)):]) for path, of in zip((there, here), both))
+    apart = here.pose[:, :2] - there.pose[:, :2]
+    return np.hypot(*apart.T), normalized_squared(there.covariance[:, :2, :2] + 1e-12 * np.eye(2), apart) < WITHIN
 
 
 def study(path, seeds, options, work, run, in_parallel):

@@ -5,6 +5,7 @@ robot and nothing crosses."""
 
 import collections
 import os
+import pathlib
 import subprocess
 import sys
 import tempfile
@@ -32,15 +33,12 @@ def worlds(name, folder):
     """Of each robot; maps begin where the robot does, so both drives start alike, and one is the other's mirror image."""
     if name == 'beacon_mcl':
         return {'robot1': 'beacons_circle', 'robot2': 'beacons_figure8'}
-    package = rospkg.RosPack().get_path('pf_resampling')
-    with open(os.path.join(package, 'config', 'worlds', 'indoor_two_loops.yaml'), encoding='utf-8') as file:
-        world = yaml.safe_load(file)
+    package, mirrored = pathlib.Path(rospkg.RosPack().get_path('pf_resampling')), pathlib.Path(folder, 'mirrored.yaml')
+    world = yaml.safe_load((package / 'config/worlds/indoor_two_loops.yaml').read_text())
     for key in ('waypoints', 'landmarks'):
         world[key] = [[x, -y] for x, y in world[key]]
-    mirrored = os.path.join(folder, 'mirrored.yaml')
-    with open(mirrored, 'w', encoding='utf-8') as file:
-        yaml.safe_dump(world, file)
-    return {'robot1': 'indoor_two_loops', 'robot2': mirrored}
+    mirrored.write_text(yaml.safe_dump(world))
+    return {'robot1': 'indoor_two_loops', 'robot2': str(mirrored)}
 
 
 def put_in_front(robot, message):

@@ -2,11 +2,10 @@
 """Whether tables and numbers of the documents are those of the studies, and whether a difference would be found."""
 
 import copy
-import html
-import importlib.machinery
-import importlib.util
 import re
 import unittest
+from importlib.machinery import SourceFileLoader
+from xml.etree import ElementTree
 
 import rosunit
 from bags import ROOT
@@ -17,16 +16,7 @@ import report_measures  # of research, where bags has put it
 OF_PAPERS = {'kwak': 1000, 'mahmoud': 400}
 
 
-def program(name):
-    """A program of research/ as a module."""
-    loader = importlib.machinery.SourceFileLoader(name, str(ROOT / 'research' / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
-    loader.exec_module(module)
-    return module
-
-
-make_tables = program('make_tables')
-make_data = program('make_data')
+make_tables, make_data = (SourceFileLoader(name, str(ROOT / 'research' / name)).load_module() for name in ('make_tables', 'make_data'))
 DATA = make_tables.load_data()
 
 
@@ -36,12 +26,11 @@ def text_of(document):
 
 def means_of(page):
     """Every mean that the page of a paper's study shows of all filters: (filter, heading, cell)."""
-    for table in re.findall(r'<caption>[^<]*means ± s\.e\.</caption>.*?</table>', page, re.DOTALL):
-        headings = re.findall(r'<th[^>]*>(.*?)</th>', table)
-        for row in re.findall(r'<tr[^>]*>(<td.*?)</tr>', table):
-            cells = [html.unescape(re.sub(r'<[^>]*>', '', cell)) for cell in re.findall(r'<td[^>]*>(.*?)</td>', row)]
-            for heading, cell in zip(headings[1:], cells[1:]):
-                yield cells[0], heading, cell
+    for table in ElementTree.fromstring(page).iter('table'):
+        headings, *rows = ([''.join(cell.itertext()) for cell in row] for row in table.iter('tr'))
+        if table.find('caption').text.endswith('means ± s.e.'):
+            for cells in rows:
+                yield from ((cells[0], *each) for each in zip(headings[1:], cells[1:]))
 
 
 class StudyDocuments(unittest.TestCase):

@@ -22,6 +22,7 @@ import study_calibration  # of research, where bags has put it
 import study_faults
 import study_relations
 from command_line import Error
+from evaluation.paths import Path
 from study_definition import builtin_studies, load_study, parse_study
 
 TABLES = ('trials.csv', 'curves.csv', 'paths.csv', 'places.csv')
@@ -275,8 +276,8 @@ class Faults(unittest.TestCase):
         self.assertEqual(text.count('  yes\n'), len(list(study_relations.relations(self.drive))))
 
     def test_poses_that_do_not_follow_are_found(self):
-        there = {i: (np.array((i, 0.0)), 0.01 * np.eye(2)) for i in range(10)}
-        apart, inside = study_relations.compared(there, {i: (place + (0.0, 0.5), spread) for i, (place, spread) in there.items()})
+        there = Path(np.arange(10.0), np.array([(i, 0.0, 0.0) for i in range(10)]), np.tile(0.01 * np.eye(3), (10, 1, 1)))
+        apart, inside = study_relations.compared(there, Path(there.time, there.pose + (0.0, 0.5, 0.0)))
         np.testing.assert_allclose(apart, 8 * [0.5])
         self.assertFalse(inside.any())
         for name, messages, *_ in study_relations.relations(self.drive):
