@@ -2,10 +2,10 @@
 """Whether tables and numbers of the documents are those of the studies, and whether a difference would be found."""
 
 import copy
+import html
 import re
 import unittest
 from importlib.machinery import SourceFileLoader
-from xml.etree import ElementTree
 
 import rosunit
 from bags import ROOT
@@ -26,11 +26,12 @@ def text_of(document):
 
 def means_of(page):
     """Every mean that the page of a paper's study shows of all filters: (filter, heading, cell)."""
-    for table in ElementTree.fromstring(page).iter('table'):
-        headings, *rows = ([''.join(cell.itertext()) for cell in row] for row in table.iter('tr'))
-        if table.find('caption').text.endswith('means ± s.e.'):
-            for cells in rows:
-                yield from ((cells[0], *each) for each in zip(headings[1:], cells[1:]))
+    for table in re.findall(r'<caption>[^<]*means ± s\.e\.</caption>.*?</table>', page, re.DOTALL):
+        headings = re.findall(r'<th[^>]*>(.*?)</th>', table)
+        for row in re.findall(r'<tr[^>]*>(<td.*?)</tr>', table):
+            cells = [html.unescape(re.sub(r'<[^>]*>', '', cell)) for cell in re.findall(r'<td[^>]*>(.*?)</td>', row)]
+            for heading, cell in zip(headings[1:], cells[1:]):
+                yield cells[0], heading, cell
 
 
 class StudyDocuments(unittest.TestCase):
