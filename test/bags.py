@@ -4,6 +4,7 @@ import importlib.machinery
 import io
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -25,11 +26,14 @@ IN_PYTHON = {name: importlib.machinery.SourceFileLoader(name, str(ROOT / 'tools'
 
 
 class InFolder(unittest.TestCase):
-    """Each test has an empty folder."""
+    """The tests of a class share a folder; each has an empty one in it."""
+    @classmethod
+    def setUpClass(cls):
+        cls.shared = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.shared)
+
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        self.folder = pathlib.Path(tempfile.mkdtemp(dir=self.shared))
 
 
 def program(tool, *words):

@@ -6,13 +6,12 @@ import os
 import socket
 import subprocess
 import sys
-import tempfile
-import unittest
 import xml.etree.ElementTree
 
 import rosbag
 import rospkg
 import rostest
+from bags import InFolder
 
 PACKAGE = rospkg.RosPack().get_path('pf_resampling')
 
@@ -29,20 +28,18 @@ def counts_of(name):
         return {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
 
 
-class LaunchFiles(unittest.TestCase):
+class LaunchFiles(InFolder):
     @classmethod
     def setUpClass(cls):
-        directory = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(directory.cleanup)
-        cls.folder = directory.name
-        subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8', os.path.join(cls.folder, 'drive.bag'),
+        super().setUpClass()
+        subprocess.check_call(['rosrun', 'pf_resampling', 'simulate_bag', 'beacons_figure8', os.path.join(cls.shared, 'drive.bag'),
                                '--duration', '60'], stdout=subprocess.DEVNULL)
 
     def run_in_folder(self, *words, **environment):
         """Runs a command in the folder; with a roscore of its own, if it is roslaunch."""
-        environment = dict(os.environ, PWD=self.folder, **environment)
+        environment = dict(os.environ, PWD=self.shared, **environment)
         environment.pop('ROS_NAMESPACE', None)
-        return subprocess.run(words, cwd=self.folder, env=environment, stdout=subprocess.PIPE,
+        return subprocess.run(words, cwd=self.shared, env=environment, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
 
     def roslaunch(self, *words):
@@ -51,7 +48,7 @@ class LaunchFiles(unittest.TestCase):
                                   ROS_MASTER_URI='http://localhost:' + port)
 
     def path(self, name):
-        return os.path.join(self.folder, name)
+        return os.path.join(self.shared, name)
 
     def test_every_argument_says_what_it_is(self):
         files = glob.glob(os.path.join(PACKAGE, 'launch', '*.launch'))

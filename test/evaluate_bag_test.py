@@ -3,9 +3,6 @@
 
 import json
 import math
-import pathlib
-import shutil
-import tempfile
 
 import numpy as np
 import rosbag
@@ -88,8 +85,7 @@ def square_of(frame=(3.0, -2.0, 0.7), first_id=10, initial_pose=False, loaded=''
 class EvaluateBag(InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.shared = pathlib.Path(tempfile.mkdtemp())
-        cls.addClassCleanup(shutil.rmtree, cls.shared)
+        super().setUpClass()
         for world, name, more in (('beacons_figure8', 'ranges.bag', ('--duration', 150)), ('indoor_two_loops', 'loops.bag', ()),
                                   ('indoor_two_loops', 'hidden.bag', ('--unknown-ids',))):
             assert program('simulate_bag', world, cls.shared / name, *more)[0] == 0

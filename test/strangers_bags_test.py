@@ -8,17 +8,14 @@ odometry as a pose and an IMU.
 
 import json
 import math
-import pathlib
 import re
 import subprocess
-import tempfile
-import unittest
 
 import genpy.dynamic
 import rosbag
 import rosunit
 import yaml
-from bags import stamped, transform
+from bags import InFolder, stamped, transform
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import Imu, Range
 from tf2_msgs.msg import TFMessage
@@ -94,19 +91,17 @@ def write_poses(source, out):
             before = seconds, heading
 
 
-class StrangersBags(unittest.TestCase):
+class StrangersBags(InFolder):
     @classmethod
     def setUpClass(cls):
-        temporary = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(temporary.cleanup)
-        cls.folder = pathlib.Path(temporary.name)
+        super().setUpClass()
         cls.say('simulate_bag', 'indoor_two_loops', 'world.bag')
         cls.say('simulate_bag', 'beacons_figure8', 'figure.bag', '--duration', '120')
-        write_radios(cls.folder / 'figure.bag', cls.folder / 'uwb.bag', cls.folder / 'beacons.yaml')
+        write_radios(cls.shared / 'figure.bag', cls.shared / 'uwb.bag', cls.shared / 'beacons.yaml')
 
     @classmethod
     def say(cls, name, *arguments):
-        done = subprocess.run(['rosrun', 'pf_resampling', name, *arguments], cwd=cls.folder, universal_newlines=True,
+        done = subprocess.run(['rosrun', 'pf_resampling', name, *arguments], cwd=cls.shared, universal_newlines=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         assert done.returncode in ((0, 1) if name == 'check_bag' else (0,)), done.stdout  # 1: the bag is not ready as it is
         return done.stdout
@@ -126,20 +121,20 @@ class StrangersBags(unittest.TestCase):
     def assert_good(self):
         """The error is half of what counts as lost, or less, and the filter knows how large it is."""
         self.say('evaluate_bag', 'out.bag', '--json', 'out.json')
-        judged = json.loads((self.folder / 'out.json').read_text(encoding='utf-8'))
+        judged = json.loads((self.shared / 'out.json').read_text(encoding='utf-8'))
         self.assertLess(judged['estimate']['cartesian']['mean'], 0.5 * judged['lost_error'])
         self.assertGreater(judged['coverage95'], 0.8)
         self.assertGreater(judged['health']['shares']['healthy'], 0.8)  # not while a loop is open
 
     def test_tags_with_odometry_on_tf(self):
-        write_tags(self.folder / 'world.bag', self.folder / 'tags.bag')
+        write_tags(self.shared / 'world.bag', self.shared / 'tags.bag')
         command, _ = self.command_for('tags.bag')
         self.assertEqual(command[:3], ['run_bag', 'fastslam', 'tags.bag'])
         self.say(*command)
         self.assert_good()
 
     def test_drivers_messages_are_solved_by_least_squares(self):
-        write_tags(self.folder / 'world.bag', self.folder / 'tags.bag', '/odom')
+        write_tags(self.shared / 'world.bag', self.shared / 'tags.bag', '/odom')
         self.say('run_bag', 'fastslam', 'tags.bag', 'out.bag', '--landmarks', '/tag_detections')
         self.assert_solved('--landmarks', '/tag_detections')
         self.say('run_bag', 'beacon_mcl', 'uwb.bag', 'out.bag', '--sensor-ranges', '/uwb', '--config', 'beacons.yaml')
@@ -147,7 +142,7 @@ class StrangersBags(unittest.TestCase):
 
     def assert_solved(self, *options):
         self.say('evaluate_bag', 'out.bag', '--batch', '--json', 'out.json', *options)
-        judged = json.loads((self.folder / 'out.json').read_text(encoding='utf-8'))
+        judged = json.loads((self.shared / 'out.json').read_text(encoding='utf-8'))
         self.assertLess(judged['batch']['cartesian_aligned']['mean'], 0.15)
 
     def test_radios_with_beacons_in_a_file(self):
@@ -161,7 +156,7 @@ class StrangersBags(unittest.TestCase):
         self.assert_good()
 
     def test_poses_with_an_imu(self):
-        write_poses(self.folder / 'world.bag', self.folder / 'poses.bag')
+        write_poses(self.shared / 'world.bag', self.shared / 'poses.bag')
         command, said = self.command_for('poses.bag')
         self.assertEqual(command[:3], ['run_bag', 'fastslam', 'poses.bag'])
         imu = re.search(r'remark: /imu is an IMU: (--set odometry_input/imu_heading=yaw_rate) ', said)

@@ -7,10 +7,8 @@ import importlib.util
 import io
 import json
 import math
-import pathlib
 import shutil
 import statistics
-import tempfile
 import unittest
 from xml.etree import ElementTree
 
@@ -100,14 +98,13 @@ class Definition(unittest.TestCase):
 
 
 @unittest.skipUnless(importlib.util.find_spec('pf_resampling_core'), 'needs the Python module')
-class Folder(unittest.TestCase):
+class Folder(InFolder):
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(tempfile.mkdtemp())
-        cls.addClassCleanup(shutil.rmtree, cls.directory)
-        cls.yaml = cls.directory / 'small.yaml'
+        super().setUpClass()
+        cls.yaml = cls.shared / 'small.yaml'
         cls.yaml.write_text(SMALL)
-        cls.whole = cls.directory / 'whole'
+        cls.whole = cls.shared / 'whole'
         cls.run_in(cls.whole, '--jobs', 1)
 
     @classmethod
@@ -147,7 +144,7 @@ class Folder(unittest.TestCase):
         self.assertAlmostEqual(float(last['feature_error_sd']), statistics.stdev(ends), delta=1e-7)
 
     def test_goes_on_where_it_was_interrupted_and_keeps_its_trials(self):
-        folder = self.directory / 'resumed'
+        folder = self.folder / 'resumed'
         self.run_in(folder, '--trials', 2)
         before = {path: path.read_bytes() for path in (folder / 'blocks').iterdir()}
         self.assertEqual(len(before), 2)
@@ -159,7 +156,7 @@ class Folder(unittest.TestCase):
         self.assert_same_tables(folder)
 
     def test_a_filter_that_is_added_is_run_alone(self):
-        folder, fewer = self.directory / 'added', self.directory / 'fewer.yaml'
+        folder, fewer = self.folder / 'added', self.folder / 'fewer.yaml'
         removed = next(line for line in SMALL.splitlines(True) if 'name: compensation,' in line)
         fewer.write_text(SMALL.replace(removed, ''))
         self.assertEqual(study(fewer, folder)[0], 0)
@@ -172,10 +169,10 @@ class Folder(unittest.TestCase):
 
     def test_refuses_a_folder_of_another_study(self):
         for old, new, says in (('0.20', '0.3', 'filters differ'), ('duration: 4', 'duration: 5', 'problems differ')):
-            other = self.directory / 'other.yaml'
+            other = self.folder / 'other.yaml'
             other.write_text(SMALL.replace(old, new))
             self.refused(other, self.whole, says=says)
-        full = self.directory / 'full'
+        full = self.folder / 'full'
         full.mkdir()
         (full / 'mine.txt').write_text('keep')
         self.refused(self.yaml, full, says='neither empty')
@@ -183,7 +180,7 @@ class Folder(unittest.TestCase):
         self.refused('report', full, says='no study')
 
     def test_refuses_what_was_damaged(self):
-        folder = self.directory / 'damaged'
+        folder = self.folder / 'damaged'
         shutil.copytree(self.whole, folder)
         block, about = folder / 'blocks/short-0000001-0000002', folder / 'study.json'
         for path in block, about:
@@ -191,7 +188,7 @@ class Folder(unittest.TestCase):
             self.refused(self.yaml, folder, '--trials', 6, says=str(path))
 
     def test_paths_are_judged_beside_dead_reckoning(self):
-        mine = self.directory / 'mine.yaml'
+        mine = self.folder / 'mine.yaml'
         mine.write_text('''study: my
 filter: beacon_mcl
 settings: {particles: 50}
@@ -203,7 +200,7 @@ groups:
       - {name: mine}
       - {name: blind, calibrated: false, settings: {calibration/estimation: off}}
 ''')
-        folder = self.directory / 'mine'
+        folder = self.folder / 'mine'
         code, _, error = study(mine, folder)
         self.assertEqual(code, 0, error)
         rows = rows_of(folder / 'trials.csv')
@@ -211,25 +208,24 @@ groups:
         self.assertEqual(rows[0]['lost'], '')
         means = [row['cartesian_mean'] for row in rows]
         self.assertNotIn(means[1], (means[2], means[4]))
-        self.refused(mine, self.directory / 'bad', '--bag', self.directory / 'none.bag', says='none.bag')
+        self.refused(mine, self.folder / 'bad', '--bag', self.folder / 'none.bag', says='none.bag')
 
     def test_misuse_is_one_line(self):
         for arguments in (('weather', self.whole), (self.yaml, self.whole, '--trials', 0), (self.yaml, self.whole, '--jobs', 0)):
             self.refused(*arguments)
         for arguments in ((), ('kwak',), (self.yaml, self.whole, '--speed', '3')):
             self.refused(*arguments, code=2)
-        wrong = self.directory / 'wrong.yaml'
+        wrong = self.folder / 'wrong.yaml'
         wrong.write_text(SMALL.replace('particles: 20', 'particels: 20'))
-        self.refused(wrong, self.directory / 'wrong', says='did you mean particles?')
+        self.refused(wrong, self.folder / 'wrong', says='did you mean particles?')
 
 
-class Faults(unittest.TestCase):
+class Faults(InFolder):
     """What is done to a recording, and what comes of it."""
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp())
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
-        cls.bag = cls.folder / 'a.bag'
+        super().setUpClass()
+        cls.bag = cls.shared / 'a.bag'
         assert program('simulate_bag', 'beacons_circle', cls.bag, '--duration', 120)[0] == 0
         cls.drive = study_faults.Drive(cls.bag)
 
@@ -284,7 +280,7 @@ class Faults(unittest.TestCase):
             self.assertEqual(list(messages) == self.drive.messages, name == 'another seed', name)
 
 
-class Calibration(unittest.TestCase):
+class Calibration(InFolder):
     def test_beliefs_are_judged_by_the_truth(self):
         values = np.random.default_rng(1).normal(size=1000)
         for scale, offset, expected in ((1.0, 0.0, 'calibrated'), (1.3, 0.0, 'TOO SURE'), (0.7, 0.0, 'too unsure'), (1.0, 0.3, 'biased')):
@@ -295,17 +291,16 @@ class Calibration(unittest.TestCase):
     # Of 58 rows one in a thousand has a p-value that is no chance, of a calibrated filter: after a change that moves all figures,
     # a false alarm in 6 % of all cases at most.
     def test_no_belief_is_too_sure(self):
-        with tempfile.TemporaryDirectory() as folder:
-            picture, out = pathlib.Path(folder) / 'calibration.png', pathlib.Path(folder) / 'calibration.json'
-            code, text, error = study('calibration', '--drives', 10, '--only', 'landmarks', '--only', 'beacons', '--picture', picture,
-                                      '--json', out)
-            self.assertEqual((code, error), (0, ''))
-            self.assertNotIn('TOO SURE', text)
-            self.assertNotIn('biased', text)
-            rows = json.loads(out.read_text())['summary']
-            self.assertEqual({row['number'] for row in rows}, {10})
-            self.assertEqual(len(rows), 58)
-            self.assertTrue(picture.read_bytes().startswith(b'\x89PNG'))
+        picture, out = self.folder / 'calibration.png', self.folder / 'calibration.json'
+        code, text, error = study('calibration', '--drives', 10, '--only', 'landmarks', '--only', 'beacons', '--picture', picture,
+                                  '--json', out)
+        self.assertEqual((code, error), (0, ''))
+        self.assertNotIn('TOO SURE', text)
+        self.assertNotIn('biased', text)
+        rows = json.loads(out.read_text())['summary']
+        self.assertEqual({row['number'] for row in rows}, {10})
+        self.assertEqual(len(rows), 58)
+        self.assertTrue(picture.read_bytes().startswith(b'\x89PNG'))
 
     def test_a_filter_that_forgets_the_drive_is_too_sure(self):
         code, text, error = study('calibration', '--drives', 10, '--only', 'landmarks', '--set', 'preset=fast')
