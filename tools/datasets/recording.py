@@ -56,32 +56,6 @@ class Recording:
             pose = compose(pose, midpoint_motion(ahead * (time - before), turn * (time - before)))
             self.add_pose(time, pose)
 
-    def report(self):
-        """Counts, duration and rates, a line each, then the notes."""
-        length = sum(math.hypot(b.pose[0] - a.pose[0], b.pose[1] - a.pose[1])
-                     for a, b in zip(self.odometry, self.odometry[1:]))
-        lines = [("odometry", describe(self.odometry) + (f", {length:.1f} m" if self.odometry else "")),
-                 ("ranges", describe(self.ranges) +
-                  (f", to {len({heard.beacon for heard in self.ranges})} beacons" if self.ranges else "")),
-                 ("beacons", len(self.beacons) or "none")]
-        if self.observations:
-            scans = len({seen.time for seen in self.observations})
-            lines.append(("landmark observations", f"{describe(self.observations)}, in {scans} scans"))
-        if self.landmarks:
-            lines.append(("landmarks", len(self.landmarks)))
-        heading = f", {'with' if self.truth_has_heading else 'without'} heading" if self.truth else ""
-        lines.append(("ground truth", describe(self.truth) + heading))
-        return "".join(f"  {name:23}{what}\n" for name, what in lines) + \
-            "".join(f"  note: {note}\n" for note in self.notes)
-
-
-def describe(entries):
-    if not entries:
-        return "none"
-    duration = entries[-1].time - entries[0].time
-    rate = f" in {duration:.1f} s ({(len(entries) - 1) / duration:.2f} Hz)" if duration > 0 else ""
-    return f"{len(entries)}{rate}"
-
 
 def wrap_angle(angle):
     """To [-pi, pi]; nan of what is not finite."""
