@@ -45,7 +45,7 @@ TEST(SolveBatch, MisreadIdsHardlyPull) {
   int misread = 0;
   int count = 0;
   for (StampedScan& scan : recording.scans) {
-    for (SeenLandmark& seen : scan.landmarks) {
+    for (RangeBearingObservation& seen : scan.landmarks) {
       if (count++ % 23 != 7) continue;
       seen.id = (seen.id + 11) % 30;
       ++misread;
@@ -60,7 +60,7 @@ TEST(SolveBatch, SensorsSitAnywhereOnTheRobot) {
   KnownDrive recording = drive_through(exact_world(), 1);
   const Pose2 mount = {0.4, -0.3, 1.2};
   for (StampedScan& scan : recording.scans) {
-    for (SeenLandmark& seen : scan.landmarks) {
+    for (RangeBearingObservation& seen : scan.landmarks) {
       const Pose2 point = relative(
           mount, {seen.range * std::cos(seen.bearing), seen.range * std::sin(seen.bearing), 0.0});
       seen.range = std::hypot(point.x, point.y);
@@ -135,7 +135,7 @@ TEST(SolveBatch, AnHourWithoutOdometryIsBridged) {
 TEST(SolveBatch, NeedsIdsAndOdometry) {
   KnownDrive recording = drive_through(exact_world(), 1);
   for (StampedScan& scan : recording.scans) {
-    for (SeenLandmark& seen : scan.landmarks) seen.id = -1;
+    for (RangeBearingObservation& seen : scan.landmarks) seen.id = -1;
   }
   EXPECT_THROW(solve_batch(recording), Error);
   EXPECT_THROW(solve_online(recording), Error);

@@ -55,10 +55,11 @@ class DriveAmongLandmarks {
     graph.poses = {graph.prior.pose};
     times_ = {begin};
     const auto is_of_no_use = [&](StampedScan& scan) {
-      std::vector<SeenLandmark>& seen = scan.landmarks;
-      seen.erase(std::remove_if(seen.begin(), seen.end(),
-                                [](const SeenLandmark& landmark) { return landmark.id < 0; }),
-                 seen.end());
+      std::vector<RangeBearingObservation>& seen = scan.landmarks;
+      seen.erase(
+          std::remove_if(seen.begin(), seen.end(),
+                         [](const RangeBearingObservation& landmark) { return landmark.id < 0; }),
+          seen.end());
       return seen.empty() || !(scan.time >= begin && scan.time <= end);
     };
     scans_.erase(std::remove_if(scans_.begin(), scans_.end(), is_of_no_use), scans_.end());
@@ -78,7 +79,7 @@ class DriveAmongLandmarks {
       throw Error("frame \"" + scan.frame + "\" of the landmarks is not connected to the robot: " +
                   "/tf_static in the bag has to connect it to base_link");
     }
-    for (const SeenLandmark& seen : scan.landmarks) {
+    for (const RangeBearingObservation& seen : scan.landmarks) {
       const auto [landmark, is_new] = numbers_.emplace(seen.id, static_cast<int>(ids.size()));
       SightingFactor sighting;
       sighting.pose = newest();

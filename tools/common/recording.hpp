@@ -10,6 +10,7 @@
 
 #include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/models/beacon_range.hpp"
+#include "pf_resampling_core/models/landmark_observation.hpp"
 
 namespace pf_resampling {
 
@@ -32,19 +33,11 @@ struct PointLandmark {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map frame
 };
 
-/// What a sensor saw of one landmark.
-struct SeenLandmark {
-  std::int32_t id = -1;           ///< -1: unknown
-  double range = 0.0;             ///< m
-  double bearing = 0.0;           ///< rad, in the sensor's frame
-  double range_variance = 0.0;    ///< m^2; 0: unknown
-  double bearing_variance = 0.0;  ///< rad^2; 0: unknown
-};
 /// The landmarks of one scan, with its time and the frame of the sensor.
 struct StampedScan {
   double time = 0.0;  ///< s
   std::string frame;
-  std::vector<SeenLandmark> landmarks;
+  std::vector<RangeBearingObservation> landmarks;
 };
 
 /// White noise of the odometry, as standard deviations that grow with the root of the time.
