@@ -116,17 +116,15 @@ void DeadReckoning::restart_at(ros::Time stamp, const OdometryNoise& noise) {
 }
 
 void DeadReckoning::save(SavedProgress* progress) const {
-  progress->first_odometry = static_cast<std::int64_t>(first_.toNSec());
-  progress->used = static_cast<std::int64_t>(used_.toNSec());
+  progress->first_odometry = first_;
+  progress->used = used_;
   buffer_.save(used_, progress);
 }
 
 void DeadReckoning::resume(const SavedProgress& progress, const OdometryNoise& noise) {
   buffer_.resume(progress);
-  first_.fromNSec(static_cast<std::uint64_t>(progress.first_odometry));
-  began_ = first_;
-  used_.fromNSec(static_cast<std::uint64_t>(progress.used));
-  use_until(used_, noise);
+  first_ = began_ = progress.first_odometry;
+  use_until(progress.used, noise);
 }
 
 std::optional<ros::Time> DeadReckoning::overdue() const {

@@ -134,9 +134,9 @@ bool OdometryBuffer::continues(ros::Time stamp, const Pose2& pose,
 }
 
 std::optional<Velocity> OdometryBuffer::velocity() const {
-  const Sample& last = samples_.back();
+  const OdometrySample& last = samples_.back();
   for (std::size_t back = 1; back < samples_.size(); ++back) {
-    const Sample& first = samples_[samples_.size() - 1 - back];
+    const OdometrySample& first = samples_[samples_.size() - 1 - back];
     const double span = (last.stamp - first.stamp).toSec();
     const bool is_last = back + 1 == samples_.size() || back == kVelocityPoses;
     if (span < kVelocitySpan && !is_last) continue;
@@ -154,7 +154,7 @@ Velocity OdometryBuffer::velocity_of_suspects() const {
 }
 
 bool OdometryBuffer::continues_newest(const StampedOdometry& next) const {
-  const Sample& last = samples_.back();
+  const OdometrySample& last = samples_.back();
   if (!continues(last.stamp, last.received, next)) return false;
   const std::optional<Velocity> before = velocity();
   return !before || learnt_.allows(relative(last.received, next.pose),
@@ -170,7 +170,7 @@ bool OdometryBuffer::continues_suspects(const StampedOdometry& next) const {
     return std::hypot(next.pose.x - expected.x, next.pose.y - expected.y) +
            std::abs(wrap_angle(next.pose.heading - expected.heading));
   };
-  const Sample& last = samples_.back();
+  const OdometrySample& last = samples_.back();
   return misfit(newest.stamp, newest.pose, velocity_of_suspects()) <
          misfit(last.stamp, last.received, velocity().value_or(Velocity()));
 }
@@ -184,7 +184,7 @@ void OdometryBuffer::learn_step(const StampedOdometry& next) {
 }
 
 void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<Pose2>& given) {
-  Sample sample;
+  OdometrySample sample;
   sample.stamp = odometry.stamp;
   sample.received = odometry.pose;
   sample.covariance = odometry.covariance;
@@ -192,7 +192,7 @@ void OdometryBuffer::push(const StampedOdometry& odometry, const std::optional<P
   if (samples_.empty()) {
     offset_ = Pose2{};
   } else {
-    const Sample& last = samples_.back();
+    const OdometrySample& last = samples_.back();
     std::optional<Pose2> motion = given;
     if (last.heading && odometry.heading) {
       motion = turned_by(motion.value_or(relative(last.received, odometry.pose)),
@@ -242,7 +242,7 @@ OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry
     const double duration = (odometry.stamp - stamp).toSec();
     return duration <= 0.0 && duration >= -options_.jump_back;
   };
-  const Sample& last = samples_.back();
+  const OdometrySample& last = samples_.back();
   if (comes_late_after(last.stamp)) return Addition::out_of_order;
   if (!suspects_.empty()) {
     const StampedOdometry& newest = suspects_.back();
@@ -268,7 +268,7 @@ OdometryBuffer::Addition OdometryBuffer::suspect(const StampedOdometry& odometry
 // Whether the step to them is explained by how the robot drove before it and does since.
 bool OdometryBuffer::suspects_have_moved() const {
   if (suspicion_ != Addition::pose_jump || suspects_.size() < 2) return false;
-  const Sample& last = samples_.back();
+  const OdometrySample& last = samples_.back();
   const StampedOdometry& first = suspects_.front();
   const double step = (first.stamp - last.stamp).toSec();
   const std::optional<Velocity> before = velocity();
@@ -315,10 +315,8 @@ void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
     if (i + 1 < samples_.size() && samples_[i + 1].stamp + ros::Duration(kVelocitySpan) <= from) {
       continue;
     }
-    const Sample& sample = samples_[i];
-    progress->odometry.push_back({static_cast<std::int64_t>(sample.stamp.toNSec()), sample.received,
-                                  sample.pose, sample.covariance, sample.step_covariance,
-                                  sample.may_slip});
+    progress->odometry.push_back(samples_[i]);
+    progress->odometry.back().heading.reset();
   }
   learnt_.save(progress);
 }
@@ -326,16 +324,7 @@ void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
 void OdometryBuffer::resume(const SavedProgress& progress) {
   clear();
   offset_ = progress.odometry_offset;
-  for (const SavedOdometry& saved : progress.odometry) {
-    Sample sample;
-    sample.stamp.fromNSec(static_cast<std::uint64_t>(saved.stamp));
-    sample.received = saved.received;
-    sample.pose = saved.pose;
-    sample.covariance = saved.covariance;
-    sample.step_covariance = saved.step_covariance;
-    sample.may_slip = saved.may_slip;
-    samples_.push_back(sample);
-  }
+  samples_.assign(progress.odometry.begin(), progress.odometry.end());
   learnt_.resume(progress);
 }
 
@@ -347,7 +336,8 @@ bool OdometryBuffer::covers(ros::Time stamp) const {
   return !samples_.empty() && oldest() <= stamp && stamp <= newest();
 }
 
-Pose2 OdometryBuffer::pose_within(const Sample& first, const Sample& second, double share) const {
+Pose2 OdometryBuffer::pose_within(const OdometrySample& first, const OdometrySample& second,
+                                  double share) const {
   if (share <= 0.0) return first.pose;
   if (share >= 1.0) return second.pose;
   return compose(first.pose, part_of(relative(first.pose, second.pose), share));
@@ -372,8 +362,8 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
   std::size_t second = samples_.size() - 1;
   while (second > 1 && samples_[second - 1].stamp > from) --second;
   for (; from < to && second < samples_.size(); ++second) {
-    const Sample& a = samples_[second - 1];
-    const Sample& b = samples_[second];
+    const OdometrySample& a = samples_[second - 1];
+    const OdometrySample& b = samples_[second];
     const double step = (b.stamp - a.stamp).toSec();
     const double begin = (std::max(from, a.stamp) - a.stamp).toSec() / step;
     const double end = (std::min(to, b.stamp) - a.stamp).toSec() / step;

@@ -126,18 +126,6 @@ class OdometryBuffer {
               OdometryIncrement* increment) const;
 
  private:
-  struct Sample {
-    ros::Time stamp;
-    Pose2 received;
-    Pose2 pose;  ///< as received, but continuous over jumps of the odometry
-    /// Growth of the covariance in this step (from the previous sample), in the frame of the robot
-    /// at the previous sample.
-    std::optional<Eigen::Matrix3d> step_covariance;
-    std::optional<Eigen::Matrix3d> covariance;
-    std::optional<double> heading;  ///< of an IMU
-    bool may_slip = false;          ///< the wheels, in this step
-  };
-
   /// Whether `next` may come after a pose, as far as the limits of the options go.
   bool continues(ros::Time stamp, const Pose2& pose, const StampedOdometry& next) const;
   /// Whether it continues the newest pose as far as is known of the robot, too.
@@ -155,10 +143,10 @@ class OdometryBuffer {
   Pose2 motion_of_jump(ros::Time until) const;
   Addition believe_suspects(Addition suspicion);
   void forget_before(ros::Time stamp);
-  Pose2 pose_within(const Sample& first, const Sample& second, double share) const;
+  Pose2 pose_within(const OdometrySample& first, const OdometrySample& second, double share) const;
 
   OdometryBufferOptions options_;
-  std::deque<Sample> samples_;
+  std::deque<OdometrySample> samples_;
   LearntMotion learnt_;
   Pose2 offset_;  // from poses as received to continuous ones: nothing until the odometry jumps
   std::vector<StampedOdometry> suspects_;  // held back: each continues the one before it

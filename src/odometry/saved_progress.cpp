@@ -2,9 +2,15 @@
 
 namespace pf_resampling {
 
-void describe(Archive& archive, SavedOdometry& odometry) {
-  PF_RESAMPLING_FIELDS(archive, odometry.stamp, odometry.received, odometry.pose,
-                       odometry.covariance, odometry.step_covariance, odometry.may_slip);
+void describe(Archive& archive, ros::Time& stamp) {
+  const auto most = static_cast<std::int64_t>(ros::TIME_MAX.toNSec());
+  const auto nanoseconds = static_cast<std::int64_t>(stamp.toNSec());
+  stamp.fromNSec(static_cast<std::uint64_t>(archive.integer(nanoseconds, 0, most)));
+}
+
+void describe(Archive& archive, OdometrySample& sample) {
+  PF_RESAMPLING_FIELDS(archive, sample.stamp, sample.received, sample.pose, sample.covariance,
+                       sample.step_covariance, sample.may_slip);
 }
 
 void describe(Archive& archive, SavedProgress& progress) {

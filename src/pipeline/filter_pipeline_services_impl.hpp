@@ -86,7 +86,7 @@ std::optional<typename Types::Checkpoint> FilterPipeline<Types>::checkpoint() {
   Checkpoint checkpoint;
   save_filter(&checkpoint);
   odometry_.save(&checkpoint.progress);
-  checkpoint.progress.last_observation = static_cast<std::int64_t>(last_observation_.toNSec());
+  checkpoint.progress.last_observation = last_observation_;
   checkpoint.progress.lost_probability = lost_.probability();
   checkpoint.progress.normalized_innovation = lost_.normalized_innovation();
   return checkpoint;
@@ -102,7 +102,7 @@ void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
   forget_observations();
   reported_weight_resets_ = 0;
   odometry_.resume(progress, noise());
-  last_observation_.fromNSec(static_cast<std::uint64_t>(progress.last_observation));
+  last_observation_ = progress.last_observation;
   take_new_belief();
   lost_.resume(progress.lost_probability, progress.normalized_innovation);
 }

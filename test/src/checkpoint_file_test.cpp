@@ -26,9 +26,9 @@ class CheckpointFile : public testing::Test {
 
 SavedProgress some_progress() {
   SavedProgress progress;
-  progress.first_odometry = 100000000001;
-  progress.used = 112040000000;
-  progress.last_observation = 112040000000;
+  progress.first_odometry.fromNSec(100000000001);
+  progress.used.fromNSec(112040000000);
+  progress.last_observation = progress.used;
   progress.driven = 1.25;
   progress.slipping = 0.5;
   progress.moving = 31.5;
@@ -37,8 +37,8 @@ SavedProgress some_progress() {
   progress.normalized_innovation = 1.1;
   progress.odometry_offset = {0.1, -0.2, 0.3};
   for (int i = 0; i < 3; ++i) {
-    SavedOdometry odometry;
-    odometry.stamp = 112000000000 + 100000000 * i;
+    OdometrySample odometry;
+    odometry.stamp = ros::Time(112.0 + 0.1 * i);
     odometry.received = {i / 3.0, -i / 7.0, 0.1 * i};
     odometry.pose = {i / 9.0, i / 11.0, -0.1 * i};
     if (i > 0) odometry.covariance = Eigen::Matrix3d(0.1 * i * Eigen::Matrix3d::Identity());
