@@ -52,10 +52,7 @@ bool is_same_slip(const Finding& one, const Finding& other) {
 FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
                                    const FastSlamSinks& sinks)
     : FilterPipeline(options, sinks),
-      landmark_map_(sinks.landmark_map),
-      final_path_(sinks.final_path),
-      scan_(sinks.scan),
-      updated_(sinks.updated),
+      own_sinks_(sinks),
       starts_frozen_(options.filter.map.frozen),
       tags_(FramePattern(options.tag_pattern), options.frames) {
   for (const auto& [frame, place] : options_.sensors) {
@@ -211,7 +208,7 @@ bool FastSlamPipeline::apply_finished_redraw() {
 
 void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& used,
                                          double duration) {
-  if (scan_) scan_(used);
+  if (own_sinks_.scan) own_sinks_.scan(used);
   if (search_) return search(stamp, used);
   const ScanPicture picture = {belief_->mean, used.sensor, used.observations, filter_->outcomes()};
   note_outcomes(picture, duration);
@@ -219,7 +216,7 @@ void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& us
   recover(stamp, used);
   note_findings(stamp, picture);
   latest_ = {stamp, picture};
-  if (updated_) updated_(stamp, filter_.get());
+  if (own_sinks_.updated) own_sinks_.updated(stamp, filter_.get());
 }
 
 // What the filter did not believe is counted: a misread id, a reflection, or a robot that is lost.

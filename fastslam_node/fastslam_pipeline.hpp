@@ -160,10 +160,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void publish_map(ros::Time stamp);
   void publish_map_and_path();
 
-  std::function<void(const LandmarkMap&)> landmark_map_;
-  std::function<void(const std::vector<ros::Time>&, const std::vector<Pose2>&)> final_path_;
-  std::function<void(const LandmarkScan&)> scan_;
-  std::function<void(ros::Time, FastSlam*)> updated_;
+  const FastSlamSinks own_sinks_;
   bool starts_frozen_;
   std::uint64_t ids_at_two_places_ = 0;  // scans
   std::string last_id_at_two_places_;

@@ -59,11 +59,11 @@ void FastSlamPipeline::publish_map_and_path() {
   publish_map(odometry_.newest());
   publisher_.hurry_path();
   publish_path(odometry_.newest());
-  if (final_path_) final_path_(path_stamps_, filter_->path());
+  if (own_sinks_.final_path) own_sinks_.final_path(path_stamps_, filter_->path());
 }
 
 void FastSlamPipeline::publish_map_if_due(ros::Time stamp) {
-  const bool is_wanted = landmark_map_ || sinks_.markers;
+  const bool is_wanted = own_sinks_.landmark_map || sinks_.markers;
   if (is_wanted && is_due(options_.map_period, stamp, &last_map_)) publish_map(stamp);
 }
 
@@ -72,7 +72,7 @@ void FastSlamPipeline::publish_map(ros::Time stamp) {
   for (const LandmarkEstimate& landmark : filter_->map()) {
     if (landmark.held >= options_.map_min_held - kRounding) map_.push_back(landmark);
   }
-  if (!landmark_map_) return;
+  if (!own_sinks_.landmark_map) return;
   LandmarkMap message;
   message.header.stamp = stamp;
   message.header.frame_id = options_.frames.map;
@@ -85,7 +85,7 @@ void FastSlamPipeline::publish_map(ros::Time stamp) {
                            estimate.covariance(1, 0), estimate.covariance(1, 1)};
     message.landmarks.push_back(landmark);
   }
-  landmark_map_(message);
+  own_sinks_.landmark_map(message);
 }
 
 // The whole path as it is believed now: what came later corrects what was driven before.
