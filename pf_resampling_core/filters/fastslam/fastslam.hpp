@@ -260,16 +260,8 @@ class FastSlam {
   void test_redraw(const std::vector<RangeBearingObservation>& observations, const Pose2& sensor);
   bool solve_memory();
   bool draw_from_memory(int size);
-  void take_draw(int size, const std::vector<Pose2>& path, const Pose2& newest,
-                 const SensorConstants& constants, const OdometryInformation& odometry_given_path,
-                 const Eigen::MatrixXd& deviations);
-  struct DrawnMap {
-    const std::vector<Eigen::Vector2d>& landmarks;
-    const std::vector<Eigen::Matrix2d>& given_path;
-    const std::vector<std::int64_t>& ids;  // -1: not for the particles
-  };
-  void redraw_maps(int size, const Pose2& newest, const Eigen::MatrixXd& deviations,
-                   const DrawnMap& map, const std::function<int(std::int64_t)>& number_of);
+  void take_draw(int size, const MemoryDraw& drawn);
+  void redraw_maps(int size, const MemoryDraw& drawn);
   void select(ConstIndices ancestors);
   void blend(const std::vector<BlendPair>& pairs);
   void draw_population(int size);

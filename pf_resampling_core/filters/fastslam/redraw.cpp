@@ -277,31 +277,23 @@ bool FastSlam::draw_from_memory(int size) {
   } else {
     memory_.take_noise_as_stated();
   }
-  const SegmentGraph& graph = memory_.graph();
-  const auto number_of = [&](std::int64_t id) { return memory_.number_of(id); };
   const Pose2 origin = relative(estimate().mean, {});
-  sightings_.move(compose(graph.newest(), origin));
-  take_draw(size, memory_.path(), graph.newest(), graph.constants, drawn.odometry_given_path,
-            drawn.deviations);
-  std::vector<std::int64_t> ids;
-  for (const RememberedLandmark& landmark : memory_.state().landmarks) {
-    ids.push_back(landmark.is_dormant ? -1 : landmark.id);
-  }
-  redraw_maps(size, graph.newest(), drawn.deviations,
-              {graph.landmarks, drawn.landmarks_given_path, ids}, number_of);
+  sightings_.move(compose(memory_.graph().newest(), origin));
+  take_draw(size, drawn);
+  redraw_maps(size, drawn);
   return true;
 }
 
 // The population as drawn, but for the maps.
-void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& newest,
-                         const SensorConstants& constants,
-                         const OdometryInformation& odometry_given_path,
-                         const Eigen::MatrixXd& deviations) {
+void FastSlam::take_draw(int size, const MemoryDraw& drawn) {
+  const Eigen::MatrixXd& deviations = drawn.deviations;
+  const SegmentGraph& graph = memory_.graph();
+  const Pose2& newest = graph.newest();
   ++status_.redraws;
   redraw_is_untested_ = true;
   status_.redraw_innovation = 0.0;
   status_.redraw_innovation_observations = 0;
-  paths_.replace_newest(path, particles_.weight, size);
+  paths_.replace_newest(memory_.path(), particles_.weight, size);
   const auto pose = deviations.rightCols<3>().array();
   particles_.x = newest.x + pose.col(0);
   particles_.y = newest.y + pose.col(1);
@@ -311,8 +303,8 @@ void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& 
   }
   const Eigen::Index at = deviations.cols() - 3 - kSensorConstants;
   Eigen::ArrayXXd errors = deviations.middleCols<kOdometryConstants>(at).array();
-  errors.rowwise() += constants.head<kOdometryConstants>().transpose().array();
-  odometry_errors_.redraw(errors, odometry_given_path);
+  errors.rowwise() += graph.constants.head<kOdometryConstants>().transpose().array();
+  odometry_errors_.redraw(errors, drawn.odometry_given_path);
   particles_.log_weight.setConstant(size, -std::log(static_cast<double>(size)));
   particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
@@ -320,13 +312,18 @@ void FastSlam::take_draw(int size, const std::vector<Pose2>& path, const Pose2& 
 }
 
 // Every particle gets the landmarks of the graph; others, that few particles hold, go.
-void FastSlam::redraw_maps(int size, const Pose2& newest, const Eigen::MatrixXd& deviations,
-                           const DrawnMap& map, const std::function<int(std::int64_t)>& number_of) {
-  std::vector<int> row_of(map.landmarks.size(), -1);
-  std::vector<double> log_odds(map.landmarks.size(), options_.association.seen_log_odds);
+void FastSlam::redraw_maps(int size, const MemoryDraw& drawn) {
+  const SegmentGraph& graph = memory_.graph();
+  const std::size_t count = graph.landmarks.size();
+  std::vector<std::int64_t> ids;  // -1: not for the particles
+  for (const RememberedLandmark& landmark : memory_.state().landmarks) {
+    ids.push_back(landmark.is_dormant ? -1 : landmark.id);
+  }
+  std::vector<int> row_of(count, -1);
+  std::vector<double> log_odds(count, options_.association.seen_log_odds);
   for (const int row : rows()) {
-    const int number = number_of(store_.birth(row));
-    if (number < 0 || map.ids[static_cast<std::size_t>(number)] < 0) {
+    const int number = memory_.number_of(store_.birth(row));
+    if (number < 0 || ids[static_cast<std::size_t>(number)] < 0) {
       index_.remove(row);
       row_of_id_.erase(store_.birth(row));
       store_.remove(row);
@@ -339,19 +336,19 @@ void FastSlam::redraw_maps(int size, const Pose2& newest, const Eigen::MatrixXd&
     log_odds[static_cast<std::size_t>(number)] = landmark.log_odds;
   }
   if (size != store_.particles()) store_.select(Eigen::ArrayXi::Zero(size));
-  for (std::size_t l = 0; l < map.landmarks.size(); ++l) {
-    if (map.ids[l] < 0) continue;
+  for (std::size_t l = 0; l < count; ++l) {
+    if (ids[l] < 0) continue;
     if (row_of[l] < 0) {
-      row_of[l] = store_.add(map.ids[l]);
-      if (association_ == DataAssociation::known) row_of_id_[map.ids[l]] = row_of[l];
+      row_of[l] = store_.add(ids[l]);
+      if (association_ == DataAssociation::known) row_of_id_[ids[l]] = row_of[l];
       ++status_.landmarks;
     }
-    const Eigen::Vector2d& mean = map.landmarks[l];
-    const Eigen::Matrix2d& covariance = map.given_path[l];
+    const Eigen::Vector2d& mean = graph.landmarks[l];
+    const Eigen::Matrix2d& covariance = drawn.landmarks_given_path[l];
     const LandmarkRow landmark = store_.row(row_of[l]);
     const Eigen::ArrayX2d places =
-        places_of(mean, deviations.middleCols<2>(2 * static_cast<Eigen::Index>(l)), newest,
-                  deviations.rightCols<3>());
+        places_of(mean, drawn.deviations.middleCols<2>(2 * static_cast<Eigen::Index>(l)),
+                  graph.newest(), drawn.deviations.rightCols<3>());
     for (Eigen::Index i = 0; i < size; ++i) {
       landmark.x[i] = places(i, 0);
       landmark.y[i] = places(i, 1);
