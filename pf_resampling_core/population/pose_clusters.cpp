@@ -69,7 +69,7 @@ Moments moments_of(const View& all, const Indices& members) {
   if (!(moments.weight > 0.0)) return moments;
   w /= moments.weight;
   const PoseStatistics statistics = pose_statistics(w, x, y, heading);
-  moments.pose = {statistics.mean, statistics.covariance};
+  moments.pose = statistics;
   moments.effective = statistics.effective_sample_size;
   return moments;
 }

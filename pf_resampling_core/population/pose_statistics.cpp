@@ -8,7 +8,6 @@
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/population/lanes.hpp"
 #include "pf_resampling_core/population/matrix_root.hpp"
-#include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {

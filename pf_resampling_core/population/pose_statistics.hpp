@@ -2,17 +2,15 @@
 
 #include <Eigen/Core>
 
-#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/parallel/worker_pool.hpp"
+#include "pf_resampling_core/population/pose_estimate.hpp"
 #include "pf_resampling_core/population/weights.hpp"
 
 namespace pf_resampling {
 
 /// First and second moments of weighted poses.
-struct PoseStatistics {
-  Pose2 mean;  ///< weighted; the heading is the mean direction
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading) about the mean
-  double effective_sample_size = 0.0;                    ///< Kwak eq. 4
+struct PoseStatistics : PoseEstimate {
+  double effective_sample_size = 0.0;  ///< Kwak eq. 4
 };
 
 /// Moments of the whole set: mean and covariance belong together, also when the set has several

@@ -327,9 +327,8 @@ void BeaconMcl::vary_noise_factors() {
 PoseEstimate BeaconMcl::estimate() const {
   if (!is_initialized())
     throw Error("there is no estimate yet: particles start with the first ranges");
-  const PoseStatistics statistics = pose_statistics(particles_.weight, particles_.x, particles_.y,
-                                                    particles_.heading, pool_.get());
-  return {statistics.mean, statistics.covariance};
+  return pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading,
+                         pool_.get());
 }
 
 std::vector<CalibrationEstimate> BeaconMcl::calibration() const {

@@ -379,9 +379,7 @@ void FastSlam::blend(const std::vector<BlendPair>& pairs) {
 }
 
 PoseEstimate FastSlam::estimate() const {
-  const PoseStatistics statistics =
-      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
-  return {statistics.mean, statistics.covariance};
+  return pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
 }
 
 std::vector<int> FastSlam::rows() const {
