@@ -65,6 +65,26 @@ void add_parameters(StrategyOptions* options, const std::vector<Renewal>& renewa
 /// The strategy in one line: schedule, renewal, scheme and excitation.
 std::string strategy_of(const StrategyOptions& options);
 
+/// Health of a population. Counts are since the start.
+struct PopulationStatus {
+  int particles = 0;
+  /// After the last update's weighing, before its renewal if there was one.
+  double effective_sample_size = 0.0;
+  double entropy_sample_size = 0.0;  ///< likewise
+  /// Particles that have descendants (Kwak section 4.1): of those before the last renewal, ...
+  int distinct_ancestors_of_renewal = 0;
+  /// ... and of those there were when the population was last drawn, set or loaded; in FastSlam at
+  /// the first landmark. An injected particle is a descendant of the one whose place it took.
+  int distinct_ancestors_since_start = 0;
+  bool renewed = false;  ///< whether the last update renewed the population
+  std::int64_t updates = 0;
+  std::int64_t renewals = 0;
+  std::int64_t redraws = 0;        ///< of the renewals; in BeaconMcl beside them
+  std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
+  std::int64_t injected = 0;       ///< particles, where the robot was lost
+  double log_likelihood = 0.0;     ///< of the last update's observations
+};
+
 /// A filter's population, as a strategy needs it: the filter's own arrays, an entry per particle,
 /// and the two things that the filter alone knows how to do to a particle.
 struct Population {

@@ -124,4 +124,22 @@ std::vector<RejectCount> to_messages(const RejectCounter& rejects) {
   return messages;
 }
 
+FilterStatus to_message(const PopulationStatus& filter) {
+  FilterStatus message;
+  message.particles = static_cast<std::uint32_t>(filter.particles);
+  message.effective_sample_size = filter.effective_sample_size;
+  message.entropy_sample_size = filter.entropy_sample_size;
+  message.distinct_ancestors_of_renewal =
+      static_cast<std::uint32_t>(filter.distinct_ancestors_of_renewal);
+  message.distinct_ancestors_since_start =
+      static_cast<std::uint32_t>(filter.distinct_ancestors_since_start);
+  message.renewed = filter.renewed;
+  message.updates = static_cast<std::uint64_t>(filter.updates);
+  message.renewals = static_cast<std::uint64_t>(filter.renewals);
+  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
+  message.injected = static_cast<std::uint64_t>(filter.injected);
+  message.log_likelihood = filter.log_likelihood;
+  return message;
+}
+
 }  // namespace pf_resampling

@@ -9,6 +9,7 @@
 #include <pf_resampling/FilterStatus.h>
 #include <pf_resampling/RejectCount.h>
 
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/messages/rejects.hpp"
 #include "src/odometry/dead_reckoning.hpp"
 
@@ -66,24 +67,7 @@ diagnostic_msgs::DiagnosticStatus timing_diagnostic(const std::string& name,
 /// As in FilterStatus.
 std::vector<RejectCount> to_messages(const RejectCounter& rejects);
 
-/// What the status of both filters says of the population (BeaconMclStatus, FastSlamStatus).
-template <typename Status>
-FilterStatus to_message(const Status& filter) {
-  FilterStatus message;
-  message.particles = static_cast<std::uint32_t>(filter.particles);
-  message.effective_sample_size = filter.effective_sample_size;
-  message.entropy_sample_size = filter.entropy_sample_size;
-  message.distinct_ancestors_of_renewal =
-      static_cast<std::uint32_t>(filter.distinct_ancestors_of_renewal);
-  message.distinct_ancestors_since_start =
-      static_cast<std::uint32_t>(filter.distinct_ancestors_since_start);
-  message.renewed = filter.renewed;
-  message.updates = static_cast<std::uint64_t>(filter.updates);
-  message.renewals = static_cast<std::uint64_t>(filter.renewals);
-  message.weight_resets = static_cast<std::uint64_t>(filter.weight_resets);
-  message.injected = static_cast<std::uint64_t>(filter.injected);
-  message.log_likelihood = filter.log_likelihood;
-  return message;
-}
+/// What the status of both filters says of the population.
+FilterStatus to_message(const PopulationStatus& filter);
 
 }  // namespace pf_resampling

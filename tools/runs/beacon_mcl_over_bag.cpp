@@ -39,11 +39,7 @@ int beacon_mcl_over_bag(const CommandLine& line) {
   run.hand_all_to(&pipeline, line, options.frames);
   run.finish(pipeline);
   std::cout << save_checkpoint_if_wanted(line, &pipeline);
-  const BeaconMclStatus& status = pipeline.filter()->status();
-  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
-                                     std::to_string(status.renewals) + " renewals, " +
-                                     std::to_string(status.particles) + " particles, " +
-                                     strategy_of(options.filter.strategy));
+  run.report(pipeline.rejects(), pipeline.filter()->status(), strategy_of(options.filter.strategy));
   return 0;
 }
 

@@ -83,17 +83,14 @@ int fastslam_over_bag(const CommandLine& line) {
   if (line.has("save-map")) {
     std::cout << pipeline.save_map(line.text("save-map")) << "\n";
   }
-  const FastSlamStatus& status = pipeline.filter().status();
   if (pipeline.not_believed() > 0) {
     std::cout << pipeline.not_believed()
               << " observations were rejected: they did not fit the map\n";
   }
-  run.report(pipeline.rejects(), std::to_string(status.updates) + " updates, " +
-                                     std::to_string(status.renewals) + " renewals, " +
-                                     std::to_string(status.particles) + " particles, " +
-                                     std::to_string(pipeline.landmarks()) + " landmarks (" +
-                                     to_string(pipeline.filter().association()) + "), " +
-                                     strategy_of(options.filter.strategy));
+  run.report(pipeline.rejects(), pipeline.filter().status(),
+             std::to_string(pipeline.landmarks()) + " landmarks (" +
+                 to_string(pipeline.filter().association()) + "), " +
+                 strategy_of(options.filter.strategy));
   return 0;
 }
 

@@ -203,7 +203,8 @@ void FilterOverBag::take_path(const std::vector<ros::Time>& stamps,
     note_pose(stamps[i], poses[i]);
 }
 
-void FilterOverBag::report(const RejectCounter& rejects, const std::string& summary) const {
+void FilterOverBag::report(const RejectCounter& rejects, const PopulationStatus& status,
+                           const std::string& more) const {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double wall = wall_seconds() - wall_start_;
@@ -212,7 +213,8 @@ void FilterOverBag::report(const RejectCounter& rejects, const std::string& summ
     std::cout << "rejected " << count.count << " of " << count.input << ", "
               << to_string(count.reason) << "\n";
   }
-  std::cout << poses_ << " poses, " << summary << "\n";
+  std::cout << poses_ << " poses, " << status.updates << " updates, " << status.renewals
+            << " renewals, " << status.particles << " particles, " << more << "\n";
   std::cout << "wall time " << number_text(wall, 3) << " s, CPU time "
             << number_text(cpu_seconds(usage), 3) << " s, peak memory "
             << number_text(static_cast<double>(usage.ru_maxrss) / 1024.0, 0) << " MiB, "

@@ -15,6 +15,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
+#include "pf_resampling_core/strategy/strategy.hpp"
 #include "src/checkpoint/checkpoint.hpp"
 #include "src/frames/frame_names.hpp"
 #include "src/messages/rejects.hpp"
@@ -80,8 +81,10 @@ class FilterOverBag {
     write_findings(pipeline.findings_in_words());
   }
 
-  /// Prints what the filter had to say, what was rejected, `summary`, and what it took.
-  void report(const RejectCounter& rejects, const std::string& summary) const;
+  /// Prints what the filter had to say, what was rejected, how the population did, `more`, and what
+  /// it took.
+  void report(const RejectCounter& rejects, const PopulationStatus& status,
+              const std::string& more) const;
 
   std::uint64_t poses() const { return poses_; }
 

@@ -28,25 +28,9 @@ struct RangeSums;
 struct Weighing;
 }  // namespace kernels
 
-/// Health of the filter. Counts are since the start.
-struct BeaconMclStatus {
-  int particles = 0;
-  /// After the last update's weighing, before its renewal if there was one.
-  double effective_sample_size = 0.0;
-  double entropy_sample_size = 0.0;  ///< likewise
-  /// Particles that have descendants: of those before the last renewal, and of those there were
-  /// when the population was last drawn, set or loaded. An injected particle counts as a descendant
-  /// of the one whose place it took.
-  int distinct_ancestors_of_renewal = 0;
-  int distinct_ancestors_since_start = 0;
-  bool renewed = false;  ///< whether the last update renewed the population
-  std::int64_t updates = 0;
-  std::int64_t renewals = 0;
-  std::int64_t weight_resets = 0;  ///< times all weights vanished and were reset to uniform
-  std::int64_t injected = 0;       ///< particles injected
-  std::int64_t redraws = 0;        ///< of the population, from the memory of all ranges
-  double log_likelihood = 0.0;     ///< of the last update's ranges
-  int observation = -1;            ///< beacon of the last range
+/// Health of the filter.
+struct BeaconMclStatus : PopulationStatus {
+  int observation = -1;  ///< beacon of the last range
   /// m, last range minus its prediction, weighted mean over the particles.
   double innovation = 0.0;
   double innovation_sigma = 0.0;  ///< m, its expected standard deviation

@@ -50,33 +50,18 @@ struct ObservationOutcome {
 };
 
 /// Health of the filter. Counts are since the start.
-struct FastSlamStatus {
-  int particles = 0;
+struct FastSlamStatus : PopulationStatus {
   int landmarks = 0;
-  /// After the last update's weighing, before its renewal if there was one.
-  double effective_sample_size = 0.0;
-  double entropy_sample_size = 0.0;  ///< likewise
-  /// Particles that have descendants: of those before the last renewal, and of those at the first
-  /// landmark (Kwak section 4.1).
-  int distinct_ancestors_of_renewal = 0;
-  int distinct_ancestors_since_start = 0;
-  bool renewed = false;
-  std::int64_t updates = 0;
-  std::int64_t renewals = 0;
-  std::int64_t redraws = 0;          ///< of the renewals
   std::int64_t redraws_refused = 0;  ///< for want of a solution
   /// How well what was seen first after the last redraw fits it: the squared innovations of these
   /// observations in the whole population, over their degrees of freedom. 1 is expected; 0: nothing
   /// was seen yet. One of more than 13.8, such as a misread id, counts as 13.8.
   double redraw_innovation = 0.0;
   int redraw_innovation_observations = 0;  ///< how many these were
-  std::int64_t weight_resets = 0;
-  std::int64_t injected = 0;  ///< particles, by recover()
   /// Observations of known landmarks that most of the weight did not believe.
   std::int64_t gated = 0;
   /// Landmarks that were not taken into the map: MapOptions::max_landmarks or max_estimates.
   std::int64_t landmarks_refused = 0;
-  double log_likelihood = 0.0;  ///< of the last update's observations
 };
 
 /// FastSLAM 2.0 and 1.0 (Kwak section 2; Montemerlo, Thrun, Koller, Wegbreit 2003): the particles
