@@ -56,17 +56,11 @@ BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacon
 }
 
 void BeaconMcl::reset() {
-  step_ = 0;
+  progress_ = BeaconMclProgress{};
   particles_ = BeaconMclParticles{};
   strategy_ = Strategy(options_.strategy);
   status_ = BeaconMclStatus{};
-  dead_reckoning_ = Pose2{};
-  recent_.clear();
-  first_range_time_.reset();
-  slow_likelihood_ = fast_likelihood_ = 0.0;
-  likelihoods_ = 0;
-  time_ = 0.0;
-  range_squares_ = range_count_ = options_.noise_estimation.prior_count;
+  progress_.range_squares = progress_.range_count = options_.noise_estimation.prior_count;
   memory_.reset();
   start_memory();
   if (options_.initialization.method == Initialization::uniform && !finds_beacons()) {
@@ -108,9 +102,9 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
     checks::check_range(range);
     if (!finds_beacons()) beacon_index(range.beacon);
   }
-  ++step_;
-  time_ += odometry.duration;
-  dead_reckoning_ = compose(dead_reckoning_, odometry.mean);
+  ++progress_.step;
+  progress_.time += odometry.duration;
+  progress_.dead_reckoning = compose(progress_.dead_reckoning, odometry.mean);
   if (memory_) memory_->add(odometry, ranges);
   if (solution_) solution_->since.emplace_back(odometry, ranges);
   for (const RangeObservation& range : ranges) remember(range);
@@ -120,7 +114,7 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
   }
   WorkerPool::Body move;
   if (is_initialized()) move = motion_of(without_known_errors(odometry));
-  const bool weighs = !ranges.empty() && !finds_beacons() && !is_drawn_from_memory_;
+  const bool weighs = !ranges.empty() && !finds_beacons() && !progress_.is_drawn_from_memory;
   if (move && !weighs) pool_->for_each_block(particles_.size(), move);
   if (ranges.empty()) return;
   status_.log_likelihood = 0.0;
@@ -139,7 +133,7 @@ void BeaconMcl::update(const OdometryIncrement& odometry,
     }
     renew();
   }
-  if (memory_ && (solution_ || time_ >= next_solution_)) solve_memory();
+  if (memory_ && (solution_ || progress_.time >= progress_.next_solution)) solve_memory();
   status_.particles = static_cast<int>(particles_.size());
 }
 
@@ -182,10 +176,10 @@ kernels::Range BeaconMcl::range_of(const RangeObservation& observation) {
   range.inlier_share = 1.0 - model.outlier_share;
   range.floor_density = model.outlier_share / (difference.scale * model.maximum_range);
   if (calibrates()) {
-    const double since = time_ - calibration_time_;
+    const double since = progress_.time - progress_.calibration_time;
     range.scale_walk = std::pow(options_.calibration.scale_walk, 2) * since;
     range.bias_walk = std::pow(options_.calibration.bias_walk, 2) * since;
-    calibration_time_ = time_;
+    progress_.calibration_time = progress_.time;
   }
   return range;
 }
@@ -271,13 +265,13 @@ void BeaconMcl::normalize_weights(const double* likelihoods, int count, const We
 // Likelihood in units of the Gaussian's peak, so that ranges of different noise compare.
 void BeaconMcl::follow_likelihood(double variance, double likelihood) {
   const double relative = std::min(1.0, std::sqrt(2.0 * kPi * variance) * likelihood);
-  ++likelihoods_;
+  ++progress_.likelihoods;
   const double slow =
-      std::max(options_.recovery.slow_rate, 1.0 / static_cast<double>(likelihoods_));
+      std::max(options_.recovery.slow_rate, 1.0 / static_cast<double>(progress_.likelihoods));
   const double fast =
-      std::max(options_.recovery.fast_rate, 1.0 / static_cast<double>(likelihoods_));
-  slow_likelihood_ += slow * (relative - slow_likelihood_);
-  fast_likelihood_ += fast * (relative - fast_likelihood_);
+      std::max(options_.recovery.fast_rate, 1.0 / static_cast<double>(progress_.likelihoods));
+  progress_.slow_likelihood += slow * (relative - progress_.slow_likelihood);
+  progress_.fast_likelihood += fast * (relative - progress_.fast_likelihood);
 }
 
 void BeaconMcl::reset_weights() {
@@ -297,14 +291,15 @@ void BeaconMcl::learn_range_noise(const kernels::Weighing& weighing, int count,
   const double squares = sums.noise_squares / all;
   if (!weighing.learns_noise || !std::isfinite(squares)) return;
   const double keep = std::pow(weighing.keep, count);
-  range_squares_ = keep * range_squares_ + squares;
-  range_count_ = keep * range_count_ + sums.noise_count / all;
+  progress_.range_squares = keep * progress_.range_squares + squares;
+  progress_.range_count = keep * progress_.range_count + sums.noise_count / all;
 }
 
 double BeaconMcl::range_variance_factor() const {
   if (!options_.noise_estimation.ranges) return 1.0;
-  return std::min(kLargestVarianceFactor,
-                  std::max(1.0 / kLargestVarianceFactor, range_squares_ / range_count_));
+  return std::min(
+      kLargestVarianceFactor,
+      std::max(1.0 / kLargestVarianceFactor, progress_.range_squares / progress_.range_count));
 }
 
 void BeaconMcl::vary_noise_factors() {
@@ -333,7 +328,7 @@ PoseEstimate BeaconMcl::estimate() const {
 
 std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
   std::vector<CalibrationEstimate> estimates;
-  if (finds_beacons() || is_drawn_from_memory_) {
+  if (finds_beacons() || progress_.is_drawn_from_memory) {
     for (const RadioKnowledge& radio : memory_->radios()) {
       estimates.push_back({radio.id, radio.calibration.scale, radio.scale_sigma,
                            radio.calibration.bias, radio.bias_sigma});
@@ -403,7 +398,7 @@ double BeaconMcl::observation_variance(const RangeObservation& range) const {
 }
 
 RandomStream BeaconMcl::stream(RandomPurpose purpose) const {
-  return {seed_, purpose, step_};
+  return {seed_, purpose, progress_.step};
 }
 
 }  // namespace pf_resampling

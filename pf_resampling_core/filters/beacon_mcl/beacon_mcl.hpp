@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <deque>
 #include <future>
 #include <memory>
 #include <optional>
@@ -55,6 +54,24 @@ struct RecentRange {
   RangeObservation observation;
   Pose2 pose;
   double time = 0.0;  ///< s, since the start
+};
+
+/// How far a filter has come, beside its population and memory.
+struct BeaconMclProgress {
+  std::uint32_t step = 0;                  ///< of the random streams
+  double time = 0.0;                       ///< s, since the start
+  std::int64_t updates_since_renewal = 0;  ///< when it is saved
+  Pose2 dead_reckoning;                    ///< since the start
+  std::optional<double> first_range_time;  ///< s
+  double range_squares = 0.0;  ///< of the ranges' noise, in units of the nominal variance
+  double range_count = 0.0;    ///< and of how many
+  double slow_likelihood = 0.0;
+  double fast_likelihood = 0.0;
+  std::int64_t likelihoods = 0;
+  double calibration_time = 0.0;      ///< s, when its variances were last carried forward
+  std::vector<RecentRange> ranges;    ///< the oldest first
+  bool is_drawn_from_memory = false;  ///< the population, several times a second
+  double next_solution = 0.0;         ///< s
 };
 
 /// Monte Carlo localization by ranges to known beacons (Mahmoud section III): the particles hold
@@ -132,7 +149,7 @@ class BeaconMcl {
   /// otherwise.
   const RangeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
   /// Whether the population is what its most probable modes say.
-  bool is_drawn_from_memory() const { return is_drawn_from_memory_; }
+  bool is_drawn_from_memory() const { return progress_.is_drawn_from_memory; }
   /// Solutions of all of it are made in a thread beside the filter, and taken over once they are
   /// there, or as `take_overs` says: no update waits, but what comes then depends on time. nullptr,
   /// as at first: they are not.
@@ -207,30 +224,16 @@ class BeaconMcl {
   std::vector<std::pair<int, RangeCalibration>> calibration_;  // as given
   std::vector<RangeCalibration> nominal_;                      // per beacon
   std::uint64_t seed_;
-  std::uint32_t step_ = 0;
-  double time_ = 0.0;
+  BeaconMclProgress progress_;
 
   std::optional<RangeMemory> memory_;
-  bool is_drawn_from_memory_ = false;  // the population, several times a second
-  double next_solution_ = 0.0;         // s
-  TakeOvers* take_overs_ = nullptr;    // of solutions that are made in a thread of their own
-  std::optional<Solution> solution_;   // under way
+  TakeOvers* take_overs_ = nullptr;   // of solutions that are made in a thread of their own
+  std::optional<Solution> solution_;  // under way
 
   BeaconMclParticles particles_;
   Ancestry ancestry_;
-  double calibration_time_ = 0.0;  // when its variances were last carried forward
   Strategy strategy_;
   BeaconMclStatus status_;
-
-  Pose2 dead_reckoning_;
-  std::deque<RecentRange> recent_;
-  std::optional<double> first_range_time_;  // s, since the start
-  // Of the ranges' noise, in units of the nominal variance, and how many.
-  double range_squares_ = 0.0;
-  double range_count_ = 0.0;
-  double slow_likelihood_ = 0.0;
-  double fast_likelihood_ = 0.0;
-  std::int64_t likelihoods_ = 0;
 
   std::unique_ptr<WorkerPool> pool_;
   Eigen::ArrayXd work_;

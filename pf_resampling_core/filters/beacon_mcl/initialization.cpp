@@ -22,30 +22,33 @@ constexpr std::size_t kRecentRanges = 24;
 
 void BeaconMcl::remember(const RangeObservation& range) {
   if (finds_beacons()) return;
-  if (!first_range_time_) first_range_time_ = time_;
-  recent_.push_back({range, dead_reckoning_, time_});
+  if (!progress_.first_range_time) progress_.first_range_time = progress_.time;
+  progress_.ranges.push_back({range, progress_.dead_reckoning, progress_.time});
   const double window = std::max(options_.recovery.window, options_.initialization.patience);
-  while (recent_.size() > kRecentRanges || recent_.front().time < time_ - window)
-    recent_.pop_front();
+  while (progress_.ranges.size() > kRecentRanges ||
+         progress_.ranges.front().time < progress_.time - window)
+    progress_.ranges.erase(progress_.ranges.begin());
 }
 
 void BeaconMcl::initialize_when_possible() {
-  if (recent_.empty()) return;
+  if (progress_.ranges.empty()) return;
   if (options_.initialization.method != Initialization::from_ranges) return;
   std::set<int> heard;
-  for (const RecentRange& recent : recent_) heard.insert(recent.observation.beacon);
+  for (const RecentRange& recent : progress_.ranges) heard.insert(recent.observation.beacon);
   const int wanted = std::min(options_.initialization.beacons, static_cast<int>(beacons_.size()));
-  const bool patient = time_ - *first_range_time_ < options_.initialization.patience;
+  const bool patient =
+      progress_.time - *progress_.first_range_time < options_.initialization.patience;
   if (static_cast<int>(heard.size()) < wanted && patient) return;
   initialize_from_ranges();
 }
 
 void BeaconMcl::global_localization() {
-  ++step_;
+  ++progress_.step;
   if (finds_beacons()) {
     particles_ = BeaconMclParticles{};
     start_memory();
-  } else if (options_.initialization.method == Initialization::uniform || recent_.empty()) {
+  } else if (options_.initialization.method == Initialization::uniform ||
+             progress_.ranges.empty()) {
     initialize_uniform();
   } else {
     initialize_from_ranges();
@@ -54,7 +57,7 @@ void BeaconMcl::global_localization() {
 
 void BeaconMcl::initialize_gaussian(const Pose2& mean, const Eigen::Matrix3d& covariance) {
   checks::check_pose(mean, covariance);
-  ++step_;
+  ++progress_.step;
   const bool first = !is_initialized();
   resize_columns(options_.particles, &particles_);
   draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, particles_.size(),
@@ -106,8 +109,8 @@ void BeaconMcl::begin_population(bool first) {
   reset_weights();
   particles_.ancestor =
       Eigen::ArrayXi::LinSpaced(particles_.size(), 0, static_cast<int>(particles_.size()) - 1);
-  slow_likelihood_ = fast_likelihood_ = 0.0;
-  likelihoods_ = 0;
+  progress_.slow_likelihood = progress_.fast_likelihood = 0.0;
+  progress_.likelihoods = 0;
   start_ancestry();
   if (first) {
     start_yaw_rate_bias();
@@ -157,7 +160,7 @@ void BeaconMcl::start_calibration() {
                                         share * std::pow(options_.calibration.scale_sigma, 2));
   particles_.scale_bias_covariance.setZero(count);
   particles_.bias_variance.setConstant(count, share * std::pow(options_.calibration.bias_sigma, 2));
-  calibration_time_ = time_;
+  progress_.calibration_time = progress_.time;
 }
 
 // Poses that agree with the ranges of the last seconds: candidates on the ring of one of them, any
@@ -178,7 +181,7 @@ std::vector<Pose2> BeaconMcl::propose_from_ranges(int count) {
     Pose2 antenna;    // from the robot's present pose to the antenna's place back then
   };
   std::vector<Ring> rings;
-  for (const RecentRange& recent : recent_) {
+  for (const RecentRange& recent : progress_.ranges) {
     const RangeObservation& observation = recent.observation;
     const std::size_t beacon = beacon_index(observation.beacon);
     const double distance = std::max(0.0, corrected_range(observation.beacon, observation.range));
@@ -190,7 +193,7 @@ std::vector<Pose2> BeaconMcl::propose_from_ranges(int count) {
     const double height =
         beacons_[beacon].is_planar ? 0.0 : beacons_[beacon].position.z() - observation.antenna.z();
     const double horizontal = std::sqrt(std::max(0.0, distance * distance - height * height));
-    const Pose2 back_then = relative(dead_reckoning_, recent.pose);
+    const Pose2 back_then = relative(progress_.dead_reckoning, recent.pose);
     const Pose2 antenna =
         compose(back_then, {observation.antenna.x(), observation.antenna.y(), 0.0});
     rings.push_back({beacons_[beacon].position, horizontal, std::sqrt(variance), antenna});

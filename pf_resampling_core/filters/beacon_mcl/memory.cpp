@@ -31,8 +31,8 @@ void BeaconMcl::start_memory(const std::vector<Beacon>& beacons,
                              const std::optional<PoseEstimate>& first) {
   memory_.reset();
   if (solution_) solution_->is_obsolete = true;
-  is_drawn_from_memory_ = false;
-  next_solution_ = time_;
+  progress_.is_drawn_from_memory = false;
+  progress_.next_solution = progress_.time;
   if (options_.strategy.renewal != Renewal::redraw) return;
   RangeMemoryOptions options;
   options.sigma = options_.ranges.sigma;
@@ -65,7 +65,7 @@ void BeaconMcl::note_innovation_of_memory() {
 OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) const {
   if (memory_) odometry = memory_->without_factors(std::move(odometry));
   odometry.covariance += odometry.slip_covariance;
-  if (!is_drawn_from_memory_) return odometry;
+  if (!progress_.is_drawn_from_memory) return odometry;
   // Each particle knows the bias of the yaw rate.
   odometry.mean = corrected_motion(odometry, KeyframeState::Zero(),
                                    memory_->modes().front().estimate.constants);
@@ -73,7 +73,7 @@ OdometryIncrement BeaconMcl::without_known_errors(OdometryIncrement odometry) co
 }
 
 bool BeaconMcl::is_not_as_listed(int beacon) const {
-  if (!is_drawn_from_memory_) return false;
+  if (!progress_.is_drawn_from_memory) return false;
   const std::vector<RadioKnowledge> radios = memory_->radios();
   return std::any_of(radios.begin(), radios.end(), [&](const RadioKnowledge& radio) {
     return radio.id == beacon && radio.fault > kWrong;
@@ -82,9 +82,9 @@ bool BeaconMcl::is_not_as_listed(int beacon) const {
 
 void BeaconMcl::solve_memory() {
   const bool is_taken = take_solution();
-  if (!is_taken && time_ < next_solution_) return;
-  next_solution_ = time_ + (finds_beacons() ? kDrawingPeriod : kSolutionPeriod);
-  is_drawn_from_memory_ = false;
+  if (!is_taken && progress_.time < progress_.next_solution) return;
+  progress_.next_solution = progress_.time + (finds_beacons() ? kDrawingPeriod : kSolutionPeriod);
+  progress_.is_drawn_from_memory = false;
   bool is_of_all = is_taken;
   if (take_overs_ == nullptr) {
     is_of_all = memory_->solve();
@@ -116,8 +116,8 @@ void BeaconMcl::solve_memory() {
     start_calibration();
   }
   redraw(shares, modes);
-  is_drawn_from_memory_ = true;
-  next_solution_ = time_ + kDrawingPeriod;
+  progress_.is_drawn_from_memory = true;
+  progress_.next_solution = progress_.time + kDrawingPeriod;
 }
 
 // Where no thread can be had it is made when it is asked for.
@@ -179,8 +179,8 @@ void BeaconMcl::redraw(const std::vector<double>& shares,
   particles_.translation_factor.setConstant(memory_->noise().translation);
   particles_.heading_factor.setConstant(memory_->noise().heading);
   const double factor = memory_->noise().range_deviation();
-  range_squares_ = factor * factor * range_count_;
-  calibration_time_ = time_;
+  progress_.range_squares = factor * factor * progress_.range_count;
+  progress_.calibration_time = progress_.time;
   reset_weights();
   particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
   start_ancestry();

@@ -52,13 +52,15 @@ void BeaconMcl::blend(const std::vector<BlendPair>& pairs) {
 
 bool BeaconMcl::recovery_is_due() const {
   const RecoveryOptions& recovery = options_.recovery;
-  return recovery.enabled && fast_likelihood_ < recovery.threshold * slow_likelihood_;
+  return recovery.enabled &&
+         progress_.fast_likelihood < recovery.threshold * progress_.slow_likelihood;
 }
 
 void BeaconMcl::inject() {
   if (!recovery_is_due()) return;
   const RecoveryOptions& recovery = options_.recovery;
-  const double drop = 1.0 - fast_likelihood_ / (recovery.threshold * slow_likelihood_);
+  const double drop =
+      1.0 - progress_.fast_likelihood / (recovery.threshold * progress_.slow_likelihood);
   const Eigen::Index size = particles_.size();
   const int count = static_cast<int>(
       std::floor(std::min(drop, recovery.maximum_share) * static_cast<double>(size)));

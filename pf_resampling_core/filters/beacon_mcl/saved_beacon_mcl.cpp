@@ -23,37 +23,23 @@ void describe(Archive& archive, BeaconMclParticles& particles) {
 }
 
 void describe(Archive& archive, SavedBeaconMcl& saved) {
-  PF_RESAMPLING_FIELDS(archive, saved.beacons, saved.step, saved.time, saved.updates_since_renewal,
-                       saved.dead_reckoning, saved.first_range_time, saved.range_squares,
-                       saved.range_count, saved.slow_likelihood, saved.fast_likelihood,
-                       saved.likelihoods, saved.calibration_time, saved.ranges, saved.particles,
-                       saved.memory, saved.memory_beacons, saved.is_drawn_from_memory,
-                       saved.next_solution);
+  BeaconMclProgress& so_far = saved.progress;
+  PF_RESAMPLING_FIELDS(archive, so_far.step, so_far.time, so_far.updates_since_renewal,
+                       so_far.dead_reckoning, so_far.first_range_time, so_far.range_squares,
+                       so_far.range_count, so_far.slow_likelihood, so_far.fast_likelihood,
+                       so_far.likelihoods, so_far.calibration_time, so_far.ranges,
+                       so_far.is_drawn_from_memory, so_far.next_solution);
+  PF_RESAMPLING_FIELDS(archive, saved.beacons, saved.particles, saved.memory, saved.memory_beacons);
 }
 
 SavedBeaconMcl BeaconMcl::saved() const {
   if (!is_initialized()) {
     throw Error("there is nothing to save yet: particles start with the first ranges");
   }
-  SavedBeaconMcl saved;
-  saved.beacons = beacons_;
-  saved.step = step_;
-  saved.time = time_;
-  saved.updates_since_renewal = strategy_.observations_since_renewal();
-  saved.dead_reckoning = dead_reckoning_;
-  saved.first_range_time = first_range_time_.value_or(time_);
-  saved.range_squares = range_squares_;
-  saved.range_count = range_count_;
-  saved.slow_likelihood = slow_likelihood_;
-  saved.fast_likelihood = fast_likelihood_;
-  saved.likelihoods = likelihoods_;
-  saved.calibration_time = calibration_time_;
-  saved.ranges.assign(recent_.begin(), recent_.end());
-  saved.particles = particles_;
-  saved.memory = memory_;
+  SavedBeaconMcl saved = {beacons_, progress_, particles_, memory_, {}};
+  saved.progress.updates_since_renewal = strategy_.observations_since_renewal();
+  saved.progress.first_range_time = progress_.first_range_time.value_or(progress_.time);
   if (memory_) saved.memory_beacons = memory_->beacons();
-  saved.is_drawn_from_memory = is_drawn_from_memory_;
-  saved.next_solution = next_solution_;
   return saved;
 }
 
@@ -81,24 +67,14 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   }
 
   reset();
-  step_ = saved.step;
-  time_ = saved.time;
-  strategy_.resume(saved.updates_since_renewal);
-  dead_reckoning_ = saved.dead_reckoning;
-  first_range_time_ = saved.first_range_time;
-  range_squares_ = saved.range_squares;
-  range_count_ = saved.range_count;
-  slow_likelihood_ = saved.slow_likelihood;
-  fast_likelihood_ = saved.fast_likelihood;
-  likelihoods_ = saved.likelihoods;
-  calibration_time_ = saved.calibration_time;
-  recent_.assign(saved.ranges.begin(), saved.ranges.end());
+  progress_ = saved.progress;
+  strategy_.resume(progress_.updates_since_renewal);
   particles_ = saved.particles;
   if (finds_beacons()) start_memory(saved.memory_beacons, {});
-  if (memory_) next_solution_ = time_;
-  if (memory_ && saved.memory && memory_->resume(*saved.memory)) {
-    next_solution_ = saved.next_solution;
-    is_drawn_from_memory_ = saved.is_drawn_from_memory;
+  const bool goes_on = memory_ && saved.memory && memory_->resume(*saved.memory);
+  progress_.is_drawn_from_memory = goes_on && saved.progress.is_drawn_from_memory;
+  if (memory_) {
+    progress_.next_solution = goes_on ? saved.progress.next_solution : progress_.time;
   }
   start_ancestry();
   status_.effective_sample_size = effective_sample_size(particles_.weight);

@@ -90,8 +90,8 @@ inline BeaconMclOptions default_options_with(int particles) {
 /// Every number of the population and of the filter's belief, for comparing bit by bit.
 /// Learnt, of the ranges' standard deviation.
 inline double range_noise_factor(const BeaconMcl& filter) {
-  const SavedBeaconMcl saved = filter.saved();
-  return std::sqrt(saved.range_squares / saved.range_count);
+  const BeaconMclProgress progress = filter.saved().progress;
+  return std::sqrt(progress.range_squares / progress.range_count);
 }
 
 inline std::vector<double> all_numbers(const BeaconMcl& filter) {
