@@ -123,5 +123,11 @@ TEST(MultifrontalCholesky, KeepsTheOrderOfWhatIsLast) {
   EXPECT_EQ(sum.sparse.at(5) + 3, sum.sparse.at(1));
 }
 
+// A processor with 32 KiB of first-level cache gave other bytes than one with 48 KiB.
+TEST(MultifrontalCholesky, CachesOfTheProcessorDoNotDecideHowNumbersAreRounded) {
+  EXPECT_EQ(Eigen::l1CacheSize(), 48 << 10);
+  EXPECT_EQ(Eigen::l2CacheSize(), 1280 << 10);
+}
+
 }  // namespace
 }  // namespace pf_resampling
