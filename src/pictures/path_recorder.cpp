@@ -5,6 +5,12 @@
 #include "src/messages/conversions.hpp"
 
 namespace pf_resampling {
+namespace {
+
+// rad: without a pose in each turn, the path through a room of a few metres cuts its corners.
+constexpr double kTurn = 0.3;
+
+}  // namespace
 
 void PathRecorder::clear() {
   spacing_ = start_spacing_;
@@ -14,10 +20,10 @@ void PathRecorder::clear() {
 void PathRecorder::add(ros::Time stamp, const std::string& frame, const Pose2& pose) {
   path_.header.stamp = stamp;
   path_.header.frame_id = frame;
-  if (!path_.poses.empty()) {
-    const auto& last = path_.poses.back().pose.position;
-    if (std::hypot(pose.x - last.x, pose.y - last.y) < spacing_) return;
-  }
+  const bool is_near = std::hypot(pose.x - last_.x, pose.y - last_.y) < spacing_;
+  const bool is_straight = std::abs(wrap_angle(pose.heading - last_.heading)) < kTurn;
+  if (!path_.poses.empty() && is_near && is_straight) return;
+  last_ = pose;
   geometry_msgs::PoseStamped stamped;
   stamped.header = path_.header;
   stamped.pose = to_pose_message(pose);

@@ -6,7 +6,7 @@
 
 namespace pf_resampling {
 
-/// The path driven, as poses at least `spacing` metres apart and not more than `length` of them:
+/// The path driven, as poses `spacing` metres, or a turn, apart and not more than `length` of them:
 /// when there are too many, every other one is dropped and the spacing doubles.
 class PathRecorder {
  public:
@@ -20,6 +20,7 @@ class PathRecorder {
   double start_spacing_;
   double spacing_ = 0.0;
   int length_;
+  Pose2 last_;
   nav_msgs::Path path_;
 };
 

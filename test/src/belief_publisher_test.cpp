@@ -89,6 +89,22 @@ TEST(BeliefPublisher, ALongPathIsGivenOutLessOften) {
   EXPECT_EQ(publisher.out.paths.back().poses.size(), 7200u);
 }
 
+// In a maze of 2.4 m, poses half a metre apart would cut the corners.
+TEST(BeliefPublisher, ATightTurnIsOnThePath) {
+  OutputOptions options;
+  options.path_period = 0.0;
+  options.path_spacing = 0.5;
+  Publisher publisher(options);
+  for (int step = 0; step <= 62; ++step) {  // once round a circle of 0.2 m
+    const double turn = 0.1 * step;
+    publisher.belief.publish_pose(
+        ros::Time(1.0 + step), sure({0.2 * std::sin(turn), 0.2 - 0.2 * std::cos(turn), turn}), {});
+    publisher.belief.publish_path(ros::Time(1.0 + step));
+  }
+  EXPECT_GE(publisher.out.paths.back().poses.size(), 16u) << "6.2 rad in steps of 0.3 to 0.4";
+  EXPECT_LE(publisher.out.paths.back().poses.size(), 22u);
+}
+
 // It may drive for days: every other pose goes, the first and the last drive on, and the steps
 // between are twice as long from then on.
 TEST(BeliefPublisher, APathThatGetsTooLongIsThinned) {
