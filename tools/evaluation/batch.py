@@ -22,21 +22,20 @@ def compare(given, run, found, truth_of_path, choose_frame):
     """Figures; `found` of the estimate, `truth_of_path` the truth at the stamps of the path as it was believed at the end."""
     drive = drive_of(RecordedBag(given.bag), given, Setup())
     solution = solution_of(drive, given.batch_online)
-    estimate, clip = found.figures["estimate"], given.clip
-    path = path_from(solution["path"], run.place)
-    radios = solution["ranges"]
+    estimate, clip, radios = found.figures["estimate"], given.clip, solution["ranges"]
 
-    def alignment_of(path):
-        """The frame of the beacons is the truth's."""
-        wanted = "start" if found.frame == "given" else found.frame
-        return np.zeros(3) if radios else choose_frame(wanted, run, path, clip)[1]
+    def judged(columns):
+        """A path, what brings it to the truth's frame, which is that of the beacons, what fits it best, and its errors."""
+        path, wanted = path_from(columns, run.place), "start" if found.frame == "given" else found.frame
+        alignment = np.zeros(3) if radios else choose_frame(wanted, run, path, clip)[1]
+        fit, aligned = evaluate_aligned_path(run.truth, path, clip)
+        errors = evaluate_path(run.truth, moved(path, alignment), clip).figures["cartesian"]
+        return path, alignment, fit, {"cartesian": errors, "cartesian_aligned": aligned}
 
-    alignment = alignment_of(path)
-    fit, aligned = evaluate_aligned_path(run.truth, path, clip)
+    path, alignment, fit, errors = judged(solution["path"])
     batch = {name: solution[name] for name in ("distance_scale", "yaw_scale", "observations", "outliers", "ranges")}
-    batch.update(ids=drive["ids"], cartesian=evaluate_path(run.truth, moved(path, alignment), clip).figures["cartesian"],
-                 cartesian_aligned=aligned, map=None, map_ratio=None,
-                 online_ratio=ratio(estimate["cartesian_aligned"]["mean"], aligned["mean"]))
+    batch.update(errors, ids=drive["ids"], map=None, map_ratio=None,
+                 online_ratio=ratio(estimate["cartesian_aligned"]["mean"], errors["cartesian_aligned"]["mean"]))
     batch["path_ratio"] = batch["online_ratio"]
     if truth_of_path is not None and not radios:
         there = evaluate_aligned_path(truth_of_path, path, clip)[1]
@@ -50,10 +49,8 @@ def compare(given, run, found, truth_of_path, choose_frame):
             batch["map_ratio"] = ratio(found.map[0]["rms_aligned"], batch["map"]["rms_aligned"])
     if given.batch_online:
         online = solution["online"]
-        path = path_from(online["path"], run.place)
-        errors = evaluate_path(run.truth, moved(path, alignment_of(path)), clip).figures["cartesian"]
-        aligned = evaluate_aligned_path(run.truth, path, clip)[1]
-        batch["online"] = {"cartesian": errors, "cartesian_aligned": aligned, "solutions": online["solutions"],
-                           "refused": online["refused"], "ratio": ratio(estimate["cartesian"]["mean"], errors["mean"]),
-                           "aligned_ratio": ratio(estimate["cartesian_aligned"]["mean"], aligned["mean"])}
+        *_, errors = judged(online["path"])
+        batch["online"] = {**errors, "solutions": online["solutions"], "refused": online["refused"],
+                           "ratio": ratio(estimate["cartesian"]["mean"], errors["cartesian"]["mean"]),
+                           "aligned_ratio": ratio(estimate["cartesian_aligned"]["mean"], errors["cartesian_aligned"]["mean"])}
     return batch
