@@ -4,9 +4,9 @@
 import math
 import unittest
 
+import bags  # which tells where the tools are
 import numpy as np
 import rosunit
-import bags  # which tells where the tools are
 
 from command_line import Error
 from evaluation import maps, paths, report

@@ -4,17 +4,17 @@
 import types
 import unittest
 
+import bags  # which tells where research is
 import numpy as np
 import rosunit
-import yaml
-from bags import ROOT
 
-import study_landmarks as landmarks  # of research, where bags has put it
+import study_landmarks as landmarks
 from command_line import Error
+from study_definition import load_study
 
 LOOPS = {'name': 'loops', 'source': 'indoor_two_loops', 'duration_given': 0.0}
-KWAK = yaml.load((ROOT / 'research' / 'studies' / 'kwak.yaml').read_text(), Loader=yaml.BaseLoader)
-FILTERS = {each['name']: {'settings': {}, 'estimator': 'filter', **each} for group in KWAK['groups'] for each in group['filters']}
+KWAK = load_study('kwak')
+FILTERS = {each['name']: each for each in KWAK['filters']}
 
 
 def experiment(names, problem=None, **settings):
