@@ -82,8 +82,8 @@ class Drive(InFolder):
         seen = math.hypot(1, 3), math.atan2(1, 3)
         self.assertEqual(self.associated(5, seen, (seen[0], -seen[1])), [7, 8])
         self.assertEqual(self.associated(12, (3, 0)), [9])
-        # 0.3, 0.1 and 1.2 m from the landmark at (4, 3): none that is far, and none twice.
-        self.assertEqual(self.associated(4, (3.3, 0), (3.1, 0), (4.2, 0)), [-1, 7, -1])
+        # 0.3, 0.1, 1.2 and very many m from the landmark at (4, 3): none that is far, and none twice.
+        self.assertEqual(self.associated(4, (3.3, 0), (3.1, 0), (4.2, 0), (1e308, 0)), [-1, 7, -1, -1])
         self.assertEqual(self.associated(4, (3, 0), frame='camera', number=3), [3])  # a frame that is not on the robot
 
     def solved(self, *data_set, landmarks='/landmarks'):

@@ -14,7 +14,7 @@ from pf_resampling.msg import BeaconArray, LandmarkMap
 
 from .maps import Map, match_by_nearest, usual_gate
 from .paths import compose, interpolate, inverse
-from .recorded_run import (MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, believed_of, frames_on_robot, last_of, map_of,
+from .recorded_run import (FARTHEST, MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, believed_of, frames_on_robot, last_of, map_of,
                            numbers_of, odometry_of, path_of)
 
 MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB
@@ -97,7 +97,7 @@ def odometry_on_tf(messages, setup, name):
 def noise_of(messages):
     """White noise of the odometry along, across and in heading, per sqrt(s): from the covariances of the twists, each that of
     the mean velocity since the message before. None if none is stated."""
-    times, rows = numbers_of(messages, {"nav_msgs/Odometry": 85})
+    times, rows = numbers_of(messages, {"nav_msgs/Odometry": 43 + 6 + 36})  # pose, twist, covariance of that
     stated, steps = rows[:, [49, 49 + 7, 49 + 35]], np.diff(times, prepend=times[:1])
     is_finite = np.isfinite(stated).all(axis=1)
     variance, duration = sum((steps**2)[is_finite, None] * stated[is_finite]), sum(steps[is_finite])
@@ -201,7 +201,7 @@ def associate(scans, path, odometry, frames, marks):
         eye = compose(robot_at(path, odometry, scan[0]), np.array([*sensor[:2, 3], math.atan2(sensor[1, 0], sensor[0, 0])]))
         seen = np.array([each[1:3] for each in scan[2]])
         direction = eye[2] + seen[:, 1]
-        places = eye[:2] + seen[:, :1] * np.column_stack([np.cos(direction), np.sin(direction)])
+        places = eye[:2] + np.clip(seen[:, :1], -FARTHEST, FARTHEST) * np.column_stack([np.cos(direction), np.sin(direction)])
         matches = dict(match_by_nearest(Map(None, places, None), marks, gate).tolist())
         for i, each in enumerate(scan[2]):
             each[0] = int(marks.id[matches[i]]) if i in matches else -1
