@@ -51,8 +51,8 @@ class LaunchFiles(InFolder):
         return os.path.join(self.shared, name)
 
     def test_every_argument_says_what_it_is(self):
-        files = glob.glob(os.path.join(PACKAGE, 'launch', '*.launch'))
-        self.assertGreaterEqual(len(files), 4)
+        files = glob.glob(os.path.join(PACKAGE, '*', '*.launch'))
+        self.assertGreaterEqual(len(files), 5)
         for name in files:
             for argument in xml.etree.ElementTree.parse(name).getroot().iter('arg'):
                 if 'doc' in argument.attrib or 'value' in argument.attrib and argument.get('name') is not None:
@@ -107,6 +107,12 @@ class LaunchFiles(InFolder):
         self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=30', 'rviz:=false', 'record:=vesc.bag',
                        'stop_with_bag:=true', 'odom:=/vesc/odom')
         self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
+
+    def test_the_example_beside_other_packages(self):
+        parameters = os.path.join(PACKAGE, 'config', 'fastslam.yaml')
+        done = self.run_in_folder('roslaunch', '--nodes', os.path.join(PACKAGE, 'examples', 'navigation.launch'),
+                                  'map:=my.map', 'building:=building.yaml', 'move_base:=' + parameters, 'rviz:=false')
+        self.assertEqual(set(done.stdout.split()), {'/fastslam', '/fused_odometry', '/map_server', '/move_base'}, done.stdout)
 
 
 if __name__ == '__main__':
