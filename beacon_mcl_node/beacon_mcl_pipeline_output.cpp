@@ -224,7 +224,7 @@ void BeaconMclPipeline::note_findings(ros::Time stamp) {
       continue;
     }
     if (radio.repeats) {
-      finding.kind = FindingKind::beacon_swapped;
+      finding.kind = FindingKind::beacon_repeats;
       continue;
     }
     const RadioPlace& place = radio.places.front();

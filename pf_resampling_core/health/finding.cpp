@@ -16,7 +16,8 @@ const EnumNames<FindingKind> kFindingNames{
      {FindingKind::landmark_gone, "landmark_gone"},
      {FindingKind::beacon_biased, "beacon_biased"},
      {FindingKind::beacon_moved, "beacon_moved"},
-     {FindingKind::beacon_swapped, "beacon_swapped"}}};
+     {FindingKind::beacon_swapped, "beacon_swapped"},
+     {FindingKind::beacon_repeats, "beacon_repeats"}}};
 
 std::string metres(double length) {
   char text[40];
@@ -70,6 +71,8 @@ std::string sentence_of(const Finding& finding, double start) {
     case FindingKind::beacon_moved:
     case FindingKind::beacon_swapped:
       return beacon + " is " + metres(finding.size) + " from where the list has it";
+    case FindingKind::beacon_repeats:
+      return beacon + " repeats the ranges of another";
   }
   return "";
 }

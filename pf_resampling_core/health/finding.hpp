@@ -19,6 +19,7 @@ enum class FindingKind {
   beacon_biased,   ///< its ranges are too long or too short
   beacon_moved,    ///< it is not where the list has it
   beacon_swapped,  ///< it is at the place of another
+  beacon_repeats,  ///< its ranges are those of another
 };
 const EnumNames<FindingKind>& names_of(FindingKind);
 

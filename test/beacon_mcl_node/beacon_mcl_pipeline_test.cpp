@@ -307,6 +307,25 @@ TEST(BeaconMclPipeline, OdometryThatTurnsTheWrongWayIsAFinding) {
   EXPECT_TRUE(run.out.statuses.back().findings.empty());
 }
 
+TEST(BeaconMclPipeline, ABeaconThatRepeatsAnotherIsAFinding) {
+  BeaconMclPipelineOptions options = BeaconMclDrive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  Rig run(options);
+  const int first = BeaconMclDrive::beacons()[0].id, third = BeaconMclDrive::beacons()[2].id;
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(30.0)) {
+    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
+    if (range == nullptr || (*range)->beacon != third) handle(message, &run.pipeline);
+    if (range == nullptr || (*range)->beacon != first) continue;
+    BeaconRange repeated = **range;
+    repeated.beacon = third;
+    run.pipeline.handle(repeated);
+  }
+  const FilterStatus& status = run.out.statuses.back();
+  ASSERT_EQ(status.findings.size(), 1u);
+  EXPECT_EQ(status.findings[0].kind, "beacon_repeats");
+  EXPECT_EQ(status.findings[0].id, third);
+}
+
 // While it cannot tell yet, a filter with a wrong list is sure of a place that is metres away.
 TEST(BeaconMclPipeline, IsNotHealthyBeforeTheListWasJudged) {
   BeaconMclPipelineOptions options = BeaconMclDrive::options();
