@@ -86,8 +86,6 @@ class FilterOverBag {
   void report(const RejectCounter& rejects, const PopulationStatus& status,
               const std::string& more) const;
 
-  std::uint64_t poses() const { return poses_; }
-
  private:
   enum class Outputs { all, no_clouds, pose_only };
 

@@ -36,8 +36,8 @@ void BeaconMcl::initialize_when_possible() {
   std::set<int> heard;
   for (const RecentRange& recent : progress_.ranges) heard.insert(recent.observation.beacon);
   const int wanted = std::min(options_.initialization.beacons, static_cast<int>(beacons_.size()));
-  const bool patient =
-      progress_.time - *progress_.first_range_time < options_.initialization.patience;
+  const double waited = progress_.time - progress_.first_range_time.value_or(progress_.time);
+  const bool patient = waited < options_.initialization.patience;
   if (static_cast<int>(heard.size()) < wanted && patient) return;
   initialize_from_ranges();
 }
