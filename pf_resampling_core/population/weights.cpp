@@ -112,31 +112,16 @@ void exponentials_of_block(const double* log_weights, double shift, std::int64_t
   }
 }
 
-template <int kBytes>
-PF_RESAMPLING_INLINE void squares_in(const double* values, std::int64_t size, double* result) {
-  using R = Registers<kBytes>;
-  typename R::Doubles squares[R::kParts] = {};
-  double lanes[kLanes];
-  for (std::int64_t i = 0; i < size; i += kLanes) {
-    const double* from = values + i;
-    if (i + kLanes > size) {
-      fill_up(from, size - i, 0.0, lanes);
-      from = lanes;
-    }
-#pragma GCC unroll 4
-    for (int part = 0; part < R::kParts; ++part) {
-      typename R::Doubles value;
-      std::memcpy(&value, from + part * R::kWidth, sizeof value);
-      squares[part] += value * value;
-    }
+PF_RESAMPLING_VECTOR_CLONES
+double sum_of_squares(const double* values, std::int64_t size) {
+  double lanes[kLanes] = {};
+  std::int64_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) lanes[lane] += values[i + lane] * values[i + lane];
   }
-  std::memcpy(lanes, squares, sizeof lanes);
-  *result = sum_of_lanes(lanes);
+  for (int lane = 0; i < size; ++i, ++lane) lanes[lane] += values[i] * values[i];
+  return sum_of_lanes(lanes);
 }
-
-PF_RESAMPLING_BY_WIDTH(sum_of_squares, squares_in,
-                       (const double* values, std::int64_t size, double* result),
-                       (values, size, result))
 
 PF_RESAMPLING_VECTOR_CLONES
 void rescale_clones(double inverse_sum, double log_sum, std::int64_t size, double* linear,
@@ -242,9 +227,7 @@ double temper(double share, ConstArray before, MutableArray log_weights) {
 }
 
 double effective_sample_size(ConstArray linear) {
-  double squares = 0.0;
-  sum_of_squares(linear.data(), linear.size(), &squares);
-  return 1.0 / squares;
+  return 1.0 / sum_of_squares(linear.data(), linear.size());
 }
 
 }  // namespace pf_resampling
