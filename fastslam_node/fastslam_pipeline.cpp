@@ -391,9 +391,7 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
     const auto mapped = filter_->landmark(sighting.id);
     if (with_ids && !mapped && !outcome.is_new) continue;  // of nothing in the map
     if (mapped) sighting.mapped = mapped->mean;
-    const double angle = eye.heading + z.bearing;
-    sighting.seen =
-        Eigen::Vector2d(eye.x, eye.y) + z.range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    sighting.seen = place_seen(eye, z.range, z.bearing);
     sighting.is_believed = outcome.is_new || outcome.is_believed();
     sighting.is_started = outcome.is_new;
     sighting.sigma =
@@ -448,9 +446,7 @@ void FastSlamPipeline::note_scene(const ScanPicture& scan) {
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
     if (!scan.outcomes[k].is_new && !scan.outcomes[k].is_believed()) continue;
     const RangeBearingObservation& z = scan.observations[k];
-    const double direction = sensor.heading + z.bearing;
-    scene_.extend(Eigen::Vector2d(sensor.x + z.range * std::cos(direction),
-                                  sensor.y + z.range * std::sin(direction)));
+    scene_.extend(place_seen(sensor, z.range, z.bearing));
   }
 }
 

@@ -108,9 +108,7 @@ visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
     const RangeBearingObservation& z = scan.observations[k];
     const ObservationOutcome& outcome = scan.outcomes[k];
-    const double angle = eye.heading + z.bearing;
-    const Eigen::Vector2d observed =
-        from + z.range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d observed = place_seen(eye, z.range, z.bearing);
     const auto landmark = std::find_if(
         map.begin(), map.end(),
         [&](const LandmarkEstimate& candidate) { return candidate.id == outcome.landmark; });

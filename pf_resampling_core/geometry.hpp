@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 
 namespace pf_resampling {
@@ -35,6 +36,24 @@ inline Pose2 relative(const Pose2& from, const Pose2& to) {
   const double dx = to.x - from.x;
   const double dy = to.y - from.y;
   return {cosine * dx + sine * dy, -sine * dx + cosine * dy, wrap_angle(to.heading - from.heading)};
+}
+
+/// A point turned and shifted.
+inline Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by) {
+  const Pose2 pose = compose(by, {point.x(), point.y(), 0.0});
+  return {pose.x, pose.y};
+}
+
+/// A point in the frame `from`: moved(seen_from(from, point), from) is `point`.
+inline Eigen::Vector2d seen_from(const Pose2& from, const Eigen::Vector2d& point) {
+  const Pose2 pose = relative(from, {point.x(), point.y(), 0.0});
+  return {pose.x, pose.y};
+}
+
+/// Where that is which `eye` sees at this range and bearing.
+inline Eigen::Vector2d place_seen(const Pose2& eye, double range, double bearing) {
+  const double direction = eye.heading + bearing;
+  return {eye.x + range * std::cos(direction), eye.y + range * std::sin(direction)};
 }
 
 /// m: no position is beyond, in x or y.

@@ -71,12 +71,11 @@ class Drive {
     const int first = static_cast<int>(std::ceil(travelled_ / kSpacing + 1.0));
     observations_.clear();
     for (int i = first; i < first + kSeen; ++i) {
-      const Eigen::Vector2d place = position(i % landmarks_);
-      const Pose2 seen = relative(now, {place.x(), place.y(), 0.0});
+      const Eigen::Vector2d seen = seen_from(now, position(i % landmarks_));
       RangeBearingObservation observation;
       observation.id = options_.association.method == DataAssociation::known ? i % landmarks_ : -1;
-      observation.range = std::hypot(seen.x, seen.y) + 0.1 * normal_(random_);
-      observation.bearing = std::atan2(seen.y, seen.x) + 0.0175 * normal_(random_);
+      observation.range = std::hypot(seen.x(), seen.y()) + 0.1 * normal_(random_);
+      observation.bearing = std::atan2(seen.y(), seen.x()) + 0.0175 * normal_(random_);
       observations_.push_back(observation);
     }
     filter_.update(odometry, observations_);

@@ -39,9 +39,4 @@ Pose2 align_points(const Points& from, const Points& to) {
   return {shift.x(), shift.y(), heading};
 }
 
-Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by) {
-  const Pose2 pose = compose(by, {point.x(), point.y(), 0.0});
-  return {pose.x, pose.y};
-}
-
 }  // namespace pf_resampling

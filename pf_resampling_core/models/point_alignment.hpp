@@ -13,7 +13,4 @@ namespace pf_resampling {
 Pose2 align_points(const std::vector<Eigen::Vector2d>& from,
                    const std::vector<Eigen::Vector2d>& to);
 
-/// A point turned and shifted.
-Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by);
-
 }  // namespace pf_resampling

@@ -36,10 +36,8 @@ std::vector<RangeMemory::Fix> RangeMemory::fixes(int radio, const RangeMode& mod
       const KeyframeState& state = mode.estimate.keyframes[k];
       const Pose2 pose = compose(pose_of(state), corrected_motion(range.since, state, constants));
       const Eigen::Vector2d lever = range.antenna + constants.segment<2>(Common::lever_x);
-      const Pose2 antenna = compose(pose, {lever.x(), lever.y(), 0.0});
       const double stretch = 1.0 + constants[Common::scale];
-      all.push_back({{antenna.x, antenna.y},
-                     (range.range - constants[Common::bias]) / stretch,
+      all.push_back({moved(lever, pose), (range.range - constants[Common::bias]) / stretch,
                      noise_.range * std::sqrt(range.variance)});
     }
   }

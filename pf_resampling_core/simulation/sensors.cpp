@@ -63,9 +63,9 @@ std::vector<SimulatedLandmarkObservation> observe_landmarks(
   const RandomStream stream(seed, RandomPurpose::simulation_observation, scan);
   std::vector<SimulatedLandmarkObservation> observations;
   for (std::size_t id = 0; id < landmarks.size(); ++id) {
-    const Pose2 seen = relative(pose, {landmarks[id].x(), landmarks[id].y(), 0.0});
-    const double range = std::hypot(seen.x, seen.y);
-    const double bearing = std::atan2(seen.y, seen.x);
+    const Eigen::Vector2d seen = seen_from(pose, landmarks[id]);
+    const double range = std::hypot(seen.x(), seen.y());
+    const double bearing = std::atan2(seen.y(), seen.x());
     if (range > options.range_max || std::abs(bearing) > options.field_of_view / 2.0) continue;
     double noise[2];
     stream.fill_normal(kFirstLandmark + 2 * id, 2, noise);

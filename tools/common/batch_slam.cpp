@@ -104,9 +104,7 @@ class DriveAmongLandmarks {
   Eigen::Vector2d place_of(const SightingFactor& sighting) const {
     const Pose2 from =
         compose(graph.poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
-    const double direction = from.heading + sighting.bearing;
-    return {from.x + sighting.range * std::cos(direction),
-            from.y + sighting.range * std::sin(direction)};
+    return place_seen(from, sighting.range, sighting.bearing);
   }
 
   /// Landmarks where the median of their sightings has them, which misread ids cannot carry away as

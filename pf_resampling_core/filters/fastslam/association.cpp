@@ -85,8 +85,7 @@ void FastSlam::associate_by_likelihood(const std::vector<RangeBearingObservation
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const kernels::Observation z =
         kernels::make_observation(options_.sensor, observations[k], sensor);
-    const Eigen::Vector2d place(eye.x + z.range * std::cos(eye.heading + z.bearing),
-                                eye.y + z.range * std::sin(eye.heading + z.bearing));
+    const Eigen::Vector2d place = place_seen(eye, z.range, z.bearing);
     const double sigma = std::sqrt(z.range_variance + z.range * z.range * z.bearing_variance) +
                          place_sigma + z.range * heading_sigma;
     Association& association = associations_[k];
@@ -299,9 +298,7 @@ void FastSlam::doubt(std::size_t observation, const RangeBearingObservation& see
   const kernels::Observation z = kernels::make_observation(options_.sensor, seen, sensor);
   const double sigma = std::sqrt(z.range_variance + z.range * z.range * z.bearing_variance);
   std::vector<int> near;
-  index_.near({eye.x + z.range * std::cos(eye.heading + z.bearing),
-               eye.y + z.range * std::sin(eye.heading + z.bearing)},
-              std::sqrt(options.gate) * sigma, &near);
+  index_.near(place_seen(eye, z.range, z.bearing), std::sqrt(options.gate) * sigma, &near);
   if (near.size() > 1 || (near.size() == 1 && near.front() != row)) return;
   const LandmarkRow landmark = store_.row(row);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {

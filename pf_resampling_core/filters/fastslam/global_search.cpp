@@ -182,11 +182,10 @@ std::optional<PoseEstimate> GlobalSearch::add(
     const std::vector<LandmarkEstimate>& map, bool with_ids) {
   const Pose2 eye = compose(robot_, sensor);
   for (const RangeBearingObservation& z : observations) {
-    const double direction = eye.heading + z.bearing;
     Sighting sighting;
     sighting.stamp = stamp;
     sighting.id = z.id;
-    sighting.seen = {eye.x + z.range * std::cos(direction), eye.y + z.range * std::sin(direction)};
+    sighting.seen = place_seen(eye, z.range, z.bearing);
     sighting.sigma =
         std::sqrt(range_variance(noise, z) + z.range * z.range * bearing_variance(noise, z));
     sightings_.push_back(sighting);

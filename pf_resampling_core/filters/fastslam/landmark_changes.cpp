@@ -167,9 +167,7 @@ void LandmarkChanges::retrace(const std::vector<Pose2>& path,
   for (MapScan& scan : scans) {
     const Pose2& robot = path[scan.step];
     for (MapSighting& sighting : scan.sightings) {
-      const Pose2 seen = relative(scan.robot, {sighting.seen.x(), sighting.seen.y(), 0.0});
-      const Pose2 there = compose(robot, seen);
-      sighting.seen = {there.x, there.y};
+      sighting.seen = moved(seen_from(scan.robot, sighting.seen), robot);
     }
     scan.eye = compose(robot, relative(scan.robot, scan.eye));
   }
@@ -195,8 +193,8 @@ void LandmarkChanges::add(const MapScan& scan) {
   for (const MapSighting& sighting : scan.sightings) {
     take(time, sighting, {scan.eye.x, scan.eye.y}, scan.sigma);
     if (!sighting.is_believed) continue;
-    const Pose2 there = relative(scan.eye, {sighting.seen.x(), sighting.seen.y(), 0.0});
-    view_.add(std::hypot(there.x, there.y), std::atan2(there.y, there.x));
+    const Eigen::Vector2d there = seen_from(scan.eye, sighting.seen);
+    view_.add(std::hypot(there.x(), there.y()), std::atan2(there.y(), there.x()));
   }
   look(time, scan.eye);
   for (auto id = pending_.begin(); id != pending_.end();) {
@@ -343,8 +341,7 @@ void LandmarkChanges::look(double time, const Pose2& eye) {
     const std::int64_t id = ids_[static_cast<std::size_t>(row)];
     Landmark& landmark = landmarks_[id];
     const Eigen::Vector2d& home = landmark.home().position;
-    const Pose2 there = relative(eye, {home.x(), home.y(), 0.0});
-    if (!view_.covers({there.x, there.y})) continue;
+    if (!view_.covers(seen_from(eye, home))) continue;
     // An id that was seen a few times may have been misread.
     const int sightings = landmark.home().sightings;
     if (!landmark.is_given && sightings < kFewestSightings) continue;

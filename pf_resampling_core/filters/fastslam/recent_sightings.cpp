@@ -25,9 +25,7 @@ void RecentSightings::forget_before(std::int64_t stamp) {
 
 void RecentSightings::move(const Pose2& correction) {
   for (Stamped& stamped : sightings_) {
-    Eigen::Vector2d& seen = stamped.sighting.seen;
-    const Pose2 there = compose(correction, {seen.x(), seen.y(), 0.0});
-    seen = {there.x, there.y};
+    stamped.sighting.seen = moved(stamped.sighting.seen, correction);
   }
 }
 

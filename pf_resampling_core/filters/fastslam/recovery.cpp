@@ -38,10 +38,9 @@ std::optional<PoseEstimate> FastSlam::recover(
   for (const RangeBearingObservation& z : observations) {
     const std::optional<LandmarkEstimate> mapped = landmark(z.id);
     if (!mapped) continue;
-    const double direction = eye.heading + z.bearing;
     LandmarkSighting sighting;
     sighting.id = z.id;
-    sighting.seen = {eye.x + z.range * std::cos(direction), eye.y + z.range * std::sin(direction)};
+    sighting.seen = place_seen(eye, z.range, z.bearing);
     sighting.mapped = mapped->mean;
     sighting.sigma = std::sqrt(range_variance(options_.sensor, z) +
                                z.range * z.range * bearing_variance(options_.sensor, z) +

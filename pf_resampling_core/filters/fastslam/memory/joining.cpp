@@ -24,10 +24,8 @@ Segment frame_of(const SegmentGraph& graph, std::size_t first, std::size_t count
       if (std::find(all.landmarks.begin(), all.landmarks.end(), landmark) != all.landmarks.end()) {
         continue;
       }
-      const Eigen::Vector2d& place = graph.landmarks[static_cast<std::size_t>(landmark)];
-      const Pose2 track = relative(base, {place.x(), place.y(), 0.0});
       all.landmarks.push_back(landmark);
-      all.tracks.emplace_back(track.x, track.y);
+      all.tracks.push_back(seen_from(base, graph.landmarks[static_cast<std::size_t>(landmark)]));
     }
   }
   all.constants = graph.constants;

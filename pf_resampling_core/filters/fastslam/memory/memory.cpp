@@ -87,22 +87,22 @@ bool is_doubtful(const SegmentGraph& graph) {
 
 // As if the robot had been carried in segment `s`: what came after it goes along.
 SegmentGraph carried(const SegmentGraph& graph, std::size_t s, const Pose2& newest) {
-  SegmentGraph moved = graph;
+  SegmentGraph after = graph;
   const Pose2& was = graph.newest();
-  const auto place = [&](const Pose2& pose) { return compose(newest, relative(was, pose)); };
-  for (std::size_t b = s + 1; b < moved.bases.size(); ++b) moved.bases[b] = place(graph.bases[b]);
+  for (std::size_t b = s + 1; b < after.bases.size(); ++b) {
+    after.bases[b] = compose(newest, relative(was, graph.bases[b]));
+  }
   int seen_before = -1;  // landmarks are numbered as they were seen
   for (std::size_t b = 0; b <= s; ++b) {
     for (const int landmark : graph.segments[b]->landmarks) {
       seen_before = std::max(seen_before, landmark);
     }
   }
-  for (std::size_t l = static_cast<std::size_t>(seen_before + 1); l < moved.landmarks.size(); ++l) {
-    const Pose2 there = place({graph.landmarks[l].x(), graph.landmarks[l].y(), 0.0});
-    moved.landmarks[l] = {there.x, there.y};
+  for (std::size_t l = static_cast<std::size_t>(seen_before + 1); l < after.landmarks.size(); ++l) {
+    after.landmarks[l] = moved(seen_from(was, graph.landmarks[l]), newest);
   }
-  moved.motion_shares[s] = kCarriedShare;
-  return moved;
+  after.motion_shares[s] = kCarriedShare;
+  return after;
 }
 
 }  // namespace
@@ -307,8 +307,7 @@ bool Memory::close(Segment segment, double robust_width) {
   const Pose2 base = graph.newest();
   for (std::size_t k = 0; k < segment.landmarks.size(); ++k) {
     if (static_cast<std::size_t>(segment.landmarks[k]) < graph.landmarks.size()) continue;
-    const Pose2 place = compose(base, {segment.tracks[k].x(), segment.tracks[k].y(), 0.0});
-    graph.landmarks.emplace_back(place.x, place.y);
+    graph.landmarks.push_back(moved(segment.tracks[k], base));
   }
   graph.bases.push_back(compose(base, segment.poses.back()));
   graph.motion_shares.push_back(1.0);
@@ -356,8 +355,7 @@ bool Memory::start_anew(double robust_width, SegmentGraph* graph) const {
     for (std::size_t k = 0; k < segment.tracks.size(); ++k) {
       const std::size_t landmark = static_cast<std::size_t>(segment.landmarks[k]);
       if (is_placed[landmark]) continue;
-      const Pose2 place = compose(base, {segment.tracks[k].x(), segment.tracks[k].y(), 0.0});
-      graph->landmarks[landmark] = {place.x, place.y};
+      graph->landmarks[landmark] = moved(segment.tracks[k], base);
       is_placed[landmark] = true;
     }
     base = compose(base, segment.poses.back());

@@ -38,9 +38,7 @@ Eigen::Matrix2d rotation(double angle) {
 }
 
 Eigen::Vector2d on_robot(const SightingFactor& sighting) {
-  const double angle = sighting.sensor.heading + sighting.bearing;
-  return {sighting.sensor.x + sighting.range * std::cos(angle),
-          sighting.sensor.y + sighting.range * std::sin(angle)};
+  return place_seen(sighting.sensor, sighting.range, sighting.bearing);
 }
 
 Eigen::Matrix2d covariance(const SightingFactor& sighting) {

@@ -15,11 +15,6 @@ namespace {
 constexpr int kFewestLooks = 2;
 constexpr double kPassageEnd = 5.0;
 
-Eigen::Vector2d in_frame(const Pose2& base, const Eigen::Vector2d& place) {
-  const Pose2 there = relative(base, {place.x(), place.y(), 0.0});
-  return {there.x, there.y};
-}
-
 // Puts the sightings of a segment to the landmarks that `landmark_of` says, in order; tracks to
 // where the graph has these.
 void assign(const std::vector<SightingFactor>& sightings, const Pose2& base,
@@ -36,7 +31,7 @@ void assign(const std::vector<SightingFactor>& sightings, const Pose2& base,
     }
   }
   for (const int landmark : segment->landmarks) {
-    segment->tracks.push_back(in_frame(base, graph.landmarks[static_cast<std::size_t>(landmark)]));
+    segment->tracks.push_back(seen_from(base, graph.landmarks[static_cast<std::size_t>(landmark)]));
   }
 }
 
