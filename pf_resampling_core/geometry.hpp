@@ -38,6 +38,25 @@ inline Pose2 relative(const Pose2& from, const Pose2& to) {
   return {cosine * dx + sine * dy, -sine * dx + cosine * dy, wrap_angle(to.heading - from.heading)};
 }
 
+/// The derivative of compose(first, second) by the second.
+inline Eigen::Matrix3d by_second(const Pose2& first) {
+  const double cosine = std::cos(first.heading);
+  const double sine = std::sin(first.heading);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  return turn;
+}
+
+/// The derivative of compose(first, second) by the first: the second swings about its start.
+inline Eigen::Matrix3d by_first(const Pose2& first, const Pose2& second) {
+  const double cosine = std::cos(first.heading);
+  const double sine = std::sin(first.heading);
+  Eigen::Matrix3d swing = Eigen::Matrix3d::Identity();
+  swing(0, 2) = -(sine * second.x + cosine * second.y);
+  swing(1, 2) = cosine * second.x - sine * second.y;
+  return swing;
+}
+
 /// A point turned and shifted.
 inline Eigen::Vector2d moved(const Eigen::Vector2d& point, const Pose2& by) {
   const Pose2 pose = compose(by, {point.x(), point.y(), 0.0});

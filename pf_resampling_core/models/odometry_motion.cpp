@@ -72,19 +72,8 @@ void add_parameters(OdometryNoise* noise, ParameterList* parameters) {
 
 void append(const OdometryNoise& noise, const Pose2& motion, double duration,
             OdometryIncrement* increment) {
-  const double cosine = std::cos(increment->mean.heading);
-  const double sine = std::sin(increment->mean.heading);
-
-  // Derivative of the composed motion by the motion so far: the step swings about its start …
-  Eigen::Matrix3d by_past = Eigen::Matrix3d::Identity();
-  by_past(0, 2) = -(sine * motion.x + cosine * motion.y);
-  by_past(1, 2) = cosine * motion.x - sine * motion.y;
-  // … and by the step: a rotation into the frame of the increment.
-  Eigen::Matrix3d by_step = Eigen::Matrix3d::Identity();
-  by_step(0, 0) = by_step(1, 1) = cosine;
-  by_step(0, 1) = -sine;
-  by_step(1, 0) = sine;
-
+  const Eigen::Matrix3d by_past = by_first(increment->mean, motion);
+  const Eigen::Matrix3d by_step = by_second(increment->mean);
   increment->covariance = by_past * increment->covariance * by_past.transpose() +
                           by_step * step_covariance(noise, motion, duration) * by_step.transpose();
   increment->slip_covariance = by_past * increment->slip_covariance * by_past.transpose();

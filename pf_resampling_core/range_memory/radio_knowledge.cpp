@@ -226,13 +226,9 @@ RangeMemory::Newest RangeMemory::newest(const RangeMode& mode) const {
   Newest newest;
   newest.mean.resize(kKeyframe + constants.size());
   newest.mean << pose.x, pose.y, pose.heading, last[3], constants;
-  const double cosine = std::cos(last[2]);
-  const double sine = std::sin(last[2]);
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  const Eigen::Matrix3d turn = by_second(pose_of(last));
   Eigen::MatrixXd by = Eigen::MatrixXd::Identity(3, newest.mean.size());
-  by(0, 2) = -(sine * moved.x + cosine * moved.y);
-  by(1, 2) = cosine * moved.x - sine * moved.y;
+  by.leftCols<3>() = by_first(pose_of(last), moved);
   by.col(3) = -turn * pending_.yaw_rate_sensitivity;
   by.col(kKeyframe + Common::turn_scale) = -turn * pending_.turn_scale_sensitivity;
   by.col(kKeyframe + Common::distance_scale) = -turn * Eigen::Vector3d(moved.x, moved.y, 0.0);

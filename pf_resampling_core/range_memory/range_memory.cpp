@@ -38,13 +38,8 @@ constexpr double kBiased = 2.0;       // m
 constexpr double kGrossSpread = 0.3;  // of scales, where the odometry is grossly wrong
 
 void join(const OdometryIncrement& next, OdometryIncrement* increment) {
-  const double cosine = std::cos(increment->mean.heading);
-  const double sine = std::sin(increment->mean.heading);
-  Eigen::Matrix3d by_past = Eigen::Matrix3d::Identity();
-  by_past(0, 2) = -(sine * next.mean.x + cosine * next.mean.y);
-  by_past(1, 2) = cosine * next.mean.x - sine * next.mean.y;
-  Eigen::Matrix3d by_next = Eigen::Matrix3d::Identity();
-  by_next.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  const Eigen::Matrix3d by_past = by_first(increment->mean, next.mean);
+  const Eigen::Matrix3d by_next = by_second(increment->mean);
   const auto propagate = [&](const Eigen::Vector3d& of_next, Eigen::Vector3d* sensitivity) {
     *sensitivity = (by_past * *sensitivity + by_next * of_next).eval();
   };

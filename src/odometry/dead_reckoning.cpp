@@ -140,10 +140,7 @@ PoseEstimate moved_by(const PoseEstimate& estimate, const OdometryIncrement& mot
   Eigen::Matrix3d by_start = Eigen::Matrix3d::Identity();
   by_start(0, 2) = -(moved.mean.y - estimate.mean.y);
   by_start(1, 2) = moved.mean.x - estimate.mean.x;
-  const double cosine = std::cos(estimate.mean.heading);
-  const double sine = std::sin(estimate.mean.heading);
-  Eigen::Matrix3d to_map = Eigen::Matrix3d::Identity();
-  to_map.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  const Eigen::Matrix3d to_map = by_second(estimate.mean);
   moved.covariance = by_start * estimate.covariance * by_start.transpose() +
                      to_map * motion.covariance * to_map.transpose();
   return moved;

@@ -93,10 +93,7 @@ std::optional<Eigen::Matrix3d> covariance_growth(const Pose2& from, const Pose2&
   lever(0, 2) = -(to.y - from.y);
   lever(1, 2) = to.x - from.x;
   Eigen::Matrix3d growth = after - lever * before * lever.transpose();
-  const double cosine = std::cos(from.heading);
-  const double sine = std::sin(from.heading);
-  Eigen::Matrix3d to_body = Eigen::Matrix3d::Identity();
-  to_body.topLeftCorner<2, 2>() << cosine, sine, -sine, cosine;
+  const Eigen::Matrix3d to_body = by_second(from).transpose();
   growth = to_body * growth * to_body.transpose();
   growth = 0.5 * (growth + growth.transpose()).eval();
 
@@ -371,10 +368,7 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
     const Pose2 start = pose_within(a, b, begin);
     const Pose2 motion = relative(start, pose_within(a, b, end));
     if (b.step_covariance) {
-      const double cosine = std::cos(increment->mean.heading);
-      const double sine = std::sin(increment->mean.heading);
-      Eigen::Matrix3d to_start = Eigen::Matrix3d::Identity();
-      to_start.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+      const Eigen::Matrix3d to_start = by_second(increment->mean);
       append(OdometryNoise::none(), motion, step * (end - begin), increment);
       increment->covariance += (end - begin) * to_start * *b.step_covariance * to_start.transpose();
     } else {

@@ -90,13 +90,8 @@ double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const MotionFactor& motion : segment.motions) {
     const Pose2 step = corrected_motion(motion, graph.constants);
-    const double cosine = std::cos(end.heading);
-    const double sine = std::sin(end.heading);
-    Eigen::Matrix3d by_end = Eigen::Matrix3d::Identity();
-    by_end(0, 2) = -sine * step.x - cosine * step.y;
-    by_end(1, 2) = cosine * step.x - sine * step.y;
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+    const Eigen::Matrix3d by_end = by_first(end, step);
+    const Eigen::Matrix3d turn = by_second(end);
     covariance =
         by_end * covariance * by_end.transpose() + turn * motion.covariance * turn.transpose();
     end = compose(end, step);
