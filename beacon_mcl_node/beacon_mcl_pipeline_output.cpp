@@ -1,4 +1,5 @@
 // What of the messages that BeaconMclPipeline gives out is its own.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -21,6 +22,7 @@ constexpr double kBeaconSilence = 5.0;  // s
 // Without that many the path is that of the odometry.
 constexpr std::size_t kFewestBeacons = 2;
 constexpr double kSilentPeriods = 8.0;
+constexpr double kNewFinding = 10.0;  // s
 // Between so many keyframes the true motion over the odometry's, less 1, that is a fault.
 constexpr int kFewestKeyframes = 20;
 constexpr double kGrossScale = 0.4;
@@ -251,7 +253,13 @@ void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
                                                 filter_->found_beacons().size() >= kFewestBeacons
                                           : memory->are_judged();
     if (!is_known) inputs->position_unknown = 1.0;
-    if (memory->is_torn()) inputs->misfit = "the ranges of a beacon, it is not clear of which,";
+    // Another one may explain the ranges of the next seconds better.
+    const bool is_new = std::any_of(findings_.begin(), findings_.end(), [&](const auto& finding) {
+      return last_observation_.toSec() - finding.second.begin < kNewFinding;
+    });
+    if (memory->is_torn() || is_new) {
+      inputs->misfit = "the ranges of a beacon, it is not clear of which,";
+    }
   }
   for (const auto& [id, health] : beacon_health_) {
     if (does_not_fit(health)) inputs->misfit = "the ranges of a beacon";
