@@ -516,6 +516,7 @@ void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
       redraws_ ? redraws_->recover(filter_.get(), scan.observations, scan.sensor, time, lost)
                : filter_->recover(scan.observations, scan.sensor, time, lost);
   if (!found) return;
+  note_wrong_belief();
   log(LogLevel::warning, "lost: the latest landmarks fit the map at (" +
                              std::to_string(found->mean.x) + ", " + std::to_string(found->mean.y) +
                              "); the robot is placed there");

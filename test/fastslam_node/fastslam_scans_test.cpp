@@ -266,25 +266,42 @@ TEST(FastSlamScans, LoadsASurveyedMapAndSaysSo) {
   EXPECT_EQ(run.out.statuses.back().map_file, "");
 }
 
-// Three laps in a surveyed map with a camera that sees what is most ahead alone, changed by
-// `change` where that is landmark 4. The only finding.
-FindingStatus only_finding_of(const std::function<void(LandmarkObservationArray*)>& change,
-                              FastSlamRig* run) {
-  const TemporaryDirectory directory;
-  run->pipeline.load_map(write_survey(directory), true);
-  run->feed(changed(Drive::messages(115.0), [&](LandmarkObservationArray* scan) {
+// What a camera sees that sees what is most ahead alone.
+std::vector<FastSlamMessage> most_ahead(const std::vector<FastSlamMessage>& messages) {
+  return changed(messages, [](LandmarkObservationArray* scan) {
     const auto ahead =
         std::min_element(scan->observations.begin(), scan->observations.end(),
                          [](const LandmarkObservation& a, const LandmarkObservation& b) {
                            return std::abs(a.bearing) < std::abs(b.bearing);
                          });
     scan->observations = {LandmarkObservation(*ahead)};
+  });
+}
+
+// Three laps in a surveyed map with such a camera, changed by `change` where that is landmark 4.
+// The only finding.
+FindingStatus only_finding_of(const std::function<void(LandmarkObservationArray*)>& change,
+                              FastSlamRig* run) {
+  const TemporaryDirectory directory;
+  run->pipeline.load_map(write_survey(directory), true);
+  run->feed(changed(most_ahead(Drive::messages(115.0)), [&](LandmarkObservationArray* scan) {
     if (scan->observations.front().id == 4) change(scan);
   }));
   EXPECT_LT(run->error(), kLost);
   const std::vector<FindingStatus> findings = run->out.statuses.back().findings;
   EXPECT_EQ(findings.size(), 1u);
   return findings.empty() ? FindingStatus() : findings.front();
+}
+
+// Where it is not where the map begins, what it sees at first says nothing of the landmarks.
+TEST(FastSlamScans, AWrongStartInAKnownMapIsNoFinding) {
+  const TemporaryDirectory directory;
+  FastSlamRig run;
+  run.pipeline.load_map(write_survey(directory), true);
+  run.feed(most_ahead(Drive::messages(12.0, 40.0)));
+  EXPECT_TRUE(run.has_said("lost: the latest landmarks fit the map"));
+  EXPECT_LT(run.error(), kLost);
+  EXPECT_TRUE(run.out.statuses.back().findings.empty());
 }
 
 // What it shows contradicts the map for as long as nothing else is in view.
