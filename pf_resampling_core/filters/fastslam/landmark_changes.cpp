@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kSamePlace = 0.25;  // m, and
 constexpr std::size_t kFewOff = 3;
+constexpr double kAround = 2.0;  // times how far the sensor sees
+constexpr int kFewestAround = 5;
 constexpr double kOffSigmas = 5.0;      // of their mean
 constexpr double kApartSigmas = 4.0;    // between places of a map in the making
 constexpr double kSameSigmas = 3.0;     // standard deviations, between sightings of one place
@@ -421,8 +423,28 @@ bool LandmarkChanges::is_off(const Landmark& landmark) const {
   const Place& home = landmark.home();
   if (!landmark.is_given || landmark.believed < kFewestSightings) return false;
   const double seen = home.sigma / std::sqrt(landmark.believed / kPerOpinion);
-  const double sigma = std::hypot(landmark.given_sigma, seen, home.eye_sigma);
-  return landmark.off.norm() > std::max(kSamePlace, kOffSigmas * sigma);
+  const auto is_more_than = [&](double error) {
+    return landmark.off.norm() > std::max(kSamePlace, kOffSigmas * std::hypot(error, seen));
+  };
+  const double alone = std::hypot(landmark.given_sigma, home.eye_sigma);
+  return is_more_than(0.0) && (is_more_than(alone) || is_more_than(error_around(landmark)));
+}
+
+// m, by which those around it are off in each direction: an error that they share moves no landmark
+// against them. Infinite if they are few.
+double LandmarkChanges::error_around(const Landmark& landmark) const {
+  std::vector<int> near;
+  index_.near(landmark.home().position, kAround * view_.range, &near);
+  double squares = 0.0;
+  int others = 0;
+  for (const int row : near) {
+    const Landmark& other = landmarks_.at(ids_[static_cast<std::size_t>(row)]);
+    if (&other == &landmark || other.believed < kFewestSightings) continue;
+    squares += other.off.squaredNorm();
+    ++others;
+  }
+  return others < kFewestAround ? std::numeric_limits<double>::infinity()
+                                : std::sqrt(0.5 * squares / others);
 }
 
 // Against a landmark that is hidden as often as others are, from where it was not seen.

@@ -117,6 +117,7 @@ class LandmarkChanges {
   double probability_of(const Place& place) const;
   double sigma_between(const Landmark& landmark, const Place& place) const;
   bool is_off(const Landmark& landmark) const;
+  double error_around(const Landmark& landmark) const;
   double probability_gone(const Landmark& landmark) const;
 
   std::map<std::int64_t, Landmark> landmarks_;
