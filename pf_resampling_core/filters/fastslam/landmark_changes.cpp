@@ -49,9 +49,12 @@ constexpr double kMostScatter = 2.0;
 constexpr std::size_t kMostRemembered = 300000;  // sightings
 constexpr int kFewestLooks = 3;
 constexpr std::size_t kMostArrivals = 12;
-// Share of the landmarks that are gone, and how sure one has to be.
+// Share of the landmarks that are gone, and how sure one has to be. Landmarks are seldom hidden for
+// a whole visit: what is believed of it before, as visits.
 constexpr double kGone = 0.05;
-constexpr double kSurelyGone = 0.9;
+constexpr double kSurelyGone = 0.88;
+constexpr double kHidden = 0.5;
+constexpr double kSeen = 20.0;
 
 int count(const std::array<int, 3>& of_sides) {
   return std::accumulate(of_sides.begin(), of_sides.end(), 0);
@@ -452,7 +455,9 @@ double LandmarkChanges::probability_gone(const Landmark& landmark) const {
   double hidden = 1.0;
   for (std::size_t side = 0; side < kSides; ++side) {
     const int missed = landmark.missed[side];
-    hidden *= std::pow((missed_[side] - missed + 1.0) / (visits_[side] - missed + 2.0), missed);
+    const double of_others =
+        (missed_[side] - missed + kHidden) / (visits_[side] - missed + kHidden + kSeen);
+    hidden *= std::pow(of_others, missed);
   }
   return kGone / (kGone + (1.0 - kGone) * hidden);
 }
