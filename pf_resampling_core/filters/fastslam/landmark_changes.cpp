@@ -52,7 +52,7 @@ constexpr std::size_t kMostArrivals = 12;
 // Share of the landmarks that are gone, and how sure one has to be. Landmarks are seldom hidden for
 // a whole visit: what is believed of it before, as visits.
 constexpr double kGone = 0.05;
-constexpr double kSurelyGone = 0.88;
+constexpr double kSurelyGone = 0.9;
 constexpr double kHidden = 0.5;
 constexpr double kSeen = 20.0;
 
