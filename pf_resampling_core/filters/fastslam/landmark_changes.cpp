@@ -49,12 +49,9 @@ constexpr double kMostScatter = 2.0;
 constexpr std::size_t kMostRemembered = 300000;  // sightings
 constexpr int kFewestLooks = 3;
 constexpr std::size_t kMostArrivals = 12;
-// Share of the landmarks that are gone, and how sure one has to be. Landmarks are seldom hidden for
-// a whole visit: what is believed of it before, as visits.
+// Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
 constexpr double kSurelyGone = 0.9;
-constexpr double kHidden = 0.5;
-constexpr double kSeen = 20.0;
 
 int count(const std::array<int, 3>& of_sides) {
   return std::accumulate(of_sides.begin(), of_sides.end(), 0);
@@ -357,6 +354,10 @@ void LandmarkChanges::look(double time, const Pose2& eye) {
     if (!is_in_sight) cosine = std::max(cosine, landmark.seen_last_from.dot(direction));
     if (sightings == 0 || (is_in_sight && landmark.seen_from.isZero())) cosine = 1.0;
     const Side side = cosine >= kSameSide ? kBefore : cosine >= kAtTheSide ? kAside : kBehind;
+    if (is_in_sight) {
+      ++looks_;
+      overlooked_ += landmark.home().last < time ? 1 : 0;
+    }
     if (count(landmark.visit.looks) == 0) landmark.visit.first = time;
     ++landmark.visit.looks[side];
     landmark.visit.last = time;
@@ -450,13 +451,15 @@ double LandmarkChanges::error_around(const Landmark& landmark) const {
                                 : std::sqrt(0.5 * squares / others);
 }
 
-// Against a landmark that is hidden as often as others are, from where it was not seen.
+// Against a landmark that is hidden as often as others are, from where it was not seen. Where none
+// is overlooked in a single scan, none is hidden for a whole visit, either.
 double LandmarkChanges::probability_gone(const Landmark& landmark) const {
+  const double seen_before = (looks_ + 2.0) / (overlooked_ + 1.0);  // visits, as a prior
   double hidden = 1.0;
   for (std::size_t side = 0; side < kSides; ++side) {
     const int missed = landmark.missed[side];
     const double of_others =
-        (missed_[side] - missed + kHidden) / (visits_[side] - missed + kHidden + kSeen);
+        (missed_[side] - missed + 1.0) / (visits_[side] - missed + 1.0 + seen_before);
     hidden *= std::pow(of_others, missed);
   }
   return kGone / (kGone + (1.0 - kGone) * hidden);

@@ -130,6 +130,7 @@ class LandmarkChanges {
   double now_ = 0.0;
   int believed_ = 0, not_believed_ = 0;  // sightings
   Counts visits_ = {}, missed_ = {};
+  int looks_ = 0, overlooked_ = 0;  // at landmarks in sight
   std::vector<MapScan> scans_;
   std::size_t remembered_ = 0;  // sightings of these
   bool is_traceable_ = true;
