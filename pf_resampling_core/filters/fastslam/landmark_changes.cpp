@@ -51,7 +51,7 @@ constexpr int kFewestLooks = 3;
 constexpr std::size_t kMostArrivals = 12;
 // Share of the landmarks that are gone, and how sure one has to be.
 constexpr double kGone = 0.05;
-constexpr double kSurelyGone = 0.9;
+constexpr double kSurelyGone = 0.85;
 
 int count(const std::array<int, 3>& of_sides) {
   return std::accumulate(of_sides.begin(), of_sides.end(), 0);
