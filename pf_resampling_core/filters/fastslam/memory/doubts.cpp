@@ -19,7 +19,11 @@ constexpr std::size_t kManyInARow = 3;
 constexpr int kFewestInView = 3;
 constexpr int kInView = 8;
 constexpr double kDistrusted = 4.0;  // s that odometry is distrusted for then
-constexpr double kWrongId = 30.0;    // cost of an id that two landmarks have; slips cost 30 to 50
+// Costs of an id that two landmarks have, and if it was in view just before; slips cost 30 to 50.
+constexpr double kWrongId = 30.0;
+constexpr double kWrongIdInView = 40.0;
+constexpr double kLatest = 10.0;    // s, and
+constexpr int kLatestUpdates = 50;  // updates, in which one may have misled the belief
 
 }  // namespace
 
@@ -83,52 +87,80 @@ void Memory::believe_doubts() {
 
 // They are not: misread ids, or landmarks that were moved.
 void Memory::leave_out_doubts() {
-  if (state_.open_doubts.empty()) return;
-  Segment believed;
-  believed.motions = state_.open.motions;
-  believed.unassigned = state_.open.unassigned;
-  for (std::size_t i = 0; i < state_.open.sightings.size(); ++i) {
-    const SightingFactor& sighting = state_.open.sightings[i];
-    if (std::binary_search(state_.open_doubts.begin(), state_.open_doubts.end(), i)) continue;
-    add_sighting(state_.open.landmarks[static_cast<std::size_t>(sighting.landmark)], sighting,
-                 &believed);
-  }
-  state_.open = std::move(believed);
+  state_.open = without(state_.open_doubts, state_.open);
   state_.open_doubts.clear();
 }
 
-// Of landmarks that were not in view just before: those may have the ids of others.
-std::set<std::int64_t> Memory::doubted_ids() const {
-  std::set<std::int64_t> doubted;
-  for (const std::int64_t id : state_.newest) {
+double Memory::cost_of_wrong_ids() const {
+  double cost = 0.0;
+  const std::set<std::int64_t> doubted(state_.newest.begin(), state_.newest.end());
+  for (const std::int64_t id : doubted) {
     const auto found = numbers_.find(id);
     if (found == numbers_.end()) continue;
     const RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
     const bool was_in_view =
         landmark.fitted >= kFewestInView &&
         state_.updates - landmark.last_seen <= kInView + static_cast<int>(kNewest);
-    if (was_in_view) return {};
-    doubted.insert(id);
+    cost += was_in_view ? kWrongIdInView : kWrongId;
   }
-  return doubted;
+  return cost;
 }
 
-// Where the belief is wrong, the wheels slipped; unless that takes more than that each landmark
-// that did not fit has the id of another. Then the next sightings will tell: there is no solution,
-// and the doubts stay.
+// Without what the last seconds have seen of a landmark that was known before. False if none was.
+bool Memory::leave_out_newest(int landmark) {
+  const double from = state_.time - kLatest;
+  SegmentGraph& graph = state_.graph;
+  const auto strip = [&](Segment* segment) {
+    std::vector<std::size_t> of_it;
+    for (std::size_t i = 0; i < segment->sightings.size(); ++i) {
+      const auto track = static_cast<std::size_t>(segment->sightings[i].landmark);
+      if (segment->landmarks[track] == landmark) of_it.push_back(i);
+    }
+    if (of_it.empty()) return false;
+    *segment = without(of_it, *segment);
+    return true;
+  };
+  const bool was_open = strip(&state_.open);
+  bool was_closed = false;
+  for (std::size_t s = graph.segments.size(); s-- > 0 && state_.begins[s] >= from;) {
+    Segment segment = at_estimate(graph, s);
+    if (!segment.has_data() || !strip(&segment)) continue;
+    if (!condense(segment.robust_width, &segment)) return false;
+    graph.segments[s] = std::make_shared<const Segment>(std::move(segment));
+    was_closed = true;
+  }
+  return (was_open || was_closed) && static_cast<std::size_t>(landmark) < graph.landmarks.size() &&
+         seen_landmarks(graph)[static_cast<std::size_t>(landmark)];
+}
+
+// Where the belief is wrong, the wheels slipped. Unless one of the landmarks that fitted lately has
+// the id of another: then it has led the belief astray. Or each of those that did not: then the
+// next sightings will tell, there is no solution, and the doubts stay.
 bool Memory::solve(double robust_width) {
   if (!belief_is_wrong()) return solve_for_all(robust_width).is_solved;
-  const std::set<std::int64_t> doubted = doubted_ids();
-  Memory before = *this;
+  const Memory before = *this;
   believe_doubts();
-  const SegmentSolution believed = solve_for_all(robust_width);
-  if (doubted.empty()) return believed.is_solved;
+  const Memory doubtless = *this;
+  SegmentSolution best = solve_for_all(robust_width);
+  for (std::size_t l = 0; l < before.state_.landmarks.size(); ++l) {
+    const RememberedLandmark& landmark = before.state_.landmarks[l];
+    const bool is_doubted =
+        std::count(before.state_.newest.begin(), before.state_.newest.end(), landmark.id) > 0;
+    if (landmark.id < 0 || is_doubted || state_.updates - landmark.last_seen > kLatestUpdates)
+      continue;
+    Memory other = doubtless;
+    if (!other.leave_out_newest(static_cast<int>(l))) continue;
+    SegmentSolution solution = other.solve_for_all(robust_width);
+    solution.cost += kWrongId;
+    if (!solution.is_solved || (best.is_solved && best.cost <= solution.cost)) continue;
+    best = solution;
+    *this = std::move(other);
+  }
   Memory with_wrong_ids = before;
-  with_wrong_ids.state_.newest.clear();
   const SegmentSolution other = with_wrong_ids.solve_for_all(robust_width);
-  const double cost = other.cost + kWrongId * static_cast<double>(doubted.size());
-  if (!other.is_solved || (believed.is_solved && believed.cost <= cost)) return believed.is_solved;
-  *this = std::move(before);
+  const double cost = other.cost + with_wrong_ids.cost_of_wrong_ids();
+  if (!other.is_solved || (best.is_solved && best.cost <= cost)) return best.is_solved;
+  *this = before;
   return false;
 }
 

@@ -150,7 +150,8 @@ class Memory {
   void note_newest(std::int64_t doubted);
   void believe_doubts();
   void leave_out_doubts();
-  std::set<std::int64_t> doubted_ids() const;
+  double cost_of_wrong_ids() const;
+  bool leave_out_newest(int landmark);
   SegmentSolution solve_for_all(double robust_width);
   SegmentSolution solve_closed(double robust_width);
   void join_settled(double robust_width);

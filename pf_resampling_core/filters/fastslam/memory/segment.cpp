@@ -338,15 +338,15 @@ Segment without(const std::vector<std::size_t>& sightings, const Segment& segmen
   left.sightings.clear();
   left.landmarks.clear();
   left.tracks.clear();
-  std::vector<int> new_track(segment.tracks.size(), -1);
+  std::vector<int> new_track(segment.landmarks.size(), -1);
   for (std::size_t i = 0; i < segment.sightings.size(); ++i) {
     if (std::binary_search(sightings.begin(), sightings.end(), i)) continue;
     SightingFactor sighting = segment.sightings[i];
     const std::size_t track = static_cast<std::size_t>(sighting.landmark);
     if (new_track[track] < 0) {
-      new_track[track] = static_cast<int>(left.tracks.size());
-      left.tracks.push_back(segment.tracks[track]);
+      new_track[track] = static_cast<int>(left.landmarks.size());
       left.landmarks.push_back(segment.landmarks[track]);
+      if (!segment.tracks.empty()) left.tracks.push_back(segment.tracks[track]);
     }
     sighting.landmark = new_track[track];
     left.sightings.push_back(sighting);
