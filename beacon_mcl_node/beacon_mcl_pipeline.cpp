@@ -230,6 +230,10 @@ double BeaconMclPipeline::extent(const PoseEstimate& /*belief*/) const {
 
 void BeaconMclPipeline::save_filter(BeaconMclCheckpoint* checkpoint) {
   checkpoint->filter = filter_->saved();
+  for (const auto& [id, finding] : findings_) {
+    checkpoint->found.push_back(id);
+    checkpoint->found_since.push_back(finding.begin);
+  }
 }
 
 void BeaconMclPipeline::load_filter(const BeaconMclCheckpoint& checkpoint) {
@@ -237,6 +241,10 @@ void BeaconMclPipeline::load_filter(const BeaconMclCheckpoint& checkpoint) {
       make_filter(options_.beacons.empty() ? checkpoint.filter.beacons : options_.beacons);
   filter->load(checkpoint.filter);
   filter_ = std::move(filter);
+  findings_.clear();
+  for (std::size_t i = 0; i < checkpoint.found.size(); ++i) {
+    findings_[checkpoint.found[i]].begin = checkpoint.found_since[i];
+  }
 }
 
 }  // namespace pf_resampling

@@ -38,7 +38,7 @@ inline constexpr FileKind kMapFile = {"map file",
                                       "repair it, save the map again or take another copy"};
 inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              "checkpoint",
-                                             "pf_resampling checkpoint 16",
+                                             "pf_resampling checkpoint 17",
                                              false,
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <string>
+#include <vector>
 
 #include "pf_resampling_core/filters/beacon_mcl/saved_beacon_mcl.hpp"
 #include "pf_resampling_core/filters/fastslam/saved_map.hpp"
@@ -14,6 +15,9 @@ namespace pf_resampling {
 struct BeaconMclCheckpoint {
   SavedProgress progress;
   SavedBeaconMcl filter;
+  /// Ids of beacons that were found to be wrong, and s, when.
+  std::vector<int> found = {};
+  std::vector<double> found_since = {};
 };
 struct FastSlamCheckpoint {
   SavedProgress progress;

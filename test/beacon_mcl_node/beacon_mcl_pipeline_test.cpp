@@ -279,6 +279,14 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   EXPECT_NEAR(findings[0].size, 3.0, 0.3);
   EXPECT_LT(findings[0].begin, findings[0].end);
   EXPECT_LT(run.error(), 0.5);
+  // Known for long, it leaves a filter healthy that goes on from a checkpoint.
+  Rig second(options);
+  second.pipeline.resume(*run.pipeline.checkpoint());
+  second.feed(BeaconMclDrive::messages(60.0, 61.0));
+  const FilterStatus& status = second.out.statuses.back();
+  ASSERT_EQ(status.findings.size(), 1u);
+  EXPECT_EQ(status.findings[0].begin, findings[0].begin);
+  EXPECT_EQ(status.health, run.out.statuses.back().health);
 }
 
 // A gyro with the wrong sign mirrors the path that the odometry tells.

@@ -190,10 +190,13 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
       continue;
     }
     const std::int64_t id = observations[k].id;
+    const auto is_same = [&](const RangeBearingObservation& other) { return other.id == id; };
+    const bool is_twice = std::count_if(observations.begin(), observations.end(), is_same) > 1;
     if (outcome.is_new) memory_.forget_landmark(id);
     if (outcome.is_new || outcome.is_believed()) {
       memory_.append_sighting(id, sighting);
     } else {
+      if (is_twice) memory_.note_twice(id);
       memory_.append_doubtful_sighting(id, sighting, is_placed());
     }
   }

@@ -17,6 +17,7 @@ struct RememberedLandmark {
   /// The particles have given it up, but it may be another seen elsewhere, of which the odometry
   /// is too uncertain to tell.
   bool is_dormant = false;
+  int twice = 0;  ///< scans that have seen its id at two places
 };
 
 /// Of what all sightings of a drive are, where landmarks have no ids, and the solution under that.

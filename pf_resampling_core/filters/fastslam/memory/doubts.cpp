@@ -22,6 +22,7 @@ constexpr double kDistrusted = 4.0;  // s that odometry is distrusted for then
 // Costs of an id that two landmarks have, and if it was in view just before; slips cost 30 to 50.
 constexpr double kWrongId = 30.0;
 constexpr double kWrongIdInView = 40.0;
+constexpr int kTwice = 3;           // scans that have seen an id twice: it is that of two landmarks
 constexpr double kLatest = 10.0;    // s, and
 constexpr int kLatestUpdates = 50;  // updates, in which one may have misled the belief
 
@@ -32,6 +33,7 @@ void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFa
   const auto found = numbers_.find(landmark_id);
   if (found == numbers_.end()) return append_sighting(landmark_id, sighting);
   RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
+  if (landmark.twice >= kTwice) return;
   if (++landmark.doubted > std::max(kFewFitted, landmark.fitted) && may_be_another) {
     forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
     return append_sighting(landmark_id, sighting);
@@ -40,8 +42,18 @@ void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFa
   SightingFactor seen = sighting;
   seen.pose = static_cast<int>(state_.open.motions.size()) - 1;
   add_sighting(found->second, seen, &state_.open);
+  const auto& newest = state_.newest;
+  const bool says_something_new =
+      std::find(newest.begin(), newest.end(), landmark_id) == newest.end();
+  if (says_something_new) state_.is_refused = false;
   note_newest(landmark_id);
   if (belief_is_wrong()) state_.distrusted = state_.time + kDistrusted;
+}
+
+void Memory::note_twice(std::int64_t landmark_id) {
+  const auto found = numbers_.find(landmark_id);
+  if (found == numbers_.end()) return;
+  ++state_.landmarks[static_cast<std::size_t>(found->second)].twice;
 }
 
 void Memory::note_newest(std::int64_t doubted) {

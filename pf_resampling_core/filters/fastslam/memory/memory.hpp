@@ -92,6 +92,9 @@ class Memory {
   /// it did is of another landmark, or the same elsewhere, if it `may_be_another`.
   void append_doubtful_sighting(std::int64_t landmark_id, const SightingFactor& sighting,
                                 bool may_be_another = true);
+  /// A scan has seen this id at two places. If some have, it is that of two landmarks, and what
+  /// does not fit is of the other one.
+  void note_twice(std::int64_t landmark_id);
   /// Without ids: one that is of no landmark known.
   void append_unassigned(SightingFactor sighting);
   /// Without ids: the particles have given it up. It is dormant, if it was seen often, until it is

@@ -244,7 +244,7 @@ std::vector<std::uint64_t> bits_of(const std::vector<double>& numbers) {
 // An odometry so far out that no cost is finite.
 TEST(BackgroundRedraw, OneWithoutASolutionIsCountedAndLeavesTheFilter) {
   const FastSlamOptions options = redraw_options(DataAssociation::known);
-  std::vector<Step> steps = drive(kEvery + 3, true, 3);
+  std::vector<Step> steps = drive(kEvery, true, 3);
   steps[kEvery - 1].odometry.mean.x = 1e153;
   FastSlam waiting(options, 7);
   Live live(options, 7);

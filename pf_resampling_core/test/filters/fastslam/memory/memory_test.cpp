@@ -238,6 +238,20 @@ TEST(Memory, LeavesOutALandmarkWhoseIdHasMisledTheBelief) {
   EXPECT_LE(sightings_in(memory), 66u);
 }
 
+// Two tags in one scan have the same id: what does not fit says nothing of the robot.
+TEST(Memory, IsNotWrongWhereScansHaveSeenAnIdTwice) {
+  for (const bool are_seen_together : {false, true}) {
+    Memory memory = stand(6, 10);
+    for (int time = 0; time < 6; ++time) {
+      memory.append(motion_of(1e-4));
+      if (time < 3) memory.append_sighting(5, kThere);
+      if (time < 3 && are_seen_together) memory.note_twice(5);
+      memory.append_doubtful_sighting(5, sighting_of(5, kCarried));
+    }
+    EXPECT_EQ(memory.belief_is_wrong(), !are_seen_together);
+  }
+}
+
 // A camera that passes a tag sees it a few times at best: where two in a row are elsewhere, however
 // rarely they were seen, it is the robot that is.
 TEST(Memory, DoubtsTheBeliefWhereLandmarksHardlySeenDoNotFit) {
