@@ -192,6 +192,10 @@ void Archive::enter(const char* name, std::size_t element) {
   steps_.push_back({name, element, &above});
 }
 
+bool Archive::has(const char* name) const {
+  return tree_->here->is_object() && tree_->here->contains(name);
+}
+
 void Archive::leave() {
   tree_->here = steps_.back().above;
   steps_.pop_back();

@@ -38,7 +38,7 @@ inline constexpr FileKind kMapFile = {"map file",
                                       "repair it, save the map again or take another copy"};
 inline constexpr FileKind kCheckpointFile = {"checkpoint",
                                              "checkpoint",
-                                             "pf_resampling checkpoint 17",
+                                             "pf_resampling checkpoint 16",
                                              false,
                                              "give a file that was written as a checkpoint",
                                              "take another copy or start without it"};
@@ -83,6 +83,11 @@ class Archive {
     describe(*this, value);
     leave();
   }
+  /// A field that older files do not have: then the value stays.
+  template <typename Value>
+  void if_there(const char* name, Value& value) {
+    if (!is_reading_ || has(name)) (*this)(name, value);
+  }
   /// Several, by their names as they are written: "segment.poses, segment.cost_" are poses and
   /// cost.
   template <typename... Values>
@@ -120,6 +125,7 @@ class Archive {
   struct Tree;
   struct Step;
 
+  bool has(const char* name) const;
   static std::string next_name(const char** written);
   void enter(const char* name, std::size_t element);
   void leave();

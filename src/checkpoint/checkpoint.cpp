@@ -4,8 +4,8 @@ namespace pf_resampling {
 void describe(Archive& archive, BeaconMclCheckpoint& checkpoint) {
   archive.constant("filter", "beacon_mcl");
   archive("progress", checkpoint.progress);
-  archive("found", checkpoint.found);
-  archive("found_since", checkpoint.found_since);
+  archive.if_there("found", checkpoint.found);
+  archive.if_there("found_since", checkpoint.found_since);
   if (checkpoint.found.size() != checkpoint.found_since.size()) {
     archive.refuse("found and found_since are not equally long");
   }

@@ -96,11 +96,36 @@ class ArchiveOf : public testing::TestWithParam<FileKind> {
   std::string path_ = directory_.file("file");
 };
 
+struct Older {
+  double number = 0.0;
+};
+struct Newer {
+  double number = 0.0;
+  int count = 5;
+};
+
+void describe(Archive& archive, Older& older) {
+  PF_RESAMPLING_FIELDS(archive, older.number);
+}
+
+void describe(Archive& archive, Newer& newer) {
+  PF_RESAMPLING_FIELDS(archive, newer.number);
+  archive.if_there("count", newer.count);
+}
+
 void expect_same(const Part& a, const Part& b) {
   EXPECT_EQ(a.pose.x, b.pose.x);
   EXPECT_EQ(std::signbit(a.pose.y), std::signbit(b.pose.y));
   EXPECT_EQ(a.pose.heading, b.pose.heading);
   EXPECT_EQ(a.matrix, b.matrix);
+}
+
+TEST_P(ArchiveOf, AFieldThatOlderFilesDoNotHaveKeepsItsValue) {
+  write_saved(GetParam(), path_, Older{1.5});
+  EXPECT_EQ(read_saved<Newer>(GetParam(), path_).number, 1.5);
+  EXPECT_EQ(read_saved<Newer>(GetParam(), path_).count, 5);
+  write_saved(GetParam(), path_, Newer{1.5, 7});
+  EXPECT_EQ(read_saved<Newer>(GetParam(), path_).count, 7);
 }
 
 TEST_P(ArchiveOf, EverythingComesBackToTheBit) {

@@ -23,7 +23,8 @@ void describe(Archive& archive, Segment& segment) {
 
 void describe(Archive& archive, RememberedLandmark& landmark) {
   PF_RESAMPLING_FIELDS(archive, landmark.id, landmark.last_seen, landmark.fitted, landmark.doubted,
-                       landmark.is_dormant, landmark.twice);
+                       landmark.is_dormant);
+  archive.if_there("twice", landmark.twice);
 }
 
 void describe(Archive& archive, SegmentGraph& graph) {
