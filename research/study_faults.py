@@ -42,7 +42,7 @@ class Drive:
             raise ValueError("it needs /odom, /ground_truth, and /ranges with /beacons or /landmarks")
         self.truth, self.times = truth, [time for time, *_ in truth]
         self.ids = {name for name in seen if name >= 0}
-        self.most_observed = max(seen, key=seen.get)
+        self.most_observed, self.next_most_observed = [name for name, _ in (2 * seen.most_common(2))[:2]]
         self.first, self.last = self.times[0], self.times[-1]
 
     def at(self, share):
@@ -138,6 +138,11 @@ def faults(drive):
         else:
             seen.range, seen.bearing = 1.1 * seen.range, seen.bearing + 0.2
 
+    def shares_its_id(topic, message, _):
+        for seen in message.observations if topic == "/landmarks" else ():
+            if seen.id == drive.next_most_observed:
+                seen.id = most
+
     def moved(heard, time):
         beacon, robot = drive.beacons[most], drive.place(time)
         heard.range = max(0.1, heard.range + math.dist((beacon.x + MOVED, beacon.y), robot)
@@ -157,6 +162,8 @@ def faults(drive):
     yield f"{name} {'dies' if drive.beacons else 'is hidden'}", of_most_observed(lambda *_: False)
     if drive.beacons:
         yield f"{name} is moved by {MOVED:.0f} m", of_most_observed(moved)
+    else:
+        yield f"{name} shares its id with landmark {drive.next_most_observed}", drive.changed(shares_its_id)
     yield f"{name} {'lies by 5 m' if drive.beacons else 'is seen 10 % farther and 0.2 rad aside'}", of_most_observed(lies)
     yield "nothing observed for 60 s", without(60.0, drive.observed)
     yield "no odometry for 20 s", without(20.0, "/odom")

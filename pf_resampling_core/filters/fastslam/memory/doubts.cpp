@@ -151,15 +151,16 @@ bool Memory::leave_out_newest(int landmark) {
 bool Memory::solve(double robust_width) {
   if (!belief_is_wrong()) return solve_for_all(robust_width).is_solved;
   const Memory before = *this;
+  std::set<std::int64_t> doubted(state_.newest.begin(), state_.newest.end());
+  doubted.erase(-1);
   believe_doubts();
   const Memory doubtless = *this;
   SegmentSolution best = solve_for_all(robust_width);
   for (std::size_t l = 0; l < before.state_.landmarks.size(); ++l) {
     const RememberedLandmark& landmark = before.state_.landmarks[l];
-    const bool is_doubted =
-        std::count(before.state_.newest.begin(), before.state_.newest.end(), landmark.id) > 0;
-    if (landmark.id < 0 || is_doubted || state_.updates - landmark.last_seen > kLatestUpdates)
-      continue;
+    const bool is_doubted = doubted.count(landmark.id) > 0;
+    const bool is_late = is_doubted || state_.updates - landmark.last_seen <= kLatestUpdates;
+    if (landmark.id < 0 || !is_late || (is_doubted && doubted.size() == 1)) continue;
     Memory other = doubtless;
     if (!other.leave_out_newest(static_cast<int>(l))) continue;
     SegmentSolution solution = other.solve_for_all(robust_width);
