@@ -242,6 +242,7 @@ void FastSlamPipeline::note_given_map() {
   findings_.clear();
   predictions_.clear();
   belief_was_wrong_ = false;
+  doubtful_scans_.clear();
   given_.reset();
   if (!filter_->is_placed()) given_ = filter_->memory().state().time;
   changes_.start(map);

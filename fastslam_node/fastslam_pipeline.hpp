@@ -184,9 +184,10 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   };
   std::deque<Prediction> predictions_;  // by beliefs of the last seconds and odometry
   LandmarkChanges changes_;
-  bool belief_was_wrong_ = false;  // since the last redraw that changes_ took
-  std::optional<double> given_;    // s since the start of the memory: when a map was loaded
-  std::vector<Finding> findings_;  // in order of discovery
+  bool belief_was_wrong_ = false;       // since the last redraw that changes_ took
+  std::deque<MapScan> doubtful_scans_;  // that contradict the odometry: changes_ has to wait
+  std::optional<double> given_;         // s since the start of the memory: when a map was loaded
+  std::vector<Finding> findings_;       // in order of discovery
   std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start
   std::string last_not_believed_;   // in words

@@ -15,11 +15,12 @@ constexpr double kJump = 0.3;         // m
 constexpr double kRedrawnJump = 1.0;  // m, where a map was loaded
 constexpr double kTurnedJump = 0.1;   // rad
 constexpr double kSlipSquare = 40.0;
-constexpr double kSlipWindow = 3.0;   // s
-constexpr double kGrossScale = 0.4;   // of the odometry, less 1
-constexpr double kLeastScale = 1e-3;  // of odometry that counts while the robot stands
-constexpr double kDrawnAlong = 30.0;  // s, and
-constexpr double kDrawnFar = 6.0;     // m: one that is farther away is not believed
+constexpr double kSlipWindow = 3.0;         // s
+constexpr double kGrossScale = 0.4;         // of the odometry, less 1
+constexpr double kLeastScale = 1e-3;        // of odometry that counts while the robot stands
+constexpr std::size_t kMostDoubtful = 300;  // scans
+constexpr double kDrawnAlong = 30.0;        // s, and
+constexpr double kDrawnFar = 6.0;           // m: one that is farther away is not believed
 
 bool is_same_slip(const Finding& one, const Finding& other) {
   return one.kind == other.kind && one.begin < other.end + kSlipsApart &&
@@ -39,8 +40,9 @@ void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
   if (is_redrawn) {  // what was seen under a belief that was wrong is where the path has it now
     changes_.follow(filter_->map());
     const bool is_settled = !filter_->memory().distrusts_odometry();
-    if (is_settled && std::exchange(belief_was_wrong_, false)) {
-      changes_.retrace(filter_->path(), filter_->map());
+    if (is_settled && std::exchange(belief_was_wrong_, false) &&
+        changes_.retrace(filter_->path(), filter_->map())) {
+      doubtful_scans_.clear();
     }
   }
   if (watches_landmarks()) note_changes(stamp, scan);
@@ -95,6 +97,7 @@ void FastSlamPipeline::note_jump(ros::Time stamp, const ScanPicture& scan, doubl
 
 void FastSlamPipeline::note_wrong_belief() {
   changes_.forget_latest();
+  doubtful_scans_.clear();
   belief_was_wrong_ = true;
 }
 
@@ -187,7 +190,15 @@ void FastSlamPipeline::note_changes(ros::Time stamp, const ScanPicture& scan) {
   const MapScan seen = {stamp.toSec(), path_stamps_.size() - 1,          belief_->mean,
                         eye,           position_sigma(filter_->place()), sightings};
   changes_.remember(seen);
-  if (filter_->memory().distrusts_odometry()) return note_wrong_belief();
+  if (filter_->memory().distrusts_odometry()) {
+    belief_was_wrong_ = true;
+    doubtful_scans_.push_back(seen);
+    if (doubtful_scans_.size() > kMostDoubtful) doubtful_scans_.pop_front();
+    return;
+  }
+  // The belief did not jump: it was right.
+  for (const MapScan& scan_before : doubtful_scans_) changes_.add(scan_before);
+  doubtful_scans_.clear();
   changes_.add(seen);
   const std::vector<Finding> found = changes_.findings();
   // In a map that is known, a landmark that was moved may have drawn the belief along.

@@ -32,7 +32,10 @@ constexpr int kFewestOthers = 3;
 constexpr double kFitting = 0.75;
 constexpr std::size_t kFewestOld = 2;  // landmarks that show how far off what is seen may be
 constexpr std::size_t kMostLatest = 300;
-constexpr double kUnconfirmed = 60.0;  // s after which a place that nothing confirms is forgotten
+// s after which a place that nothing confirms is forgotten: in a map that was given, and in one in
+// the making, which a loop moves.
+constexpr double kUnconfirmed = 600.0;
+constexpr double kUnconfirmedAndMoved = 60.0;
 // Of sightings in a row so many are one. Share of the landmarks that are moved.
 constexpr double kPerOpinion = 4.0;
 constexpr double kMoved = 0.01;
@@ -158,9 +161,9 @@ void LandmarkChanges::remember(const MapScan& scan) {
   }
 }
 
-void LandmarkChanges::retrace(const std::vector<Pose2>& path,
+bool LandmarkChanges::retrace(const std::vector<Pose2>& path,
                               const std::vector<LandmarkEstimate>& map) {
-  if (!is_traceable_ || scans_.empty() || scans_.back().step >= path.size()) return;
+  if (!is_traceable_ || scans_.empty() || scans_.back().step >= path.size()) return false;
   LandmarkChanges anew;
   anew.view_ = view_;
   std::map<std::int64_t, Eigen::Vector2d> is_at;
@@ -187,6 +190,7 @@ void LandmarkChanges::retrace(const std::vector<Pose2>& path,
   anew.scans_ = std::move(scans_);
   anew.remembered_ = remembered_;
   *this = std::move(anew);
+  return true;
 }
 
 void LandmarkChanges::add(const MapScan& scan) {
@@ -207,9 +211,10 @@ void LandmarkChanges::add(const MapScan& scan) {
       const double apart = (places[i].position - places[0].position).norm();
       confirm(*id, apart > kFar + kFarSigmas * scan.sigma, &places[i]);
     }
+    const double oldest = time - (landmark.is_given ? kUnconfirmed : kUnconfirmedAndMoved);
     places.erase(std::remove_if(places.begin() + 1, places.end(),
                                 [&](const Place& place) {
-                                  return !place.is_confirmed && place.last < time - kUnconfirmed;
+                                  return !place.is_confirmed && place.last < oldest;
                                 }),
                  places.end());
     const bool is_settled = count(landmark.visit.looks) == 0 &&

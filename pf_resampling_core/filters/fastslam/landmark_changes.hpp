@@ -54,9 +54,9 @@ class LandmarkChanges {
   /// The belief was wrong: what does not fit it says nothing of landmarks.
   void forget_latest();
   /// All scans remembered anew, from where the whole drive, solved for anew, has the robot at each
-  /// step; with the map as it is then. Not if the path has begun anew since start(), or there were
-  /// more than 300000 sightings.
-  void retrace(const std::vector<Pose2>& path, const std::vector<LandmarkEstimate>& map);
+  /// step; with the map as it is then. False if the path has begun anew since start(), or there
+  /// were more than 300000 sightings.
+  bool retrace(const std::vector<Pose2>& path, const std::vector<LandmarkEstimate>& map);
 
   /// By id.
   std::vector<Finding> findings() const;

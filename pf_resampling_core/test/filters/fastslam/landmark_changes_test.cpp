@@ -138,6 +138,21 @@ TEST(LandmarkChanges, ALandmarkThatIsHardlySeenIsWhereItWasMovedTo) {
   EXPECT_EQ(found[0].id, 20);
 }
 
+// The same where nothing looks at the place that it had.
+TEST(LandmarkChanges, ALandmarkThatIsHardlySeenIsFoundInLapsOfMinutes) {
+  Corridor corridor(false);
+  corridor.map_[20] = {40.0, 4.0};
+  corridor.changes_.start(corridor.map());
+  corridor.rare_ = 20;
+  corridor.drive();
+  EXPECT_TRUE(corridor.changes_.findings().empty());
+  for (int k = 0; k < 2; ++k) corridor.drive();
+  const std::vector<Finding> found = corridor.changes_.findings();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
+  EXPECT_EQ(found[0].id, 20);
+}
+
 // It is within what the filter believes, but always on the same side. Where all are, it is the
 // sensor.
 // Beside others that are where they were, an error that all share counts no more.
