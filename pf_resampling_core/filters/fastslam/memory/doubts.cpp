@@ -24,7 +24,8 @@ constexpr double kWrongId = 30.0;
 constexpr double kWrongIdInView = 40.0;
 constexpr int kTwice = 3;           // scans that have seen an id twice: it is that of two landmarks
 constexpr double kLatest = 10.0;    // s, and
-constexpr int kLatestUpdates = 50;  // updates, in which one may have misled the belief
+constexpr int kLatestUpdates = 50;  // updates, in which one may have misled the belief, ...
+constexpr std::size_t kMostSuspects = 12;  // ... unless so many were seen: others would hold it
 
 }  // namespace
 
@@ -118,6 +119,23 @@ double Memory::cost_of_wrong_ids() const {
   return cost;
 }
 
+// Landmarks of which one may have misled the belief: those that fitted lately, and of several that
+// did not fit each.
+std::vector<int> Memory::suspects() const {
+  std::set<std::int64_t> doubted(state_.newest.begin(), state_.newest.end());
+  doubted.erase(-1);
+  std::vector<int> suspects;
+  for (std::size_t l = 0; l < state_.landmarks.size(); ++l) {
+    const RememberedLandmark& landmark = state_.landmarks[l];
+    const bool is_suspect = doubted.count(landmark.id) > 0
+                                ? doubted.size() > 1
+                                : state_.updates - landmark.last_seen <= kLatestUpdates;
+    if (landmark.id >= 0 && is_suspect) suspects.push_back(static_cast<int>(l));
+  }
+  if (suspects.size() > kMostSuspects) suspects.clear();
+  return suspects;
+}
+
 // Without what the last seconds have seen of a landmark that was known before. False if none was.
 bool Memory::leave_out_newest(int landmark) {
   const double from = state_.time - kLatest;
@@ -145,24 +163,18 @@ bool Memory::leave_out_newest(int landmark) {
          seen_landmarks(graph)[static_cast<std::size_t>(landmark)];
 }
 
-// Where the belief is wrong, the wheels slipped. Unless one of the landmarks that fitted lately has
-// the id of another: then it has led the belief astray. Or each of those that did not: then the
-// next sightings will tell, there is no solution, and the doubts stay.
+// Where the belief is wrong, the wheels slipped. Unless one landmark has the id of another, and has
+// misled the belief. Or each of those that did not fit: then the next sightings will tell, there is
+// no solution, and the doubts stay.
 bool Memory::solve(double robust_width) {
   if (!belief_is_wrong()) return solve_for_all(robust_width).is_solved;
   const Memory before = *this;
-  std::set<std::int64_t> doubted(state_.newest.begin(), state_.newest.end());
-  doubted.erase(-1);
   believe_doubts();
   const Memory doubtless = *this;
   SegmentSolution best = solve_for_all(robust_width);
-  for (std::size_t l = 0; l < before.state_.landmarks.size(); ++l) {
-    const RememberedLandmark& landmark = before.state_.landmarks[l];
-    const bool is_doubted = doubted.count(landmark.id) > 0;
-    const bool is_late = is_doubted || state_.updates - landmark.last_seen <= kLatestUpdates;
-    if (landmark.id < 0 || !is_late || (is_doubted && doubted.size() == 1)) continue;
+  for (const int landmark : before.suspects()) {
     Memory other = doubtless;
-    if (!other.leave_out_newest(static_cast<int>(l))) continue;
+    if (!other.leave_out_newest(landmark)) continue;
     SegmentSolution solution = other.solve_for_all(robust_width);
     solution.cost += kWrongId;
     if (!solution.is_solved || (best.is_solved && best.cost <= solution.cost)) continue;

@@ -154,6 +154,7 @@ class Memory {
   void believe_doubts();
   void leave_out_doubts();
   double cost_of_wrong_ids() const;
+  std::vector<int> suspects() const;
   bool leave_out_newest(int landmark);
   SegmentSolution solve_for_all(double robust_width);
   SegmentSolution solve_closed(double robust_width);
