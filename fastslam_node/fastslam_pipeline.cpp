@@ -244,6 +244,7 @@ void FastSlamPipeline::note_given_map() {
   belief_was_wrong_ = false;
   doubtful_scans_.clear();
   given_.reset();
+  is_found_ = false;
   if (!filter_->is_placed()) given_ = filter_->memory().state().time;
   changes_.start(map);
 }

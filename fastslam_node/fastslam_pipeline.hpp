@@ -186,8 +186,9 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   LandmarkChanges changes_;
   bool belief_was_wrong_ = false;       // since the last redraw that changes_ took
   std::deque<MapScan> doubtful_scans_;  // that contradict the odometry: changes_ has to wait
-  std::optional<double> given_;         // s since the start of the memory: when a map was loaded
-  std::vector<Finding> findings_;       // in order of discovery
+  std::optional<double> given_;  // s since the start of the memory: in a loaded map, until when ...
+  bool is_found_ = false;        // ... the robot was sought there
+  std::vector<Finding> findings_;  // in order of discovery
   std::int64_t redraws_searched_ = 0;
   std::uint64_t not_believed_ = 0;  // observations, since the start
   std::string last_not_believed_;   // in words

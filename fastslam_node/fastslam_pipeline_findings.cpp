@@ -19,6 +19,7 @@ constexpr double kSlipWindow = 3.0;         // s
 constexpr double kGrossScale = 0.4;         // of the odometry, less 1
 constexpr double kLeastScale = 1e-3;        // of odometry that counts while the robot stands
 constexpr std::size_t kMostDoubtful = 300;  // scans
+constexpr double kFound = 0.5;              // m
 constexpr double kDrawnAlong = 30.0;        // s, and
 constexpr double kDrawnFar = 6.0;           // m: one that is farther away is not believed
 
@@ -30,6 +31,10 @@ bool is_same_slip(const Finding& one, const Finding& other) {
 }  // namespace
 
 void FastSlamPipeline::note_findings(ros::Time stamp, const ScanPicture& scan) {
+  if (given_ && !is_found_) {
+    given_ = filter_->memory().state().time;
+    is_found_ = filter_->is_placed() && position_sigma(filter_->place()) < kFound;
+  }
   const bool is_redrawn =
       filter_->status().redraws != std::exchange(redraws_searched_, filter_->status().redraws);
   if (is_redrawn) {
@@ -115,7 +120,7 @@ void FastSlamPipeline::note_slips(ros::Time stamp) {
   withdraw(is_explained);
   for (const Slip& slip : slips) {
     // Where a saved map is gone on from, the robot may be anywhere.
-    if (given_ && slip.begin <= *given_ + kSlipsApart && *given_ <= slip.end) continue;
+    if (given_ && slip.begin <= *given_ + kSlipsApart) continue;
     Finding finding;
     finding.kind = FindingKind::wheels_slipped;
     finding.begin = began + slip.begin;
