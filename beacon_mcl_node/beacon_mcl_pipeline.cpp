@@ -245,6 +245,7 @@ void BeaconMclPipeline::load_filter(const BeaconMclCheckpoint& checkpoint) {
   for (std::size_t i = 0; i < checkpoint.found.size(); ++i) {
     findings_[checkpoint.found[i]].begin = checkpoint.found_since[i];
   }
+  note_findings(checkpoint.progress.last_observation);  // what they are, before any range
 }
 
 }  // namespace pf_resampling

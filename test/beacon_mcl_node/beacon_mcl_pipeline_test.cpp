@@ -282,7 +282,15 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   // Known for long, it leaves a filter healthy that goes on from a checkpoint.
   Rig second(options);
   second.pipeline.resume(*run.pipeline.checkpoint());
-  second.feed(BeaconMclDrive::messages(60.0, 61.0));
+  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0, 63.0)) {
+    if (std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message)) {
+      handle(message, &second.pipeline);
+    }
+  }
+  ASSERT_FALSE(second.out.statuses.empty());
+  ASSERT_EQ(second.out.statuses[0].findings.size(), 1u);
+  EXPECT_EQ(second.out.statuses[0].findings[0].kind, "beacon_biased");
+  second.feed(BeaconMclDrive::messages(63.0, 64.0));
   const FilterStatus& status = second.out.statuses.back();
   ASSERT_EQ(status.findings.size(), 1u);
   EXPECT_EQ(status.findings[0].begin, findings[0].begin);

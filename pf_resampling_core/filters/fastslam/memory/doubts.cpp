@@ -14,7 +14,7 @@ constexpr std::size_t kNewest = 12;
 constexpr std::size_t kManyDoubts = 4;
 constexpr std::size_t kManyDoubted = 3;
 // Or if so many in a row did not, of two landmarks or of one that was seen so often and until so
-// few updates ago: nothing is moved before the eyes of the robot.
+// few updates ago: nothing is moved before the eyes of the robot. Or the id is wrong, see solve().
 constexpr std::size_t kManyInARow = 3;
 constexpr int kFewestInView = 3;
 constexpr int kInView = 8;
