@@ -115,7 +115,9 @@ bool LearntMotion::allows(const Pose2& step, double duration, const Velocity& be
   const double turn_rate = std::max(kTurnRate, kMoreSpeed * top_.turn);
   if (turn > kTurnSlack + turn_rate * duration) return false;
   const double acceleration = is_known() ? 0.0 : 0.5 * kAcceleration * duration * duration;
-  const bool is_expected = departure <= kSlack + acceleration + kMoreDeparture * usual_departure();
+  const double slack = kSlack + acceleration;
+  const bool is_expected =
+      departure <= slack || departure <= slack + kMoreDeparture * usual_departure();
   if (!is_known()) return is_expected;
   if (!reaches(std::hypot(step.x, step.y), duration)) return false;
   return is_expected || duration > kLost * usual_duration();
@@ -133,8 +135,8 @@ bool LearntMotion::is_between(const Pose2& step, double duration, const Velocity
 }
 
 bool LearntMotion::reaches(double distance, double duration) const {
-  return !is_known() ||
-         distance <= kMoreSpeed * top_.forward * duration + kSlack + usual_departure();
+  const double most = kMoreSpeed * top_.forward * duration + kSlack;
+  return !is_known() || distance <= most || distance <= most + usual_departure();
 }
 
 void LearntMotion::save(SavedProgress* progress) const {

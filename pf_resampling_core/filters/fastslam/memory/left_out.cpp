@@ -28,8 +28,8 @@ struct Remainder {
   Segment whole;  // with it, not condensed
   Segment segment;
   SegmentLinearization linear;
-  Eigen::LLT<Eigen::MatrixXd> between;  // of the poses between, summed over kinds
-  Eigen::VectorXd pull;                 // their gradient
+  ChainCholesky between;  // of the poses between, summed over kinds
+  Eigen::VectorXd pull;   // their gradient
 };
 using Remainders = std::map<std::size_t, Remainder>;
 
@@ -48,15 +48,8 @@ bool leave_out(const SegmentGraph& graph, double robust_width, const LeftOutSigh
     if (!condense(robust_width, &rest.segment, &rest.linear)) return false;
     const Eigen::Index size = rest.segment.condensed->between.rows();
     if (size == 0) continue;
-    Eigen::MatrixXd own = Eigen::MatrixXd::Zero(size, size);
-    rest.pull = Eigen::VectorXd::Zero(size);
-    for (int kind = 0; kind < kDataKinds; ++kind) {
-      const std::size_t k = static_cast<std::size_t>(kind);
-      if (rest.linear.hessian[k].size() == 0) continue;
-      own += rest.linear.hessian[k].topLeftCorner(size, size);
-      rest.pull += rest.linear.gradient[k].head(size);
-    }
-    rest.between.compute(own);
+    rest.pull = rest.linear.whole_gradient().head(size);
+    rest.between.compute(rest.linear.whole_hessian());
   }
   return true;
 }
@@ -165,10 +158,8 @@ void add_parts(const SegmentGraph& graph, std::size_t s, const SegmentEquations&
       all.topRows(between) += rest.between.solve(by_between->second);
     }
   }
-  for (std::size_t kind = 0; kind < kDataKinds; ++kind) {
-    const Eigen::MatrixXd& hessian = rest.linear.hessian[kind];
-    if (hessian.size() == 0) continue;
-    (*parts)[kind] += all.transpose() * (hessian.selfadjointView<Eigen::Lower>() * all);
+  for (std::size_t kind = 0; kind < SegmentLinearization::kKinds; ++kind) {
+    (*parts)[kind] += all.transpose() * rest.linear.hessian[kind].times(all);
   }
 }
 

@@ -16,7 +16,6 @@ constexpr double kLargestFitDamping = 1e8;
 constexpr double kTogether = 1.1;    // s
 constexpr double kSureChange = 3.0;  // times the mean square of noise
 constexpr double kSureTurn = 30.0;
-constexpr std::size_t kDataOfSegments = 3;  // kinds
 
 Eigen::Index between_size(const Segment& segment) {
   return 3 * (static_cast<Eigen::Index>(segment.poses.size()) - 1);
@@ -59,18 +58,17 @@ std::vector<Eigen::Matrix3d> motion_roots(const Segment& segment) {
   return roots;
 }
 
-// Lower triangles only.
 void linearize(const Segment& segment, const std::vector<Eigen::Matrix3d>& roots, double width,
                SegmentLinearization* linear) {
   const Eigen::Index between = between_size(segment);
   const Eigen::Index size = between + segment.size();
   const Eigen::Index constants = size - kSensorConstants;
-  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
-    linear->hessian[kind].setZero(size, size);
+  for (std::size_t kind = 0; kind < SegmentLinearization::kKinds; ++kind) {
+    linear->hessian[kind].set_zero(between, segment.size());
     linear->gradient[kind].setZero(size);
     linear->cost[kind] = 0.0;
   }
-  Eigen::MatrixXd& of_motions = linear->hessian[DataKind::motion];
+  BorderedChain& of_motions = linear->hessian[DataKind::motion];
   Eigen::VectorXd& motion_gradient = linear->gradient[DataKind::motion];
   for (std::size_t i = 0; i < segment.motions.size(); ++i) {
     const MotionResidual r = motion_residual(segment.motions[i], roots[i], pose_before(segment, i),
@@ -80,19 +78,16 @@ void linearize(const Segment& segment, const std::vector<Eigen::Matrix3d>& roots
     linear->cost[DataKind::motion] += robust_cost(squared, width);
     const Eigen::Index to = 3 * static_cast<Eigen::Index>(i);
     const auto by_constants = r.by_constants;
-    of_motions.block<3, 3>(to, to).noalias() += weight * r.by_to.transpose() * r.by_to;
-    of_motions.block<kOdometryConstants, 3>(constants, to).noalias() +=
-        weight * by_constants.transpose() * r.by_to;
-    of_motions.block<kOdometryConstants, kOdometryConstants>(constants, constants).noalias() +=
-        weight * by_constants.transpose() * by_constants;
+    of_motions.add(to, to, weight * r.by_to.transpose() * r.by_to);
+    of_motions.add(constants, to, weight * by_constants.transpose() * r.by_to);
+    of_motions.add(constants, constants, weight * by_constants.transpose() * by_constants);
     motion_gradient.segment<3>(to).noalias() += weight * r.by_to.transpose() * r.value;
     motion_gradient.segment<kOdometryConstants>(constants).noalias() +=
         weight * by_constants.transpose() * r.value;
     if (i == 0) continue;
-    of_motions.block<3, 3>(to - 3, to - 3).noalias() += weight * r.by_from.transpose() * r.by_from;
-    of_motions.block<3, 3>(to, to - 3).noalias() += weight * r.by_to.transpose() * r.by_from;
-    of_motions.block<kOdometryConstants, 3>(constants, to - 3).noalias() +=
-        weight * by_constants.transpose() * r.by_from;
+    of_motions.add(to - 3, to - 3, weight * r.by_from.transpose() * r.by_from);
+    of_motions.add(to, to - 3, weight * r.by_to.transpose() * r.by_from);
+    of_motions.add(constants, to - 3, weight * by_constants.transpose() * r.by_from);
     motion_gradient.segment<3>(to - 3).noalias() += weight * r.by_from.transpose() * r.value;
   }
   for (const SightingFactor& sighting : segment.sightings) {
@@ -113,19 +108,40 @@ void linearize(const Segment& segment, const std::vector<Eigen::Matrix3d>& roots
       const Eigen::RowVector2d by_track = r.by_landmark.row(row);
       const Eigen::RowVector2d by_sensor = r.by_constants.row(row);
       const double value = weight * r.value[row];
-      Eigen::MatrixXd& hessian = linear->hessian[kind];
+      BorderedChain& hessian = linear->hessian[kind];
       Eigen::VectorXd& gradient = linear->gradient[kind];
-      hessian.block<3, 3>(pose, pose).noalias() += weight * by_pose.transpose() * by_pose;
-      hessian.block<2, 3>(track, pose).noalias() += weight * by_track.transpose() * by_pose;
-      hessian.block<2, 2>(track, track).noalias() += weight * by_track.transpose() * by_track;
-      hessian.block<2, 3>(sensor, pose).noalias() += weight * by_sensor.transpose() * by_pose;
-      hessian.block<2, 2>(sensor, track).noalias() += weight * by_sensor.transpose() * by_track;
-      hessian.block<2, 2>(sensor, sensor).noalias() += weight * by_sensor.transpose() * by_sensor;
+      hessian.add(pose, pose, weight * by_pose.transpose() * by_pose);
+      hessian.add(track, pose, weight * by_track.transpose() * by_pose);
+      hessian.add(track, track, weight * by_track.transpose() * by_track);
+      hessian.add(sensor, pose, weight * by_sensor.transpose() * by_pose);
+      hessian.add(sensor, track, weight * by_sensor.transpose() * by_track);
+      hessian.add(sensor, sensor, weight * by_sensor.transpose() * by_sensor);
       gradient.segment<3>(pose) += value * by_pose.transpose();
       gradient.segment<2>(track) += value * by_track.transpose();
       gradient.segment<2>(sensor) += value * by_sensor.transpose();
     }
   }
+}
+
+// Of the chain and as much of the border as `right` has; empty where that is not determined.
+Eigen::VectorXd solve(const BorderedChain& matrix, double damping, const Eigen::VectorXd& right) {
+  ChainCholesky chain;
+  if (!chain.compute(matrix, damping)) return {};
+  const Eigen::Index between = matrix.diagonal.cols();
+  const Eigen::Index rest = right.size() - between;
+  Eigen::VectorXd solution(right.size());
+  solution.head(between) = chain.solve(right.head(between));
+  if (rest == 0) return solution;
+  const Eigen::MatrixXd border = matrix.border.topRows(rest);
+  const Eigen::MatrixXd follow = chain.solve(border.transpose());
+  Eigen::MatrixXd corner = matrix.corner.topLeftCorner(rest, rest);
+  corner.diagonal() *= 1.0 + damping;
+  corner.noalias() -= border * follow;
+  const Eigen::LLT<Eigen::MatrixXd> root(corner);
+  if (root.info() != Eigen::Success) return {};
+  solution.tail(rest) = root.solve(right.tail(rest) - border * solution.head(between));
+  solution.head(between) -= follow * solution.tail(rest);
+  return solution;
 }
 
 void move(const Eigen::VectorXd& step, Segment* segment) {
@@ -205,29 +221,21 @@ void initialize(Segment* segment) {
 
 bool fit(FreePart free, double robust_width, Segment* segment) {
   const Eigen::Index between = between_size(*segment);
-  const Eigen::Index count =
-      free == FreePart::between ? between : between + segment->size() - kSensorConstants;
-  if (count == 0) return true;
+  const Eigen::Index rest = free == FreePart::between ? 0 : segment->size() - kSensorConstants;
+  if (between + rest == 0) return true;
   const std::vector<Eigen::Matrix3d> roots = motion_roots(*segment);
   SegmentLinearization linear;
   double cost = cost_of(*segment, roots, robust_width);
   double damping = 0.0;
   for (int i = 0; i < kMostFits; ++i) {
     linearize(*segment, roots, robust_width, &linear);
-    Eigen::MatrixXd hessian = linear.hessian[0].topLeftCorner(count, count);
-    Eigen::VectorXd gradient = linear.gradient[0].head(count);
-    for (std::size_t kind = 1; kind < kDataOfSegments; ++kind) {
-      hessian += linear.hessian[kind].topLeftCorner(count, count);
-      gradient += linear.gradient[kind].head(count);
-    }
+    const BorderedChain hessian = linear.whole_hessian();
+    const Eigen::VectorXd gradient = linear.whole_gradient().head(between + rest);
     if (!gradient.allFinite()) return false;
     for (bool is_better = false; !is_better;) {
       if (damping > kLargestFitDamping) return true;
-      Eigen::MatrixXd damped = hessian;
-      damped.diagonal() *= 1.0 + damping;
-      const Eigen::LLT<Eigen::MatrixXd> root(damped);
-      if (root.info() == Eigen::Success) {
-        const Eigen::VectorXd step = -root.solve(gradient);
+      const Eigen::VectorXd step = -solve(hessian, damping, gradient);
+      if (step.size() > 0) {
         const double promise = -0.5 * step.dot(gradient);
         Segment moved = *segment;
         move(step, &moved);
@@ -258,39 +266,24 @@ bool condense(double robust_width, Segment* segment, SegmentLinearization* linea
   SegmentLinearization own_linearization;
   SegmentLinearization& linear = linearization == nullptr ? own_linearization : *linearization;
   linearize(*segment, motion_roots(*segment), robust_width, &linear);
+  const BorderedChain whole = linear.whole_hessian();
+  ChainCholesky root;
+  if (!root.compute(whole)) return false;
   CondensedSegment condensed;
-  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(between, between);
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, between);
-  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
-    own += linear.hessian[kind].topLeftCorner(between, between);
-    coupling += linear.hessian[kind].bottomLeftCorner(size, between);
-  }
-  if (between > 0) {
-    const Eigen::LLT<Eigen::MatrixXd> root(own);
-    if (root.info() != Eigen::Success) return false;
-    condensed.between = -root.solve(coupling.transpose());
-    condensed.log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
-  } else {
-    condensed.between.resize(0, size);
-  }
+  condensed.between = -root.solve(whole.border.transpose());
+  condensed.log_determinant = root.log_determinant();
   const Eigen::MatrixXd& follow = condensed.between;
-  for (std::size_t kind = 0; kind < kDataOfSegments; ++kind) {
-    const Eigen::MatrixXd& hessian = linear.hessian[kind];
-    Eigen::MatrixXd information = hessian.bottomRightCorner(size, size);
-    if (between > 0) {
-      Eigen::MatrixXd half = hessian.bottomLeftCorner(size, between);
-      half.noalias() += 0.5 * follow.transpose() *
-                        hessian.topLeftCorner(between, between).selfadjointView<Eigen::Lower>();
-      const Eigen::MatrixXd across = half * follow;
-      information += across + across.transpose();
-    }
-    information.triangularView<Eigen::StrictlyUpper>() =
-        information.transpose().triangularView<Eigen::StrictlyUpper>();
-    Eigen::VectorXd gradient = linear.gradient[kind].tail(size);
-    if (between > 0) gradient += follow.transpose() * linear.gradient[kind].head(between);
+  for (std::size_t kind = 0; kind < SegmentLinearization::kKinds; ++kind) {
+    const BorderedChain& hessian = linear.hessian[kind];
+    Eigen::MatrixXd half = 0.5 * hessian.chain_times(follow) + hessian.border.transpose();
+    Eigen::MatrixXd information = hessian.corner.selfadjointView<Eigen::Lower>();
+    information.noalias() += follow.transpose() * half;
+    information.noalias() += half.transpose() * follow;
+    const Eigen::VectorXd gradient =
+        linear.gradient[kind].tail(size) + follow.transpose() * linear.gradient[kind].head(between);
     if (!information.allFinite() || !gradient.allFinite()) return false;
     condensed.information[kind] = std::move(information);
-    condensed.gradient[kind] = std::move(gradient);
+    condensed.gradient[kind] = gradient;
     condensed.cost[kind] = linear.cost[kind];
   }
   segment->condensed = std::make_shared<const CondensedSegment>(std::move(condensed));

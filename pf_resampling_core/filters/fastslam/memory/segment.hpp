@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
+#include "pf_resampling_core/smoothing/bordered_chain.hpp"
 #include "pf_resampling_core/smoothing/smoothing_graph.hpp"
 
 namespace pf_resampling {
@@ -92,12 +93,16 @@ enum class FreePart { between, between_end_and_tracks };
 /// was reached, where that is not finite.
 bool fit(FreePart free, double robust_width, Segment* segment);
 
-/// Of all unknowns of a segment (poses between, end, tracks, constants), at where it was condensed;
-/// lower triangles.
+/// Of all unknowns of a segment, at where it was condensed: the poses between are the chain; end,
+/// tracks and constants the border.
 struct SegmentLinearization {
-  std::array<Eigen::MatrixXd, kDataKinds> hessian;  ///< empty: none
-  std::array<Eigen::VectorXd, kDataKinds> gradient;
-  std::array<double, kDataKinds> cost = {};
+  static constexpr std::size_t kKinds = 3;  // none is given
+  std::array<BorderedChain, kKinds> hessian;
+  std::array<Eigen::VectorXd, kKinds> gradient;
+  std::array<double, kKinds> cost = {};
+
+  BorderedChain whole_hessian() const { return hessian[0] + hessian[1] + hessian[2]; }
+  Eigen::VectorXd whole_gradient() const { return gradient[0] + gradient[1] + gradient[2]; }
 };
 
 /// Linearises at the poses, tracks and constants that it has, and eliminates the poses between.

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -126,17 +127,37 @@ bool update_shares(SegmentGraph* graph) {
   return has_changed;
 }
 
+// Moves the estimate half of the way to another.
+void move_half_way(const SegmentGraph& to, SegmentGraph* graph) {
+  for (std::size_t s = 0; s < graph->bases.size(); ++s) {
+    const Pose2 way = relative(graph->bases[s], to.bases[s]);
+    graph->bases[s] = compose(graph->bases[s], {0.5 * way.x, 0.5 * way.y, 0.5 * way.heading});
+  }
+  for (std::size_t l = 0; l < graph->landmarks.size(); ++l) {
+    graph->landmarks[l] = 0.5 * (graph->landmarks[l] + to.landmarks[l]);
+  }
+  graph->constants = 0.5 * (graph->constants + to.constants);
+}
+
 // Steps and new condensations in turn, until both rest; the weights of the odometry too where
-// `with_shares`.
+// `with_shares`. What is robust may go to and fro between two estimates: then the next
+// condensation is half way between them.
 Descent settle(double robust_width, bool with_shares, SegmentEquations* equations,
                SegmentSolution* solution, SegmentGraph* graph) {
   Descent descent;
+  SegmentGraph last;
+  double last_cost = std::numeric_limits<double>::infinity();
+  double cost_before = last_cost;
   for (int round = 0; round < kMostRounds; ++round) {
     bool has_changed = with_shares && update_shares(graph);
     descent = descend(equations, graph);
     solution->steps += descent.steps + 1;
     if (!descent.is_solved) return descent;
     if (has_changed) continue;  // what is seen keeps its weight until the odometry has its own
+    const SegmentGraph found = *graph;
+    if (descent.cost > cost_before - kTolerance) move_half_way(last, graph);
+    last = found;
+    cost_before = std::exchange(last_cost, descent.cost);
     for (std::size_t s = 0; s < graph->segments.size(); ++s) {
       const Segment& segment = *graph->segments[s];
       if (!segment.has_data() || !has_moved(*graph, s, difference(*graph, s, segment))) continue;
@@ -145,7 +166,10 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
       has_changed = true;
       descent.is_factorized = false;
     }
-    if (!has_changed) break;
+    if (!has_changed) {
+      *graph = found;
+      break;
+    }
   }
   return descent;
 }
