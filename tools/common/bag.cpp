@@ -50,11 +50,11 @@ void for_each_in_order(rosbag::View* view, const std::vector<std::string>& order
   flush();
 }
 
-/// Reads a bag to its end; what goes wrong is said on the stream.
-int read_all_of(const std::string& path) {
+/// Opens a bag and reads it to its end; what goes wrong is said on the stream.
+int read_all_of(const std::string& path, rosbag::Bag* bag) {
   try {
-    const rosbag::Bag bag(path, rosbag::bagmode::Read);
-    rosbag::View everything(bag);
+    bag->open(path, rosbag::bagmode::Read);
+    rosbag::View everything(*bag);
     std::vector<std::uint8_t> bytes;
     for (const rosbag::MessageInstance& message : everything) {
       bytes.resize(message.size());
@@ -70,8 +70,9 @@ int read_all_of(const std::string& path) {
 
 /// What is wrong with a bag; nothing if it can be read to its end. rosbag takes lengths and places
 /// as the file has them, and where these are wrong it says lines of its own or ends the process: a
-/// child reads the bag first.
-std::string fault_in(const std::string& path) {
+/// child reads the bag first. `closed`: looks for plugins in all packages when it is made, and only
+/// then.
+std::string fault_in(const std::string& path, rosbag::Bag* closed) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw Error(path + ": cannot be read: no pipe is left");
   const pid_t child = fork();
@@ -79,7 +80,7 @@ std::string fault_in(const std::string& path) {
     dup2(ends[1], STDOUT_FILENO);
     dup2(ends[1], STDERR_FILENO);
     for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE}) std::signal(signal, SIG_DFL);
-    _exit(read_all_of(path));
+    _exit(read_all_of(path, closed));
   }
   close(ends[1]);
   if (child < 0) {
@@ -112,11 +113,13 @@ bool begins_like_a_bag(const std::string& path) {
 rosbag::Bag open_bag(const std::string& path) {
   require_regular_file(path, "bag");
   if (!begins_like_a_bag(path)) throw Error(path + ": is not a bag (it does not begin like one)");
-  const std::string fault = fault_in(path);
+  rosbag::Bag bag;
+  const std::string fault = fault_in(path, &bag);
   if (!fault.empty()) {
     throw Error(path + ": is truncated or damaged (" + fault + "); try: rosbag reindex " + path);
   }
-  return rosbag::Bag(path, rosbag::bagmode::Read);
+  bag.open(path, rosbag::bagmode::Read);
+  return bag;
 }
 
 std::string topics_in_words(const rosbag::Bag& bag) {
