@@ -121,6 +121,19 @@ inline std::vector<BadInput> all(ros::Time now, const nav_msgs::Odometry& odomet
   return bad;
 }
 
+/// Of an observation. `add`: takes name, reason and change.
+template <typename Add>
+void add_bad_headers(const Add& add) {
+  using R = RejectReason;
+  add("unknown frame", R::unknown_frame, [](auto* m) { m->header.frame_id = "somewhere"; });
+  add("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
+  add("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
+  add("3 s in ns", R::impossible_stamp, [](auto* m) { m->header.stamp.nsec = 3000000000U; });
+  add("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
+  add("far ahead", R::ahead_of_odometry, [](auto* m) { m->header.stamp += ros::Duration(1e6); });
+  add("early", R::before_odometry, [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
+}
+
 /// A bad message of a pipeline, and what has to be counted.
 template <typename Message>
 struct BadMessage {

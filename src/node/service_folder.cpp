@@ -1,31 +1,20 @@
 #include "src/node/service_folder.hpp"
 
-#include <pwd.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/files/text_file.hpp"
 
 namespace pf_resampling {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string home() {
-  const char* const given = std::getenv("HOME");
-  if (given != nullptr && *given != '\0') return given;
-  const passwd* const user = getpwuid(geteuid());
-  return user != nullptr ? user->pw_dir : "/";
-}
-
 std::string without_tilde(const std::string& folder) {
   const bool has_tilde = folder == "~" || folder.rfind("~/", 0) == 0;
-  return has_tilde ? home() + folder.substr(1) : folder;
+  const char* const home = std::getenv("HOME");
+  return has_tilde && home != nullptr ? home + folder.substr(1) : folder;
 }
 
 }  // namespace
@@ -41,14 +30,7 @@ std::string ServiceFolder::path_of(const std::string& name) const {
     throw Error("the folder " + folder_ + " cannot be made: " + failure.message() +
                 "; set map_file/directory to one that can");
   }
-  const fs::path path = (fs::path(folder_) / name).lexically_normal();
-  const fs::path inside = path.lexically_relative(folder_);
-  if (inside.empty() || inside == "." || *inside.begin() == "..") {
-    throw Error("file " + text_file::printable(name) + " is not in " + folder_ +
-                ", where services write and read; give a name in that folder, or set "
-                "map_file/directory to another");
-  }
-  return path.string();
+  return (fs::path(folder_) / name).lexically_normal().string();
 }
 
 std::string ServiceFolder::path_to_write(const std::string& name, const FileKind& kind) const {

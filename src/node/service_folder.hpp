@@ -6,15 +6,14 @@
 
 namespace pf_resampling {
 
-/// The folder in which services write and read files.
+/// The folder in which services write and read files that are named without one.
 class ServiceFolder {
  public:
   /// `folder`: the parameter map_file/directory; "~" in front is the home of the user.
   explicit ServiceFolder(const std::string& folder);
 
-  /// The absolute path of the file that a caller names, relative to the folder or absolute within.
-  /// Makes the folder if it is missing. Throws Error if that fails, and for names that lead out of
-  /// it.
+  /// The absolute path of the file that a caller names, absolute or relative to the folder. Makes
+  /// the folder if it is missing. Throws Error if that fails.
   std::string path_of(const std::string& name) const;
 
   /// Likewise of a file that is to be written. Throws Error, too, if there is one of another kind,

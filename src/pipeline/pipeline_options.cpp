@@ -33,7 +33,7 @@ void apply_values(const Configuration& configuration, const PresetList& presets,
 Parameter directory_parameter(PipelineOptions* options) {
   return name_parameter(
       "map_file/directory", &options->directory,
-      "Live: the only folder in which services read and write files; created if missing.");
+      "Live: the folder of files that services name without a path; created if missing.");
 }
 
 void add_input_parameters(PipelineOptions* options, ParameterList* list) {

@@ -50,22 +50,15 @@ std::vector<BadMessage> bad_messages() {
   add_range("infinite variance", R::not_finite, [](auto* m) { m->variance = kInfinity; });
   add_range("negative variance", R::impossible_variance, [](auto* m) { m->variance = -0.01; });
   add_range("unknown id", R::unknown_beacon, [](auto* m) { m->beacon = 99; });
-  add_range("unknown frame", R::unknown_frame, [](auto* m) { m->header.frame_id = "somewhere"; });
-  add_range("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
-  add_range("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
-  add_range("seconds of nanoseconds", R::impossible_stamp,
-            [](auto* m) { m->header.stamp.nsec = 3000000000U; });
-  add_range("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
-  add_range("far ahead", R::ahead_of_odometry,
-            [](auto* m) { m->header.stamp += ros::Duration(1e6); });
-  add_range("before the start", R::before_odometry,
-            [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
+  bad_inputs::add_bad_headers(add_range);
 
   add_beacons("none", R::empty, [](auto* m) { m->beacons.clear(); });
   add_beacons("NaN", R::not_finite, [](auto* m) { m->beacons[1].position.x = kNan; });
   add_beacons("infinite height", R::not_finite,
               [](auto* m) { m->beacons[1].position.z = kInfinity; });
   add_beacons("twice", R::duplicate_beacon, [](auto* m) { m->beacons[1].id = m->beacons[0].id; });
+  add_beacons("too many", R::too_many,
+              [](auto* m) { m->beacons.resize(1001, m->beacons.front()); });
   add_beacons("wrong frame", R::wrong_frame, [](auto* m) { m->header.frame_id = "odom"; });
 
   bad_inputs::add_all(now(), BeaconMclDrive::odometry(now() + ros::Duration(0.05)), &bad);

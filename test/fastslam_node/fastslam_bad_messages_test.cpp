@@ -58,17 +58,8 @@ std::vector<BadMessage> bad_messages(ros::Time now) {
   };
   add_scan("too many", R::too_many,
            [](auto* m) { m->observations.resize(1001, m->observations.front()); });
-  add_scan("unknown frame", R::unknown_frame, [](auto* m) { m->header.frame_id = "somewhere"; });
-  add_scan("no frame", R::unknown_frame, [](auto* m) { m->header.frame_id = ""; });
-  add_scan("no stamp", R::no_stamp, [](auto* m) { m->header.stamp = ros::Time(); });
-  add_scan("after 2038", R::impossible_stamp, [](auto* m) { m->header.stamp = ros::TIME_MAX; });
-  add_scan("seconds of nanoseconds", R::impossible_stamp,
-           [](auto* m) { m->header.stamp.nsec = 3000000000U; });
-  add_scan("old", R::old, [](auto* m) { m->header.stamp -= ros::Duration(3.0); });
-  add_scan("far ahead", R::ahead_of_odometry,
-           [](auto* m) { m->header.stamp += ros::Duration(1e6); });
-  add_scan("before the start", R::before_odometry,
-           [](auto* m) { m->header.stamp -= ros::Duration(50.0); });
+  bad_inputs::add_bad_headers(add_scan);
+  add_scan("no frame", RejectReason::unknown_frame, [](auto* m) { m->header.frame_id = ""; });
   bad_inputs::add_all(now, Drive::odometry(now + ros::Duration(0.05)), &bad);
   return bad;
 }

@@ -281,37 +281,6 @@ TYPED_TEST(HostileInput, ManyObservationsOfOneMomentAreNotAllRemembered) {
   expect_good_again(&run, 20.0);
 }
 
-// ---- what is said -----------------------------------------------------------------------------
-
-// What a message says of itself goes to the log, to status and to /diagnostics, and so to
-// terminals.
-TYPED_TEST(HostileInput, WhatIsSaidOfAMessageIsOneLineOfLetters) {
-  using Drive = typename TypeParam::Drive;
-  TypeParam run;
-  run.feed(Drive::messages(0.0, 20.0));
-  const std::string name = "x\n[FATAL] [1.0]: the battery burns\x1b[41m\xff";
-  nav_msgs::Odometry odometry;
-  odometry.header.stamp = Drive::at(20.1);
-  odometry.header.frame_id = name;
-  dispatch(odometry, &run.pipeline);
-  tf2_msgs::TFMessage transforms;
-  transforms.transforms.resize(1);
-  transforms.transforms[0].header.frame_id = "base_link";
-  transforms.transforms[0].child_frame_id = name;
-  dispatch(transforms, &run.pipeline);
-  run.pipeline.note_unreadable("odom", "comes as " + std::string(40000, 'x') + name);
-  expect_good_again(&run, 20.0);
-  std::vector<std::string> said = run.out.log;
-  for (const auto& count : run.pipeline.rejects().counts()) said.push_back(count.latest);
-  EXPECT_GE(run.pipeline.rejects().counts().size(), 3u);
-  for (const std::string& text : said) {
-    EXPECT_LT(text.size(), 1200u);
-    EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char letter) {
-      return letter >= ' ' && letter <= '~';
-    })) << text;
-  }
-}
-
 // ---- too much ----------------------------------------------------------------------------------
 
 TEST(HostileInputOfFastSlam, AMapThatIsFullTakesNoMoreLandmarksAndGoesOn) {
@@ -382,26 +351,6 @@ TEST(HostileInputOfFastSlam, AScanWithoutIdsThatNeedsTooMuchMemoryChangesNothing
     EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
     EXPECT_LT(run.error(), kLost);
   }
-}
-
-TEST(HostileInputOfBeaconMcl, AMillionBeaconsAreRejected) {
-  using Drive = BeaconMclDrive;
-  Rig run;
-  run.feed(Drive::messages(0.0, 20.0));
-  BeaconArray array = Drive::beacon_array();
-  array.beacons.resize(1000000);
-  for (std::size_t i = 0; i < array.beacons.size(); ++i) {
-    array.beacons[i].id = static_cast<int>(i);
-    array.beacons[i].position.x = static_cast<double>(i);
-  }
-  run.pipeline.handle(array);
-  EXPECT_EQ(run.rejected("beacons", RejectReason::too_many), 1u);
-  EXPECT_TRUE(run.has_said("1000000 beacons, more than the limit of 1000"));
-  expect_good_again(&run, 20.0);
-  BeaconMclPipelineOptions options = Drive::options();
-  options.beacons = Drive::beacons();
-  options.max_beacons = 3;
-  EXPECT_THROW(Rig{options}, Error);
 }
 
 // ---- files -------------------------------------------------------------------------------------
