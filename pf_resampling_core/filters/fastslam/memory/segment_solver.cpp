@@ -27,6 +27,7 @@ constexpr double kNoiseChanged = 1.1;   // factor
 // Cauchy's width for the odometry of a whole segment.
 constexpr double kSlipWidth = 4.0;
 constexpr double kNoSlip = 16.0;
+constexpr std::size_t kNewest = 3;  // segments
 
 bool is_near(double a, double b, double factor) {
   return a < factor * b && b < factor * a;
@@ -127,6 +128,16 @@ bool update_shares(SegmentGraph* graph) {
   return has_changed;
 }
 
+// Whether the odometry of one of the newest segments gets another weight. What was refused of
+// others is refused again as long as nothing moves.
+bool has_new_doubt(const SegmentGraph& before, const SegmentGraph& doubted) {
+  const std::size_t count = before.segments.size();
+  for (std::size_t s = count - std::min(count, kNewest); s < count; ++s) {
+    if (doubted.motion_shares[s] != before.motion_shares[s]) return true;
+  }
+  return false;
+}
+
 // Moves the estimate half of the way to another.
 void move_half_way(const SegmentGraph& to, SegmentGraph* graph) {
   for (std::size_t s = 0; s < graph->bases.size(); ++s) {
@@ -206,7 +217,8 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   solution.is_solved = as_believed.is_solved;
   solution.cost = as_believed.cost + slip_loss(solved);
   if (!is_doubted) doubted = as_believed.is_solved ? solved : *graph;
-  if (is_doubted || update_shares(&doubted)) {
+  if ((is_doubted || update_shares(&doubted)) &&
+      (!as_believed.is_solved || solution.relinearized > 0 || has_new_doubt(*graph, doubted))) {
     is_factorized = false;
     const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
     const double cost = descent.cost + slip_loss(doubted);
