@@ -166,7 +166,8 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
     if (!descent.is_solved) return descent;
     if (has_changed) continue;  // what is seen keeps its weight until the odometry has its own
     const SegmentGraph found = *graph;
-    if (descent.cost > cost_before - kTolerance) move_half_way(last, graph);
+    const bool is_last = round + 1 == kMostRounds;  // nothing would descend from half way
+    if (descent.cost > cost_before - kTolerance && !is_last) move_half_way(last, graph);
     last = found;
     cost_before = std::exchange(last_cost, descent.cost);
     for (std::size_t s = 0; s < graph->segments.size(); ++s) {
