@@ -302,6 +302,14 @@ class Calibration(InFolder):
         self.assertEqual(len(rows), 58)
         self.assertTrue(picture.read_bytes().startswith(b'\x89PNG'))
 
+    # In the first a turn was taken for another, after several radios were taken to be on the wrong side; in the second the noise of
+    # ranges fell to a hundredth at once.
+    def test_unknown_beacons_do_not_stay_where_a_few_ranges_put_them(self):
+        for seed in (317, 395):
+            deviations, beyond = study_calibration.drive('unknown beacons', seed, [], self.folder, lambda command: program(*command))
+            self.assertLess(max(abs(deviation) for _, share, deviation in deviations if share > 0.1), 4.0, seed)
+            self.assertLess(np.mean(beyond), 0.01, seed)
+
     def test_a_filter_that_forgets_the_drive_is_too_sure(self):
         code, text, error = study('calibration', '--drives', 10, '--only', 'landmarks', '--set', 'preset=fast')
         self.assertEqual((code, error), (0, ''))

@@ -28,7 +28,6 @@ constexpr double kShift = 1.0;
 constexpr double kSuspiciousCost = 0.6;    // mean of a range; independent ones: 0.45
 constexpr double kPull = 3.0;              // gain of the cost if its place were free
 constexpr double kOwnBias = 2.0;           // standard deviations
-constexpr double kRigid = 60.0;            // s that odometry alone has the shape of the path
 constexpr int kRounds = 4;                 // of faults and errors, one found in each
 constexpr double kLeastFault = 0.3;        // m
 constexpr double kPromising = 20.0;        // of the logarithm of the evidence

@@ -172,16 +172,14 @@ void RangeMemory::try_other_places(RangeMode* mode) {
 }
 
 // Several wrong mirrors together bend the path, and no single one brings it back: all at once, from
-// the path of the last solution and the odometry since.
-void RangeMemory::try_all_places_anew(const RangeEstimate& before, RangeMode* mode) {
+// the path that odometry alone has, as long as it has its shape.
+void RangeMemory::try_all_places_anew(RangeMode* mode) {
+  if (time_ > kRigid || mode->past) return;
   RangeMode other = *mode;
-  other.estimate.keyframes = before.keyframes;
-  for (std::size_t k = before.keyframes.size(); k < mode->estimate.keyframes.size(); ++k) {
-    const KeyframeState& last = other.estimate.keyframes.back();
-    const Pose2 pose =
-        compose(pose_of(last), corrected_motion(graph_.motions[k - 1], last, before.constants));
-    other.estimate.keyframes.emplace_back(pose.x, pose.y, pose.heading, last[3]);
-  }
+  other.estimate.constants = mode->prior.constants;
+  other.estimate.keyframes = driven_by_odometry(graph_, mode->prior.first, mode->prior.constants);
+  // That path is not known to the noise of ranges: they would all be wild.
+  const RangeNoise learnt = std::exchange(noise_, RangeNoise{});
   bool is_other = false;
   for (std::size_t r = 0; r < radios_.size(); ++r) {
     if (other.accounts[r] != RadioAccount::unlisted || !other.estimate.takes_part[r]) continue;
@@ -191,6 +189,8 @@ void RangeMemory::try_all_places_anew(const RangeEstimate& before, RangeMode* mo
     is_other |= (found[0].position - mode->estimate.constants.segment<2>(at)).norm() > kSamePlace;
     other.estimate.constants.segment<2>(at) = found[0].position;
   }
+  if (is_other) solved(kManyIterations, &other);
+  noise_ = learnt;
   if (!is_other || !solved(kIterations, &other).is_usable) return;
   if (other.belief.cost < mode->belief.cost - kGain) *mode = std::move(other);
 }

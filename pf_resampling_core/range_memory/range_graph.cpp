@@ -387,6 +387,21 @@ Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& fro
           wrap_angle(motion.mean.heading - error[2])};
 }
 
+KeyframeState moved(const KeyframeState& from, const OdometryIncrement& motion,
+                    const Eigen::VectorXd& constants) {
+  const Pose2 pose = compose(pose_of(from), corrected_motion(motion, from, constants));
+  return {pose.x, pose.y, pose.heading, from[KeyframeUnknown::yaw_rate_bias]};
+}
+
+std::vector<KeyframeState> driven_by_odometry(const RangeGraph& graph, const KeyframeState& first,
+                                              const Eigen::VectorXd& constants) {
+  std::vector<KeyframeState> driven = {first};
+  for (const OdometryIncrement& motion : graph.motions) {
+    driven.push_back(moved(driven.back(), motion, constants));
+  }
+  return driven;
+}
+
 HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
                               const KeyframeState& keyframe, const Eigen::VectorXd& constants) {
   const int radio = radio_at(range.radio);

@@ -129,6 +129,14 @@ inline Pose2 pose_of(const KeyframeState& state) {
 Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
                        const Eigen::VectorXd& constants);
 
+/// Where that motion ends.
+KeyframeState moved(const KeyframeState& from, const OdometryIncrement& motion,
+                    const Eigen::VectorXd& constants);
+
+/// All keyframes as odometry alone has them, from this first one.
+std::vector<KeyframeState> driven_by_odometry(const RangeGraph& graph, const KeyframeState& first,
+                                              const Eigen::VectorXd& constants);
+
 /// A range's residual, in standard deviations, and its derivatives by the keyframe, the common
 /// unknowns and those of its radio.
 struct HeldRangeResidual {

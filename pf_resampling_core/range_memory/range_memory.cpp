@@ -107,10 +107,6 @@ std::optional<int> RangeMemory::radio_of(int id) {
     constants->conservativeResize(is);
     constants->tail<RadioOf::count>() = anew.constants.tail<RadioOf::count>();
   };
-  const auto append_to_estimate = [&](RangeEstimate* estimate) {
-    append_to(&estimate->constants);
-    estimate->takes_part.push_back(radio.listed.has_value());
-  };
   const auto resize = [&](Eigen::MatrixXd* matrix) {
     matrix->conservativeResize(kKeyframe + is, kKeyframe + is);
     matrix->rightCols<RadioOf::count>().setZero();
@@ -120,7 +116,8 @@ std::optional<int> RangeMemory::radio_of(int id) {
     mode.accounts.push_back(radio.listed ? RadioAccount::as_listed : RadioAccount::unlisted);
     append_to(&mode.prior.constants);
     mode.prior.constants_sigma = sigmas(mode.accounts, mode.loose);
-    append_to_estimate(&mode.estimate);
+    append_to(&mode.estimate.constants);
+    mode.estimate.takes_part.push_back(radio.listed.has_value());
     for (std::optional<RangePast>* past : {&mode.past, &mode.settled}) {
       if (!*past) continue;
       append_to(&(*past)->constants);
@@ -133,17 +130,12 @@ std::optional<int> RangeMemory::radio_of(int id) {
     mode.belief.covariance.diagonal().tail<RadioOf::count>() =
         mode.prior.constants_sigma.tail<RadioOf::count>().cwiseAbs2();
   }
-  if (before_) append_to_estimate(&*before_);
   return static_cast<int>(radios_.size()) - 1;
 }
 
 // A listed radio that is not among the data any more.
 void RangeMemory::forget(int radio) {
   const int at = radio_at(radio);
-  const auto leave_estimate = [&](RangeEstimate* estimate) {
-    estimate->constants = without_rows(estimate->constants, at);
-    estimate->takes_part.erase(estimate->takes_part.begin() + radio);
-  };
   const auto leave_matrix = [&](Eigen::MatrixXd* matrix) {
     *matrix = without_rows(without_rows(*matrix, kKeyframe + at).transpose(), kKeyframe + at);
   };
@@ -159,10 +151,10 @@ void RangeMemory::forget(int radio) {
     mode.accounts.erase(mode.accounts.begin() + radio);
     mode.prior.constants = without_rows(mode.prior.constants, at);
     mode.prior.constants_sigma = without_rows(mode.prior.constants_sigma, at);
-    leave_estimate(&mode.estimate);
+    mode.estimate.constants = without_rows(mode.estimate.constants, at);
+    mode.estimate.takes_part.erase(mode.estimate.takes_part.begin() + radio);
     leave_matrix(&mode.belief.covariance);
   }
-  if (before_) leave_estimate(&*before_);
   radios_.erase(radios_.begin() + radio);
   for (auto& ranges : graph_.ranges) {
     for (HeldRange& range : ranges) {
@@ -323,7 +315,6 @@ void RangeMemory::begin_anew(const OdometryFactors& factors) {
   pending_ = OdometryIncrement{};
   noise_ = RangeNoise{};
   modes_.clear();
-  before_.reset();
   first_.reset();  // it is not there any more
   for (Radio& radio : radios_) radio.ranges = 0;
 }
@@ -343,10 +334,8 @@ bool RangeMemory::has_begun() {
 
 void RangeMemory::add_keyframe() {
   for (RangeMode& mode : modes_) {
-    const KeyframeState& last = mode.estimate.keyframes.back();
-    const Pose2 pose =
-        compose(pose_of(last), corrected_motion(pending_, last, mode.estimate.constants));
-    mode.estimate.keyframes.emplace_back(pose.x, pose.y, pose.heading, last[3]);
+    mode.estimate.keyframes.push_back(
+        moved(mode.estimate.keyframes.back(), pending_, mode.estimate.constants));
   }
   graph_.motions.push_back(pending_);
   graph_.ranges.emplace_back();

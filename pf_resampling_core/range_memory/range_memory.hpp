@@ -222,6 +222,7 @@ class RangeMemory {
   static constexpr int kIterations = 8;
   static constexpr int kManyIterations = 30;
   static constexpr double kElsewhere = 3.0;  // m, standard deviation of a place that is wrong
+  static constexpr double kRigid = 60.0;     // s that odometry alone has the shape of the path
   static constexpr double kFound = 1.0;      // m, largest standard deviation of a place
 
   /// A minimum of the cost of one radio's ranges, given a path.
@@ -259,7 +260,7 @@ class RangeMemory {
   std::vector<Fix> fixes(int radio, const RangeMode& mode) const;
   void let_radios_enter(RangeMode* mode);
   void try_other_places(RangeMode* mode);
-  void try_all_places_anew(const RangeEstimate& before, RangeMode* mode);
+  void try_all_places_anew(RangeMode* mode);
   bool try_gross_odometry();
   std::optional<Change> newest_change() const;
   void forget_before(const Change& change);
@@ -275,7 +276,7 @@ class RangeMemory {
                                        const std::vector<bool>& is_suspicious) const;
   double log_probability(const RangeMode& mode) const;
   void learn_noise();
-  bool try_noise();
+  bool try_noise(double least_of_ranges);
   void find_doubt();
   bool may_head_anywhere() const;
   bool is_too_large() const;
@@ -302,8 +303,7 @@ class RangeMemory {
   OdometryFactors odometry_factors_;
   RangeNoise noise_;
   std::vector<RangeMode> modes_;
-  std::optional<RangeEstimate> before_;  // of the last solution of all
-  double next_solution_of_all_ = 0.0;    // s
+  double next_solution_of_all_ = 0.0;  // s
   double doubt_ = 1.0;
   bool are_judged_ = false;
   bool has_turned_ = false;  // when radios were last judged

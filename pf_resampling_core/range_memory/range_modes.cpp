@@ -50,16 +50,6 @@ constexpr double kSmallestStep = 1.15;
 constexpr double kLargestStep = 2.0;
 constexpr double kMedianOfNormal = 0.6745;
 
-// Keyframes as odometry has them with these scales, in the frame of the first.
-std::vector<Pose2> driven_by_odometry(const RangeGraph& graph, const Eigen::VectorXd& constants) {
-  std::vector<Pose2> driven = {Pose2{}};
-  for (const OdometryIncrement& motion : graph.motions) {
-    const Pose2 moved = corrected_motion(motion, KeyframeState::Zero(), constants);
-    driven.push_back(compose(driven.back(), moved));
-  }
-  return driven;
-}
-
 }  // namespace
 
 // ---- modes ------------------------------------------------------------------------------------
@@ -88,13 +78,7 @@ void RangeMemory::start() {
     modes_ = starts(mode, kRefined, &noise_);
     return weigh_modes();
   }
-  mode.estimate.keyframes = {mode.prior.first};
-  for (const OdometryIncrement& motion : graph_.motions) {
-    const KeyframeState& last = mode.estimate.keyframes.back();
-    const Pose2 pose =
-        compose(pose_of(last), corrected_motion(motion, last, mode.estimate.constants));
-    mode.estimate.keyframes.emplace_back(pose.x, pose.y, pose.heading, last[3]);
-  }
+  mode.estimate.keyframes = driven_by_odometry(graph_, mode.prior.first, mode.estimate.constants);
   modes_ = {mode};
 }
 
@@ -116,9 +100,10 @@ std::vector<std::pair<double, Pose2>> RangeMemory::first_poses(const RangeMode& 
   const bool is_enough = static_cast<int>(ranges.size()) >= kStartRanges && heard.size() >= 2 &&
                          (static_cast<int>(heard.size()) >= kStartRadios || time_ > kPatience);
   if (!is_enough) return {};
-  const std::vector<Pose2> driven = driven_by_odometry(graph_, mode.estimate.constants);
+  const std::vector<KeyframeState> driven =
+      driven_by_odometry(graph_, KeyframeState::Zero(), mode.estimate.constants);
   const HeldRange& first = *ranges.front();
-  const Pose2 first_heard = driven[keyframes.front()];
+  const Pose2 first_heard = pose_of(driven[keyframes.front()]);
   const std::size_t stride = std::max<std::size_t>(1, ranges.size() / 60);
   std::vector<std::pair<double, Pose2>> candidates;
   for (int i = 0; i < kRingPlaces; i += coarseness) {
@@ -135,7 +120,7 @@ std::vector<std::pair<double, Pose2>> RangeMemory::first_poses(const RangeMode& 
       const Pose2 origin = compose(there, relative(first_heard, Pose2{}));
       double cost = 0.0;
       for (std::size_t r = 0; r < ranges.size(); r += stride) {
-        const Pose2 pose = compose(origin, driven[keyframes[r]]);
+        const Pose2 pose = compose(origin, pose_of(driven[keyframes[r]]));
         const KeyframeState state(pose.x, pose.y, pose.heading, 0.0);
         // A coarse raster: a metre is nothing.
         const HeldRangeResidual residual =
@@ -157,7 +142,6 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
                                            RangeNoise* noise) const {
   const bool is_all = refined == kRefined;
   const auto candidates = first_poses(mode, is_all ? 1 : 2);
-  const std::vector<Pose2> driven = driven_by_odometry(graph_, mode.estimate.constants);
   double least_sigma = kRaster;
   for (const auto& ranges : graph_.ranges) {
     for (const HeldRange& range : ranges) {
@@ -175,10 +159,8 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
       RangeMode candidate = mode;
       const Pose2& origin = candidates[c].second;
       candidate.prior.first << origin.x, origin.y, origin.heading, 0.0;
-      for (const Pose2& pose : driven) {
-        const Pose2 there = compose(origin, pose);
-        candidate.estimate.keyframes.emplace_back(there.x, there.y, there.heading, 0.0);
-      }
+      candidate.estimate.keyframes =
+          driven_by_odometry(graph_, candidate.prior.first, mode.estimate.constants);
       for (const RangeNoise& stage : {coarse, *noise}) {
         candidate.belief = pf_resampling::solve(graph_, candidate.prior, stage, kManyIterations,
                                                 kTolerance, nullptr, &candidate.estimate);
@@ -302,7 +284,7 @@ void RangeMemory::solve_all() {
                               }),
                modes_.end());
   RangeMode& best = modes_.front();
-  if (before_) try_all_places_anew(*before_, &best);
+  try_all_places_anew(&best);
   try_other_places(&best);
   find_doubt();
   if (try_gross_odometry()) return;
@@ -314,7 +296,6 @@ void RangeMemory::solve_all() {
     mode.settled.reset();
     settle(&mode);
   }
-  before_ = modes_.front().estimate;
   const double growth = are_listed() ? kSolvedAllGrowth : kSolvedAllGrowthOfPlaces;
   next_solution_of_all_ =
       time_ + std::min(kSolvedAllAtLeastEvery, std::max(kSolvedAllEvery, growth * time_));
@@ -410,11 +391,14 @@ double RangeMemory::log_prior_of_noise(const RangeNoise& noise) const {
   return -0.5 * (translation * translation + heading * heading);
 }
 
-// Each of the noise's numbers, until none is better in another place.
+// Each of the noise's numbers, until none is better in another place. A path of few ranges can fit
+// them as if they had no noise, and noise and path then keep each other: that of ranges at most
+// halves at a time.
 void RangeMemory::learn_noise() {
   bool is_other_noise = false;
+  const double least_of_ranges = 0.5 * noise_.range;
   for (int failed = 0; failed < kNoiseTrials;) {
-    const bool is_better = try_noise();
+    const bool is_better = try_noise(least_of_ranges);
     is_other_noise |= is_better;
     failed = is_better ? 0 : failed + 1;
   }
@@ -426,7 +410,7 @@ void RangeMemory::learn_noise() {
 
 // One of the noise's numbers, up and down: that under which the data are most probable. Steps
 // become larger where one is better; else smaller, and the next number is tried.
-bool RangeMemory::try_noise() {
+bool RangeMemory::try_noise(double least_of_ranges) {
   RangeMode& mode = modes_.front();
   const std::array numbers = {&RangeNoise::range, &RangeNoise::translation, &RangeNoise::heading,
                               &RangeNoise::robust_width};
@@ -438,6 +422,7 @@ bool RangeMemory::try_noise() {
     noise_ = before;
     double& number = noise_.*numbers[trial];
     number = std::max(kLeastFactor, number * factor);
+    noise_.range = std::max(least_of_ranges, noise_.range);
     noise_.robust_width = std::min(kWidest, std::max(kNarrowest, noise_.robust_width));
     // A narrower loss has a smaller scale: apart, neither is better from where they are.
     if (numbers[trial] == &RangeNoise::robust_width) {

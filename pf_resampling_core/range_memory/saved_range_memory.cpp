@@ -68,7 +68,7 @@ void describe(Archive& archive, RangeMemory& memory) {
   PF_RESAMPLING_FIELDS(archive, memory.first_, memory.radios_, memory.graph_.motions,
                        memory.graph_.ranges, memory.times_, memory.pending_, memory.time_,
                        memory.lever_is_stated_, memory.odometry_factors_.distance,
-                       memory.odometry_factors_.turn, memory.noise_, memory.modes_, memory.before_,
+                       memory.odometry_factors_.turn, memory.noise_, memory.modes_,
                        memory.next_solution_of_all_, memory.doubt_, memory.are_judged_,
                        memory.has_turned_, memory.next_trial_, memory.trial_steps_);
 }

@@ -419,7 +419,7 @@ TEST(RangeMemory, IsTornUntilTheDataTellWhichRadioIsWrong) {
   RangeMemory memory({}, listed);
   double largest_error = 0.0;
   int steps = 0;
-  drive.drive(24.0, 1, [&](const OdometryIncrement& increment, const RangeObservation& range) {
+  drive.drive(24.0, 2, [&](const OdometryIncrement& increment, const RangeObservation& range) {
     memory.add(increment, {range});
     if (++steps % 20 != 0) return;
     memory.solve();
