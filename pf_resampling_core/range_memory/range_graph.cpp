@@ -3,7 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+
+#include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -43,6 +46,20 @@ MotionPrediction predict(const OdometryIncrement& motion, const Pose2& moved, do
                                by_turn[1] * turn_scale - motion.mean.y,
                            missing + turn_scale * prediction.turned + by_bias[2] * yaw_rate_bias};
   return prediction;
+}
+
+// Of A (size, 4) from the lower triangle of `matrix`: A · Aᵀ.
+PF_RESAMPLING_VECTOR_CLONES
+void subtract_square(const double* __restrict a, int size, double* __restrict matrix) {
+  for (int column = 0; column < size; ++column) {
+    const double* first = a + column;
+    const double by[] = {first[0], first[size], first[2 * size], first[3 * size]};
+    double* __restrict below = matrix + static_cast<std::ptrdiff_t>(column) * size;
+    for (int row = column; row < size; ++row) {
+      below[row] -= by[0] * a[row] + by[1] * a[size + row] + by[2] * a[2 * size + row] +
+                    by[3] * a[3 * size + row];
+    }
+  }
 }
 
 /// Keyframes eliminated one after the other, to be gone back through; from those of a past on, if
@@ -247,13 +264,7 @@ class Elimination {
     info_.block<2, 2>(kScales, kScales) += motion.by_scales.transpose() * motion.by_scales;
     gradient_.head<kState>() = motion.by_to.transpose() * motion.value;
     gradient_.segment<2>(kScales) += motion.by_scales.transpose() * motion.value;
-    for (int column = 0; column < size_; ++column) {
-      const int rows = size_ - column;
-      info_.col(column).tail(rows) -= coupling(column, 0) * coupling.col(0).tail(rows) +
-                                      coupling(column, 1) * coupling.col(1).tail(rows) +
-                                      coupling(column, 2) * coupling.col(2).tail(rows) +
-                                      coupling(column, 3) * coupling.col(3).tail(rows);
-    }
+    subtract_square(coupling.data(), size_, info_.data());
     gradient_.noalias() -= coupling * step.gradient;
     return true;
   }
