@@ -1,5 +1,6 @@
 // What does not fit: the belief may be wrong, or the id.
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 
@@ -19,9 +20,11 @@ constexpr std::size_t kManyInARow = 3;
 constexpr int kFewestInView = 3;
 constexpr int kInView = 8;
 constexpr double kDistrusted = 4.0;  // s that odometry is distrusted for then
-// Costs of an id that two landmarks have, and if it was in view just before; slips cost 30 to 50.
-constexpr double kWrongId = 30.0;
-constexpr double kWrongIdInView = 40.0;
+// Minus the logarithm of the evidence of what is rare: an id that two landmarks have, 7, and where
+// the other one is, 13; before the eyes of the robot. Then a sighting fits the other one.
+constexpr double kWrongId = 20.0;
+constexpr double kWrongIdInView = 26.0;
+constexpr double kFit = 1.0;
 constexpr int kTwice = 3;           // scans that have seen an id twice: it is that of two landmarks
 constexpr double kLatest = 10.0;    // s, and
 constexpr int kLatestUpdates = 50;  // updates, in which one may have misled the belief, ...
@@ -104,21 +107,6 @@ void Memory::leave_out_doubts() {
   state_.open_doubts.clear();
 }
 
-double Memory::cost_of_wrong_ids() const {
-  double cost = 0.0;
-  const std::set<std::int64_t> doubted(state_.newest.begin(), state_.newest.end());
-  for (const std::int64_t id : doubted) {
-    const auto found = numbers_.find(id);
-    if (found == numbers_.end()) continue;
-    const RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
-    const bool was_in_view =
-        landmark.fitted >= kFewestInView &&
-        state_.updates - landmark.last_seen <= kInView + static_cast<int>(kNewest);
-    cost += was_in_view ? kWrongIdInView : kWrongId;
-  }
-  return cost;
-}
-
 // Landmarks of which one may have misled the belief: those that fitted lately, and of several that
 // did not fit each.
 std::vector<int> Memory::suspects() const {
@@ -136,10 +124,30 @@ std::vector<int> Memory::suspects() const {
   return suspects;
 }
 
-// Without what the last seconds have seen of a landmark that was known before. False if none was.
-bool Memory::leave_out_newest(int landmark) {
+// What did not fit is of other landmarks with those ids, and fits those.
+double Memory::cost_of_wrong_ids() const {
+  double cost = kFit * static_cast<double>(state_.open_doubts.size());
+  std::set<std::size_t> landmarks;
+  for (const std::size_t i : state_.open_doubts) {
+    const int track = state_.open.sightings[i].landmark;
+    landmarks.insert(
+        static_cast<std::size_t>(state_.open.landmarks[static_cast<std::size_t>(track)]));
+  }
+  for (const std::size_t l : landmarks) {
+    const RememberedLandmark& landmark = state_.landmarks[l];
+    const bool was_in_view =
+        landmark.fitted >= kFewestInView &&
+        state_.updates - landmark.last_seen <= kInView + static_cast<int>(kNewest);
+    cost += was_in_view ? kWrongIdInView : kWrongId;
+  }
+  return cost;
+}
+
+// Without what the last seconds have seen of a landmark that was known before; how often that is.
+std::size_t Memory::leave_out_newest(int landmark) {
   const double from = state_.time - kLatest;
   SegmentGraph& graph = state_.graph;
+  std::size_t left_out = 0;
   const auto strip = [&](Segment* segment) {
     std::vector<std::size_t> of_it;
     for (std::size_t i = 0; i < segment->sightings.size(); ++i) {
@@ -147,46 +155,49 @@ bool Memory::leave_out_newest(int landmark) {
       if (segment->landmarks[track] == landmark) of_it.push_back(i);
     }
     if (of_it.empty()) return false;
+    left_out += of_it.size();
     *segment = without(of_it, *segment);
     return true;
   };
-  const bool was_open = strip(&state_.open);
-  bool was_closed = false;
+  strip(&state_.open);
   for (std::size_t s = graph.segments.size(); s-- > 0 && state_.begins[s] >= from;) {
     Segment segment = at_estimate(graph, s);
     if (!segment.has_data() || !strip(&segment)) continue;
-    if (!condense(segment.robust_width, &segment)) return false;
+    if (!condense(segment.robust_width, &segment)) return 0;
     graph.segments[s] = std::make_shared<const Segment>(std::move(segment));
-    was_closed = true;
   }
-  return (was_open || was_closed) && static_cast<std::size_t>(landmark) < graph.landmarks.size() &&
-         seen_landmarks(graph)[static_cast<std::size_t>(landmark)];
+  const bool was_known = static_cast<std::size_t>(landmark) < graph.landmarks.size() &&
+                         seen_landmarks(graph)[static_cast<std::size_t>(landmark)];
+  return was_known ? left_out : 0;
 }
 
 // Where the belief is wrong, the wheels slipped. Unless one landmark has the id of another, and has
 // misled the belief. Or each of those that did not fit: then the next sightings will tell, there is
 // no solution, and the doubts stay.
 bool Memory::solve(double robust_width) {
-  if (!belief_is_wrong()) return solve_for_all(robust_width).is_solved;
+  const bool has_waited = has_doubts() && distrusts_odometry();
+  if (!belief_is_wrong() && !has_waited) return solve_for_all(robust_width).is_solved;
   const Memory before = *this;
   believe_doubts();
   const Memory doubtless = *this;
-  SegmentSolution best = solve_for_all(robust_width);
+  double least = solve_for_all(robust_width).negative_log_evidence();
+  look_for_slips(robust_width, &least);
   for (const int landmark : before.suspects()) {
     Memory other = doubtless;
-    if (!other.leave_out_newest(landmark)) continue;
-    SegmentSolution solution = other.solve_for_all(robust_width);
-    solution.cost += kWrongId;
-    if (!solution.is_solved || (best.is_solved && best.cost <= solution.cost)) continue;
-    best = solution;
+    const std::size_t sightings = other.leave_out_newest(landmark);
+    if (sightings == 0) continue;
+    const double evidence = other.solve_for_all(robust_width).negative_log_evidence() + kWrongId +
+                            kFit * static_cast<double>(sightings);
+    if (!(evidence < least)) continue;
+    least = evidence;
     *this = std::move(other);
   }
   Memory with_wrong_ids = before;
-  const SegmentSolution other = with_wrong_ids.solve_for_all(robust_width);
-  const double cost = other.cost + with_wrong_ids.cost_of_wrong_ids();
-  if (!other.is_solved || (best.is_solved && best.cost <= cost)) return best.is_solved;
-  *this = before;
-  return false;
+  const double evidence = with_wrong_ids.solve_for_all(robust_width).negative_log_evidence() +
+                          before.cost_of_wrong_ids();
+  if (!(evidence < least)) return std::isfinite(least);
+  *this = before.belief_is_wrong() ? before : std::move(with_wrong_ids);
+  return !belief_is_wrong();
 }
 
 }  // namespace pf_resampling

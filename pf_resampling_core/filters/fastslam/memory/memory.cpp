@@ -385,7 +385,7 @@ SegmentSolution Memory::solve_closed(double robust_width) {
     if (start_anew(robust_width, &anew)) {
       SegmentSolution other = pf_resampling::solve(robust_width, &anew, &equations_anew);
       if (anew.constants_mean != graph.constants_mean) other.cost += kGrossFault;
-      if (other.is_solved && !(solution.is_solved && solution.cost <= other.cost)) {
+      if (other.negative_log_evidence() < solution.negative_log_evidence()) {
         solution = other;
         graph = std::move(anew);
         equations = std::move(equations_anew);
@@ -443,11 +443,9 @@ bool Memory::solve_carried(double robust_width, const Pose2& newest, double sinc
   }
   // A solution of what contradicts itself is no start.
   const SegmentGraph start = state_.graph;
-  const bool is_solved = since < 0.0 && solve_closed(robust_width).is_solved;
+  const SegmentSolution believed = since < 0.0 ? solve_closed(robust_width) : SegmentSolution{};
   SegmentGraph& graph = state_.graph;
   auto equations = std::make_unique<SegmentEquations>(graph);
-  const double believed = is_solved ? equations->linearize_gradient(graph) + slip_loss(graph)
-                                    : std::numeric_limits<double>::infinity();
   SegmentGraph best;
   double least = std::numeric_limits<double>::infinity();
   const std::size_t count = start.segments.size();
@@ -463,14 +461,14 @@ bool Memory::solve_carried(double robust_width, const Pose2& newest, double sinc
     if (!start.segments[s]->has_data()) continue;
     SegmentGraph candidate = carried(start, s, newest);
     if (!relinearize(robust_width, s, &candidate)) continue;
-    const double cost = equations->linearize_gradient(candidate) + slip_loss(candidate);
+    const double cost = equations->linearize_gradient(candidate);
     if (!(cost < least)) continue;
     least = cost;
     best = std::move(candidate);
   }
   if (!std::isfinite(least)) return false;
   const SegmentSolution solution = pf_resampling::solve(robust_width, &best, &equations);
-  if (!solution.is_solved || !(solution.cost < believed)) return false;
+  if (!(solution.negative_log_evidence() < believed.negative_log_evidence())) return false;
   graph = std::move(best);
   equations_ = std::move(equations);
   return true;

@@ -150,12 +150,20 @@ class Memory {
   std::vector<Slip> slips() const;
 
  private:
+  struct Span {  // s since the start
+    double begin = 0.0;
+    double end = 0.0;
+  };
+
   void note_newest(std::int64_t doubted);
   void believe_doubts();
   void leave_out_doubts();
   double cost_of_wrong_ids() const;
   std::vector<int> suspects() const;
-  bool leave_out_newest(int landmark);
+  std::size_t leave_out_newest(int landmark);
+  std::vector<Span> suspected_slips() const;
+  bool distrust(const Span& span);
+  void look_for_slips(double robust_width, double* evidence);
   SegmentSolution solve_for_all(double robust_width);
   SegmentSolution solve_closed(double robust_width);
   void join_settled(double robust_width);

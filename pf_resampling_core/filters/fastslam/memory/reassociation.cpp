@@ -300,7 +300,6 @@ double association_evidence(const ReassociationOptions& options,
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = *graph.segments[s];
     const CondensedSegment& condensed = *segment.condensed;
-    log_determinant += condensed.log_determinant;
     const auto weights = weights_of(graph, s, segment);
     const Eigen::VectorXd e = difference(graph, s, segment);
     for (const int kind : {DataKind::range, DataKind::bearing}) {

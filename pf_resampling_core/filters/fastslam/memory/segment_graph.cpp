@@ -7,6 +7,7 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kSmallestConstantSigma = 1e-9;  // of a constant that is known
+constexpr double kSmallestVariance = 1e-8;       // of odometry
 
 }  // namespace
 
@@ -82,28 +83,37 @@ Eigen::VectorXd difference(const SegmentGraph& graph, std::size_t s, const Segme
   return e;
 }
 
-double slip_square(const SegmentGraph& graph, std::size_t s, const Eigen::Matrix3d& uncertainty,
-                   double* distance) {
-  const Segment& segment = *graph.segments[s];
-  if (!segment.has_data()) return 0.0;
-  Pose2 end;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const MotionFactor& motion : segment.motions) {
-    const Pose2 step = corrected_motion(motion, graph.constants);
-    const Eigen::Matrix3d by_end = by_first(end, step);
-    const Eigen::Matrix3d turn = by_second(end);
-    covariance =
-        by_end * covariance * by_end.transpose() + turn * motion.covariance * turn.transpose();
-    end = compose(end, step);
+double OdometryError::square(const Eigen::Matrix3d& more) const {
+  return value.dot((covariance + more).llt().solve(value));
+}
+
+OdometryError odometry_error(const SegmentGraph& graph, std::size_t first, std::size_t end) {
+  OdometryError error;
+  error.covariance = kSmallestVariance * Eigen::Matrix3d::Identity();
+  Pose2 reached;
+  for (std::size_t s = first; s < end; ++s) {
+    if (!graph.segments[s]->has_data()) return {};
+    for (const MotionFactor& motion : graph.segments[s]->motions) {
+      const Pose2 step = corrected_motion(motion, graph.constants);
+      const Eigen::Matrix3d by_past = by_first(reached, step);
+      const Eigen::Matrix3d turn = by_second(reached);
+      const auto add = [&](const Eigen::Matrix3d& of_step, Eigen::Matrix3d* covariance) {
+        *covariance =
+            by_past * *covariance * by_past.transpose() + turn * of_step * turn.transpose();
+      };
+      add(graph.noise.motion * graph.noise.motion * motion.covariance, &error.covariance);
+      add(motion.slip_covariance, &error.slip_covariance);
+      reached = compose(reached, step);
+    }
   }
-  covariance *= graph.noise.motion * graph.noise.motion;
-  covariance += uncertainty;
-  covariance.diagonal().array() += 1e-8;
-  const Pose2 driven = relative(graph.bases[s], graph.bases[s + 1]);
-  const Eigen::Vector3d error(driven.x - end.x, driven.y - end.y,
-                              wrap_angle(driven.heading - end.heading));
-  if (distance != nullptr) *distance = error.head<2>().norm();
-  return error.dot(covariance.llt().solve(error));
+  const Pose2 driven = relative(graph.bases[first], graph.bases[end]);
+  error.value << driven.x - reached.x, driven.y - reached.y,
+      wrap_angle(driven.heading - reached.heading);
+  return error;
+}
+
+double slip_square(const SegmentGraph& graph, std::size_t s) {
+  return odometry_error(graph, s, s + 1).square(Eigen::Matrix3d::Zero());
 }
 
 }  // namespace pf_resampling

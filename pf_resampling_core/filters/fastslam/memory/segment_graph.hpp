@@ -46,11 +46,21 @@ std::array<double, kDataKinds> weights_of(const SegmentGraph& graph, std::size_t
 /// Information of the prior of the constants.
 SensorConstants constants_information(const SegmentGraph& graph);
 
-/// Squared error, in standard deviations, of the odometry of a segment as a whole: three degrees of
-/// freedom. Where wheels slipped it is large. 0 where the data are gone. `uncertainty`: covariance
-/// of the motion that the graph says was driven. `distance`: m, how far off its end is.
-double slip_square(const SegmentGraph& graph, std::size_t segment,
-                   const Eigen::Matrix3d& uncertainty = Eigen::Matrix3d::Zero(),
-                   double* distance = nullptr);
+/// How far the motion in segments [first, end) is from its odometry (x, y, heading; in the frame of
+/// the first base), the odometry's covariance, and what wheels that may have slipped add to that.
+/// Zero where data are gone.
+struct OdometryError {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d slip_covariance = Eigen::Matrix3d::Zero();
+
+  /// In standard deviations, with `more` covariance; three degrees of freedom.
+  double square(const Eigen::Matrix3d& more) const;
+};
+OdometryError odometry_error(const SegmentGraph& graph, std::size_t first, std::size_t end);
+
+/// The square of one segment's with the covariance of the odometry alone: large where wheels
+/// slipped.
+double slip_square(const SegmentGraph& graph, std::size_t segment);
 
 }  // namespace pf_resampling

@@ -28,6 +28,9 @@ constexpr double kNoiseChanged = 1.1;   // factor
 constexpr double kSlipWidth = 4.0;
 constexpr double kNoSlip = 16.0;
 constexpr std::size_t kNewest = 3;  // segments
+// What a slip costs, and the weight of the odometry that is one.
+constexpr double kSlipCost = 5.0;
+constexpr double kSlippingShare = 0.5;
 
 bool is_near(double a, double b, double factor) {
   return a < factor * b && b < factor * a;
@@ -120,7 +123,8 @@ bool update_shares(SegmentGraph* graph) {
   bool has_changed = false;
   for (std::size_t s = 0; s < graph->segments.size(); ++s) {
     if (!graph->segments[s]->has_data()) continue;
-    const double share = share_of(slip_square(*graph, s));
+    const OdometryError error = odometry_error(*graph, s, s + 1);
+    const double share = share_of(error.square(error.slip_covariance));
     if (is_near(share, graph->motion_shares[s], kShareChanged)) continue;
     graph->motion_shares[s] = share;
     has_changed = true;
@@ -138,37 +142,38 @@ bool has_new_doubt(const SegmentGraph& before, const SegmentGraph& doubted) {
   return false;
 }
 
-// Moves the estimate half of the way to another.
-void move_half_way(const SegmentGraph& to, SegmentGraph* graph) {
+// Moves the estimate a share of the way to another.
+void move_towards(const SegmentGraph& to, double share, SegmentGraph* graph) {
   for (std::size_t s = 0; s < graph->bases.size(); ++s) {
     const Pose2 way = relative(graph->bases[s], to.bases[s]);
-    graph->bases[s] = compose(graph->bases[s], {0.5 * way.x, 0.5 * way.y, 0.5 * way.heading});
+    graph->bases[s] = compose(graph->bases[s], {share * way.x, share * way.y, share * way.heading});
   }
   for (std::size_t l = 0; l < graph->landmarks.size(); ++l) {
-    graph->landmarks[l] = 0.5 * (graph->landmarks[l] + to.landmarks[l]);
+    graph->landmarks[l] += share * (to.landmarks[l] - graph->landmarks[l]);
   }
-  graph->constants = 0.5 * (graph->constants + to.constants);
+  graph->constants += share * (to.constants - graph->constants);
 }
 
 // Steps and new condensations in turn, until both rest; the weights of the odometry too where
-// `with_shares`. What is robust may go to and fro between two estimates: then the next
-// condensation is half way between them.
+// `with_shares`. What is robust, or slips, may go to and fro: then the next condensation is half of
+// the way from the last, then a quarter, and so on.
 Descent settle(double robust_width, bool with_shares, SegmentEquations* equations,
                SegmentSolution* solution, SegmentGraph* graph) {
   Descent descent;
-  SegmentGraph last;
   double last_cost = std::numeric_limits<double>::infinity();
   double cost_before = last_cost;
+  double stride = 1.0;
   for (int round = 0; round < kMostRounds; ++round) {
     bool has_changed = with_shares && update_shares(graph);
+    const SegmentGraph from = *graph;
     descent = descend(equations, graph);
     solution->steps += descent.steps + 1;
     if (!descent.is_solved) return descent;
     if (has_changed) continue;  // what is seen keeps its weight until the odometry has its own
     const SegmentGraph found = *graph;
-    const bool is_last = round + 1 == kMostRounds;  // nothing would descend from half way
-    if (descent.cost > cost_before - kTolerance && !is_last) move_half_way(last, graph);
-    last = found;
+    const bool is_last = round + 1 == kMostRounds;  // nothing would descend from part of the way
+    if (descent.cost > cost_before - kTolerance) stride *= 0.5;
+    if (stride < 1.0 && !is_last) move_towards(from, 1.0 - stride, graph);
     cost_before = std::exchange(last_cost, descent.cost);
     for (std::size_t s = 0; s < graph->segments.size(); ++s) {
       const Segment& segment = *graph->segments[s];
@@ -186,6 +191,51 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
   return descent;
 }
 
+double log_root(const Eigen::Matrix3d& root) {
+  return root.diagonal().array().log().sum();
+}
+
+// What slips add to the cost of data: the logarithms of the normalisers of motions that are trusted
+// less than odometry states, and what a slip costs.
+double slip_loss(const SegmentGraph& graph) {
+  double loss = 0.0;
+  bool slipped = false;
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const double share = graph.motion_shares[s];
+    const double scale = graph.noise.motion / std::sqrt(share);
+    for (const MotionFactor& motion : graph.segments[s]->motions) {
+      loss -= 1.5 * std::log(share);
+      const bool may_slip = !motion.slip_covariance.isZero();
+      if (may_slip) {
+        MotionFactor sound = motion;
+        sound.slip_covariance.setZero();
+        loss += log_root(motion_root(sound, scale)) - log_root(motion_root(motion, scale));
+      }
+      const bool slips = may_slip || share < kSlippingShare;
+      if (slips && !slipped) loss += kSlipCost;
+      slipped = slips;
+    }
+  }
+  return loss;
+}
+
+// What is known of an estimate where all rests; the equations are factorised there.
+void complete(const SegmentGraph& graph, const Descent& descent, SegmentEquations* equations,
+              SegmentSolution* solution) {
+  solution->is_solved = descent.is_solved;
+  if (descent.is_solved && !descent.is_factorized) {
+    equations->linearize(graph);
+    solution->is_solved = equations->factorize(0.0);
+  }
+  if (!solution->is_solved) return;
+  solution->cost = descent.cost + slip_loss(graph);
+  solution->log_determinant = equations->log_determinant();
+  for (const auto& segment : graph.segments) {
+    solution->log_determinant += segment->condensed->log_determinant;
+  }
+  solution->is_solved = std::isfinite(solution->log_determinant);
+}
+
 }  // namespace
 
 bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph) {
@@ -197,14 +247,6 @@ bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph) {
   return true;
 }
 
-double slip_loss(const SegmentGraph& graph) {
-  double sum = 0.0;
-  for (const double share : graph.motion_shares) {
-    sum += 0.5 * kSlipWidth * kSlipWidth * (share - 1.0 - std::log(share));
-  }
-  return sum;
-}
-
 SegmentSolution solve(double robust_width, SegmentGraph* graph,
                       std::unique_ptr<SegmentEquations>* result) {
   SegmentSolution solution;
@@ -214,30 +256,20 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   SegmentGraph doubted = solved;
   const bool is_doubted = update_shares(&doubted);
   const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
-  bool is_factorized = as_believed.is_factorized;
-  solution.is_solved = as_believed.is_solved;
-  solution.cost = as_believed.cost + slip_loss(solved);
-  if (!is_doubted) doubted = as_believed.is_solved ? solved : *graph;
+  complete(solved, as_believed, equations.get(), &solution);
+  if (!is_doubted) doubted = solution.is_solved ? solved : *graph;
   if ((is_doubted || update_shares(&doubted)) &&
-      (!as_believed.is_solved || solution.relinearized > 0 || has_new_doubt(*graph, doubted))) {
-    is_factorized = false;
-    const Descent descent = settle(robust_width, true, equations.get(), &solution, &doubted);
-    const double cost = descent.cost + slip_loss(doubted);
-    if (descent.is_solved && !(solution.is_solved && solution.cost <= cost)) {
-      solution.is_solved = true;
-      solution.cost = cost;
-      is_factorized = descent.is_factorized;
+      (!solution.is_solved || solution.relinearized > 0 || has_new_doubt(*graph, doubted))) {
+    SegmentSolution other = solution;
+    const Descent descent = settle(robust_width, true, equations.get(), &other, &doubted);
+    complete(doubted, descent, equations.get(), &other);
+    if (other.negative_log_evidence() < solution.negative_log_evidence()) {
+      solution = other;
       solved = std::move(doubted);
+    } else if (solution.is_solved) {
+      complete(solved, {true, false, as_believed.cost}, equations.get(), &solution);
     }
   }
-  if (!solution.is_solved) return solution;
-  if (!is_factorized) {
-    equations->linearize(solved);
-    solution.is_solved = equations->factorize(0.0);
-    if (!solution.is_solved) return solution;
-  }
-  solution.log_determinant = equations->log_determinant();
-  solution.is_solved = std::isfinite(solution.log_determinant);
   if (!solution.is_solved) return solution;
   *graph = std::move(solved);
   if (result != nullptr) *result = std::move(equations);

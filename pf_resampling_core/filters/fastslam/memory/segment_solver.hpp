@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 
 #include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
@@ -11,7 +12,12 @@ namespace pf_resampling {
 struct SegmentSolution {
   bool is_solved = false;
   double cost = 0.0;
-  double log_determinant = 0.0;
+  double log_determinant = 0.0;  ///< of the information on all unknowns
+
+  /// Minus the logarithm of the evidence, but for a constant; infinite if it is not solved.
+  double negative_log_evidence() const {
+    return is_solved ? cost + 0.5 * log_determinant : std::numeric_limits<double>::infinity();
+  }
   int steps = 0;
   int relinearized = 0;
 };
@@ -24,10 +30,6 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
 
 /// Condenses segment `s` anew where the graph's estimate has it. False if that cannot be done.
 bool relinearize(double robust_width, std::size_t s, SegmentGraph* graph);
-
-/// What the odometry's robust loss adds to the cost of data with the graph's motion shares (Black
-/// and Rangarajan 1996).
-double slip_loss(const SegmentGraph& graph);
 
 /// Deviations of what a particle carries from the estimate: a row per particle; columns: two for
 /// each landmark, the constants, the newest pose. What a Rao-Blackwellised particle keeps as a

@@ -1,9 +1,15 @@
 // Where the wheels slipped.
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
+#include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 
 namespace pf_resampling {
@@ -12,61 +18,173 @@ namespace {
 // Squared error of three degrees of freedom that names a slip: a chance of 1e-8 without one.
 constexpr double kSlip = 40.0;
 constexpr double kSlipBegins = 0.05;
+// How long wheels may have slipped before that shows, s, and a margin.
+constexpr double kUnnoticed = 4.0;
+constexpr double kMargin = 0.5;
+// Segments that are suspected at a time: whose odometry contradicts the rest by as much; and of its
+// variance that is left then.
+constexpr std::size_t kMostSuspected = 3;
+constexpr double kSuspected = 16.0;
+constexpr double kLeastContradicted = 0.05;
+// Hypotheses are as good as the best if the logarithm of the evidence differs by less.
+constexpr double kAsGood = 10.0;
 
-// When, in s since segment `s` begins, it is off its odometry: between 5 and 95 % of the squares.
-std::pair<double, double> slipping_time(const SegmentGraph& graph, std::size_t s) {
-  const Segment& segment = *graph.segments[s];
-  const std::vector<Pose2> poses = poses_of(graph, s);
+// When, in s since segment `first` begins, the motion in [first, end) is off its odometry: between
+// 5 and 95 % of the squares.
+std::pair<double, double> slipping_time(const SegmentGraph& graph, std::size_t first,
+                                        std::size_t end) {
   std::vector<double> sums = {0.0};
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const MotionFactor& motion = segment.motions[i];
-    const MotionResidual residual =
-        motion_residual(motion, motion_root(motion, graph.noise.motion),
-                        i == 0 ? Pose2{} : poses[i - 1], poses[i], graph.constants);
-    sums.push_back(sums.back() + residual.value.squaredNorm());
+  std::vector<double> times = {0.0};
+  for (std::size_t s = first; s < end; ++s) {
+    Pose2 from;
+    const std::vector<Pose2> poses = poses_of(graph, s);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const MotionFactor& motion = graph.segments[s]->motions[i];
+      const MotionResidual residual = motion_residual(
+          motion, motion_root(motion, graph.noise.motion), from, poses[i], graph.constants);
+      sums.push_back(sums.back() + residual.value.squaredNorm());
+      times.push_back(times.back() + motion.duration());
+      from = poses[i];
+    }
   }
-  std::pair<double, double> time = {0.0, 0.0};
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double duration = segment.motions[i].duration();
-    if (sums[i + 1] < kSlipBegins * sums.back()) time.first += duration;
-    if (sums[i] < (1.0 - kSlipBegins) * sums.back()) time.second += duration;
-  }
-  return time;
+  const auto begin = std::lower_bound(sums.begin() + 1, sums.end(), kSlipBegins * sums.back());
+  const auto last = std::lower_bound(begin, sums.end(), (1.0 - kSlipBegins) * sums.back());
+  return {times[static_cast<std::size_t>(begin - sums.begin()) - 1],
+          times[static_cast<std::size_t>(last - sums.begin())]};
 }
 
-// Of the motion in segment `s`, given all data.
+// Of the motion in segments [first, end), given all data.
 Eigen::Matrix3d motion_covariance(const SegmentGraph& graph, const SegmentEquations& equations,
-                                  std::size_t s) {
+                                  std::size_t first, std::size_t end) {
   const Segment motion_alone;
   Eigen::MatrixXd ends = Eigen::MatrixXd::Zero(motion_alone.size(), 3);
   ends.topRows<3>().setIdentity();
   Eigen::MatrixXd unknowns = Eigen::MatrixXd::Zero(equations.size(), 3);
-  equations.from_segment(graph, s, motion_alone, ends, unknowns);
+  Pose2 reached;
+  for (std::size_t s = first; s < end; ++s) {
+    const Pose2 step = relative(graph.bases[s], graph.bases[s + 1]);
+    Eigen::MatrixXd of_step = Eigen::MatrixXd::Zero(equations.size(), 3);
+    equations.from_segment(graph, s, motion_alone, ends, of_step);
+    unknowns =
+        unknowns * by_first(reached, step).transpose() + of_step * by_second(reached).transpose();
+    reached = compose(reached, step);
+  }
   return unknowns.transpose() * equations.solve(unknowns);
+}
+
+// By how much the squares of all data would fall without the odometry of segment `s`, to first
+// order (Baarda's data snooping, 1968).
+double gain_without_odometry(const SegmentGraph& graph, const SegmentEquations& equations,
+                             std::size_t s) {
+  const OdometryError error = odometry_error(graph, s, s + 1);
+  const Eigen::LLT<Eigen::Matrix3d> root(error.covariance + error.slip_covariance);
+  const Eigen::Matrix3d half = root.matrixL().solve(motion_covariance(graph, equations, s, s + 1));
+  const Eigen::Matrix3d known = root.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(known);
+  const Eigen::Vector3d value =
+      eigen.eigenvectors().transpose() * root.matrixL().solve(error.value);
+  const Eigen::Array3d contradicted = (1.0 - eigen.eigenvalues().array()).max(kLeastContradicted);
+  return (value.array().square() / contradicted).sum();
 }
 
 }  // namespace
 
+// Where the map may have been bent in place of wheels that slipped, s since the start: before what
+// is in doubt now, or was, and where odometry contradicts the rest most.
+std::vector<Memory::Span> Memory::suspected_slips() const {
+  const SegmentGraph& graph = state_.graph;
+  std::vector<Span> spans = {{state_.time - kUnnoticed, state_.time}};
+  std::vector<std::pair<double, std::size_t>> gains;
+  bool was_distrusted = false;
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    double time = state_.begins[s];
+    for (const MotionFactor& motion : graph.segments[s]->motions) {
+      const bool is_distrusted = !motion.slip_covariance.isZero();
+      if (is_distrusted && !was_distrusted) spans.push_back({time - kUnnoticed, time});
+      was_distrusted = is_distrusted;
+      time += motion.duration();
+    }
+    if (!graph.segments[s]->has_data()) continue;
+    const double gain = gain_without_odometry(graph, *equations_, s);
+    if (gain > kSuspected) gains.push_back({gain, s});
+  }
+  std::sort(gains.begin(), gains.end(), std::greater<>());
+  gains.resize(std::min(gains.size(), kMostSuspected));
+  for (const auto& [gain, s] : gains) {
+    const int parts =
+        std::max(1, static_cast<int>(std::ceil(graph.segments[s]->duration() / kUnnoticed)));
+    const double part = graph.segments[s]->duration() / parts;
+    for (int k = 0; k < parts; ++k) {
+      const double begin = state_.begins[s] + k * part;
+      spans.push_back({begin - kMargin, begin + part + kMargin});
+    }
+  }
+  return spans;
+}
+
+// Takes wheels to have slipped then. False if nothing changes, or cannot be condensed.
+bool Memory::distrust(const Span& span) {
+  SegmentGraph& graph = state_.graph;
+  bool has_changed = false;
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    double time = state_.begins[s];
+    if (span.end <= time || time + graph.segments[s]->duration() <= span.begin) continue;
+    Segment segment = at_estimate(graph, s);
+    bool slips = false;
+    for (MotionFactor& motion : segment.motions) {
+      time += motion.duration();
+      if (time <= span.begin || time > span.end || !motion.slip_covariance.isZero()) continue;
+      motion.slip_covariance =
+          slip_covariance(std::hypot(motion.mean.x, motion.mean.y), motion.duration());
+      slips = true;
+    }
+    if (!slips) continue;
+    if (!condense(segment.robust_width, &segment)) return false;
+    graph.segments[s] = std::make_shared<const Segment>(std::move(segment));
+    has_changed = true;
+  }
+  return has_changed;
+}
+
+// Wheels may have slipped where no doubt has shown it yet. What explains the drive best is kept,
+// and with it all that is as good.
+void Memory::look_for_slips(double robust_width, double* evidence) {
+  if (equations_ == nullptr) return;
+  const Memory believed = *this;
+  std::vector<std::pair<double, Span>> tried;
+  double least = *evidence;
+  for (const Span& span : suspected_slips()) {
+    Memory slipped = believed;
+    if (!slipped.distrust(span)) continue;
+    tried.push_back({slipped.solve_closed(robust_width).negative_log_evidence(), span});
+    least = std::min(least, tried.back().first);
+  }
+  Memory slipped = believed;
+  bool has_changed = false;
+  for (const auto& [of_span, span] : tried) {
+    if (of_span < least + kAsGood) has_changed |= slipped.distrust(span);
+  }
+  if (!has_changed || !slipped.solve_closed(robust_width).is_solved) return;
+  *this = std::move(slipped);
+  *evidence = least;
+}
+
 std::vector<Slip> Memory::slips() const {
   std::vector<Slip> slips;
   if (equations_ == nullptr) return slips;
-  for (std::size_t s = 0; s < state_.graph.segments.size(); ++s) {
-    if (slip_square(state_.graph, s) < kSlip) continue;
+  const SegmentGraph& graph = state_.graph;
+  std::size_t end = 0;
+  for (std::size_t first = 0; first < graph.segments.size(); first = end + 1) {
+    end = first;
+    while (end < graph.segments.size() && slip_square(graph, end) >= kSlip) ++end;
+    if (end == first) continue;
+    const OdometryError error = odometry_error(graph, first, end);
     // Where odometry is down-weighted, the solution itself may be loose.
-    double distance = 0.0;
-    const double square =
-        slip_square(state_.graph, s, motion_covariance(state_.graph, *equations_, s), &distance);
+    const double square = error.square(motion_covariance(graph, *equations_, first, end));
     if (square < kSlip) continue;
-    const auto [first, last] = slipping_time(state_.graph, s);
-    const double begin = state_.begins[s] + first;
-    const double end = state_.begins[s] + last;
-    if (!slips.empty() && begin - slips.back().end < 1.0) {
-      slips.back().end = end;
-      slips.back().square = std::max(square, slips.back().square);
-      slips.back().distance = std::max(distance, slips.back().distance);
-    } else {
-      slips.push_back({begin, end, square, distance, state_.graph.bases[s]});
-    }
+    const auto [since, until] = slipping_time(graph, first, end);
+    slips.push_back({state_.begins[first] + since, state_.begins[first] + until, square,
+                     error.value.head<2>().norm(), graph.bases[first]});
   }
   return slips;
 }

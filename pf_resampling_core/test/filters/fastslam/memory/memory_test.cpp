@@ -257,8 +257,7 @@ TEST(Memory, IsNotWrongWhereScansHaveSeenAnIdTwice) {
 // A camera that passes a tag sees it a few times at best: where two in a row are elsewhere, however
 // rarely they were seen, it is the robot that is.
 TEST(Memory, DoubtsTheBeliefWhereLandmarksHardlySeenDoNotFit) {
-  MotionFactor still;
-  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  const MotionFactor still = motion_of(1e-4);
   Memory memory = stand(6, 1);
   for (const std::int64_t id : {0, 0, 1}) {
     EXPECT_FALSE(memory.belief_is_wrong());
@@ -273,8 +272,7 @@ TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
   Memory memory = stand(6, 2);
   ASSERT_TRUE(memory.solve(kWidth));
   const int before = memory.number_of(3);
-  MotionFactor still;
-  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  const MotionFactor still = motion_of(1e-4);
   for (int time = 0; time < 20; ++time) {
     memory.append(still);
     memory.append_sighting(1, {0, 0, 5.0, 0.5, 0.01, 0.001, Pose2{}});
@@ -292,8 +290,7 @@ TEST(Memory, PutsALandmarkElsewhereThatWasMisreadAtFirst) {
 // A landmark that was misread at first and seen at once where it is says nothing about the robot.
 TEST(Memory, IsNotWrongWhereAnIdWasMisreadAtFirst) {
   Memory memory = stand(6, 5);
-  MotionFactor still;
-  still.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  const MotionFactor still = motion_of(1e-4);
   memory.append(still);
   memory.append_sighting(7, kThere);
   for (int time = 0; time < 10; ++time) {
@@ -464,34 +461,61 @@ TEST(Memory, OdometryOfAnyScaleIsRecognizedWithinSeconds) {
   }
 }
 
-// Remembers a drive in which some landmarks have the ids of others; what is seen more than
-// 1 m from where the memory has its landmark does not fit.
-Memory remember_ids(const Drive& drive, const std::map<int, int>& ids) {
+// Remembers a drive in which some landmarks have the ids of others; what is seen more than 1 m from
+// where the belief has its landmark does not fit.
+Memory remember_doubting(const Drive& drive, const std::map<int, int>& ids) {
   Memory memory;
   memory.start(drive.poses.front(), SensorConstants::Zero());
+  Pose2 believed = drive.poses.front();
   for (std::size_t i = 0; i < drive.motions.size(); ++i) {
     memory.append(drive.motions[i]);
+    believed = compose(believed, drive.motions[i].mean);
     for (const SightingFactor& sighting : drive.sightings[i]) {
       const auto other = ids.find(sighting.landmark);
       const int id = other == ids.end() ? sighting.landmark : other->second;
       const int number = memory.number_of(id);
-      const std::size_t there = static_cast<std::size_t>(sighting.landmark);
-      const bool fits = number < 0 || (memory.graph().landmarks[static_cast<std::size_t>(number)] -
-                                       drive.landmarks[there])
-                                              .norm() < 1.0;
+      const Eigen::Vector2d seen = place_seen(believed, sighting.range, sighting.bearing);
+      const bool fits =
+          number < 0 ||
+          (memory.graph().landmarks[static_cast<std::size_t>(number)] - seen).norm() < 1.0;
       fits ? memory.append_sighting(id, sighting) : memory.append_doubtful_sighting(id, sighting);
     }
-    if (memory.needs_solution() || (i + 1) % kUpdatesPerSegment == 0) memory.solve(kWidth);
+    if (!memory.needs_solution() && (i + 1) % kUpdatesPerSegment != 0) continue;
+    if (memory.solve(kWidth)) {
+      believed = memory.graph().newest();
+    } else {
+      memory.note_refusal();
+    }
   }
   return memory;
 }
 
 TEST(Memory, SeveralWrongIdsAreNoSlip) {
   const Drive data = drive(2, 7);
-  const Memory memory = remember_ids(data, {{12, 1}, {13, 2}, {14, 5}});
+  const Memory memory = remember_doubting(data, {{12, 1}, {13, 2}, {14, 5}});
   EXPECT_TRUE(memory.slips().empty());
   EXPECT_NEAR(memory.graph().newest().x, data.poses.back().x, 0.1);
   EXPECT_NEAR(memory.graph().newest().y, data.poses.back().y, 0.1);
+}
+
+// Wheels slip while nothing is seen: of what fits when that is over, the slip has more evidence
+// than a bent lap.
+TEST(Memory, FindsASlipOfSecondsAgo) {
+  for (const std::uint64_t seed : {5u, 6u}) {
+    for (const double seen_again : {110.0, 125.0}) {
+      Drive data = drive(4, seed, 104.0, 0.1);
+      for (std::size_t i = 0; i < data.sightings.size(); ++i) {
+        const double time = kPeriod * static_cast<double>(i + 1);
+        if (time > 103.0 && time < seen_again) data.sightings[i].clear();
+      }
+      const Memory memory = remember_doubting(data, {});
+      EXPECT_NEAR(memory.graph().newest().x, data.poses.back().x, 0.1) << seed;
+      EXPECT_NEAR(memory.graph().newest().y, data.poses.back().y, 0.1) << seed;
+      ASSERT_EQ(memory.slips().size(), 1u) << seed;
+      EXPECT_NEAR(memory.slips()[0].begin, 104.0, 2.0);
+      EXPECT_NEAR(memory.slips()[0].end, 107.0, 3.0);
+    }
+  }
 }
 
 }  // namespace
