@@ -72,6 +72,15 @@ class Corridor {
     return map;
   }
 
+  // What is found: that landmark 20 was moved.
+  Finding moved() const {
+    const std::vector<Finding> found = changes_.findings();
+    EXPECT_EQ(found.size(), 1u);
+    EXPECT_EQ(found.at(0).kind, FindingKind::landmark_moved);
+    EXPECT_EQ(found.at(0).id, 20);
+    return found[0];
+  }
+
   LandmarkChanges changes_;
   std::map<std::int64_t, Eigen::Vector2d> map_;
   std::multimap<std::int64_t, Eigen::Vector2d> tags_;  // as they are
@@ -96,15 +105,12 @@ TEST(LandmarkChanges, ALandmarkIsWhereItWasMovedTo) {
   Corridor corridor;
   corridor.tags_.find(20)->second += Eigen::Vector2d(0.6, 0.8);
   corridor.drive();
-  const std::vector<Finding> found = corridor.changes_.findings();
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
-  EXPECT_EQ(found[0].id, 20);
-  EXPECT_NEAR(found[0].size, 1.0, 0.05);
-  EXPECT_NEAR(found[0].place.x(), 40.6, 0.05);
-  EXPECT_GT(found[0].probability, 0.9);
-  EXPECT_FALSE(found[0].is_open);  // it is long out of view
-  EXPECT_EQ(sentence_of(found[0], 0.0), "landmark 20 is 1.0 m from the map");
+  const Finding found = corridor.moved();
+  EXPECT_NEAR(found.size, 1.0, 0.05);
+  EXPECT_NEAR(found.place.x(), 40.6, 0.05);
+  EXPECT_GT(found.probability, 0.9);
+  EXPECT_FALSE(found.is_open);  // it is long out of view
+  EXPECT_EQ(sentence_of(found, 0.0), "landmark 20 is 1.0 m from the map");
 }
 
 // Only one beside it shows how sure the robot is of its place, but it is not where it was.
@@ -132,10 +138,7 @@ TEST(LandmarkChanges, ALandmarkThatIsHardlySeenIsWhereItWasMovedTo) {
   ASSERT_EQ(corridor.changes_.findings().size(), 1u);
   EXPECT_EQ(corridor.changes_.findings()[0].kind, FindingKind::landmark_gone);
   for (int k = 0; k < 2; ++k) corridor.drive();
-  const std::vector<Finding> found = corridor.changes_.findings();
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
-  EXPECT_EQ(found[0].id, 20);
+  corridor.moved();
 }
 
 // The same where nothing looks at the place that it had.
@@ -147,10 +150,7 @@ TEST(LandmarkChanges, ALandmarkThatIsHardlySeenIsFoundInLapsOfMinutes) {
   corridor.drive();
   EXPECT_TRUE(corridor.changes_.findings().empty());
   for (int k = 0; k < 2; ++k) corridor.drive();
-  const std::vector<Finding> found = corridor.changes_.findings();
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
-  EXPECT_EQ(found[0].id, 20);
+  corridor.moved();
 }
 
 // It is within what the filter believes, but always on the same side. Where all are, it is the
@@ -163,11 +163,8 @@ TEST(LandmarkChanges, ALandmarkThatWasMovedByLittleIsFound) {
     corridor.sigma_ = sigma;
     corridor.tags_.find(20)->second.y() += 0.6;
     corridor.drive();
-    const std::vector<Finding> found = corridor.changes_.findings();
-    ASSERT_EQ(found.size(), 1u) << sigma;
-    EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
-    EXPECT_EQ(found[0].id, 20);
-    EXPECT_NEAR(found[0].size, 0.6, 0.05);
+    const Finding found = corridor.moved();
+    EXPECT_NEAR(found.size, 0.6, 0.05);
     Corridor shifted;
     shifted.believed_ = 1.0;
     shifted.sigma_ = sigma;
@@ -294,11 +291,8 @@ TEST(LandmarkChanges, WhatWasSeenUnderAWrongBeliefIsWhereThePathHasIt) {
       EXPECT_TRUE(corridor.changes_.findings().empty());
     }
     corridor.changes_.retrace(corridor.path_, corridor.map());
-    const std::vector<Finding> found = corridor.changes_.findings();
-    ASSERT_EQ(found.size(), 1u);
-    EXPECT_EQ(found[0].kind, FindingKind::landmark_moved);
-    EXPECT_EQ(found[0].id, 20);
-    EXPECT_NEAR(found[0].size, 1.0, 0.05);
+    const Finding found = corridor.moved();
+    EXPECT_NEAR(found.size, 1.0, 0.05);
   }
 }
 
