@@ -20,8 +20,8 @@ constexpr std::size_t kManyInARow = 3;
 constexpr int kFewestInView = 3;
 constexpr int kInView = 8;
 constexpr double kDistrusted = 4.0;  // s that odometry is distrusted for then
-// Minus the logarithm of the evidence of what is rare: an id that two landmarks have, 7, and where
-// the other one is, 13; before the eyes of the robot. Then a sighting fits the other one.
+// What wrong ids add to the negative log evidence: that two landmarks have one id, 7, and where the
+// other stands, 13; more if the first was in view; and each sighting that fits the other.
 constexpr double kWrongId = 20.0;
 constexpr double kWrongIdInView = 26.0;
 constexpr double kFit = 1.0;
