@@ -39,6 +39,7 @@ void Memory::append_doubtful_sighting(std::int64_t landmark_id, const SightingFa
   RememberedLandmark& landmark = state_.landmarks[static_cast<std::size_t>(found->second)];
   if (landmark.twice >= kTwice) return;
   if (++landmark.doubted > std::max(kFewFitted, landmark.fitted) && may_be_another) {
+    landmark.last_seen = state_.updates;
     forget_landmark(landmark_id);  // misread when it was first seen, or moved long ago
     return append_sighting(landmark_id, sighting);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -18,10 +19,12 @@ namespace {
 // Squared error of three degrees of freedom that names a slip: a chance of 1e-8 without one.
 constexpr double kSlip = 40.0;
 constexpr double kSlipBegins = 0.05;
-// How long wheels may have slipped before that shows, s, and a margin.
+// How long wheels may have slipped before that shows, s, or before what has just been seen is
+// forgotten, since it is elsewhere; and a margin.
 constexpr double kUnnoticed = 4.0;
+constexpr double kSurprise = 1.5;
 constexpr double kMargin = 0.5;
-// Segments that are suspected at a time: whose odometry contradicts the rest by as much; and of its
+// What is suspected at a time: segments whose odometry contradicts the rest by as much; and of its
 // variance that is left then.
 constexpr std::size_t kMostSuspected = 3;
 constexpr double kSuspected = 16.0;
@@ -90,24 +93,42 @@ double gain_without_odometry(const SegmentGraph& graph, const SegmentEquations& 
 }  // namespace
 
 // Where the map may have been bent in place of wheels that slipped, s since the start: before what
-// is in doubt now, or was, and where odometry contradicts the rest most.
+// is in doubt now, or was; where what had just been seen was elsewhere; and where odometry
+// contradicts the rest most.
 std::vector<Memory::Span> Memory::suspected_slips() const {
   const SegmentGraph& graph = state_.graph;
+  std::set<int> surprising;  // updates
+  for (const RememberedLandmark& landmark : state_.landmarks) {
+    if (landmark.id < 0) surprising.insert(landmark.last_seen);
+  }
   std::vector<Span> spans = {{state_.time - kUnnoticed, state_.time}};
+  std::vector<Span> surprises;
   std::vector<std::pair<double, std::size_t>> gains;
   bool was_distrusted = false;
+  int update = 0;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const Segment& segment = *graph.segments[s];
     double time = state_.begins[s];
-    for (const MotionFactor& motion : graph.segments[s]->motions) {
+    for (const MotionFactor& motion : segment.motions) {
       const bool is_distrusted = !motion.slip_covariance.isZero();
       if (is_distrusted && !was_distrusted) spans.push_back({time - kUnnoticed, time});
       was_distrusted = is_distrusted;
       time += motion.duration();
+      if (surprising.count(++update) == 0) continue;
+      const double begin = time - kSurprise;
+      if (surprises.empty() || begin > surprises.back().end) surprises.push_back({begin, time});
+      surprises.back().end = time;
     }
-    if (!graph.segments[s]->has_data()) continue;
+    if (!segment.has_data()) {
+      update += static_cast<int>(segment.updates());
+      continue;
+    }
     const double gain = gain_without_odometry(graph, *equations_, s);
     if (gain > kSuspected) gains.push_back({gain, s});
   }
+  std::reverse(surprises.begin(), surprises.end());
+  surprises.resize(std::min(surprises.size(), kMostSuspected));
+  spans.insert(spans.end(), surprises.begin(), surprises.end());
   std::sort(gains.begin(), gains.end(), std::greater<>());
   gains.resize(std::min(gains.size(), kMostSuspected));
   for (const auto& [gain, s] : gains) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -463,6 +464,7 @@ Memory remember_doubting(const Drive& drive, const std::map<int, int>& ids) {
   Memory memory;
   memory.start(drive.poses.front(), SensorConstants::Zero());
   Pose2 believed = drive.poses.front();
+  std::map<int, Eigen::Vector2d> places;  // as first seen, until the memory has them
   for (std::size_t i = 0; i < drive.motions.size(); ++i) {
     memory.append(drive.motions[i]);
     believed = compose(believed, drive.motions[i].mean);
@@ -471,10 +473,13 @@ Memory remember_doubting(const Drive& drive, const std::map<int, int>& ids) {
       const int id = other == ids.end() ? sighting.landmark : other->second;
       const int number = memory.number_of(id);
       const Eigen::Vector2d seen = place_seen(believed, sighting.range, sighting.bearing);
-      const bool fits =
-          number < 0 ||
-          (memory.graph().landmarks[static_cast<std::size_t>(number)] - seen).norm() < 1.0;
+      const std::size_t landmarks = memory.state().landmarks.size();
+      const Eigen::Vector2d place =
+          number < 0 ? places.try_emplace(id, seen).first->second
+                     : memory.graph().landmarks[static_cast<std::size_t>(number)];
+      const bool fits = (place - seen).norm() < 1.0;
       fits ? memory.append_sighting(id, sighting) : memory.append_doubtful_sighting(id, sighting);
+      if (memory.state().landmarks.size() > landmarks) places[id] = seen;
     }
     if (!memory.needs_solution() && (i + 1) % kUpdatesPerSegment != 0) continue;
     if (memory.solve(kWidth)) {
@@ -508,6 +513,29 @@ TEST(Memory, FindsASlipOfSecondsAgo) {
       ASSERT_EQ(memory.slips().size(), 1u) << seed;
       EXPECT_NEAR(memory.slips()[0].begin, 104.0, 2.0);
       EXPECT_NEAR(memory.slips()[0].end, 107.0, 3.0);
+    }
+  }
+}
+
+// A landmark is first seen while wheels slip, alone, and is elsewhere again and again. What closes
+// the lap half a minute later does not tell when they slipped; that does.
+TEST(Memory, FindsASlipWhereWhatWasJustSeenWasElsewhere) {
+  for (const std::uint64_t seed : {5u, 6u, 7u}) {
+    Drive data = drive(2, seed, 20.0, 0.1);
+    data.motions.resize(220);
+    for (std::size_t i = 0; i < data.motions.size(); ++i) {
+      const double time = kPeriod * static_cast<double>(i + 1);
+      const auto is_hidden = [&](const SightingFactor& sighting) {
+        if (time < 20.1) return sighting.landmark >= 8;
+        if (time < 23.6) return sighting.landmark != 8;
+        return time < 42.0 ? sighting.landmark <= 8 : time < 52.0;
+      };
+      auto& seen = data.sightings[i];
+      seen.erase(std::remove_if(seen.begin(), seen.end(), is_hidden), seen.end());
+    }
+    const Memory memory = remember_doubting(data, {});
+    for (std::size_t l = 0; l < data.landmarks.size(); ++l) {
+      EXPECT_LT((place_of(memory, l) - data.landmarks[l]).norm(), 0.5) << seed << ", " << l;
     }
   }
 }
