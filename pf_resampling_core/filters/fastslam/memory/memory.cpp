@@ -209,18 +209,22 @@ void Memory::forget_landmark(std::int64_t landmark_id) {
 }
 
 // Short segments that what is new does not put in question any more become long ones: a redraw
-// costs as much as there are segments.
+// costs as much as there are segments. Wheels slipped in all of it, or in none.
 void Memory::join_settled(double robust_width) {
   SegmentGraph& graph = state_.graph;
+  const auto slips = [&](std::size_t s) { return slip_square(graph, s) >= kMostSquare; };
   const auto is_settled = [&](std::size_t s) {
-    return graph.segments[s]->has_data() &&
-           state_.begins[s] + graph.segments[s]->duration() < state_.closed - kSettled &&
-           slip_square(graph, s) < kMostSquare;
+    if (!graph.segments[s]->has_data() ||
+        state_.begins[s] + graph.segments[s]->duration() >= state_.closed - kSettled) {
+      return false;
+    }
+    const OdometryError error = odometry_error(graph, s, s + 1);
+    return error.square(error.slip_covariance) < kMostSquare;
   };
   for (std::size_t first = 0; first < graph.segments.size(); ++first) {
     std::size_t motions = 0;
     std::size_t last = first;
-    while (last < graph.segments.size() && is_settled(last) &&
+    while (last < graph.segments.size() && is_settled(last) && slips(last) == slips(first) &&
            motions + graph.segments[last]->motions.size() <= kMostMotions) {
       motions += graph.segments[last++]->motions.size();
     }

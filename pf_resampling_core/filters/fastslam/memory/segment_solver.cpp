@@ -16,8 +16,13 @@ constexpr double kLeastDamping = 1e-6;
 constexpr double kLargestDamping = 1e8;
 constexpr double kTolerance = 0.01;  // of the cost, that a step promises
 constexpr double kSmallPromise = 1.0;
+// Of what a step promises: the damping falls, or rises.
+constexpr double kMuch = 0.75;
+constexpr double kLittle = 0.25;
 constexpr int kMostSteps = 100;
 constexpr int kMostRounds = 24;
+// New condensations are no news if the cost changes by less.
+constexpr double kNoNews = 0.5;
 // How far what a segment is linearised in may move.
 constexpr double kTurned = 0.02;        // rad
 constexpr double kMoved = 0.1;          // m
@@ -54,8 +59,8 @@ bool has_moved(const SegmentGraph& graph, std::size_t s, const Eigen::VectorXd& 
 struct Descent {
   bool is_solved = false;
   bool is_factorized = false;  // where the last step began, without damping
+  bool has_news = false;       // new condensations changed the cost
   double cost = 0.0;
-  int steps = 0;
 };
 
 // From where a step promises little, the next keeps its factorisation.
@@ -64,9 +69,10 @@ Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
   double damping = 0.0;
   bool is_fresh = false;  // factorised
   descent.cost = equations->linearize(*graph);
-  for (; descent.steps < kMostSteps && std::isfinite(descent.cost); ++descent.steps) {
+  for (int i = 0; i < kMostSteps && std::isfinite(descent.cost); ++i) {
     if (!equations->gradient().allFinite()) return descent;
     double promise = 0.0;
+    double gain = 0.0;
     for (bool is_better = false; !is_better;) {
       if (damping > kLargestDamping) return descent;
       if (is_fresh || equations->factorize(damping)) {
@@ -86,6 +92,7 @@ Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
         };
         swap();
         const double cost = equations->linearize_gradient(*graph);
+        gain = (descent.cost - cost) / promise;
         is_better = cost <= descent.cost;
         if (is_better) {
           descent.cost = cost;
@@ -104,7 +111,8 @@ Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
         }
       }
       is_fresh = false;
-      damping = is_better ? 0.1 * damping : std::max(kLeastDamping, 10.0 * damping);
+      if (gain > kMuch) damping *= 0.1;
+      if (gain < kLittle) damping = std::max(kLeastDamping, 10.0 * damping);
       if (damping < kLeastDamping) damping = 0.0;
     }
     is_fresh = promise < kSmallPromise && descent.is_factorized;
@@ -156,20 +164,29 @@ void move_towards(const SegmentGraph& to, double share, SegmentGraph* graph) {
 
 // Steps and new condensations in turn, until both rest; the weights of the odometry too where
 // `with_shares`. What is robust, or slips, may go to and fro: then the next condensation is half of
-// the way from the last, then a quarter, and so on.
+// the way from the last, then a quarter, and so on. What is loose may, too, and costs nothing.
 Descent settle(double robust_width, bool with_shares, SegmentEquations* equations,
-               SegmentSolution* solution, SegmentGraph* graph) {
+               SegmentGraph* graph) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
   Descent descent;
-  double last_cost = std::numeric_limits<double>::infinity();
-  double cost_before = last_cost;
+  bool has_news = false;
+  double condensed_cost = kUnknown;
+  double last_cost = kUnknown;
+  double cost_before = kUnknown;
   double stride = 1.0;
   for (int round = 0; round < kMostRounds; ++round) {
     bool has_changed = with_shares && update_shares(graph);
     const SegmentGraph from = *graph;
     descent = descend(equations, graph);
-    solution->steps += descent.steps + 1;
     if (!descent.is_solved) return descent;
-    if (has_changed) continue;  // what is seen keeps its weight until the odometry has its own
+    if (has_changed) {  // what is seen keeps its weight until the odometry has its own
+      condensed_cost = kUnknown;
+      continue;
+    }
+    const double change = std::abs(descent.cost - condensed_cost);
+    if (change < kNoNews) break;
+    has_news |= std::isfinite(change) && change > kSlipCost;
+    condensed_cost = descent.cost;
     const SegmentGraph found = *graph;
     const bool is_last = round + 1 == kMostRounds;  // nothing would descend from part of the way
     if (descent.cost > cost_before - kTolerance) stride *= 0.5;
@@ -179,7 +196,6 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
       const Segment& segment = *graph->segments[s];
       if (!segment.has_data() || !has_moved(*graph, s, difference(*graph, s, segment))) continue;
       if (!relinearize(robust_width, s, graph)) continue;
-      ++solution->relinearized;
       has_changed = true;
       descent.is_factorized = false;
     }
@@ -188,6 +204,7 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
       break;
     }
   }
+  descent.has_news = has_news;
   return descent;
 }
 
@@ -252,22 +269,23 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   SegmentSolution solution;
   auto equations = std::make_unique<SegmentEquations>(*graph);
   SegmentGraph solved = *graph;
-  solution.steps += descend(equations.get(), &solved).steps + 1;
+  descend(equations.get(), &solved);
   SegmentGraph doubted = solved;
   const bool is_doubted = update_shares(&doubted);
-  const Descent as_believed = settle(robust_width, false, equations.get(), &solution, &solved);
+  Descent as_believed = settle(robust_width, false, equations.get(), &solved);
   complete(solved, as_believed, equations.get(), &solution);
   if (!is_doubted) doubted = solution.is_solved ? solved : *graph;
   if ((is_doubted || update_shares(&doubted)) &&
-      (!solution.is_solved || solution.relinearized > 0 || has_new_doubt(*graph, doubted))) {
+      (!solution.is_solved || as_believed.has_news || has_new_doubt(*graph, doubted))) {
     SegmentSolution other = solution;
-    const Descent descent = settle(robust_width, true, equations.get(), &other, &doubted);
+    const Descent descent = settle(robust_width, true, equations.get(), &doubted);
     complete(doubted, descent, equations.get(), &other);
     if (other.negative_log_evidence() < solution.negative_log_evidence()) {
       solution = other;
       solved = std::move(doubted);
     } else if (solution.is_solved) {
-      complete(solved, {true, false, as_believed.cost}, equations.get(), &solution);
+      as_believed.is_factorized = false;
+      complete(solved, as_believed, equations.get(), &solution);
     }
   }
   if (!solution.is_solved) return solution;

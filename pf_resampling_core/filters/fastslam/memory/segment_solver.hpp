@@ -18,8 +18,6 @@ struct SegmentSolution {
   double negative_log_evidence() const {
     return is_solved ? cost + 0.5 * log_determinant : std::numeric_limits<double>::infinity();
   }
-  int steps = 0;
-  int relinearized = 0;
 };
 
 /// Least cost, from the graph's estimate on: with damping, as many steps as it takes; segments are

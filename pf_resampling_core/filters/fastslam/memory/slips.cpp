@@ -101,7 +101,7 @@ std::vector<Memory::Span> Memory::suspected_slips() const {
   for (const RememberedLandmark& landmark : state_.landmarks) {
     if (landmark.id < 0) surprising.insert(landmark.last_seen);
   }
-  std::vector<Span> spans = {{state_.time - kUnnoticed, state_.time}};
+  std::vector<Span> doubts;
   std::vector<Span> surprises;
   std::vector<std::pair<double, std::size_t>> gains;
   bool was_distrusted = false;
@@ -111,7 +111,7 @@ std::vector<Memory::Span> Memory::suspected_slips() const {
     double time = state_.begins[s];
     for (const MotionFactor& motion : segment.motions) {
       const bool is_distrusted = !motion.slip_covariance.isZero();
-      if (is_distrusted && !was_distrusted) spans.push_back({time - kUnnoticed, time});
+      if (is_distrusted && !was_distrusted) doubts.push_back({time - kUnnoticed, time});
       was_distrusted = is_distrusted;
       time += motion.duration();
       if (surprising.count(++update) == 0) continue;
@@ -126,9 +126,11 @@ std::vector<Memory::Span> Memory::suspected_slips() const {
     const double gain = gain_without_odometry(graph, *equations_, s);
     if (gain > kSuspected) gains.push_back({gain, s});
   }
-  std::reverse(surprises.begin(), surprises.end());
-  surprises.resize(std::min(surprises.size(), kMostSuspected));
-  spans.insert(spans.end(), surprises.begin(), surprises.end());
+  std::vector<Span> spans = {{state_.time - kUnnoticed, state_.time}};
+  for (const auto* found : {&doubts, &surprises}) {
+    const std::size_t newest = std::min(found->size(), kMostSuspected);
+    spans.insert(spans.end(), found->end() - static_cast<std::ptrdiff_t>(newest), found->end());
+  }
   std::sort(gains.begin(), gains.end(), std::greater<>());
   gains.resize(std::min(gains.size(), kMostSuspected));
   for (const auto& [gain, s] : gains) {
@@ -160,8 +162,10 @@ bool Memory::distrust(const Span& span) {
       slips = true;
     }
     if (!slips) continue;
+    segment.motion_share = 1.0;
     if (!condense(segment.robust_width, &segment)) return false;
     graph.segments[s] = std::make_shared<const Segment>(std::move(segment));
+    graph.motion_shares[s] = 1.0;
     has_changed = true;
   }
   return has_changed;

@@ -379,6 +379,24 @@ TEST(Memory, StillKnowsASlipOfLongAgo) {
   EXPECT_NEAR(memory.slips().front().begin, 100.0, 1.0);
 }
 
+// Segments in which wheels slipped are joined, too: each of them alone is loose, and would have to
+// be condensed in every redraw.
+TEST(Memory, JoinsWhereWheelsSlippedLongAgo) {
+  const auto remember_slip = [](double slips_at) {
+    Drive data = drive(4, 5, slips_at, 0.1);
+    for (std::size_t i = 0; i < data.motions.size(); ++i) {
+      const double time = kPeriod * static_cast<double>(i + 1);
+      if (std::abs(time - slips_at - 1.5) > 3.0) continue;
+      data.motions[i].slip_covariance = slip_covariance(2.0 * kPeriod, kPeriod);
+    }
+    return remember(data);
+  };
+  const Memory slipped = remember_slip(40.0);
+  EXPECT_LE(slipped.graph().segments.size(), remember_slip(-10.0).graph().segments.size());
+  ASSERT_EQ(slipped.slips().size(), 1u);
+  EXPECT_NEAR(slipped.slips()[0].begin, 40.0, 1.5);
+}
+
 // Distrusted odometry and hardly a sighting: what is solved for is far from the odometry by chance.
 TEST(Memory, NamesNoSlipWhereTheSolutionIsLoose) {
   for (const std::uint64_t seed : {5u, 6u, 7u}) {
@@ -512,7 +530,7 @@ TEST(Memory, FindsASlipOfSecondsAgo) {
       EXPECT_LT(distance(memory.graph().newest(), data.poses.back()), 0.1) << seed;
       ASSERT_EQ(memory.slips().size(), 1u) << seed;
       EXPECT_NEAR(memory.slips()[0].begin, 104.0, 2.0);
-      EXPECT_NEAR(memory.slips()[0].end, 107.0, 3.0);
+      EXPECT_NEAR(memory.slips()[0].end, 107.0, 5.0);  // nothing tells when
     }
   }
 }
