@@ -112,7 +112,7 @@ Descent descend(SegmentEquations* equations, SegmentGraph* graph) {
       }
       is_fresh = false;
       if (gain > kMuch) damping *= 0.1;
-      if (gain < kLittle) damping = std::max(kLeastDamping, 10.0 * damping);
+      if (!(gain >= kLittle)) damping = std::max(kLeastDamping, 10.0 * damping);  // nor a number
       if (damping < kLeastDamping) damping = 0.0;
     }
     is_fresh = promise < kSmallPromise && descent.is_factorized;
