@@ -383,7 +383,8 @@ TEST_F(LiveFilter, Overload) {
   heard_.poses();
   heard_.diagnostics();
   const std::size_t before = heard_.statuses().back().updates;
-  // Of what grows to a bound, as the paths of the particles, half of the time is left to do so.
+  // Of what grows to a bound, as the paths of the particles, half of the time is left to do so. A
+  // tenth more is left for what few updates need: columns of a population that is resampled.
   double memory_half_way = memory;
   double most_afterwards = 0.0;
   for (double waited = 0.0; waited < seconds; waited += 0.1) {
@@ -427,7 +428,7 @@ TEST_F(LiveFilter, Overload) {
   EXPECT_LT(oldest, 0.5 + 10.0 * update_time);
   EXPECT_LT(latency, 1.0 + 0.5 + 10.0 * update_time);
   EXPECT_GT(static_cast<double>(poses.size()), 0.8 * 50.0 * seconds) << "poses are missing";
-  EXPECT_LT(most_afterwards, 1.05 * memory_half_way + 4.0);
+  EXPECT_LT(most_afterwards, 1.1 * memory_half_way + 4.0);
   EXPECT_LT(worst_error(poses), 1.0);
   bool is_told = false;
   for (const auto& entry : heard_.diagnostics()) {

@@ -387,7 +387,7 @@ RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeN
   return belief;
 }
 
-Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
+Pose2 corrected_motion(const CorrectableMotion& motion, const KeyframeState& from,
                        const Eigen::VectorXd& constants) {
   const double bias = from[KeyframeUnknown::yaw_rate_bias];
   const double turn = constants[Common::turn_scale];

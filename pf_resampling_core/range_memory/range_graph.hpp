@@ -49,6 +49,19 @@ inline int radio_at(int radio) {
   return CommonUnknown::count + radio * RadioUnknown::count;
 }
 
+/// Of a motion, what its correction takes; a range has no use for covariances.
+struct CorrectableMotion {
+  CorrectableMotion() = default;
+  CorrectableMotion(const OdometryIncrement& motion)
+      : mean(motion.mean),
+        yaw_rate_sensitivity(motion.yaw_rate_sensitivity),
+        turn_scale_sensitivity(motion.turn_scale_sensitivity) {}
+
+  Pose2 mean;
+  Eigen::Vector3d yaw_rate_sensitivity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn_scale_sensitivity = Eigen::Vector3d::Zero();
+};
+
 /// A range, and the motion since the keyframe before it.
 struct HeldRange {
   int radio = 0;
@@ -56,7 +69,7 @@ struct HeldRange {
   double variance = 0.0;                              ///< m^2
   Eigen::Vector2d antenna = Eigen::Vector2d::Zero();  ///< m, on the robot
   std::optional<double> height;                       ///< m, of the radio over the antenna
-  OdometryIncrement since;
+  CorrectableMotion since;
 };
 
 /// All that a robot has measured: keyframes, the odometry between them, the ranges after each.
@@ -126,7 +139,7 @@ inline Pose2 pose_of(const KeyframeState& state) {
 
 /// The motion, without the errors of the odometry that the estimate knows; the yaw-rate bias is
 /// that of the keyframe it begins at.
-Pose2 corrected_motion(const OdometryIncrement& motion, const KeyframeState& from,
+Pose2 corrected_motion(const CorrectableMotion& motion, const KeyframeState& from,
                        const Eigen::VectorXd& constants);
 
 /// Where that motion ends.

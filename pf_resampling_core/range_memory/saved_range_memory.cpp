@@ -12,6 +12,11 @@ void describe(Archive& archive, OdometryIncrement& motion) {
                        motion.turn_scale_sensitivity);
 }
 
+void describe(Archive& archive, CorrectableMotion& motion) {
+  PF_RESAMPLING_FIELDS(archive, motion.mean, motion.yaw_rate_sensitivity,
+                       motion.turn_scale_sensitivity);
+}
+
 void describe(Archive& archive, HeldRange& range) {
   PF_RESAMPLING_FIELDS(archive, range.radio, range.range, range.variance, range.antenna,
                        range.height, range.since);
