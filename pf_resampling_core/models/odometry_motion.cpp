@@ -40,8 +40,8 @@ Eigen::Matrix3d step_covariance(const OdometryNoise& noise, const Pose2& motion,
 
 }  // namespace
 
-Eigen::Matrix3d slip_covariance(double distance, double duration) {
-  const double position = variance(kSlipShare * distance / duration, duration);
+Eigen::Matrix3d slip_covariance(double speed, double duration) {
+  const double position = variance(kSlipShare * speed, duration);
   return Eigen::Vector3d(position, position, variance(kSlipTurnPerTime, duration)).asDiagonal();
 }
 

@@ -55,8 +55,8 @@ struct OdometryIncrement {
 void append(const OdometryNoise& noise, const Pose2& motion, double duration,
             OdometryIncrement* increment);
 
-/// What wheels that may slip add to the covariance of (x, y, heading), where they say that the
-/// robot drove `distance` m in `duration` s: after three seconds at 2 m/s 1.7 m and 0.7 rad.
-Eigen::Matrix3d slip_covariance(double distance, double duration);
+/// What wheels that may slip add to the covariance of (x, y, heading) in `duration` s at `speed`,
+/// m/s: in three seconds at 2 m/s 1.7 m and 0.7 rad.
+Eigen::Matrix3d slip_covariance(double speed, double duration);
 
 }  // namespace pf_resampling

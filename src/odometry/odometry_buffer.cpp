@@ -375,8 +375,9 @@ void OdometryBuffer::extend(ros::Time from, ros::Time to, const OdometryNoise& n
       append(noise, motion, step * (end - begin), increment);
     }
     if (b.may_slip) {
+      const double duration = step * (end - begin);
       increment->slip_covariance +=
-          slip_covariance(std::hypot(motion.x, motion.y), step * (end - begin));
+          slip_covariance(std::hypot(motion.x, motion.y) / duration, duration);
     }
     if (b.stamp >= to) break;
   }

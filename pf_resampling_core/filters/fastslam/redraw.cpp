@@ -19,12 +19,6 @@ constexpr int kMostToStartFrom = 500;        // ... and at most,
 constexpr int kStepsBetweenStarts = 20;      // updates after which it is tried again
 constexpr double kLargestSquare = 13.8;      // of an innovation: 99.9 % are within it
 
-// A slip does not ask how good the odometry is.
-Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& odometry) {
-  if (!(odometry.duration > 0.0)) return Eigen::Matrix3d::Zero();
-  return slip_covariance(std::hypot(odometry.mean.x, odometry.mean.y), odometry.duration);
-}
-
 // Of a landmark in each particle, m. A Gaussian bends what is rigid: turned by an angle a, what is
 // known from the robot to a hand's breadth would be a²/2 times its distance too far away, and the
 // weights would take that for a wrong heading. So it turns with the robot, unless it is better
@@ -79,7 +73,9 @@ OdometryIncrement FastSlam::with_found_noise(OdometryIncrement odometry) const {
   const double scale = memory_.is_empty() ? 1.0 : noise().motion;
   odometry.covariance *= scale * scale;
   odometry.covariance += odometry.slip_covariance;
-  if (memory_.distrusts_odometry()) odometry.covariance += slip_covariance_of(odometry);
+  if (memory_.distrusts_odometry()) {
+    odometry.covariance += memory_.slip_covariance_of(odometry.mean, odometry.duration);
+  }
   return odometry;
 }
 
@@ -173,7 +169,9 @@ void FastSlam::note_past(const OdometryIncrement& odometry,
                          const Pose2& sensor) {
   MotionFactor motion = {odometry.mean, odometry.covariance, odometry.slip_covariance,
                          odometry_errors_.sensitivity()};
-  if (memory_.distrusts_odometry()) motion.slip_covariance += slip_covariance_of(odometry);
+  if (memory_.distrusts_odometry()) {
+    motion.slip_covariance += memory_.slip_covariance_of(odometry.mean, odometry.duration);
+  }
   memory_.append(motion);
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const ObservationOutcome& outcome = outcomes_[k];

@@ -557,7 +557,7 @@ TEST(RangeMemory, WheelsThatMayHaveSlippedAreNotBelieved) {
   drive.drive(60.0, 4, &memory);
   OdometryIncrement slip;
   append(OdometryNoise{}, {6.0, 0.0, 0.0}, 3.0, &slip);
-  slip.slip_covariance = slip_covariance(6.0, 3.0);
+  slip.slip_covariance = slip_covariance(2.0, 3.0);
   memory.add(slip, {});
   drive.drive(10.0, 5, &memory);
   EXPECT_LT(drive.error(memory), 0.3);

@@ -172,6 +172,10 @@ void Memory::append(const MotionFactor& motion) {
   ++state_.updates;
   state_.longest_absence = 0;
   state_.time += motion.duration();
+  const double distance = std::hypot(motion.mean.x, motion.mean.y);
+  if (!(distance > 0.0 && motion.duration() > 0.0)) return;
+  state_.distance += distance;
+  state_.speed += distance / state_.distance * (distance / motion.duration() - state_.speed);
 }
 
 void Memory::append_sighting(std::int64_t landmark_id, SightingFactor sighting) {

@@ -60,6 +60,8 @@ struct MemoryState {
   int longest_absence = 0;       ///< updates without the landmarks of the last one
   double time = 0.0;             ///< s since the start
   double closed = 0.0;           ///< s, up to where the segments reach
+  double distance = 0.0;         ///< m, driven
+  double speed = 0.0;            ///< m/s, mean over that
   double validated = 0.0;        ///< s, up to where blocks were left out and predicted
   double next_validation = 0.0;  ///< s
   /// Passages and windows that were predicted, the newest last.
@@ -117,6 +119,8 @@ class Memory {
   void note_refusal() { state_.is_refused = true; }
   /// Whether that was so a moment ago: wheels may be slipping.
   bool distrusts_odometry() const { return state_.time < state_.distrusted; }
+  /// What slipping wheels add to the covariance of a motion, whatever they say of it.
+  Eigen::Matrix3d slip_covariance_of(const Pose2& motion, double duration) const;
   /// Without ids: whether landmarks that should have been in view were not seen, more than the
   /// sensor misses. Then the robot is not where it believes, or the map is wrong.
   bool misses_landmarks() const { return misses_landmarks_; }

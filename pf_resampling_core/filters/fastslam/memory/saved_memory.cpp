@@ -41,6 +41,8 @@ void describe(Archive& archive, MemoryState& memory) {
                        memory.updates, memory.decided, memory.longest_absence, memory.time,
                        memory.closed, memory.validated, memory.next_validation, memory.passages,
                        memory.windows);
+  archive.if_there("distance", memory.distance);
+  archive.if_there("speed", memory.speed);
 }
 
 }  // namespace pf_resampling

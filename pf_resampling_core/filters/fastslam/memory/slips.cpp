@@ -145,6 +145,13 @@ std::vector<Memory::Span> Memory::suspected_slips() const {
   return spans;
 }
 
+// Wheels that are locked say that the robot stands while it slides as fast as ever.
+Eigen::Matrix3d Memory::slip_covariance_of(const Pose2& motion, double duration) const {
+  if (!(duration > 0.0)) return Eigen::Matrix3d::Zero();
+  const double speed = std::hypot(motion.x, motion.y) / duration;
+  return slip_covariance(std::max(speed, state_.speed), duration);
+}
+
 // Takes wheels to have slipped then. False if nothing changes, or cannot be condensed.
 bool Memory::distrust(const Span& span) {
   SegmentGraph& graph = state_.graph;
@@ -157,8 +164,7 @@ bool Memory::distrust(const Span& span) {
     for (MotionFactor& motion : segment.motions) {
       time += motion.duration();
       if (time <= span.begin || time > span.end || !motion.slip_covariance.isZero()) continue;
-      motion.slip_covariance =
-          slip_covariance(std::hypot(motion.mean.x, motion.mean.y), motion.duration());
+      motion.slip_covariance = slip_covariance_of(motion.mean, motion.duration());
       slips = true;
     }
     if (!slips) continue;

@@ -387,7 +387,7 @@ TEST(Memory, JoinsWhereWheelsSlippedLongAgo) {
     for (std::size_t i = 0; i < data.motions.size(); ++i) {
       const double time = kPeriod * static_cast<double>(i + 1);
       if (std::abs(time - slips_at - 1.5) > 3.0) continue;
-      data.motions[i].slip_covariance = slip_covariance(2.0 * kPeriod, kPeriod);
+      data.motions[i].slip_covariance = slip_covariance(2.0, kPeriod);
     }
     return remember(data);
   };
@@ -404,7 +404,7 @@ TEST(Memory, NamesNoSlipWhereTheSolutionIsLoose) {
     for (std::size_t i = 0; i < data.motions.size(); ++i) {
       const double time = kPeriod * static_cast<double>(i + 1);
       if (time < 40.0 || time > 46.0) continue;
-      data.motions[i].slip_covariance = slip_covariance(2.0 * kPeriod, kPeriod);
+      data.motions[i].slip_covariance = slip_covariance(2.0, kPeriod);
       if (data.sightings[i].size() > 1) data.sightings[i].resize(1);
     }
     EXPECT_TRUE(remember(data).slips().empty()) << seed;
@@ -532,6 +532,25 @@ TEST(Memory, FindsASlipOfSecondsAgo) {
       EXPECT_NEAR(memory.slips()[0].begin, 104.0, 2.0);
       EXPECT_NEAR(memory.slips()[0].end, 107.0, 5.0);  // nothing tells when
     }
+  }
+}
+
+// Wheels are locked while the robot slides on: they say that it stands.
+TEST(Memory, FindsASlipOfLockedWheels) {
+  for (const std::uint64_t seed : {5u, 6u, 7u}) {
+    Drive data = drive(4, seed, -1.0, 0.1);
+    for (std::size_t i = 0; i < data.motions.size(); ++i) {
+      const double time = kPeriod * static_cast<double>(i + 1);
+      if (time > 104.0 && time <= 107.0) data.motions[i].mean = Pose2{};
+      if (time > 103.0 && time < 110.0) data.sightings[i].clear();
+    }
+    const Memory memory = remember_doubting(data, {});
+    EXPECT_LT(distance(memory.graph().newest(), data.poses.back()), 0.1) << seed;
+    for (std::size_t l = 0; l < data.landmarks.size(); ++l) {
+      EXPECT_LT((place_of(memory, l) - data.landmarks[l]).norm(), 0.2) << seed << ", " << l;
+    }
+    ASSERT_EQ(memory.slips().size(), 1u) << seed;
+    EXPECT_NEAR(memory.slips()[0].begin, 104.0, 2.0);
   }
 }
 
