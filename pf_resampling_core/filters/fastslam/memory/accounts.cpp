@@ -37,6 +37,7 @@ constexpr int kOftenSeen = 5;
 constexpr std::size_t kManyGone = 10;
 // Landmarks from which on a drive is too large for everything to be tried on all of it.
 constexpr std::size_t kLargeMap = 60;
+constexpr int kMostCondensed = 5;  // segments
 // m: a robot that moves by more is elsewhere.
 constexpr double kMostMoved = 0.3;
 // Logarithm of the odds for a robot that is elsewhere in a large map, or that was on a visit of the
@@ -90,6 +91,7 @@ bool close_ranks(double robust_width, Account* account) {
   const std::vector<bool> are_seen = seen_landmarks(account->graph);
   const auto gone = std::count(are_seen.begin(), are_seen.end(), false);
   if (kManyGone * static_cast<std::size_t>(gone) < are_seen.size()) return true;
+  account->equations.reset();
   std::vector<int> number;
   std::size_t kept = 0;
   for (std::size_t l = 0; l < are_seen.size(); ++l) {
@@ -102,7 +104,12 @@ bool close_ranks(double robust_width, Account* account) {
   if (!renumber(number, robust_width, &account->graph)) return false;
   account->graph.landmarks.resize(kept);
   account->landmarks.resize(kept);
-  return solve(robust_width, account);
+  return true;
+}
+
+bool complete(double robust_width, Account* account) {
+  return close_ranks(robust_width, account) &&
+         (account->equations != nullptr || solve(robust_width, account));
 }
 
 // Landmarks that the particles have given up and that were not seen often are
@@ -129,15 +136,17 @@ bool forget_seldom_seen(double robust_width, Account* account) {
   return renumber(number, robust_width, &account->graph);
 }
 
-// Determinants can be compared where all was condensed under the same noise.
-bool condense_under_noise(double robust_width, SegmentGraph* graph) {
+// Determinants can be compared where all was condensed under the same noise: of the segments before
+// `first`, which take no part in that, a few at a time.
+bool condense_under_noise(double robust_width, std::size_t first, SegmentGraph* graph) {
+  int left = kMostCondensed;
   for (std::size_t s = 0; s < graph->segments.size(); ++s) {
     const Segment& segment = *graph->segments[s];
     const NoiseScales& noise = graph->noise;
     const bool is_as_found = segment.noise.range == noise.range &&
                              segment.noise.bearing == noise.bearing &&
                              segment.noise.motion == noise.motion;
-    if (is_as_found || !segment.has_data()) continue;
+    if (is_as_found || !segment.has_data() || (s < first && --left < 0)) continue;
     if (!relinearize(robust_width, s, graph)) return false;
   }
   return true;
@@ -418,6 +427,7 @@ std::size_t first_undecided(const DriveTimes& times, const SegmentGraph& graph) 
 
 bool decide_locally(const ReassociationOptions& options, const DriveTimes& times, std::size_t from,
                     const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
+  if (!condense_under_noise(options.robust_width, from, &account->graph)) return false;
   const std::optional<LocalGraph> local = local_graph(account->graph, from);
   if (!local) return false;
   DriveTimes newest = times;
@@ -433,21 +443,27 @@ bool decide_locally(const ReassociationOptions& options, const DriveTimes& times
   if (!accounts.decide(&part)) return false;
   Account whole = *account;
   if (!put_back(part, *local, from, options.robust_width, &whole) ||
-      !solve(options.robust_width, &whole)) {
+      !complete(options.robust_width, &whole)) {
     return false;
   }
   *account = std::move(whole);
   return true;
 }
 
+bool decide_on_all(const ReassociationOptions& options, const DriveTimes& times,
+                   const SightingStatistics& statistics, std::int64_t* next_id, Account* account) {
+  if (!condense_under_noise(options.robust_width, 0, &account->graph)) return false;
+  const Account undecided = *account;
+  const Past nothing;
+  return Accounts(options, times, next_id, statistics, undecided, nothing).decide(account) &&
+         complete(options.robust_width, account);
+}
+
 }  // namespace
 
 bool decide_associations(const ReassociationOptions& options, const DriveTimes& times,
                          std::int64_t* next_id, Account* account) {
-  const double width = options.robust_width;
-  if (!forget_seldom_seen(width, account) || !condense_under_noise(width, &account->graph)) {
-    return false;
-  }
+  if (!forget_seldom_seen(options.robust_width, account)) return false;
   const SightingStatistics statistics = statistics_of(account->graph, times.begins);
   const Account undecided = *account;
   const std::size_t first = first_undecided(times, account->graph);
@@ -457,10 +473,9 @@ bool decide_associations(const ReassociationOptions& options, const DriveTimes& 
   const bool is_large = from > 0 && account->graph.landmarks.size() >= kLargeMap;
   const bool is_decided =
       (is_large && decide_locally(options, times, from, statistics, next_id, account)) ||
-      Accounts(options, times, next_id, statistics, undecided, Past()).decide(account);
-  if (is_decided && close_ranks(width, account)) return true;
-  *account = undecided;
-  return false;
+      decide_on_all(options, times, statistics, next_id, account);
+  if (!is_decided) *account = undecided;
+  return is_decided;
 }
 
 }  // namespace pf_resampling

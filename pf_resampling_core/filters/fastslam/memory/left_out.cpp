@@ -54,19 +54,19 @@ bool leave_out(const SegmentGraph& graph, double robust_width, const LeftOutSigh
   return true;
 }
 
-// The mean residual of a group, scaled to unit variance, and how it follows the unknowns of the
-// graph and the poses between of the segments that it is in.
+// The mean residual of a group, scaled to unit variance, and how it follows the poses between of
+// the segments that it is in.
 struct GroupMean {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();
-  Eigen::MatrixXd by_unknowns;
   std::map<std::size_t, Eigen::MatrixXd> by_between;  // two columns
 };
 
+// `by_unknowns`: two columns, how it follows the unknowns of the graph.
 GroupMean mean_of(const SegmentGraph& graph, double robust_width,
                   const std::vector<SightingPlace>& group, const Remainders& remainders,
-                  const SegmentEquations& equations) {
+                  const SegmentEquations& equations, Eigen::Ref<Eigen::MatrixXd> by_unknowns) {
   GroupMean mean;
-  mean.by_unknowns.setZero(equations.size(), 2);
+  by_unknowns.setZero();
   Eigen::Array2d information = Eigen::Array2d::Zero();
   for (const SightingPlace& place : group) {
     const Remainder& rest = remainders.at(place.segment);
@@ -97,18 +97,17 @@ GroupMean mean_of(const SegmentGraph& graph, double robust_width,
       if (by_between.size() == 0) by_between.setZero(rest.segment.condensed->between.rows(), 2);
       by_between.middleRows<3>(3 * sighting.pose) += by_pose;
     }
-    equations.from_segment(graph, place.segment, alone, local, mean.by_unknowns);
+    equations.from_segment(graph, place.segment, alone, local, by_unknowns);
   }
   const Eigen::Matrix2d scale = information.rsqrt().matrix().asDiagonal();
   mean.value = (scale * mean.value).eval();
-  mean.by_unknowns = (mean.by_unknowns * scale).eval();
+  by_unknowns = (by_unknowns * scale).eval();
   for (auto& [s, by_between] : mean.by_between) {
     by_between = (by_between * scale).eval();
     const Remainder& rest = remainders.at(s);
     mean.value -= by_between.transpose() * rest.between.solve(rest.pull);
     equations.from_segment(graph, s, rest.segment,
-                           rest.segment.condensed->between.transpose() * by_between,
-                           mean.by_unknowns);
+                           rest.segment.condensed->between.transpose() * by_between, by_unknowns);
   }
   return mean;
 }
@@ -279,14 +278,23 @@ std::vector<PredictedBlock> predict(const SegmentGraph& graph, double robust_wid
     }
     if (equations.factorize(0.0)) {
       const Eigen::VectorXd step = equations.step();
+      const std::size_t count = blocks[b].groups.size();
+      Eigen::MatrixXd by_unknowns(equations.size(), 2 * static_cast<Eigen::Index>(count));
+      std::vector<GroupMean> of_block;
       for (const std::vector<SightingPlace>& group : blocks[b].groups) {
-        GroupMean mean = mean_of(graph, robust_width, group, remainders[b], equations);
-        const Eigen::MatrixXd spread = equations.solve(mean.by_unknowns);
-        const Eigen::Matrix2d predicted = mean.by_unknowns.transpose() * spread;
+        const Eigen::Index at = 2 * static_cast<Eigen::Index>(of_block.size());
+        of_block.push_back(mean_of(graph, robust_width, group, remainders[b], equations,
+                                   by_unknowns.middleCols<2>(at)));
+      }
+      const Eigen::MatrixXd of_unknowns = equations.solve(by_unknowns);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::Index at = 2 * static_cast<Eigen::Index>(i);
+        const Eigen::MatrixXd spread = of_unknowns.middleCols<2>(at);
+        const Eigen::Matrix2d predicted = by_unknowns.middleCols<2>(at).transpose() * spread;
         if (!predicted.allFinite() || predicted.maxCoeff() > kNoPrediction) continue;
-        const Eigen::Vector2d residual = mean.value + mean.by_unknowns.transpose() * step;
-        mean.by_unknowns.resize(0, 0);
-        means.push_back({b, std::move(mean), residual});
+        const Eigen::Vector2d residual =
+            of_block[i].value + by_unknowns.middleCols<2>(at).transpose() * step;
+        means.push_back({b, std::move(of_block[i]), residual});
         spreads.push_back(spread);
       }
     }

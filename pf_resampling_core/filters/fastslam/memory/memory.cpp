@@ -26,11 +26,12 @@ constexpr std::size_t kMostPast = 40;
 constexpr int kMostUndecided = 500;          // updates without a solution, without ids
 constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
-// one time to the next: their number grows with its logarithm.
+// one time to the next: their number grows with its logarithm. Of a large map half as many.
 constexpr std::size_t kMostPassages = 8;
 constexpr std::size_t kMostWindows = 4;
 constexpr std::size_t kMostOfWindow = 30;  // landmarks
 constexpr double kValidationStride = 0.02;
+constexpr std::size_t kLargeMap = 200;  // landmarks
 // Factor that the noise may fall by at a time: what the drive is linearised at follows it.
 constexpr double kMostNoiseFall = 1.25;
 constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
@@ -496,20 +497,28 @@ MemoryDraw Memory::draw(int particles, const RandomStream& stream) const {
 }
 
 void Memory::validate(double robust_width) {
-  if (equations_ == nullptr || state_.time < state_.next_validation) return;
-  std::vector<LeftOutSightings> windows =
-      completed_windows(state_.graph, state_.begins, state_.validated, state_.time);
-  std::vector<LeftOutSightings> passages =
-      completed_passages(state_.graph, state_.begins, state_.validated, state_.time);
-  state_.validated = state_.time;
-  state_.next_validation = (1.0 + kValidationStride) * state_.time;
+  const SegmentGraph& graph = state_.graph;
+  const bool are_windows_left = state_.windows_validated < state_.validated;
+  const bool is_due = state_.time >= (1.0 + kValidationStride) * state_.validated;
+  const bool is_large = graph.landmarks.size() > kLargeMap;
+  if (equations_ == nullptr || !(is_due || are_windows_left)) return;
+  std::vector<LeftOutSightings> passages, windows;
+  if (are_windows_left || !is_large) {
+    windows = completed_windows(graph, state_.begins, state_.windows_validated, state_.time);
+    state_.windows_validated = state_.time;
+  }
+  if (is_due && !(is_large && are_windows_left)) {
+    passages = completed_passages(graph, state_.begins, state_.validated, state_.time);
+    state_.validated = state_.time;
+  }
   if (passages.empty() && windows.empty()) return;
-  keep_evenly(kMostPassages, &passages);
-  keep_evenly(kMostWindows, &windows);
-  for (LeftOutSightings& window : windows) keep_evenly(kMostOfWindow, &window.groups);
-  append_newest(predict(state_.graph, robust_width, passages), &state_.passages);
-  append_newest(predict(state_.graph, robust_width, windows), &state_.windows);
-  const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(state_.graph));
+  const std::size_t parts = is_large ? 2 : 1;
+  keep_evenly(kMostPassages / parts, &passages);
+  keep_evenly(kMostWindows / parts, &windows);
+  for (LeftOutSightings& window : windows) keep_evenly(kMostOfWindow / parts, &window.groups);
+  append_newest(predict(graph, robust_width, passages), &state_.passages);
+  append_newest(predict(graph, robust_width, windows), &state_.windows);
+  const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(graph));
   const auto approach = [](double from, double to) { return std::max(to, from / kMostNoiseFall); };
   NoiseScales& noise = state_.graph.noise;
   const NoiseScales next = {approach(noise.range, found.range),

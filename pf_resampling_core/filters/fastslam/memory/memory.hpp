@@ -57,13 +57,13 @@ struct MemoryState {
   bool scale_is_wrong = false;  ///< of the odometry, by far: to be solved for
   int updates = 0;
   int decided = 0;  ///< updates whose sightings have had their landmarks decided, without ids
-  int longest_absence = 0;       ///< updates without the landmarks of the last one
-  double time = 0.0;             ///< s since the start
-  double closed = 0.0;           ///< s, up to where the segments reach
-  double distance = 0.0;         ///< m, driven
-  double speed = 0.0;            ///< m/s, mean over that
-  double validated = 0.0;        ///< s, up to where blocks were left out and predicted
-  double next_validation = 0.0;  ///< s
+  int longest_absence = 0;         ///< updates without the landmarks of the last one
+  double time = 0.0;               ///< s since the start
+  double closed = 0.0;             ///< s, up to where the segments reach
+  double distance = 0.0;           ///< m, driven
+  double speed = 0.0;              ///< m/s, mean over that
+  double validated = 0.0;          ///< s, up to where passages were left out and predicted
+  double windows_validated = 0.0;  ///< s, up to where windows were
   /// Passages and windows that were predicted, the newest last.
   std::vector<PredictedBlock> passages;
   std::vector<PredictedBlock> windows;
@@ -139,8 +139,9 @@ class Memory {
   /// keeping the present solution, unless that explains the drive better; if it is known to have
   /// been carried `since` so many s since the start, rather than not at all (-1), it need not.
   bool solve_carried(double robust_width, const Pose2& newest, double since);
-  /// After solve(): leaves out and predicts what has been completed since the last call and states
-  /// the noise by how well that went, from the next solve() on.
+  /// After solve(): leaves out and predicts what has been completed since the last call, of a large
+  /// map passages and windows in turn, and states the noise by how well that went, from the next
+  /// solve() on.
   void validate(double robust_width);
   void take_noise_as_stated() { state_.graph.noise = {}; }
 

@@ -39,10 +39,10 @@ void describe(Archive& archive, MemoryState& memory) {
                        memory.open_doubts, memory.newest, memory.is_refused, memory.distrusted,
                        memory.next_start, memory.next_scale_check, memory.scale_is_wrong,
                        memory.updates, memory.decided, memory.longest_absence, memory.time,
-                       memory.closed, memory.validated, memory.next_validation, memory.passages,
-                       memory.windows);
+                       memory.closed, memory.validated, memory.passages, memory.windows);
   archive.if_there("distance", memory.distance);
   archive.if_there("speed", memory.speed);
+  archive.if_there("windows_validated", memory.windows_validated);
 }
 
 }  // namespace pf_resampling

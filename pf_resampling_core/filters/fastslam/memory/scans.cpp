@@ -203,14 +203,20 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
     }
     *passage = {};
   };
+  const auto passage_at = [&](std::size_t l, double now) -> Passage& {
+    if (open[l].looks > 0 && now - open[l].last > kPassageEnd) close(&open[l]);
+    open[l].last = now;
+    return open[l];
+  };
+  const double reach = view.reach();
   const auto look = [&](const Pose2& eye, double now) {
     const Eigen::Vector2d at(eye.x, eye.y);
     const Eigen::Matrix2d to_eye = Eigen::Rotation2Dd(-eye.heading).toRotationMatrix();
     for (std::size_t l = 0; l < places.size(); ++l) {
-      if (open[l].looks > 0 && now - open[l].last > kPassageEnd) close(&open[l]);
-      if (!view.covers(to_eye * (places[l] - at))) continue;
-      ++open[l].looks;
-      open[l].last = now;
+      const Eigen::Vector2d offset = places[l] - at;
+      if (offset.squaredNorm() < reach * reach && view.covers(to_eye * offset)) {
+        ++passage_at(l, now).looks;
+      }
     }
   };
   for (const Scans* scans : parts) {
@@ -220,9 +226,7 @@ ViewPassages view_passages(const std::vector<Eigen::Vector2d>& places,
       if (sighting.pose != pose) look(compose(scans->poses[i], sighting.sensor), scans->times[i]);
       pose = sighting.pose;
       if (sighting.landmark < 0) continue;
-      Passage& passage = open[static_cast<std::size_t>(sighting.landmark)];
-      ++passage.sightings;
-      passage.last = scans->times[i];
+      ++passage_at(static_cast<std::size_t>(sighting.landmark), scans->times[i]).sightings;
     }
   }
   for (Passage& passage : open) close(&passage);

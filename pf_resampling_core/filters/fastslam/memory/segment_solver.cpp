@@ -165,10 +165,10 @@ void move_towards(const SegmentGraph& to, double share, SegmentGraph* graph) {
 // Steps and new condensations in turn, until both rest; the weights of the odometry too where
 // `with_shares`. What is robust, or slips, may go to and fro: then the next condensation is half of
 // the way from the last, then a quarter, and so on. What is loose may, too, and costs nothing.
-Descent settle(double robust_width, bool with_shares, SegmentEquations* equations,
+// `descent`: that led to the graph's estimate; not solved, if none did.
+Descent settle(double robust_width, bool with_shares, Descent descent, SegmentEquations* equations,
                SegmentGraph* graph) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  Descent descent;
   bool has_news = false;
   double condensed_cost = kUnknown;
   double last_cost = kUnknown;
@@ -177,7 +177,7 @@ Descent settle(double robust_width, bool with_shares, SegmentEquations* equation
   for (int round = 0; round < kMostRounds; ++round) {
     bool has_changed = with_shares && update_shares(graph);
     const SegmentGraph from = *graph;
-    descent = descend(equations, graph);
+    if (round > 0 || !descent.is_solved) descent = descend(equations, graph);
     if (!descent.is_solved) return descent;
     if (has_changed) {  // what is seen keeps its weight until the odometry has its own
       condensed_cost = kUnknown;
@@ -269,16 +269,16 @@ SegmentSolution solve(double robust_width, SegmentGraph* graph,
   SegmentSolution solution;
   auto equations = std::make_unique<SegmentEquations>(*graph);
   SegmentGraph solved = *graph;
-  descend(equations.get(), &solved);
+  const Descent first = descend(equations.get(), &solved);
   SegmentGraph doubted = solved;
   const bool is_doubted = update_shares(&doubted);
-  Descent as_believed = settle(robust_width, false, equations.get(), &solved);
+  Descent as_believed = settle(robust_width, false, first, equations.get(), &solved);
   complete(solved, as_believed, equations.get(), &solution);
   if (!is_doubted) doubted = solution.is_solved ? solved : *graph;
   if ((is_doubted || update_shares(&doubted)) &&
       (!solution.is_solved || as_believed.has_news || has_new_doubt(*graph, doubted))) {
     SegmentSolution other = solution;
-    const Descent descent = settle(robust_width, true, equations.get(), &doubted);
+    const Descent descent = settle(robust_width, true, {}, equations.get(), &doubted);
     complete(doubted, descent, equations.get(), &other);
     if (other.negative_log_evidence() < solution.negative_log_evidence()) {
       solution = other;

@@ -30,10 +30,14 @@ void SensorView::add(double seen_range, double seen_bearing) {
   bearing = approached(bearing, std::abs(wrap_angle(seen_bearing)));
 }
 
+double SensorView::reach() const {
+  return kInsideRange * range;
+}
+
 bool SensorView::covers(const Eigen::Vector2d& place) const {
   const double distance = place.norm();
   const double widest = bearing - kInsideBearing - kInsideAcross / distance;
-  return distance < kInsideRange * range && std::abs(std::atan2(place.y(), place.x())) < widest;
+  return distance < reach() && std::abs(std::atan2(place.y(), place.x())) < widest;
 }
 
 }  // namespace pf_resampling

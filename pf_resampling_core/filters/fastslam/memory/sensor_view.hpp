@@ -12,6 +12,7 @@ struct SensorView {
   double bearing = 0.0;  ///< rad, to both sides
 
   void add(double seen_range, double seen_bearing);
+  double reach() const;  ///< m, from where on a landmark may be out of view
   /// Whether it should see what is at `place` (sensor frame, m): well within, off the rim.
   bool covers(const Eigen::Vector2d& place) const;
 };
