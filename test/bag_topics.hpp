@@ -15,6 +15,7 @@
 #include "tools/common/bag.hpp"
 #include "tools/common/recording.hpp"
 
+#include "tools/common/bag_writer.hpp"
 namespace pf_resampling {
 
 /// How many messages a bag has on each topic.

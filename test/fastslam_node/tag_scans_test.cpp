@@ -9,7 +9,7 @@
 #include "pf_resampling_core/test/says.hpp"
 #include "test/fastslam_rig.hpp"
 #include "test/run_program.hpp"
-#include "tools/common/bag.hpp"
+#include "tools/common/bag_writer.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,4 +1,5 @@
 #include "tools/common/bag.hpp"
+#include "tools/common/bag_writer.hpp"
 
 #include <gtest/gtest.h>
 #include <std_msgs/Float64.h>

@@ -214,7 +214,7 @@ TEST_F(RunBag, ADiskThatGetsFullIsAnErrorAndLeavesNothing) {
   // those of this run are written where nobody looks for them.
   setenv("GCOV_PREFIX", directory_.file("counts").c_str(), 1);
   setrlimit(RLIMIT_FSIZE, &limit);
-  expect_error("beacon_mcl " + in_ + " " + out_, {"out.bag", "disk full"});
+  expect_error("beacon_mcl " + in_ + " " + out_, {"out.bag", "File too large"});
   setrlimit(RLIMIT_FSIZE, &before);
   unsetenv("GCOV_PREFIX");
   std::signal(SIGXFSZ, handler);

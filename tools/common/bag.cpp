@@ -148,24 +148,4 @@ void for_each_in_order(const std::vector<const rosbag::Bag*>& bags, const std::s
   }
 }
 
-BagWriter::BagWriter(const std::string& path)
-    : new_file_(path, path + ":"), file_(new_file_.descriptor(), path) {}
-
-void BagWriter::copy(const rosbag::MessageInstance& message) {
-  const boost::shared_ptr<ros::M_string> header = message.getConnectionHeader();
-  auto connection = copied_.find(header);
-  if (connection == copied_.end()) {
-    connection = copied_.emplace(header, file_.add_connection(message.getTopic(), *header)).first;
-  }
-  const std::uint32_t size = message.size();
-  ros::serialization::OStream stream(file_.write(connection->second, message.getTime(), size),
-                                     size);
-  message.write(stream);
-}
-
-void BagWriter::finish() {
-  file_.close();
-  new_file_.finish();
-}
-
 }  // namespace pf_resampling

@@ -23,6 +23,7 @@
 #include "src/pipeline/pipeline_sinks.hpp"
 #include "tools/common/bag.hpp"
 #include "tools/common/command_line.hpp"
+#include "tools/common/bag_writer.hpp"
 #include "tools/runs/bag_inputs.hpp"
 
 namespace pf_resampling {

@@ -15,7 +15,7 @@
 
 #include "pf_resampling_core/simulation/simulate.hpp"
 #include "src/messages/conversions.hpp"
-#include "tools/common/bag.hpp"
+#include "tools/common/bag_writer.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,9 +1,8 @@
-#include "tools/common/bag_file_writer.hpp"
+#include "tools/common/bag_writer.hpp"
 
-#include <fcntl.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 
 #include "pf_resampling_core/error.hpp"
@@ -11,6 +10,7 @@
 namespace pf_resampling {
 namespace {
 
+const std::string kVersion = "#ROSBAG V2.0\n";
 constexpr std::size_t kChunkSize = 768 * 1024;  // as rosbag record has it
 constexpr std::size_t kFileHeaderSize = 4096;
 
@@ -48,19 +48,12 @@ std::string with_size(const std::string& text) {
 
 }  // namespace
 
-BagFileWriter::BagFileWriter(int descriptor, const std::string& name)
-    : name_(name), file_(fdopen(fcntl(descriptor, F_DUPFD_CLOEXEC, 0), "wb")) {
-  if (file_ == nullptr) throw Error(name_ + ": cannot be written: " + std::strerror(errno));
+BagWriter::BagWriter(const std::string& path) : file_(path, path + ":") {
   chunk_.reserve(2 * kChunkSize);
-  const std::string begin = "#ROSBAG V2.0\n" + file_header(0);
-  put(begin.data(), begin.size());
+  put(kVersion + file_header(0));
 }
 
-BagFileWriter::~BagFileWriter() {
-  if (file_ != nullptr) std::fclose(file_);
-}
-
-std::string BagFileWriter::file_header(std::uint64_t index_position) const {
+std::string BagWriter::file_header(std::uint64_t index_position) const {
   const std::string header =
       field("chunk_count", bytes_of(static_cast<std::uint32_t>(chunks_.size()))) +
       field("conn_count", bytes_of(static_cast<std::uint32_t>(connections_.size()))) +
@@ -68,7 +61,7 @@ std::string BagFileWriter::file_header(std::uint64_t index_position) const {
   return with_size(header) + with_size(std::string(kFileHeaderSize - header.size(), ' '));
 }
 
-std::uint32_t BagFileWriter::add_connection(const std::string& topic, const ros::M_string& header) {
+std::uint32_t BagWriter::add_connection(const std::string& topic, const ros::M_string& header) {
   const auto id = static_cast<std::uint32_t>(connections_.size());
   std::string data = field("topic", topic);
   for (const auto& [name, value] : header) {
@@ -82,17 +75,25 @@ std::uint32_t BagFileWriter::add_connection(const std::string& topic, const ros:
   return id;
 }
 
-std::uint8_t* BagFileWriter::write(std::uint32_t connection, const ros::Time& time,
-                                   std::uint32_t size) {
+void BagWriter::copy(const rosbag::MessageInstance& message) {
+  const boost::shared_ptr<ros::M_string> header = message.getConnectionHeader();
+  auto connection = copied_.find(header);
+  if (connection == copied_.end()) {
+    connection = copied_.emplace(header, add_connection(message.getTopic(), *header)).first;
+  }
+  const std::uint32_t size = message.size();
+  ros::serialization::OStream stream(room_for(connection->second, message.getTime(), size), size);
+  message.write(stream);
+}
+
+std::uint8_t* BagWriter::room_for(std::uint32_t connection, const ros::Time& time,
+                                  std::uint32_t size) {
   if (chunk_.size() > kChunkSize) close_chunk();
-  const auto append = [this](const std::string& bytes) {
-    chunk_.insert(chunk_.end(), bytes.begin(), bytes.end());
-  };
   if (chunk_.empty()) chunk_begin_ = chunk_end_ = time;
   chunk_begin_ = std::min(chunk_begin_, time);
   chunk_end_ = std::max(chunk_end_, time);
   if (!connections_[connection].written) {
-    append(connections_[connection].record);
+    chunk_ += connections_[connection].record;
     connections_[connection].written = true;
   }
   index_[connection].push_back({time, static_cast<std::uint32_t>(chunk_.size())});
@@ -105,82 +106,79 @@ std::uint8_t* BagFileWriter::write(std::uint32_t connection, const ros::Time& ti
   constexpr std::size_t kConnectionAt = 4 + 4 + 5;
   constexpr std::size_t kTimeAt = kConnectionAt + 4 + 4 + 4 + 4 + 5;
   const std::size_t begin = chunk_.size();
+  chunk_ += kTemplate;
   chunk_.resize(begin + kTemplate.size() + size);
-  std::uint8_t* record = chunk_.data() + begin;
-  std::copy(kTemplate.begin(), kTemplate.end(), record);
+  char* const record = &chunk_[begin];
   std::memcpy(record + kConnectionAt, &connection, 4);
   std::memcpy(record + kTimeAt, &time.sec, 4);
   std::memcpy(record + kTimeAt + 4, &time.nsec, 4);
   std::memcpy(record + kTemplate.size() - 4, &size, 4);
-  return record + kTemplate.size();
+  return reinterpret_cast<std::uint8_t*>(record) + kTemplate.size();
 }
 
-void BagFileWriter::close_chunk() {
+void BagWriter::close_chunk() {
   if (chunk_.empty()) return;
   Chunk chunk;
   chunk.position = position_;
   chunk.begin = chunk_begin_;
   chunk.end = chunk_end_;
   const auto size = static_cast<std::uint32_t>(chunk_.size());
-  const std::string header =
-      with_size(field("compression", "none") + kind(kChunk) + field("size", bytes_of(size))) +
-      bytes_of(size);
-  put(header.data(), header.size());
-  put(chunk_.data(), chunk_.size());
+  put(with_size(field("compression", "none") + kind(kChunk) + field("size", bytes_of(size))) +
+      bytes_of(size));
+  put(chunk_);
+  std::string index;
   for (auto& [connection, entries] : index_) {
     if (entries.empty()) continue;
     std::string data;
     for (const IndexEntry& entry : entries) data += bytes_of(entry.time) + bytes_of(entry.offset);
     const auto count = static_cast<std::uint32_t>(entries.size());
-    put_record(field("conn", bytes_of(connection)) + field("count", bytes_of(count)) +
-                   kind(kIndexData) + field("ver", bytes_of(std::uint32_t{1})),
-               data);
+    index += with_size(field("conn", bytes_of(connection)) + field("count", bytes_of(count)) +
+                       kind(kIndexData) + field("ver", bytes_of(std::uint32_t{1}))) +
+             with_size(data);
     chunk.counts[connection] = count;
     entries.clear();
   }
+  put(index);
   chunks_.push_back(chunk);
   chunk_.clear();
 }
 
-void BagFileWriter::close() {
+void BagWriter::finish() {
   close_chunk();
   const std::uint64_t index_position = position_;
-  for (const Connection& connection : connections_) {
-    put(connection.record.data(), connection.record.size());
-  }
+  std::string index;
+  for (const Connection& connection : connections_) index += connection.record;
   for (const Chunk& chunk : chunks_) {
     std::string data;
     for (const auto& [connection, count] : chunk.counts) {
       data += bytes_of(connection) + bytes_of(count);
     }
-    put_record(field("chunk_pos", bytes_of(chunk.position)) +
-                   field("count", bytes_of(static_cast<std::uint32_t>(chunk.counts.size()))) +
-                   field("end_time", bytes_of(chunk.end)) + kind(kChunkInfo) +
-                   field("start_time", bytes_of(chunk.begin)) +
-                   field("ver", bytes_of(std::uint32_t{1})),
-               data);
+    index += with_size(field("chunk_pos", bytes_of(chunk.position)) +
+                       field("count", bytes_of(static_cast<std::uint32_t>(chunk.counts.size()))) +
+                       field("end_time", bytes_of(chunk.end)) + kind(kChunkInfo) +
+                       field("start_time", bytes_of(chunk.begin)) +
+                       field("ver", bytes_of(std::uint32_t{1}))) +
+             with_size(data);
   }
-  const std::string begin = "#ROSBAG V2.0\n" + file_header(index_position);
-  const bool good = std::fseek(file_, 0, SEEK_SET) == 0 &&
-                    std::fwrite(begin.data(), 1, begin.size(), file_) == begin.size();
-  const bool closed = std::fclose(file_) == 0;
-  file_ = nullptr;
-  if (!good || !closed) throw Error(name_ + ": cannot be written; is the disk full?");
+  put(index);
+  lseek(file_.descriptor(), 0, SEEK_SET);
+  put(kVersion + file_header(index_position));
+  file_.finish();
 }
 
-void BagFileWriter::check() const {
-  if (failed_) throw Error(name_ + ": cannot be written; is the disk full?");
+void BagWriter::check() const {
+  if (!fault_.empty()) throw Error(fault_);
 }
 
-void BagFileWriter::put(const void* data, std::size_t size) {
-  failed_ = failed_ || std::fwrite(data, 1, size, file_) != size;
+void BagWriter::put(const std::string& bytes) {
   check();
-  position_ += size;
-}
-
-void BagFileWriter::put_record(const std::string& header, const std::string& data) {
-  const std::string record = with_size(header) + with_size(data);
-  put(record.data(), record.size());
+  try {
+    file_.write(bytes);
+  } catch (const Error& error) {
+    fault_ = error.what();
+    throw;
+  }
+  position_ += bytes.size();
 }
 
 }  // namespace pf_resampling
