@@ -1,5 +1,3 @@
-#include <iostream>
-
 #include "beacon_mcl_node/beacon_checks.hpp"
 #include "beacon_mcl_node/beacon_mcl_pipeline.hpp"
 #include "pf_resampling_core/strategy/strategy.hpp"
@@ -35,10 +33,8 @@ int beacon_mcl_over_bag(const CommandLine& line) {
     };
   }
   BeaconMclPipeline pipeline(options, sinks);
-  if (line.has("resume")) pipeline.resume(line.text("resume"));
-  run.hand_all_to(&pipeline, line, options.frames);
-  run.finish(pipeline);
-  std::cout << save_checkpoint_if_wanted(line, &pipeline);
+  run.hand_all_to(&pipeline, options.frames);
+  run.finish(&pipeline);
   run.report(pipeline.rejects(), pipeline.filter()->status(), strategy_of(options.filter.strategy));
   return 0;
 }

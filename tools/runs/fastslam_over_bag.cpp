@@ -73,12 +73,10 @@ int fastslam_over_bag(const CommandLine& line) {
     if (run.with_status()) run.writer().write_latched("/landmark_map", run.now(), map);
   };
   FastSlamPipeline pipeline(options, sinks);
-  if (line.has("resume")) pipeline.resume(line.text("resume"));
-  run.hand_all_to(&pipeline, line, options.frames);
+  run.hand_all_to(&pipeline, options.frames);
   is_end = true;
   pipeline.guard("results", [&] { pipeline.publish_results(); });
-  run.finish(pipeline);
-  std::cout << save_checkpoint_if_wanted(line, &pipeline);
+  run.finish(&pipeline);
   if (line.has("map-csv")) write_file(line.text("map-csv"), table_of(last_map));
   if (line.has("save-map")) {
     std::cout << pipeline.save_map(line.text("save-map")) << "\n";

@@ -59,28 +59,27 @@ std::string in_path_of(const CommandLine& line) {
   return line.text("in.bag");
 }
 
-std::vector<std::string> more_of(const CommandLine& line) {
-  return line.has("more") ? line.get<std::vector<std::string>>("more") : std::vector<std::string>();
+/// The values of an option that may be repeated.
+std::vector<std::string> all_of(const std::string& option, const CommandLine& line) {
+  if (!line.has(option)) return {};
+  return line.get<std::vector<std::string>>(option);
 }
 
 }  // namespace
 
 FilterOverBag::FilterOverBag(const CommandLine& line)
-    : in_path_(in_path_of(line)),
+    : line_(line),
+      in_path_(in_path_of(line)),
       in_(open_bag(in_path_)),
       writer_(line.text("out.bag")),
       wall_start_(wall_seconds()) {
-  for (const std::string& path : more_of(line)) {
+  for (const std::string& path : all_of("more", line)) {
     more_.emplace_back(new rosbag::Bag(open_bag(path)));  // a bag that is moved cannot be read
   }
   if (line.has("start")) start_ = line.get<double>("start");
-  if (line.has("tum")) tum_ = line.text("tum");
-  if (line.has("findings")) findings_ = line.text("findings");
   if (line.has("duration")) duration_ = line.get<double>("duration");
-  if (line.has("topics")) {
-    for (const std::string& topic : line.get<std::vector<std::string>>("topics")) {
-      topics_.insert(topic.rfind('/', 0) == 0 ? topic : "/" + topic);
-    }
+  for (const std::string& topic : all_of("topics", line)) {
+    topics_.insert(topic.rfind('/', 0) == 0 ? topic : "/" + topic);
   }
   rosbag::View view(in_);
   begin_ = view.getBeginTime();
@@ -101,19 +100,18 @@ void FilterOverBag::connect(PipelineSinks* sinks) {
     writer_.write("/tf", now_, message);
   };
   sinks->log = [this](LogLevel, const std::string& text) { log_.push_back(text); };
+  const auto into = [this](const char* topic) {
+    return [this, topic](const auto& message) { writer_.write(topic, now_, message); };
+  };
   if (with_status()) {
-    sinks->status = [this](const auto& message) { writer_.write("/status", now_, message); };
-    sinks->diagnostics = [this](const auto& message) {
-      writer_.write("/diagnostics", now_, message);
-    };
+    sinks->status = into("/status");
+    sinks->diagnostics = into("/diagnostics");
   }
   if (with_pictures()) {
-    sinks->path = [this](const auto& message) { writer_.write("/path", now_, message); };
-    sinks->particlecloud = [this](const auto& message) {
-      writer_.write("/particlecloud", now_, message);
-    };
-    sinks->particles = [this](const auto& message) { writer_.write("/particles", now_, message); };
-    sinks->markers = [this](const auto& message) { writer_.write("/markers", now_, message); };
+    sinks->path = into("/path");
+    sinks->particlecloud = into("/particlecloud");
+    sinks->particles = into("/particles");
+    sinks->markers = into("/markers");
   }
 }
 
@@ -178,17 +176,13 @@ void FilterOverBag::copy_input(const rosbag::MessageInstance& message, const Fra
   writer_.copy(message);
 }
 
-void FilterOverBag::close() {
-  writer_.finish();
-  if (!tum_.empty()) write_file(tum_, path_text_);
-}
-
-void FilterOverBag::write_findings(const std::vector<FindingStatus>& findings) const {
-  if (!findings_.empty()) write_file(findings_, to_json(findings).dump(2) + "\n");
+void FilterOverBag::write_texts(const std::vector<FindingStatus>& findings) const {
+  if (line_.has("tum")) write_file(line_.text("tum"), path_text_);
+  if (line_.has("findings")) write_file(line_.text("findings"), to_json(findings).dump(2) + "\n");
 }
 
 void FilterOverBag::note_pose(ros::Time stamp, const Pose2& pose) {
-  if (tum_.empty()) return;
+  if (!line_.has("tum")) return;
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(), "%u.%09u %.6f %.6f 0 0 0 %.9f %.9f\n", stamp.sec,
                 stamp.nsec, pose.x, pose.y, std::sin(0.5 * pose.heading),

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <iostream>
 #include <limits>
 #include <memory>
 #include <set>
@@ -22,8 +23,8 @@
 #include "src/pipeline/inputs.hpp"
 #include "src/pipeline/pipeline_sinks.hpp"
 #include "tools/common/bag.hpp"
-#include "tools/common/command_line.hpp"
 #include "tools/common/bag_writer.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/runs/bag_inputs.hpp"
 
 namespace pf_resampling {
@@ -32,7 +33,8 @@ namespace pf_resampling {
 /// bag, each output at the bag time of the message that caused it.
 class FilterOverBag {
  public:
-  /// Opens `in.bag` of the command line and begins `out.bag`. Throws Error.
+  /// Opens `in.bag` of the command line, which has to outlive it, and begins `out.bag`. Throws
+  /// Error.
   explicit FilterOverBag(const CommandLine& line);
 
   BagWriter& writer() { return writer_; }
@@ -54,11 +56,13 @@ class FilterOverBag {
   /// Whether it is of a FlightRecorder: a deferred pipeline does again what it did live.
   bool is_flight() const { return is_flight_; }
 
-  /// Hands the pipeline what it takes, in order; everything but earlier outputs is copied first.
+  /// Hands the pipeline what it takes, in order, from the checkpoint of --resume on; everything but
+  /// earlier outputs is copied first.
   template <typename Pipeline>
-  void hand_all_to(Pipeline* pipeline, const CommandLine& line, const FrameNames& frames) {
+  void hand_all_to(Pipeline* pipeline, const FrameNames& frames) {
+    if (line_.has("resume")) pipeline->resume(line_.text("resume"));
     if (is_flight_) pipeline->take_overs().wanted = 0;
-    const auto inputs = bag_inputs(line, frames.base, pipeline);
+    const auto inputs = bag_inputs(line_, frames.base, pipeline);
     for_each_in_bag(names_of(inputs), frames, [&](const rosbag::MessageInstance& instance) {
       hand_over(instance, inputs, pipeline);
       if (instance.getTopic() == kStepTopic) {
@@ -70,16 +74,23 @@ class FilterOverBag {
     });
   }
 
-  /// Closes the output. Throws Error, and leaves none, if the filter has used no observation.
+  /// Closes the output, and writes the checkpoint of --save-checkpoint. Throws Error, and leaves
+  /// none, if the filter has used no observation.
   template <typename Pipeline>
-  void finish(const Pipeline& pipeline) {
-    if (pipeline.used() == 0) {
+  void finish(Pipeline* pipeline) {
+    if (pipeline->used() == 0) {
       throw Error(in_path_ + ": none of its " + Pipeline::kObservations +
-                  " were used: " + pipeline.why_none_used() + "; it has " + topics_in_words(in_) +
+                  " were used: " + pipeline->why_none_used() + "; it has " + topics_in_words(in_) +
                   "; check_bag says what is missing");
     }
-    close();
-    write_findings(pipeline.findings_in_words());
+    writer_.finish();
+    write_texts(pipeline->findings_in_words());
+    if (!line_.has("save-checkpoint")) return;
+    const auto checkpoint = pipeline->checkpoint();
+    if (!checkpoint) throw Error("checkpoint: there is nothing to save at the end of the bag");
+    const auto path = line_.text("save-checkpoint");
+    write_saved(kCheckpointFile, path, *checkpoint);
+    std::cout << "checkpoint written to " << path << "\n";
   }
 
   /// Prints what the filter had to say, what was rejected, how the population did, `more`, and what
@@ -92,12 +103,13 @@ class FilterOverBag {
 
   void for_each_in_bag(const std::vector<std::string>& order, const FrameNames& frames,
                        const std::function<void(const rosbag::MessageInstance&)>& take);
-  void close();
-  void write_findings(const std::vector<FindingStatus>& findings) const;
+  /// The files of --tum and --findings.
+  void write_texts(const std::vector<FindingStatus>& findings) const;
   void note_pose(ros::Time stamp, const Pose2& pose);
   bool is_wanted(const rosbag::MessageInstance& message) const;
   void copy_input(const rosbag::MessageInstance& message, const FrameNames& frames);
 
+  const CommandLine& line_;
   std::string in_path_;
   rosbag::Bag in_;
   bool is_flight_ = false;
@@ -105,8 +117,8 @@ class FilterOverBag {
   double start_ = 0.0, duration_ = std::numeric_limits<double>::infinity();  // s
   std::set<std::string> topics_;                                             // empty: all
   ros::Time begin_;
-  std::string left_out_;  // a topic that is not copied
-  std::string tum_, path_text_, findings_;
+  std::string left_out_;   // a topic that is not copied
+  std::string path_text_;  // for --tum
   BagWriter writer_;
   Outputs outputs_ = Outputs::all;
   ros::Time now_;
@@ -115,18 +127,6 @@ class FilterOverBag {
   std::uint64_t poses_ = 0;
   std::vector<std::string> log_;
 };
-
-/// Writes the checkpoint of --save-checkpoint, if there is one; what was done, in a line with its
-/// end.
-template <typename Pipeline>
-std::string save_checkpoint_if_wanted(const CommandLine& line, Pipeline* pipeline) {
-  if (!line.has("save-checkpoint")) return "";
-  const auto checkpoint = pipeline->checkpoint();
-  if (!checkpoint) throw Error("checkpoint: there is nothing to save at the end of the bag");
-  const auto path = line.text("save-checkpoint");
-  write_checkpoint(path, *checkpoint);
-  return "checkpoint written to " + path + "\n";
-}
 
 /// Sets the parameters that have options of their own: --seed and --threads.
 void apply_run_parameters(const CommandLine& line, const ParameterList& parameters);
