@@ -5,8 +5,6 @@
 #include <QSignalBlocker>
 #include <QWheelEvent>
 
-#include "pf_resampling_core/error.hpp"
-
 namespace pf_resampling {
 namespace {
 
@@ -30,7 +28,7 @@ BasicTable::BasicTable(std::function<void(const dynamic_reconfigure::Config&)> s
   setSelectionMode(QAbstractItemView::NoSelection);
   setSizeAdjustPolicy(QAbstractScrollArea::AdjustToContents);
   connect(this, &QTableWidget::cellChanged, this,
-          [this](int row, int column) { take(row, item(row, column)->text()); });
+          [this](int row, int column) { set(row, item(row, column)->text()); });
 }
 
 void BasicTable::show_controls(const std::vector<Control>& controls) {
@@ -53,13 +51,12 @@ void BasicTable::show_controls(const std::vector<Control>& controls) {
     }
     setCellWidget(row, 1, editor);
     connect(editor, &QComboBox::textActivated, this,
-            [this, row](const QString& choice) { take(row, choice); });
+            [this, row](const QString& choice) { set(row, choice); });
   }
 }
 
 void BasicTable::show_values(const std::map<std::string, std::string>& values) {
   const QSignalBlocker quiet(this);
-  values_ = values;
   for (int row = 0; row < rowCount(); ++row) {
     const auto value = values.find(controls_[static_cast<std::size_t>(row)].name);
     if (value == values.end()) continue;
@@ -75,12 +72,8 @@ void BasicTable::show_values(const std::map<std::string, std::string>& values) {
   }
 }
 
-void BasicTable::take(int row, const QString& value) {
-  try {
-    set_(request_of(controls_[static_cast<std::size_t>(row)], value.toStdString()));
-  } catch (const Error&) {
-    show_values(std::map<std::string, std::string>(values_));
-  }
+void BasicTable::set(int row, const QString& value) {
+  set_(request_of(controls_[static_cast<std::size_t>(row)].name, value.toStdString()));
 }
 
 }  // namespace pf_resampling

@@ -12,7 +12,8 @@
 
 namespace pf_resampling {
 
-/// The basic parameters of a filter and their values, a row each; what is changed is sent.
+/// The basic parameters of a filter and their values, a row each. What is changed is sent; of a
+/// value that it refuses, the node says what holds in its place.
 class BasicTable : public QTableWidget {
  public:
   BasicTable(std::function<void(const dynamic_reconfigure::Config&)> set, QWidget* parent);
@@ -21,11 +22,10 @@ class BasicTable : public QTableWidget {
   void show_values(const std::map<std::string, std::string>& values);
 
  private:
-  void take(int row, const QString& value);
+  void set(int row, const QString& value);
 
   std::function<void(const dynamic_reconfigure::Config&)> set_;
   std::vector<Control> controls_;
-  std::map<std::string, std::string> values_;
 };
 
 }  // namespace pf_resampling

@@ -3,13 +3,9 @@
 #include <dynamic_reconfigure/config_tools.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
-#include <map>
 
-#include "pf_resampling_core/error.hpp"
 #include "src/node/reconfigure_server.hpp"
 
 namespace pf_resampling {
@@ -38,10 +34,6 @@ std::string short_number(const std::string& number) {
   return text;
 }
 
-[[noreturn]] void refuse(const Control& control, const std::string& value, const char* type) {
-  throw Error(control.name + ": '" + value + "' is not " + type);
-}
-
 }  // namespace
 
 std::vector<Control> basic_controls(const dynamic_reconfigure::ConfigDescription& description) {
@@ -51,7 +43,7 @@ std::vector<Control> basic_controls(const dynamic_reconfigure::ConfigDescription
   for (const auto& group : description.groups) {
     for (const auto& parameter : group.parameters) {
       if (parameter.level != kBasicLevel) continue;
-      Control control = {parameter.name, parameter.type, choices_of(parameter),
+      Control control = {parameter.name, choices_of(parameter),
                          parameter.name + "\n" + parameter.description};
       if (control.choices.empty() && !minima[control.name].empty()) {
         control.help += "\nfrom " + short_number(minima[control.name]) + " to " +
@@ -63,26 +55,9 @@ std::vector<Control> basic_controls(const dynamic_reconfigure::ConfigDescription
   return controls;
 }
 
-dynamic_reconfigure::Config request_of(const Control& control, const std::string& value) {
-  using dynamic_reconfigure::ConfigTools;
+dynamic_reconfigure::Config request_of(const std::string& name, const std::string& value) {
   dynamic_reconfigure::Config config;
-  char* end = nullptr;
-  if (control.type == "bool") {
-    if (value != "true" && value != "false") refuse(control, value, "true or false");
-    ConfigTools::appendParameter(config, control.name, value == "true");
-  } else if (control.type == "int") {
-    const long number = std::strtol(value.c_str(), &end, 10);
-    if (value.empty() || *end != '\0' || std::labs(number) > std::numeric_limits<int>::max()) {
-      refuse(control, value, "an integer");
-    }
-    ConfigTools::appendParameter(config, control.name, static_cast<int>(number));
-  } else if (control.type == "double") {
-    const double number = std::strtod(value.c_str(), &end);
-    if (value.empty() || *end != '\0' || !std::isfinite(number)) refuse(control, value, "a number");
-    ConfigTools::appendParameter(config, control.name, number);
-  } else {
-    ConfigTools::appendParameter(config, control.name, value);
-  }
+  dynamic_reconfigure::ConfigTools::appendParameter(config, name, value);
   return config;
 }
 

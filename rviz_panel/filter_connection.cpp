@@ -131,30 +131,26 @@ void FilterConnection::look_around() {
   news_.services = services;
 }
 
+template <typename Message, typename Take>
+void FilterConnection::listen(const std::string& topic, std::uint32_t queue, const Take& take) {
+  subscribers_.push_back(node_.subscribe<Message>(
+      topic, queue, [this, take](const boost::shared_ptr<const Message>& message) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        take(*message);
+      }));
+}
+
 void FilterConnection::subscribe() {
-  using dynamic_reconfigure::Config;
-  using dynamic_reconfigure::ConfigDescription;
+  using namespace dynamic_reconfigure;
   subscribers_.clear();
-  subscribers_.push_back(node_.subscribe<ConfigDescription>(
-      filter_ + "/parameter_descriptions", 2, [this](const ConfigDescription::ConstPtr& message) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        news_.description = *message;
-      }));
-  subscribers_.push_back(node_.subscribe<Config>(filter_ + "/parameter_updates", 10,
-                                                 [this](const Config::ConstPtr& message) {
-                                                   const std::lock_guard<std::mutex> lock(mutex_);
-                                                   news_.values = *message;
-                                                 }));
-  subscribers_.push_back(node_.subscribe<FilterStatus>(
-      space_ + "status", 1000, [this](const FilterStatus::ConstPtr& message) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        news_.statuses.push_back(*message);
-      }));
-  subscribers_.push_back(node_.subscribe<visualization_msgs::MarkerArray>(
-      space_ + "markers", 100, [this](const visualization_msgs::MarkerArray::ConstPtr& message) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        news_.markers.push_back(*message);
-      }));
+  listen<ConfigDescription>(filter_ + "/parameter_descriptions", 2,
+                            [this](const auto& message) { news_.description = message; });
+  listen<Config>(filter_ + "/parameter_updates", 10,
+                 [this](const auto& message) { news_.values = message; });
+  listen<FilterStatus>(space_ + "status", 1000,
+                       [this](const auto& message) { news_.statuses.push_back(message); });
+  listen<visualization_msgs::MarkerArray>(
+      space_ + "markers", 100, [this](const auto& message) { news_.markers.push_back(message); });
 }
 
 void FilterConnection::report(bool success, const std::string& text) {

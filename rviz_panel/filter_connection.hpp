@@ -67,6 +67,9 @@ class FilterConnection {
   void work();
   void look_around();
   void subscribe();
+  /// What comes on a topic is for `take`, which is called with the mutex held.
+  template <typename Message, typename Take>
+  void listen(const std::string& topic, std::uint32_t queue, const Take& take);
   void report(bool success, const std::string& text);
   /// Calls `name` in the worker thread, and hands what it answers to `take`.
   template <typename Service, typename Take>

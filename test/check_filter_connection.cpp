@@ -46,26 +46,19 @@ std::string value_of(const FilterNews& news, const std::string& name) {
   return values_of(*news.values)[name];
 }
 
-Control control_of(const FilterNews& news, const std::string& name) {
-  for (const Control& control : basic_controls(*news.description)) {
-    if (control.name == name) return control;
-  }
-  throw std::runtime_error(name);
-}
-
 bool is_complete(const FilterNews& news) {
   return news.description && news.values;
 }
 
 TEST(FilterConnection, SetsAndSeesWhatOthersSet) {
   FilterConnection connection("/robot1/fastslam");
-  const FilterNews start = wait_for(&connection, is_complete);
-  connection.set(request_of(control_of(start, "population/threshold"), "0.25"));
+  wait_for(&connection, is_complete);
+  connection.set(request_of("population/threshold", "0.25"));
   wait_for(&connection, [](const auto& news) {
     return std::strtod(value_of(news, "population/threshold").c_str(), nullptr) == 0.25;
   });
   dynamic_reconfigure::Reconfigure elsewhere;
-  elsewhere.request.config = request_of(control_of(start, "particles"), "321");
+  elsewhere.request.config = request_of("particles", "321");
   ASSERT_TRUE(ros::service::call("/robot1/fastslam/set_parameters", elsewhere));
   wait_for(&connection, [](const auto& news) { return value_of(news, "particles") == "321"; });
 }
@@ -74,8 +67,7 @@ TEST(FilterConnection, RefusedValuesStayAndAreShown) {
   FilterConnection connection("/robot1/fastslam");
   const FilterNews start = wait_for(&connection, is_complete);
   const std::string before = value_of(start, "population/threshold");
-  Control control = control_of(start, "population/threshold");
-  connection.set(request_of(control, "7"));
+  connection.set(request_of("population/threshold", "7"));
   const FilterNews after =
       wait_for(&connection, [](const auto& news) { return news.values && !news.results.empty(); });
   ASSERT_FALSE(after.results.empty());
@@ -182,7 +174,7 @@ TEST(FilterConnection, IsClosedWhileACallIsUnderWay) {
   {
     FilterConnection connection("/small");
     const FilterNews start = wait_for(&connection, is_complete);
-    connection.set(request_of(control_of(start, "threshold"), "0.5"));
+    connection.set(request_of("threshold", "0.5"));
     wait_for(&connection, [](const auto& news) { return news.is_calling; });
     ros::WallDuration(0.2).sleep();
     closed = ros::WallTime::now();
