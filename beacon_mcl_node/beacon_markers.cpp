@@ -17,12 +17,7 @@ std_msgs::ColorRGBA palette_color(int index, float alpha) {
     const double k = std::fmod(offset + hue, 6.0);
     return static_cast<float>(1.0 - 0.8 * std::clamp(std::min(k, 4.0 - k), 0.0, 1.0));
   };
-  std_msgs::ColorRGBA color;
-  color.r = channel(5.0);
-  color.g = channel(3.0);
-  color.b = channel(1.0);
-  color.a = alpha;
-  return color;
+  return make_color(channel(5.0), channel(3.0), channel(1.0), alpha);
 }
 
 }  // namespace

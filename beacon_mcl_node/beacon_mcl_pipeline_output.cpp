@@ -87,11 +87,9 @@ visualization_msgs::MarkerArray BeaconMclPipeline::markers(ros::Time stamp) {
   const double extent = extent_of(places);
   const double line = 0.002 * extent;
   visualization_msgs::MarkerArray markers;
-  const auto take = [&](const visualization_msgs::MarkerArray& array) {
-    markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
-  };
   if (is_due(finds_beacons() ? kFoundPeriod : kBeaconMarkerPeriod, stamp, &last_beacons_)) {
-    take(beacon_markers(frame, places, 0.025 * extent, finds_beacons() ? kFoundLifetime : 0.0));
+    append(beacon_markers(frame, places, 0.025 * extent, finds_beacons() ? kFoundLifetime : 0.0),
+           &markers);
   }
   for (std::size_t i = 0; i < places.size(); ++i) {
     const int id = places[i].beacon.id;
@@ -105,7 +103,7 @@ visualization_msgs::MarkerArray BeaconMclPipeline::markers(ros::Time stamp) {
                                                 options_.ring_lifetime - age, line));
   }
   if (const auto belief = estimate()) {
-    take(pose_ellipse_markers(frame, *belief, 1.5 * line));
+    append(pose_ellipse_markers(frame, *belief, 1.5 * line), &markers);
   }
   return markers;
 }

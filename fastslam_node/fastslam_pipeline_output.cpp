@@ -99,17 +99,14 @@ visualization_msgs::MarkerArray FastSlamPipeline::markers(ros::Time stamp) {
   const double extent = std::max(extent_of(map_), belief ? this->extent(*belief) : 0.0);
   const double line = std::max(0.0015 * extent, 0.01);
   visualization_msgs::MarkerArray markers = landmark_markers(frame, map_, line);
-  const auto take = [&](const visualization_msgs::MarkerArray& array) {
-    markers.markers.insert(markers.markers.end(), array.markers.begin(), array.markers.end());
-  };
   // Labels of many landmarks would cover each other.
   const double label = std::min(0.02, 0.2 / std::sqrt(1.0 + static_cast<double>(map_.size())));
-  take(label_markers(frame, map_, std::max(label * extent, 0.1), &labels_));
+  append(label_markers(frame, map_, std::max(label * extent, 0.1), &labels_), &markers);
   ScanPicture scan;
   const double shown = std::max(kScanShown, 2.0 * options_.output.marker_period);
   if (latest_ && (stamp - latest_->first).toSec() <= shown) scan = latest_->second;
-  take(association_markers(frame, scan, map_, line, shown));
-  if (belief) take(pose_ellipse_markers(frame, *belief, 2.0 * line));
+  append(association_markers(frame, scan, map_, line, shown), &markers);
+  if (belief) append(pose_ellipse_markers(frame, *belief, 2.0 * line), &markers);
   return markers;
 }
 

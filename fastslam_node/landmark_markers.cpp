@@ -1,6 +1,5 @@
 #include "fastslam_node/landmark_markers.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,29 +11,17 @@ using visualization_msgs::Marker;
 
 constexpr int kEllipseSegments = 24;
 
-std_msgs::ColorRGBA color_of(float red, float green, float blue, float alpha) {
-  std_msgs::ColorRGBA color;
-  color.r = red;
-  color.g = green;
-  color.b = blue;
-  color.a = alpha;
-  return color;
-}
-
 void add_line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, Marker* lines) {
   lines->points.push_back(make_point(from.x(), from.y(), 0.0));
   lines->points.push_back(make_point(to.x(), to.y(), 0.0));
 }
 
 void add_ellipse(const LandmarkEstimate& landmark, Marker* lines) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(landmark.covariance);
-  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const auto at = [&](int k) -> Eigen::Vector2d {
-    const double angle = 2.0 * kPi * (k % kEllipseSegments) / kEllipseSegments;
-    return landmark.mean + solver.eigenvectors() * Eigen::Vector2d(radii[0] * std::cos(angle),
-                                                                   radii[1] * std::sin(angle));
-  };
-  for (int k = 0; k < kEllipseSegments; ++k) add_line(at(k), at(k + 1), lines);
+  const auto points = ellipse_points(landmark.mean, landmark.covariance, kEllipseSegments);
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    lines->points.push_back(points[k]);
+    lines->points.push_back(points[k + 1]);
+  }
 }
 
 }  // namespace
@@ -51,10 +38,10 @@ visualization_msgs::MarkerArray landmark_markers(const MarkerFrame& frame,
                                                  double width) {
   Marker points = make_marker(frame, "landmarks", 0, Marker::SPHERE_LIST);
   points.scale.x = points.scale.y = points.scale.z = 3.5 * width;
-  points.color = color_of(1.0F, 0.62F, 0.2F, 1.0F);
+  points.color = make_color(1.0F, 0.62F, 0.2F, 1.0F);
   Marker ellipses = make_marker(frame, "landmark_2_sigma", 0, Marker::LINE_LIST);
   ellipses.scale.x = width;
-  ellipses.color = color_of(0.3F, 0.85F, 1.0F, 0.9F);
+  ellipses.color = make_color(0.3F, 0.85F, 1.0F, 0.9F);
   for (const LandmarkEstimate& landmark : map) {
     points.points.push_back(make_point(landmark.mean.x(), landmark.mean.y(), 0.0));
     add_ellipse(landmark, &ellipses);
@@ -77,7 +64,7 @@ visualization_msgs::MarkerArray label_markers(const MarkerFrame& frame,
     label.pose.position =
         make_point(landmark.mean.x() + 0.7 * height, landmark.mean.y() + 0.7 * height, 0.0);
     label.scale.z = height;
-    label.color = color_of(0.85F, 0.85F, 0.85F, 0.9F);
+    label.color = make_color(0.85F, 0.85F, 0.85F, 0.9F);
     label.text = std::to_string(landmark.id);
     array.markers.push_back(label);
     present.insert(landmark.id);
@@ -98,11 +85,11 @@ visualization_msgs::MarkerArray association_markers(const MarkerFrame& frame,
                                                     const std::vector<LandmarkEstimate>& map,
                                                     double width, double lifetime) {
   Marker seen = make_marker(frame, "seen_again", 0, Marker::LINE_LIST);
-  seen.color = color_of(0.3F, 1.0F, 0.4F, 0.9F);
+  seen.color = make_color(0.3F, 1.0F, 0.4F, 0.9F);
   Marker found = make_marker(frame, "seen_first", 0, Marker::LINE_LIST);
-  found.color = color_of(0.35F, 0.55F, 1.0F, 1.0F);
+  found.color = make_color(0.35F, 0.55F, 1.0F, 1.0F);
   Marker refused = make_marker(frame, "not_believed", 0, Marker::LINE_LIST);
-  refused.color = color_of(1.0F, 0.2F, 0.2F, 1.0F);
+  refused.color = make_color(1.0F, 0.2F, 0.2F, 1.0F);
   const Pose2 eye = compose(scan.robot, scan.sensor);
   const Eigen::Vector2d from(eye.x, eye.y);
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {

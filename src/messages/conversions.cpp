@@ -1,5 +1,7 @@
 #include "src/messages/conversions.hpp"
 
+#include <sensor_msgs/point_cloud2_iterator.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -13,7 +15,7 @@ namespace {
 constexpr std::array<std::size_t, 3> kPlanarAxes = {
     0, 1, 5};  // x, y, yaw among x, y, z, roll, pitch, yaw
 
-/// One point of the cloud; the layout that the fields below describe.
+/// One point of the cloud; the layout of the fields below.
 struct CloudPoint {
   float x, y, z, yaw, weight;
   std::uint32_t ancestor;
@@ -134,24 +136,15 @@ geometry_msgs::PoseArray to_pose_array(const ParticleView& particles, const Pose
 }
 
 sensor_msgs::PointCloud2 to_point_cloud(const ParticleView& particles, const Pose2& motion) {
+  using sensor_msgs::PointField;
   sensor_msgs::PointCloud2 cloud;
   const Eigen::Index count = particles.x.size();
-  cloud.height = 1;
-  cloud.width = static_cast<std::uint32_t>(count);
-  cloud.point_step = sizeof(CloudPoint);
-  cloud.row_step = cloud.point_step * cloud.width;
   cloud.is_dense = true;
-  const std::array<const char*, 6> names = {"x", "y", "z", "yaw", "weight", "ancestor"};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    sensor_msgs::PointField field;
-    field.name = names[i];
-    field.offset = static_cast<std::uint32_t>(4 * i);
-    field.datatype =
-        i + 1 < names.size() ? sensor_msgs::PointField::FLOAT32 : sensor_msgs::PointField::UINT32;
-    field.count = 1;
-    cloud.fields.push_back(field);
-  }
-  cloud.data.resize(cloud.row_step);
+  sensor_msgs::PointCloud2Modifier layout(cloud);
+  layout.setPointCloud2Fields(6, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32,  //
+                              "z", 1, PointField::FLOAT32, "yaw", 1, PointField::FLOAT32,   //
+                              "weight", 1, PointField::FLOAT32, "ancestor", 1, PointField::UINT32);
+  layout.resize(static_cast<std::size_t>(count));
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose2 pose = compose({particles.x[i], particles.y[i], particles.heading[i]}, motion);
     const CloudPoint point = {static_cast<float>(pose.x),

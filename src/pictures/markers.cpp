@@ -50,32 +50,48 @@ geometry_msgs::Point make_point(double x, double y, double z) {
   return point;
 }
 
+std_msgs::ColorRGBA make_color(float red, float green, float blue, float alpha) {
+  std_msgs::ColorRGBA color;
+  color.r = red;
+  color.g = green;
+  color.b = blue;
+  color.a = alpha;
+  return color;
+}
+
+void append(const visualization_msgs::MarkerArray& more, visualization_msgs::MarkerArray* array) {
+  array->markers.insert(array->markers.end(), more.markers.begin(), more.markers.end());
+}
+
+std::vector<geometry_msgs::Point> ellipse_points(const Eigen::Vector2d& mean,
+                                                 const Eigen::Matrix2d& covariance, int segments) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
+  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  std::vector<geometry_msgs::Point> points;
+  for (int k = 0; k <= segments; ++k) {
+    const double angle = 2.0 * kPi * (k % segments) / segments;
+    const Eigen::Vector2d offset =
+        solver.eigenvectors() *
+        Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
+    points.push_back(make_point(mean.x() + offset.x(), mean.y() + offset.y(), 0.0));
+  }
+  return points;
+}
+
 visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
                                           const PoseEstimate& estimate, double width) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      estimate.covariance.topLeftCorner<2, 2>());
-  const Eigen::Vector2d radii = 2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::Matrix2d& axes = solver.eigenvectors();
   visualization_msgs::Marker ellipse =
       make_marker(frame, name, id, visualization_msgs::Marker::LINE_STRIP);
   ellipse.scale.x = width;
-  for (int i = 0; i <= kEllipseSegments; ++i) {
-    const double angle = 2.0 * kPi * (i % kEllipseSegments) / kEllipseSegments;
-    const Eigen::Vector2d offset =
-        axes * Eigen::Vector2d(radii[0] * std::cos(angle), radii[1] * std::sin(angle));
-    ellipse.points.push_back(
-        make_point(estimate.mean.x + offset.x(), estimate.mean.y + offset.y(), 0.0));
-  }
+  ellipse.points = ellipse_points({estimate.mean.x, estimate.mean.y},
+                                  estimate.covariance.topLeftCorner<2, 2>(), kEllipseSegments);
   return ellipse;
 }
 
 visualization_msgs::MarkerArray pose_ellipse_markers(const MarkerFrame& frame,
                                                      const PoseEstimate& estimate, double width) {
   visualization_msgs::Marker ellipse = ellipse_marker(frame, "pose_2_sigma", 0, estimate, width);
-  ellipse.color.r = 1.0F;
-  ellipse.color.g = 0.85F;
-  ellipse.color.a = 1.0F;
-
+  ellipse.color = make_color(1.0F, 0.85F, 0.0F);
   visualization_msgs::Marker arrow =
       make_marker(frame, "pose_heading", 0, visualization_msgs::Marker::ARROW);
   arrow.pose = to_pose_message(estimate.mean);
@@ -104,10 +120,7 @@ visualization_msgs::MarkerArray hypothesis_markers(const MarkerFrame& frame,
     if (i < count) {
       const PoseCluster& cluster = clusters.clusters[i];
       ellipse = ellipse_marker(frame, "hypotheses", id, cluster.pose, width);
-      ellipse.color.r = 1.0F;
-      ellipse.color.g = 0.4F;
-      ellipse.color.a = 1.0F;
-      label.color = ellipse.color;
+      ellipse.color = label.color = make_color(1.0F, 0.4F, 0.0F);
       label.scale.z = height;
       label.pose.position = make_point(cluster.pose.mean.x, cluster.pose.mean.y, height);
       label.text = std::to_string(std::lround(100.0 * cluster.weight)) + " %";
@@ -131,8 +144,7 @@ visualization_msgs::MarkerArray finding_markers(const MarkerFrame& frame,
     text.pose.position = findings[i].place;
     text.pose.position.z = height;  // above all other letters
     text.scale.z = height;
-    text.color.r = text.color.a = 1.0F;
-    text.color.g = text.color.b = 0.2F;
+    text.color = make_color(1.0F, 0.2F, 0.2F);
     text.lifetime = ros::Duration(lifetime);
     text.text = wrapped(findings[i].text);
     array.markers.push_back(text);

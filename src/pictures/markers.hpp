@@ -22,8 +22,17 @@ visualization_msgs::Marker make_marker(const MarkerFrame& frame, const std::stri
                                        int type);
 
 geometry_msgs::Point make_point(double x, double y, double z);
+std_msgs::ColorRGBA make_color(float red, float green, float blue, float alpha = 1.0F);
 
-/// The ellipse that holds the position with about 86 % (2 sigma) under a Gaussian; without color.
+/// Adds the markers of another array.
+void append(const visualization_msgs::MarkerArray& more, visualization_msgs::MarkerArray* array);
+
+/// The points of the ellipse that holds a position with about 86 % (2 sigma) under a Gaussian: one
+/// more than `segments`, the last is the first.
+std::vector<geometry_msgs::Point> ellipse_points(const Eigen::Vector2d& mean,
+                                                 const Eigen::Matrix2d& covariance, int segments);
+
+/// That ellipse of a pose as a line; without color.
 visualization_msgs::Marker ellipse_marker(const MarkerFrame& frame, const std::string& name, int id,
                                           const PoseEstimate& estimate, double width);
 

@@ -53,12 +53,10 @@ void FilterPipeline<Types>::add_places(ros::Time stamp, visualization_msgs::Mark
   const double size = extent(*belief);
   const double height = std::clamp(0.025 * size, 0.1, 5.0);
   const MarkerFrame frame = {options_.frames.map, stamp};
-  for (const auto& more :
-       {hypothesis_markers(frame, now, std::clamp(0.003 * size, 0.01, 0.4), height, &shown_places_),
-        finding_markers(frame, findings_in_words(), 1.4 * height,
-                        2.0 * options_.output.marker_period)}) {
-    markers->markers.insert(markers->markers.end(), more.markers.begin(), more.markers.end());
-  }
+  const double line = std::clamp(0.003 * size, 0.01, 0.4);
+  append(hypothesis_markers(frame, now, line, height, &shown_places_), markers);
+  const double shown = 2.0 * options_.output.marker_period;
+  append(finding_markers(frame, findings_in_words(), 1.4 * height, shown), markers);
 }
 
 template <typename Types>
