@@ -82,7 +82,9 @@ class FilterPipeline {
     reject(input, {RejectReason::unreadable, why});
   }
 
-  void handle(const nav_msgs::Odometry& odometry);
+  void handle(const nav_msgs::Odometry& odometry) {
+    if (options_.odometry_input.source == OdometrySource::topic) take_odometry(odometry);
+  }
   /// A heading that is better than that of the wheels; see odometry_input/imu_heading.
   void handle(const sensor_msgs::Imu& imu);
   void handle(const Message& message);
@@ -99,14 +101,19 @@ class FilterPipeline {
   std::string odometry_elsewhere() const;
 
   /// As after construction, but for what was counted.
-  void reset();
+  void reset() {
+    odometry_.clear();
+    imu_heading_.clear();
+    forget_time({});
+    start_anew();
+  }
   /// All that is needed to go on as if nothing had happened, but for observations that wait;
   /// nothing while there is nothing to save. resume() goes on from there, or from such a file; it
   /// throws Error, with nothing changed, for a checkpoint that makes no sense or does not fit the
   /// options.
   std::optional<Checkpoint> checkpoint();
   void resume(const Checkpoint& checkpoint);
-  void resume(const std::string& path) { resume(read_checkpoint<Checkpoint>(path)); }
+  void resume(const std::string& path) { resume(read_saved<Checkpoint>(kCheckpointFile, path)); }
 
   /// With options.deferred, what handle() is given only waits: a caller that takes all that has
   /// come before every call of this stays up to date whatever an update costs. Uses the next
@@ -138,7 +145,9 @@ class FilterPipeline {
   /// What has changed, or is wrong, in the order in which it was found.
   virtual std::vector<Finding> findings() const { return {}; }
   /// The same as in `status`.
-  std::vector<FindingStatus> findings_in_words() const;
+  std::vector<FindingStatus> findings_in_words() const {
+    return to_messages(findings(), first_odometry_.toSec());
+  }
 
   /// Gives out status and diagnostics for a time at which messages do not come any more.
   void report_silence(ros::Time now);
@@ -150,7 +159,10 @@ class FilterPipeline {
   /// Why it has used none, as far as can be told.
   std::string why_none_used() const;
   /// Belief at the newest odometry; nothing before the first, or before the filter has started.
-  std::optional<PoseEstimate> estimate() const;
+  std::optional<PoseEstimate> estimate() const {
+    if (!belief_ || odometry_.empty()) return std::nullopt;
+    return moved_by(*belief_, motion_since_update());
+  }
 
  protected:
   FilterPipeline(const Options& options, const PipelineSinks& sinks);
@@ -216,15 +228,23 @@ class FilterPipeline {
   /// Begins with a filter that was not there before.
   void start(std::unique_ptr<Filter> filter);
   /// The filter as after construction, and the belief with it.
-  void start_anew();
+  void start_anew() {
+    if (filter_) restart_filter();
+    take_new_belief();
+  }
   /// The filter was put elsewhere: what was before says nothing of it.
   void take_new_belief();
   /// The filter knows better.
-  void take_belief();
-  void process_ready();
+  void take_belief() { belief_ = filter_ ? belief_of_filter() : std::nullopt; }
+  void process_ready() {
+    while (!options_.deferred && process_next()) {
+    }
+  }
   void reject(const std::string& input, const Rejection& rejection);
   void reject(const Rejection& rejection) { reject(Types::kNames.topic, rejection); }
-  void log(LogLevel level, const std::string& text) const;
+  void log(LogLevel level, const std::string& text) const {
+    if (sinks_.log) sinks_.log(level, text);
+  }
   const OdometryNoise& noise() const { return options_.filter.odometry; }
 
   Options options_;
@@ -248,7 +268,9 @@ class FilterPipeline {
   void drop_far_ahead();
   void drop_oldest();
   void drop_late();
-  bool is_covered(const Message& message) const;
+  bool is_covered(const Message& message) const {
+    return !odometry_.empty() && message.header.stamp <= odometry_.newest();
+  }
   bool is_duplicate(const Message& message) const;
   void note_used(const std::vector<Message>& group);
   void update(const std::vector<Message>& group);
@@ -257,7 +279,10 @@ class FilterPipeline {
   void forget_time(const DeadReckoning::Taken& jump);
 
   void note_health(double duration);
-  std::optional<PoseEstimate> place_now() const;
+  std::optional<PoseEstimate> place_now() const {
+    if (!belief_ || odometry_.empty()) return std::nullopt;
+    return moved_by(place(), motion_since_update());
+  }
   double position_unknown(const PoseEstimate& place) const;
   void find_places(const Pose2& motion, ros::Time stamp);
   PoseClusters places_now() const;

@@ -15,7 +15,6 @@
 #include "src/odometry/input_checks.hpp"
 #include "src/pipeline/filter_pipeline.hpp"
 #include "src/pipeline/filter_pipeline_output_impl.hpp"
-#include "src/pipeline/filter_pipeline_services_impl.hpp"
 
 namespace pf_resampling {
 
@@ -87,11 +86,6 @@ void FilterPipeline<Types>::note_exception(const char* input, const char* what) 
 }
 
 // ---- messages in ------------------------------------------------------------------------------
-
-template <typename Types>
-void FilterPipeline<Types>::handle(const nav_msgs::Odometry& message) {
-  if (options_.odometry_input.source == OdometrySource::topic) take_odometry(message);
-}
 
 template <typename Types>
 void FilterPipeline<Types>::handle(const sensor_msgs::Imu& message) {
@@ -261,12 +255,6 @@ void FilterPipeline<Types>::start_about(const PoseEstimate& there, ros::Time sta
 }
 
 template <typename Types>
-void FilterPipeline<Types>::start_anew() {
-  if (filter_) restart_filter();
-  take_new_belief();
-}
-
-template <typename Types>
 void FilterPipeline<Types>::take_new_belief() {
   places_ = PoseClusters();
   lost_.reset();
@@ -275,22 +263,6 @@ void FilterPipeline<Types>::take_new_belief() {
   publisher_.clear_path();
   forget_past();
   take_belief();
-}
-
-template <typename Types>
-void FilterPipeline<Types>::take_belief() {
-  belief_ = filter_ ? belief_of_filter() : std::nullopt;
-}
-
-template <typename Types>
-void FilterPipeline<Types>::process_ready() {
-  while (!options_.deferred && process_next()) {
-  }
-}
-
-template <typename Types>
-bool FilterPipeline<Types>::is_covered(const Message& message) const {
-  return !odometry_.empty() && message.header.stamp <= odometry_.newest();
 }
 
 // The oldest first, as long as there is another to use.
@@ -394,22 +366,10 @@ void FilterPipeline<Types>::forget_time(const DeadReckoning::Taken& jump) {
 }
 
 template <typename Types>
-std::optional<PoseEstimate> FilterPipeline<Types>::estimate() const {
-  if (!belief_ || odometry_.empty()) return std::nullopt;
-  return moved_by(*belief_, motion_since_update());
-}
-
-template <typename Types>
 double FilterPipeline<Types>::lost_probability() const {
   const std::optional<PoseEstimate> place = place_now();
   if (!place) return 1.0;
   return either_probability(lost_.probability(), position_unknown(*place));
-}
-
-template <typename Types>
-std::optional<PoseEstimate> FilterPipeline<Types>::place_now() const {
-  if (!belief_ || odometry_.empty()) return std::nullopt;
-  return moved_by(place(), motion_since_update());
 }
 
 template <typename Types>
@@ -495,9 +455,92 @@ std::string FilterPipeline<Types>::why_none_used() const {
                           : std::to_string(queued()) + " " + plural + " wait for odometry";
 }
 
+// ---- services ---------------------------------------------------------------------------------
+
 template <typename Types>
-void FilterPipeline<Types>::log(LogLevel level, const std::string& text) const {
-  if (sinks_.log) sinks_.log(level, text);
+void FilterPipeline<Types>::set_parameters(const std::map<std::string, std::string>& values) {
+  Options options = options_;
+  try {
+    const ParameterList parameters = live_parameters(&options);
+    const auto preset = values.find("preset");
+    // Clients may send all parameters with one changed; alone, a preset is chosen anew.
+    const bool is_chosen =
+        preset != values.end() && (preset->second != options_.preset || values.size() == 1);
+    std::map<std::string, std::string> others = values;
+    if (is_chosen) {
+      const bool sends_all = values.size() == parameters.size();
+      for (const Parameter& parameter : parameters) {
+        const auto value = others.find(parameter.name);
+        if (sends_all && value != others.end() && value->second == parameter.get()) {
+          others.erase(value);
+        }
+      }
+      set_parameter(parameters, "preset", preset->second);
+      decltype(options.filter) defaults;
+      apply_preset(preset_named(Types::presets(), options.preset), Types::presets(),
+                   parameters_of(&defaults), options.given, parameters);
+    }
+    pf_resampling::set_parameters(parameters, others);
+    validate(options.filter);
+    if (filter_) filter_->set_options(options.filter);
+    refused_.clear();
+    options_ = options;
+    if (is_chosen) {
+      log(LogLevel::info, "preset: " + options_.preset);
+      note_preset();
+    }
+  } catch (const Error& error) {
+    refused_ = error.what();
+    throw;
+  }
+  strategy_ = strategy_of(options_.filter.strategy);
+  log(LogLevel::info, "strategy: " + strategy_);
+}
+
+template <typename Types>
+ParameterList FilterPipeline<Types>::live_parameters(Options* options) {
+  ParameterList parameters = {preset_parameter(Types::presets(), &options->preset)};
+  for (Parameter& parameter : parameters_of(&options->filter)) {
+    parameters.push_back(std::move(parameter));
+  }
+  return basic_first(std::move(parameters));
+}
+
+// Values on the parameter server stay there when a node ends, and are given to the next one.
+template <typename Types>
+void FilterPipeline<Types>::note_preset() const {
+  auto filter = options_.filter;
+  const std::string departures =
+      departures_from(preset_named(Types::presets(), options_.preset), parameters_of(&filter));
+  if (departures.empty()) return;
+  log(LogLevel::info, "set by you, so not as in the preset: " + departures);
+}
+
+template <typename Types>
+std::optional<typename Types::Checkpoint> FilterPipeline<Types>::checkpoint() {
+  if (!belief_ || odometry_.empty()) return std::nullopt;
+  Checkpoint checkpoint;
+  save_filter(&checkpoint);
+  odometry_.save(&checkpoint.progress);
+  checkpoint.progress.last_observation = last_observation_;
+  checkpoint.progress.lost_probability = lost_.probability();
+  checkpoint.progress.normalized_innovation = lost_.normalized_innovation();
+  return checkpoint;
+}
+
+template <typename Types>
+void FilterPipeline<Types>::resume(const Checkpoint& checkpoint) {
+  const SavedProgress& progress = checkpoint.progress;
+  load_filter(checkpoint);
+  pending_start_.reset();
+  waiting_.clear();
+  used_.clear();
+  forget_observations();
+  reported_weight_resets_ = 0;
+  odometry_.resume(progress, noise());
+  last_observation_ = progress.last_observation;
+  take_new_belief();
+  lost_.resume(progress.lost_probability, progress.normalized_innovation);
 }
 
 }  // namespace pf_resampling

@@ -85,12 +85,7 @@ void FilterPipeline<Types>::publish_status(ros::Time stamp) {
   message.queued = static_cast<std::uint32_t>(waiting_.size());
   message.rejects = to_messages(rejects_);
   if (filter_) fill_in(&message);
-  if (sinks_.status) sinks_.status(message);
-}
-
-template <typename Types>
-std::vector<FindingStatus> FilterPipeline<Types>::findings_in_words() const {
-  return to_messages(findings(), first_odometry_.toSec());
+  sinks_.status(message);
 }
 
 template <typename Types>
