@@ -76,14 +76,7 @@ double sigma_of(const Entry& entry) {
               "'; it has to be 0 or more (m; 0: the model's own)");
 }
 
-/// A configuration while it is read.
-struct Draft {
-  Configuration configuration;
-  std::set<int> ids;  // of its beacons
-};
-
-void add_entry(const std::string& list, const Entry& entry, Draft* draft) {
-  Configuration* const configuration = &draft->configuration;
+void add_entry(const std::string& list, const Entry& entry, Configuration* configuration) {
   if (list == "beacons") {
     check_keys(entry, {"id", "x", "y"}, {"z", "frame", "sigma"});
     Beacon beacon;
@@ -91,7 +84,8 @@ void add_entry(const std::string& list, const Entry& entry, Draft* draft) {
     beacon.position = {number_of(entry, "x"), number_of(entry, "y"), number_or(entry, "z", 0.0)};
     beacon.is_planar = entry.fields.count("z") == 0;
     beacon.sigma = sigma_of(entry);
-    if (!draft->ids.insert(beacon.id).second) {
+    for (const Beacon& other : configuration->beacons) {
+      if (other.id != beacon.id) continue;
       throw Error(entry.where + ": beacon " + std::to_string(beacon.id) + " appears twice");
     }
     const auto frame = entry.fields.find("frame");
@@ -126,11 +120,6 @@ bool is_list_name(const std::string& name) {
   return name == "beacons" || name == "calibration" || name == "antennas" || name == "sensors";
 }
 
-// `calibration` is also a group of parameters: a map is the group, a list the known calibration.
-bool is_group_too(const std::string& name) {
-  return name == "calibration";
-}
-
 /// What errors call the value of a name: "beacons.yaml:3: 'particles'"; without a file, it is a
 /// parameter of the node.
 std::string place_of(const std::string& file, const YAML::Node& node, const std::string& name) {
@@ -139,14 +128,16 @@ std::string place_of(const std::string& file, const YAML::Node& node, const std:
 }
 
 void flatten(const std::string& file, const std::string& prefix, const YAML::Node& node,
-             Draft* draft) {
+             Configuration* configuration) {
   for (const auto& item : node) {
     if (!item.first.IsScalar()) {
       throw Error(place_of(file, item.first, prefix) + " has a name that is none");
     }
     const std::string name = prefix + item.first.Scalar();
     const YAML::Node& value = item.second;
-    if (is_list_name(name) && !(is_group_too(name) && value.IsMap())) {
+    // `calibration` is also a group of parameters: a map is the group, a list the known
+    // calibration.
+    if (is_list_name(name) && !(name == "calibration" && value.IsMap())) {
       if (!value.IsSequence()) throw Error(place_of(file, value, name) + " has to be a list");
       int count = 0;
       for (const YAML::Node& element : value) {
@@ -160,14 +151,14 @@ void flatten(const std::string& file, const std::string& prefix, const YAML::Nod
           entry.fields[field.first.IsScalar() ? field.first.Scalar() : "a list"] =
               field.second.IsScalar() ? field.second.Scalar() : "a list";
         }
-        add_entry(name, entry, draft);
+        add_entry(name, entry, configuration);
       }
     } else if (value.IsMap()) {
-      flatten(file, name + "/", value, draft);
+      flatten(file, name + "/", value, configuration);
     } else if (!value.IsScalar()) {
       throw Error(place_of(file, item.first, name) +
                   " has a value that is not a number, a word, true or false");
-    } else if (!draft->configuration.values.emplace(name, value.Scalar()).second) {
+    } else if (!configuration->values.emplace(name, value.Scalar()).second) {
       throw Error(place_of(file, item.first, name) + " is there twice; give it once");
     }
   }
@@ -204,19 +195,19 @@ YAML::Node to_yaml(XmlRpc::XmlRpcValue value) {
 }  // namespace
 
 Configuration parse_configuration(const std::string& text, const std::string& name) {
-  Draft draft;
+  Configuration configuration;
   try {
     const YAML::Node root = YAML::Load(text);
-    if (root.IsNull()) return draft.configuration;
+    if (root.IsNull()) return configuration;
     if (!root.IsMap()) throw Error(name + ": has to be a YAML map of parameters");
-    flatten(name, "", root, &draft);
+    flatten(name, "", root, &configuration);
   } catch (const YAML::Exception& error) {
     throw Error(name + ":" + std::to_string(error.mark.line + 1) + ":" +
                 std::to_string(error.mark.column + 1) + ": not YAML: " + one_line(error.msg));
   } catch (const Error& error) {
     throw Error(one_line(error.what()));
   }
-  return draft.configuration;
+  return configuration;
 }
 
 Configuration read_configuration(const std::string& path) {
@@ -237,9 +228,9 @@ Configuration read_configuration(const std::string& path) {
 }
 
 Configuration configuration_of(const XmlRpc::XmlRpcValue& parameters) {
-  Draft draft;
-  flatten("", "", to_yaml(parameters), &draft);
-  return draft.configuration;
+  Configuration configuration;
+  flatten("", "", to_yaml(parameters), &configuration);
+  return configuration;
 }
 
 std::string one_line(std::string text) {

@@ -123,14 +123,6 @@ Scan mrpt_landmarks_in(const json& message) {
 
 }  // namespace
 
-std::vector<std::string> foreign_landmark_types() {
-  return {kAprilTags, kFiducials, kAruco, kMrptLandmarks};
-}
-
-std::vector<std::string> foreign_range_types() {
-  return {kUwbDriver, kGtec};
-}
-
 std::string detected_tag_name(int id) {
   return kDetectedTag + std::to_string(id);
 }

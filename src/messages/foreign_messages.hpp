@@ -9,16 +9,11 @@
 #include <optional>
 #include <string>
 #include <variant>
-#include <vector>
 
 namespace pf_resampling {
 
 /// Messages of other packages that say what a filter takes, read by the definition that comes with
 /// them: these packages need not be installed.
-
-/// Types that say what landmarks were seen, and what ranges were measured.
-std::vector<std::string> foreign_landmark_types();
-std::vector<std::string> foreign_range_types();
 
 /// The name of the frame that stands for a detected tag; see TagScans.
 std::string detected_tag_name(int id);
