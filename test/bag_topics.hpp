@@ -2,8 +2,10 @@
 
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <pf_resampling/LandmarkMap.h>
 #include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <cstdint>
 #include <map>
@@ -13,9 +15,9 @@
 
 #include "src/messages/conversions.hpp"
 #include "tools/common/bag.hpp"
+#include "tools/common/bag_writer.hpp"
 #include "tools/common/recording.hpp"
 
-#include "tools/common/bag_writer.hpp"
 namespace pf_resampling {
 
 /// How many messages a bag has on each topic.
@@ -24,6 +26,28 @@ inline std::map<std::string, std::uint64_t> counts_of(const std::string& path) {
   std::map<std::string, std::uint64_t> counts;
   for (const rosbag::MessageInstance& message : rosbag::View(bag)) ++counts[message.getTopic()];
   return counts;
+}
+
+/// Writes to another bag what `write` makes of each message.
+template <typename Write>
+void rewrite_bag(const std::string& in, const std::string& out, const Write& write) {
+  const rosbag::Bag bag = open_bag(in);
+  BagWriter writer(out);
+  for (const rosbag::MessageInstance& message : rosbag::View(bag)) write(message, &writer);
+  writer.finish();
+}
+
+/// The transform odom -> base that says what a message of odometry says.
+inline tf2_msgs::TFMessage as_transform(const nav_msgs::Odometry& odometry) {
+  tf2_msgs::TFMessage message;
+  message.transforms.resize(1);
+  geometry_msgs::TransformStamped& transform = message.transforms.front();
+  transform.header = odometry.header;
+  transform.child_frame_id = odometry.child_frame_id;
+  transform.transform.translation.x = odometry.pose.pose.position.x;
+  transform.transform.translation.y = odometry.pose.pose.position.y;
+  transform.transform.rotation = odometry.pose.pose.orientation;
+  return message;
 }
 
 /// The topics of a bag with a message that rosbag play latches.

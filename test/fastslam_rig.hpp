@@ -41,15 +41,6 @@ struct FastSlamRig
   }
 };
 
-/// The markers of a name in an array.
-inline std::vector<visualization_msgs::Marker> markers_called(
-    const visualization_msgs::MarkerArray& array, const std::string& name) {
-  std::vector<visualization_msgs::Marker> found;
-  std::copy_if(array.markers.begin(), array.markers.end(), std::back_inserter(found),
-               [&](const visualization_msgs::Marker& marker) { return marker.ns == name; });
-  return found;
-}
-
 /// Whether two filters' populations agree to the bit.
 inline bool same_particles(const FastSlamParticles& a, const FastSlamParticles& b) {
   return a.size() == b.size() && (a.x == b.x).all() && (a.y == b.y).all() &&

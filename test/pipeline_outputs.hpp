@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,26 @@ inline std::string value_of(const diagnostic_msgs::DiagnosticArray& array, const
     }
   }
   return "";
+}
+
+/// The markers of a name in an array.
+inline std::vector<visualization_msgs::Marker> markers_called(
+    const visualization_msgs::MarkerArray& array, const std::string& name) {
+  std::vector<visualization_msgs::Marker> found;
+  std::copy_if(array.markers.begin(), array.markers.end(), std::back_inserter(found),
+               [&](const visualization_msgs::Marker& marker) { return marker.ns == name; });
+  return found;
+}
+
+/// The message of the first of the last diagnostics' entries whose name ends like this.
+inline std::string said(const Outputs& out, const std::string& end) {
+  for (const auto& status : out.diagnostics.back().status) {
+    const std::size_t place = status.name.rfind(end);
+    if (place != std::string::npos && place + end.size() == status.name.size()) {
+      return status.message;
+    }
+  }
+  return "there is no " + end;
 }
 
 inline bool is_finite(const geometry_msgs::Point& point) {

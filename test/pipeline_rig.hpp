@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cmath>
 #include <string>
 #include <variant>
@@ -28,6 +29,39 @@ inline geometry_msgs::PoseWithCovarianceStamped initial_pose(ros::Time stamp, co
   start.pose.pose = to_pose_message(pose);
   start.pose.covariance = to_covariance_message(variance * Eigen::Matrix3d::Identity());
   return start;
+}
+
+/// A drive whose messages of one type are as `change` makes them, one after the other.
+template <typename Changed, typename Message, typename Change>
+std::vector<Message> changed(std::vector<Message> messages, const Change& change) {
+  for (Message& message : messages) {
+    const auto* const as_it_was = std::get_if<typename Changed::ConstPtr>(&message);
+    if (as_it_was == nullptr) continue;
+    const auto copy = boost::make_shared<Changed>(**as_it_was);
+    change(copy.get());
+    message = typename Changed::ConstPtr(copy);
+  }
+  return messages;
+}
+
+/// As a gyro with the wrong sign makes the path that the odometry tells.
+inline void mirror(nav_msgs::Odometry* odometry) {
+  odometry->pose.pose.position.y *= -1.0;
+  odometry->pose.pose.orientation.z *= -1.0;
+}
+
+/// As wheels count that are 4 % smaller than told.
+inline void lengthen(nav_msgs::Odometry* odometry) {
+  odometry->pose.pose.position.x *= 1.04;
+  odometry->pose.pose.position.y *= 1.04;
+}
+
+/// The options of a drive, for a filter that redraws.
+template <typename Drive>
+auto options_of_redraw() {
+  auto options = Drive::options();
+  options.filter.strategy.renewal = Renewal::redraw;
+  return options;
 }
 
 /// A pipeline of either filter on a drive, with all that it gives out. What `sinks_into(&out)`

@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
 #include "test/places.hpp"
 #include "tools/common/files.hpp"
@@ -43,6 +45,16 @@ inline ProgramResult run_program(const std::string& command) {
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   result.error = read_file(error_file);
   return result;
+}
+
+/// Runs it in vain: it says so in one line, with these words.
+inline void expect_failure(const std::string& command, int exit_code,
+                           const std::vector<std::string>& words) {
+  const ProgramResult result = run_program(command);
+  EXPECT_EQ(result.exit_code, exit_code) << command;
+  EXPECT_TRUE(result.is_one_line_error(command.substr(0, command.find(' '))))
+      << command << ": " << result.out << result.error;
+  for (const std::string& word : words) EXPECT_TRUE(says(result.error, word));
 }
 
 }  // namespace pf_resampling

@@ -5,6 +5,7 @@
 #include "test/beacon_mcl_rig.hpp"
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/test/says.hpp"
 #include "pf_resampling_core/test/temporary_directory.hpp"
 
 namespace pf_resampling {
@@ -21,8 +22,7 @@ TEST(BeaconMclPipeline, RangesWaitForTheBeacons) {
   EXPECT_EQ(run.pipeline.filter(), nullptr);
   EXPECT_TRUE(run.out.poses.empty());
   EXPECT_EQ(run.pipeline.queued(), 51);
-  EXPECT_NE(run.out.diagnostics.back().status[0].message.find("waiting for the beacons"),
-            std::string::npos);
+  EXPECT_TRUE(says(run.out.diagnostics.back().status[0].message, "waiting for the beacons"));
   run.pipeline.handle(BeaconMclDrive::beacon_array());
   EXPECT_EQ(run.pipeline.queued(), 1);  // the last is newer than the odometry
   run.pipeline.handle(BeaconMclDrive::odometry(ros::Time(kStart + 10.1)));
@@ -64,8 +64,7 @@ TEST(BeaconMclPipeline, AHeadingThatIsNotKnownIsSaid) {
                        run.pipeline.estimate()->covariance(1, 1)),
             0.25);
   EXPECT_EQ(standing.health, "converging");
-  EXPECT_NE(standing.health_text.find("the heading is uncertain"), std::string::npos)
-      << standing.health_text;
+  EXPECT_TRUE(says(standing.health_text, "the heading is uncertain"));
   EXPECT_LT(standing.lost, 0.5);  // the position is known
   EXPECT_EQ(run.out.diagnostics.back().status[0].message,
             "the heading is uncertain by a large part of a turn");
@@ -76,52 +75,17 @@ TEST(BeaconMclPipeline, AHeadingThatIsNotKnownIsSaid) {
 
 // ---- what comes out ---------------------------------------------------------------------------
 
-TEST(BeaconMclPipeline, PicturesComeAtTheirPeriods) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.output.cloud_period = 0.5;
-  options.output.marker_period = 1.0;
-  options.output.diagnostics_period = 2.0;
-  Rig run(options);
+TEST(BeaconMclPipeline, BeaconsAreShownOnceInAWhileAndTheRangesAlways) {
+  Rig run;
   run.feed(BeaconMclDrive::messages(20.0));
-  const double believed = 0.1 * static_cast<double>(run.out.poses.size() - 1);
-  EXPECT_NEAR(static_cast<double>(run.out.clouds.size()), believed / 0.5 + 1.0, 1.0);
-  EXPECT_EQ(run.out.clouds.size(), run.out.pose_arrays.size());
-  EXPECT_EQ(run.out.markers.size(), 21u);
-  EXPECT_EQ(run.out.diagnostics.size(), 11u);
-  EXPECT_EQ(run.out.diagnostics.back().status[0].message, "fine");
-
-  // Rings, beacons with their ids, ellipse and arrow.
-  const auto& first = run.out.markers.front().markers;
-  EXPECT_EQ(std::count_if(first.begin(), first.end(),
-                          [](const auto& marker) { return marker.ns == "beacons"; }),
-            4);
-  const auto& last = run.out.markers.back().markers;
-  EXPECT_EQ(std::count_if(last.begin(), last.end(),
-                          [](const auto& marker) { return marker.ns == "ranges"; }),
-            4);
-
-  // The cloud: weights add up to one, and its weighted mean is the pose.
-  const sensor_msgs::PointCloud2& cloud = run.out.clouds.back();
-  ASSERT_EQ(cloud.fields.size(), 6u);
-  EXPECT_EQ(cloud.fields[4].name, "weight");
-  EXPECT_EQ(cloud.fields[5].name, "ancestor");
-  for (const auto& pose : run.out.poses) {
-    if (pose.header.stamp == cloud.header.stamp) {
-      EXPECT_NEAR(mean_x_of(cloud), pose.pose.pose.position.x, 0.05);
-    }
-  }
+  EXPECT_EQ(markers_called(run.out.markers.front(), "beacons").size(), 4u);
+  EXPECT_EQ(markers_called(run.out.markers.back(), "ranges").size(), 4u);
 }
 
 TEST(BeaconMclPipeline, InitialPoseAndServicesStartTheFilterAnew) {
   Rig run;
   run.feed(BeaconMclDrive::messages(5.0));
-  geometry_msgs::PoseWithCovarianceStamped start;
-  start.header.frame_id = "map";
-  start.header.stamp = ros::Time(kStart + 5.0);
-  start.pose.pose = to_pose_message({3.0, 4.0, 0.5});
-  start.pose.covariance[0] = start.pose.covariance[7] = 0.01;
-  start.pose.covariance[35] = 0.01;
-  run.pipeline.handle(start);
+  run.pipeline.handle(initial_pose(ros::Time(kStart + 5.0), {3.0, 4.0, 0.5}));
   ASSERT_TRUE(run.pipeline.estimate().has_value());
   // 400 particles of sigma 0.1: the mean is off by 0.005 m, five sigma are 0.025.
   EXPECT_NEAR(run.pipeline.estimate()->mean.x, 3.0, 0.025);
@@ -190,16 +154,14 @@ TEST(BeaconMclPipeline, TheAntennaIsTakenFromTfOrTheConfiguration) {
 
 // Wheels that count 4 % too much; an antenna of which somebody told where it is.
 TEST(BeaconMclPipeline, ErrorsOfOdometryAndAntennaAreToldWithTheirSigma) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
+  auto options = options_of_redraw<BeaconMclDrive>();
   options.antennas["antenna"] = {2.0, 0.0, 0.0};
   Rig run(options);
   run.pipeline.handle(BeaconMclDrive::beacon_array());
   for (int i = 0; i <= 600; ++i) {
     const ros::Time stamp(kStart + 0.1 * i);
     nav_msgs::Odometry odometry = BeaconMclDrive::odometry(stamp);
-    odometry.pose.pose.position.x *= 1.04;
-    odometry.pose.pose.position.y *= 1.04;
+    lengthen(&odometry);
     run.pipeline.handle(odometry);
     run.pipeline.handle(range_of_antenna(stamp, i % 4));
   }
@@ -248,39 +210,22 @@ TEST(BeaconMclPipeline, StrategiesSwitchWhileItRuns) {
   EXPECT_TRUE(all_finite(run.out));
 }
 
-// The message of a diagnostic at the end.
-std::string said(const Outputs& out, const std::string& name) {
-  for (const auto& status : out.diagnostics.back().status) {
-    if (status.name == name) return status.message;
-  }
-  return "there is no " + name;
-}
-
 TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   const int third = BeaconMclDrive::beacons()[2].id;
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  Rig run(options);
-  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
-    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
-    if (range != nullptr && (*range)->beacon == third) {
-      BeaconRange too_long = **range;
-      too_long.range += 3.0;
-      run.pipeline.handle(too_long);
-    } else {
-      handle(message, &run.pipeline);
-    }
-  }
+  Rig run(options_of_redraw<BeaconMclDrive>());
+  run.feed(changed<BeaconRange>(BeaconMclDrive::messages(60.0), [&](BeaconRange* range) {
+    if (range->beacon == third) range->range += 3.0;
+  }));
   const auto& findings = run.out.statuses.back().findings;
   ASSERT_EQ(findings.size(), 1u);
-  EXPECT_NE(findings[0].text.find("is used"), std::string::npos) << findings[0].text;
+  EXPECT_TRUE(says(findings[0].text, "is used"));
   EXPECT_EQ(findings[0].kind, "beacon_biased");
   EXPECT_EQ(findings[0].id, third);
   EXPECT_NEAR(findings[0].size, 3.0, 0.3);
   EXPECT_LT(findings[0].begin, findings[0].end);
   EXPECT_LT(run.error(), 0.5);
   // Known for long, it leaves a filter healthy that goes on from a checkpoint.
-  Rig second(options);
+  Rig second(options_of_redraw<BeaconMclDrive>());
   second.pipeline.resume(*run.pipeline.checkpoint());
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0, 63.0)) {
     if (std::holds_alternative<nav_msgs::Odometry::ConstPtr>(message)) {
@@ -297,22 +242,9 @@ TEST(BeaconMclPipeline, ABeaconThatIsNotAsListedIsAFinding) {
   EXPECT_EQ(status.health, run.out.statuses.back().health);
 }
 
-// A gyro with the wrong sign mirrors the path that the odometry tells.
 TEST(BeaconMclPipeline, OdometryThatTurnsTheWrongWayIsAFinding) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  Rig run(options);
-  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
-    const auto* right = std::get_if<nav_msgs::Odometry::ConstPtr>(&message);
-    if (right == nullptr) {
-      handle(message, &run.pipeline);
-      continue;
-    }
-    nav_msgs::Odometry mirrored = **right;
-    mirrored.pose.pose.position.y *= -1.0;
-    mirrored.pose.pose.orientation.z *= -1.0;
-    run.pipeline.handle(mirrored);
-  }
+  Rig run(options_of_redraw<BeaconMclDrive>());
+  run.feed(changed<nav_msgs::Odometry>(BeaconMclDrive::messages(60.0), mirror));
   const FilterStatus& status = run.out.statuses.back();
   ASSERT_EQ(status.findings.size(), 1u);
   EXPECT_EQ(status.findings[0].kind, "odometry_turns_wrong");
@@ -324,9 +256,7 @@ TEST(BeaconMclPipeline, OdometryThatTurnsTheWrongWayIsAFinding) {
 }
 
 TEST(BeaconMclPipeline, ABeaconThatRepeatsAnotherIsAFinding) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  Rig run(options);
+  Rig run(options_of_redraw<BeaconMclDrive>());
   const int first = BeaconMclDrive::beacons()[0].id, third = BeaconMclDrive::beacons()[2].id;
   for (const BeaconMclMessage& message : BeaconMclDrive::messages(30.0)) {
     const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
@@ -344,18 +274,13 @@ TEST(BeaconMclPipeline, ABeaconThatRepeatsAnotherIsAFinding) {
 
 // While it cannot tell yet, a filter with a wrong list is sure of a place that is metres away.
 TEST(BeaconMclPipeline, IsNotHealthyBeforeTheListWasJudged) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  Rig run(options);
+  Rig run(options_of_redraw<BeaconMclDrive>());
   int healthy = 0;
   double error_before = 0.0;
-  for (const BeaconMclMessage& message : BeaconMclDrive::messages(40.0)) {
-    if (std::holds_alternative<BeaconArray::ConstPtr>(message)) {
-      BeaconArray swapped = BeaconMclDrive::beacon_array();
-      std::swap(swapped.beacons[0].position, swapped.beacons[1].position);
-      run.pipeline.handle(swapped);
-      continue;
-    }
+  const auto swap = [](BeaconArray* array) {
+    std::swap(array->beacons[0].position, array->beacons[1].position);
+  };
+  for (const auto& message : changed<BeaconArray>(BeaconMclDrive::messages(40.0), swap)) {
     handle(message, &run.pipeline);
     if (run.out.statuses.empty() || run.out.poses.empty()) continue;
     if (run.out.statuses.back().health != "healthy") {
@@ -372,32 +297,29 @@ TEST(BeaconMclPipeline, IsNotHealthyBeforeTheListWasJudged) {
 TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
   const int third = BeaconMclDrive::beacons()[2].id;
   const std::string name = "beacon " + std::to_string(third);
-  int lies = 0;
   // Redraw names the one that lies as biased, and does without it: see above.
   BeaconMclPipelineOptions resamples = BeaconMclDrive::options();
   resamples.filter.strategy.renewal = Renewal::resampling;
   Rig lying(resamples);
+  const auto drive = BeaconMclDrive::messages(60.0);
+  const auto is_of_it = [&](const BeaconRange& range) {
+    return range.beacon == third && range.header.stamp.toSec() > kStart + 20.0;
+  };
+  lying.feed(changed<BeaconRange>(drive, [&](BeaconRange* range) {
+    if (is_of_it(*range)) range->range += 5.0;
+  }));
   Rig silent;
-  Rig wild;  // every fifth range of it
-  for (const BeaconMclMessage& message : BeaconMclDrive::messages(60.0)) {
+  for (const BeaconMclMessage& message : drive) {
     const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
-    const bool is_late = range != nullptr && (*range)->header.stamp.toSec() > kStart + 20.0;
-    if (is_late && (*range)->beacon == third) {
-      BeaconRange lie = **range;
-      lie.range += 5.0;
-      lying.pipeline.handle(lie);
-      wild.pipeline.handle(++lies % 5 == 0 ? lie : **range);
-    } else {
-      handle(message, &lying.pipeline);
-      handle(message, &silent.pipeline);
-      handle(message, &wild.pipeline);
-    }
+    if (range == nullptr || !is_of_it(**range)) handle(message, &silent.pipeline);
   }
-  EXPECT_NE(said(lying.out, "beacon_mcl: beacons").find(name + " do not fit"), std::string::npos)
-      << said(lying.out, "beacon_mcl: beacons");
-  EXPECT_NE(said(silent.out, "beacon_mcl: beacons").find(name + " has not been heard"),
-            std::string::npos)
-      << said(silent.out, "beacon_mcl: beacons");
+  Rig wild;
+  int ranges = 0;
+  wild.feed(changed<BeaconRange>(drive, [&](BeaconRange* range) {
+    if (is_of_it(*range) && ++ranges % 5 == 0) range->range += 5.0;
+  }));
+  EXPECT_TRUE(says(said(lying.out, "beacon_mcl: beacons"), name + " do not fit"));
+  EXPECT_TRUE(says(said(silent.out, "beacon_mcl: beacons"), name + " has not been heard"));
   Rig good;
   good.feed(BeaconMclDrive::messages(60.0));
   EXPECT_EQ(said(good.out, "beacon_mcl: beacons"), "fine");
@@ -417,17 +339,10 @@ TEST(BeaconMclPipeline, ABeaconThatLiesOrIsSilentIsNamed) {
 TEST(BeaconMclPipeline, WildRangesOfAllBeaconsBlameNobody) {
   Rig rig;
   int ranges = 0;
-  for (const BeaconMclMessage& message : BeaconMclDrive::messages(120.0)) {
-    const auto* range = std::get_if<BeaconRange::ConstPtr>(&message);
-    if (range != nullptr) {
-      BeaconRange wild = **range;
-      const RandomStream random(1, RandomPurpose::test, static_cast<std::uint32_t>(ranges++));
-      if (random.uniform(0) < 0.25) wild.range = 20.0 * random.uniform(1);
-      rig.pipeline.handle(wild);
-    } else {
-      handle(message, &rig.pipeline);
-    }
-  }
+  rig.feed(changed<BeaconRange>(BeaconMclDrive::messages(120.0), [&](BeaconRange* range) {
+    const RandomStream random(1, RandomPurpose::test, static_cast<std::uint32_t>(ranges++));
+    if (random.uniform(0) < 0.25) range->range = 20.0 * random.uniform(1);
+  }));
   EXPECT_EQ(said(rig.out, "beacon_mcl: beacons"), "fine");
   EXPECT_LT(rig.error(), 0.5);
   const auto is_wrong = [](const FilterStatus& status) {
@@ -496,16 +411,7 @@ void drive_straight(double seconds, Rig* run) {
 // Nothing else says how long it is.
 TEST(BeaconMclPipeline, IsAsUnsureOfAMetreAsItsOdometryWhereNobodyListsBeacons) {
   Rig run(that_finds_beacons());
-  for (const BeaconMclMessage& message : without_list(BeaconMclDrive::messages(60.0))) {
-    if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
-      nav_msgs::Odometry longer = **odometry;
-      longer.pose.pose.position.x *= 1.04;
-      longer.pose.pose.position.y *= 1.04;
-      run.pipeline.handle(longer);
-    } else {
-      handle(message, &run.pipeline);
-    }
-  }
+  run.feed(changed<nav_msgs::Odometry>(without_list(BeaconMclDrive::messages(60.0)), lengthen));
   EXPECT_EQ(run.out.statuses.back().health, "healthy") << run.out.statuses.back().health_text;
   const Pose2 truth = relative(BeaconMclDrive::truth(BeaconMclDrive::at(0.0)),
                                BeaconMclDrive::truth(BeaconMclDrive::at(30.0)));
@@ -534,8 +440,7 @@ TEST(BeaconMclPipeline, ShowsBothSidesAndIsNotHealthyBeforeATurn) {
   }
   for (const auto& [id, sum] : sums) EXPECT_NEAR(sum, 1.0, 1e-9) << id;
   EXPECT_EQ(run.out.statuses.back().health, "converging");
-  EXPECT_NE(run.out.statuses.back().health_text.find("drive a turn near it"), std::string::npos)
-      << run.out.statuses.back().health_text;
+  EXPECT_TRUE(says(run.out.statuses.back().health_text, "drive a turn near it"));
   int posts = 0;
   for (const auto& marker : run.out.markers.back().markers) {
     posts += marker.ns == "beacons" || marker.ns == "beacon_2_sigma" ? 1 : 0;
@@ -553,7 +458,7 @@ TEST(BeaconMclPipeline, GoesOnFromBeaconsThatWereSaved) {
   Rig first(that_finds_beacons());
   first.feed(without_list(BeaconMclDrive::messages(60.0)));
   const std::string said = first.pipeline.save_beacons(directory.file("beacons.yaml"));
-  EXPECT_NE(said.find("4 beacons written to "), std::string::npos) << said;
+  EXPECT_TRUE(says(said, "4 beacons written to "));
   BeaconMclPipelineOptions options = that_finds_beacons();
   apply(read_configuration(directory.file("beacons.yaml")), &options);
   ASSERT_EQ(options.beacons.size(), 4U);

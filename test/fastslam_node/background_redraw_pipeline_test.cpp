@@ -13,8 +13,7 @@ namespace {
 using Drive = FastSlamDrive;
 
 FastSlamPipelineOptions redraw_options() {
-  FastSlamPipelineOptions options = Drive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
+  auto options = options_of_redraw<Drive>();
   options.filter.strategy.redraw.every_n = 10;
   return options;
 }

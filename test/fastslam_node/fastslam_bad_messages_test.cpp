@@ -126,38 +126,25 @@ TEST(FastSlamPipeline, AnObservationThatIsBadDoesNotTakeTheOthersOfItsScanAlong)
   FastSlamRig good;
   good.feed(drive);
   FastSlamRig run;
-  for (const FastSlamMessage& message : drive) {
-    const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
-    if (scan == nullptr) {
-      handle(message, &run.pipeline);
-      continue;
-    }
-    LandmarkObservationArray more = **scan;
-    LandmarkObservation bad = more.observations.front();
+  run.feed(changed<LandmarkObservationArray>(drive, [](LandmarkObservationArray* scan) {
+    LandmarkObservation bad = scan->observations.front();
     bad.range = kNan;
-    more.observations.insert(more.observations.begin(), bad);
-    run.pipeline.handle(more);
-  }
+    scan->observations.insert(scan->observations.begin(), bad);
+  }));
   EXPECT_EQ(run.rejected("landmarks", RejectReason::not_finite), good.out.updates.size());
   EXPECT_TRUE(same_bytes(run.out.poses, good.out.poses));
 }
 
 TEST(FastSlamPipeline, BearingsBeyondAHalfTurnAreTheSameDirections) {
+  const auto drive = Drive::messages(10.0);
   FastSlamRig good;
+  good.feed(drive);
   FastSlamRig run;
-  for (const FastSlamMessage& message : Drive::messages(10.0)) {
-    handle(message, &good.pipeline);
-    const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
-    if (scan == nullptr) {
-      handle(message, &run.pipeline);
-      continue;
-    }
-    LandmarkObservationArray positive = **scan;
-    for (auto& seen : positive.observations) {
+  run.feed(changed<LandmarkObservationArray>(drive, [](LandmarkObservationArray* scan) {
+    for (auto& seen : scan->observations) {
       if (seen.bearing < 0.0) seen.bearing += 2.0 * kPi;
     }
-    run.pipeline.handle(positive);
-  }
+  }));
   EXPECT_LT(distance(run.pose(), good.pose()), 1e-6);
 }
 

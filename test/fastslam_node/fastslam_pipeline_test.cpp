@@ -57,15 +57,10 @@ TEST(FastSlamPipeline, AJumpOfTheOdometryIsNoMotion) {
   FastSlamRig run;
   run.feed(Drive::messages(0.0, 20.0));
   // From here on odometry says something else: it was restarted elsewhere.
-  for (const FastSlamMessage& message : Drive::messages(20.1, 40.0)) {
-    if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message)) {
-      nav_msgs::Odometry moved = **odometry;
-      moved.pose.pose = to_pose_message(compose({50.0, -20.0, 2.0}, to_pose2(moved.pose.pose)));
-      run.pipeline.handle(moved);
-    } else {
-      handle(message, &run.pipeline);
-    }
-  }
+  run.feed(changed<nav_msgs::Odometry>(Drive::messages(20.1, 40.0), [](auto* odometry) {
+    geometry_msgs::Pose& pose = odometry->pose.pose;
+    pose = to_pose_message(compose({50.0, -20.0, 2.0}, to_pose2(pose)));
+  }));
   EXPECT_EQ(run.rejected("odom", RejectReason::pose_jump), 4u);
   EXPECT_EQ(value_of(run.out.diagnostics.back(), "jumps of the pose"), "1");
   EXPECT_LT(run.error(), kLost);
@@ -98,8 +93,7 @@ TEST(FastSlamPipeline, ThePoseIsTheFiltersMovedByOdometry) {
 
 // The last map is smoothed, and the filter does not notice.
 TEST(FastSlamPipeline, ResultsAreSmoothedOnACopy) {
-  FastSlamPipelineOptions options = Drive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
+  auto options = options_of_redraw<Drive>();
   FastSlamRig run(options), other(options);
   for (FastSlamRig* rig : {&run, &other}) rig->feed(Drive::messages(20.0));
   const FastSlamParticles particles = run.particles();
@@ -118,8 +112,7 @@ TEST(FastSlamPipeline, ResultsAreSmoothedOnACopy) {
 
 // What takes the results may fail, as on a full disk: the filter is still the one that ran.
 TEST(FastSlamPipeline, ResultsThatCannotBeGivenOutLeaveTheFilterAsItIs) {
-  FastSlamPipelineOptions options = Drive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
+  auto options = options_of_redraw<Drive>();
   FastSlamOutputs out;
   bool is_full = false;
   FastSlamSinks sinks = sinks_into(&out);
@@ -176,8 +169,7 @@ TEST(FastSlamPipeline, ErrorsOfTheOdometryAreToldWithTheirSigma) {
   FastSlamRig run;
   for (double time = 0.0; time < 60.0; time += 0.2) {
     nav_msgs::Odometry odometry = Drive::odometry(Drive::at(time));
-    odometry.pose.pose.position.x *= 1.04;
-    odometry.pose.pose.position.y *= 1.04;
+    lengthen(&odometry);
     run.pipeline.handle(odometry);
     run.pipeline.handle(Drive::scan(Drive::at(time)));
   }

@@ -264,19 +264,12 @@ TEST(TagScans, ThePipelineDoesWithTagsWhatItDoesWithItsOwnMessages) {
   // each image, and poses that agree as far as roundings let them.
   options.sensors["sensor"] = camera_from_above();
   FastSlamRig scans(options);
-  for (const FastSlamMessage& message : FastSlamDrive::messages(30.0)) {
-    const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
-    if (scan == nullptr) {
-      handle(message, &scans.pipeline);
-      continue;
+  scans.feed(changed<LandmarkObservationArray>(FastSlamDrive::messages(30.0), [](auto* scan) {
+    scan->header.frame_id = "sensor";
+    for (auto& seen : scan->observations) {
+      seen = FastSlamDrive::observation(scan->header.stamp, seen.id, camera_from_above());
     }
-    LandmarkObservationArray seen = **scan;
-    seen.header.frame_id = "sensor";
-    for (auto& landmark : seen.observations) {
-      landmark = FastSlamDrive::observation(seen.header.stamp, landmark.id, camera_from_above());
-    }
-    scans.pipeline.handle(seen);
-  }
+  }));
   ASSERT_GT(scans.out.updates.size(), 140u);
   EXPECT_EQ(tags.out.updates, scans.out.updates);
   ASSERT_EQ(tags.out.poses.size(), scans.out.poses.size());

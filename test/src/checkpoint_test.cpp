@@ -15,23 +15,11 @@
 namespace pf_resampling {
 namespace {
 
-BeaconMclCheckpoint read_back(const BeaconMclCheckpoint& checkpoint) {
+template <typename Checkpoint>
+Checkpoint read_back(const Checkpoint& checkpoint) {
   const TemporaryDirectory directory;
-  write_checkpoint(directory.file("a"), checkpoint);
-  return read_checkpoint<BeaconMclCheckpoint>(directory.file("a"));
-}
-
-FastSlamCheckpoint read_back(const FastSlamCheckpoint& checkpoint) {
-  const TemporaryDirectory directory;
-  write_checkpoint(directory.file("a"), checkpoint);
-  return read_checkpoint<FastSlamCheckpoint>(directory.file("a"));
-}
-
-const BeaconMclParticles& particles_of(const Rig& run) {
-  return run.pipeline.filter()->particles();
-}
-const FastSlamParticles& particles_of(const FastSlamRig& run) {
-  return run.pipeline.filter().particles();
+  write_saved(kCheckpointFile, directory.file("a"), checkpoint);
+  return read_saved<Checkpoint>(kCheckpointFile, directory.file("a"));
 }
 
 // The messages up to an odometry message and those after it: none waits in between.
@@ -60,7 +48,7 @@ void expect_goes_on(const std::vector<Message>& messages, const Options& options
     AnyRig second(options);
     second.pipeline.resume(read_back(*checkpoint));
     second.feed(after);
-    EXPECT_TRUE(same_particles(particles_of(second), particles_of(whole)));
+    EXPECT_TRUE(same_particles(second.particles(), whole.particles()));
     ASSERT_EQ(first.out.poses.size() + second.out.poses.size(), whole.out.poses.size());
     EXPECT_EQ(second.out.poses.back().pose.pose.position.x,
               whole.out.poses.back().pose.pose.position.x);
@@ -77,54 +65,33 @@ void expect_goes_on(const std::vector<Message>& messages, const Options& options
   }
 }
 
-TEST(Checkpoint, BeaconMclGoesOnAsIfNothingHadHappened) {
+TEST(Checkpoint, EitherFilterGoesOnAsIfNothingHadHappened) {
   BeaconMclPipelineOptions options = BeaconMclDrive::options();
   options.filter.yaw_rate_bias.estimate = true;
   expect_goes_on<Rig>(BeaconMclDrive::messages(40.0), options);
-}
-
-TEST(Checkpoint, BeaconMclWithARedrawGoesOnAsIfNothingHadHappened) {
-  BeaconMclPipelineOptions options = BeaconMclDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  expect_goes_on<Rig>(BeaconMclDrive::messages(40.0), options);
-}
-
-TEST(Checkpoint, FastSlamGoesOnAsIfNothingHadHappened) {
+  expect_goes_on<Rig>(BeaconMclDrive::messages(40.0), options_of_redraw<BeaconMclDrive>());
   expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), FastSlamDrive::options());
-}
-
-FastSlamPipelineOptions redraw_options() {
-  FastSlamPipelineOptions options = FastSlamDrive::options();
-  options.filter.strategy.renewal = Renewal::redraw;
-  return options;
-}
-
-TEST(Checkpoint, FastSlamWithARedrawGoesOnAsIfNothingHadHappened) {
-  expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), redraw_options());
+  expect_goes_on<FastSlamRig>(FastSlamDrive::messages(40.0), options_of_redraw<FastSlamDrive>());
 }
 
 // With four landmarks in each place.
-std::vector<FastSlamMessage> with_four_each(std::vector<FastSlamMessage> messages) {
-  for (FastSlamMessage& message : messages) {
-    const auto* const scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
-    if (scan == nullptr) continue;
-    const auto more = boost::make_shared<LandmarkObservationArray>(**scan);
+std::vector<FastSlamMessage> with_four_each(const std::vector<FastSlamMessage>& messages) {
+  return changed<LandmarkObservationArray>(messages, [](LandmarkObservationArray* scan) {
+    const auto as_seen = scan->observations;
     for (int copy = 1; copy < 4; ++copy) {
-      for (LandmarkObservation seen : (*scan)->observations) {
+      for (LandmarkObservation seen : as_seen) {
         seen.id += copy * static_cast<int>(FastSlamDrive::landmarks().size());
-        more->observations.push_back(seen);
+        scan->observations.push_back(seen);
       }
     }
-    message = LandmarkObservationArray::ConstPtr(more);
-  }
-  return messages;
+  });
 }
 
 // What is drawn from in a loaded map begins with what the map was made of.
 TEST(Checkpoint, FastSlamInALoadedMapGoesOnAsIfNothingHadHappened) {
   const TemporaryDirectory directory;
   const std::vector<FastSlamMessage> messages = with_four_each(FastSlamDrive::messages(40.0));
-  FastSlamPipelineOptions options = redraw_options();
+  auto options = options_of_redraw<FastSlamDrive>();
   FastSlamRig mapped(options);
   mapped.feed(messages);
   options.map_file = directory.file("lab.map");
@@ -184,9 +151,9 @@ TEST(Checkpoint, BeaconMclRefusesOneWithOtherBeaconsAndStaysAsItIs) {
   first.feed(BeaconMclDrive::messages(20.0, 21.0));
   Rig resumed;
   resumed.pipeline.resume(*first.pipeline.checkpoint());
-  const BeaconMclParticles before = particles_of(resumed);
+  const BeaconMclParticles before = resumed.particles();
   resumed.pipeline.handle(BeaconMclDrive::beacon_array());
-  EXPECT_TRUE(same_particles(before, particles_of(resumed)));
+  EXPECT_TRUE(same_particles(before, resumed.particles()));
 }
 
 // A bag that is played again from its start has nothing to do with the end of it.
@@ -269,7 +236,8 @@ TEST(CheckpointKeeper, ADamagedFileIsToldOfUntilTheNextIsWritten) {
   options.file = directory.file("a");
   write_text(options.file);
   Kept kept(options);
-  kept.keeper.start([](const std::string& path) { read_checkpoint<BeaconMclCheckpoint>(path); });
+  kept.keeper.start(
+      [](const std::string& path) { read_saved<BeaconMclCheckpoint>(kCheckpointFile, path); });
   EXPECT_EQ(kept.status().level, diagnostic_msgs::DiagnosticStatus::WARN);
   EXPECT_EQ(kept.status().message.rfind(
                 "started from nothing: checkpoint " + options.file + " is not how", 0),
@@ -294,7 +262,7 @@ TEST(CheckpointKeeper, AFileThatCannotBeReadIsToldOfAndTheNodeStarts) {
     options.file = path;
     Kept kept(options);
     EXPECT_NO_THROW(kept.keeper.start(
-        [](const std::string& file) { read_checkpoint<FastSlamCheckpoint>(file); }));
+        [](const std::string& file) { read_saved<FastSlamCheckpoint>(kCheckpointFile, file); }));
     EXPECT_EQ(kept.status().message.rfind("started from nothing: checkpoint " + path, 0), 0u)
         << kept.status().message;
     EXPECT_EQ(kept.log, std::vector<std::string>{kept.status().message});

@@ -8,6 +8,7 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/says.hpp"
 #include "src/pipeline/belief_publisher.hpp"
+#include "test/bag_topics.hpp"
 #include "test/beacon_mcl_rig.hpp"
 #include "test/fastslam_rig.hpp"
 
@@ -18,17 +19,6 @@ template <typename AnyRig>
 class FilterPipelineOf : public testing::Test {};
 using Rigs = testing::Types<Rig, FastSlamRig>;
 TYPED_TEST_SUITE(FilterPipelineOf, Rigs);
-
-// The message of the first of the diagnostics' entries whose name ends like this.
-std::string said(const Outputs& out, const std::string& end) {
-  for (const auto& status : out.diagnostics.back().status) {
-    const std::size_t place = status.name.rfind(end);
-    if (place != std::string::npos && place + end.size() == status.name.size()) {
-      return status.message;
-    }
-  }
-  return "there is no " + end;
-}
 
 // ---- what comes out ---------------------------------------------------------------------------
 
@@ -56,6 +46,32 @@ TYPED_TEST(FilterPipelineOf, PoseMarkersAndCloudsAreOfTheSameTimes) {
     }
   }
   EXPECT_GT(arrows, 10);
+}
+
+TYPED_TEST(FilterPipelineOf, PicturesComeAtTheirPeriods) {
+  auto options = TypeParam::Drive::options();
+  options.output.cloud_period = 0.5;
+  options.output.marker_period = 1.0;
+  options.output.diagnostics_period = 2.0;
+  TypeParam run(options);
+  run.feed(TypeParam::Drive::messages(20.0));
+  const double believed = 0.1 * static_cast<double>(run.out.poses.size() - 1);
+  EXPECT_NEAR(static_cast<double>(run.out.clouds.size()), believed / 0.5 + 1.0, 1.0);
+  EXPECT_EQ(run.out.clouds.size(), run.out.pose_arrays.size());
+  EXPECT_EQ(run.out.markers.size(), 21u);
+  EXPECT_EQ(run.out.diagnostics.size(), 11u);
+
+  // The cloud: weights add up to one, and its weighted mean is the pose.
+  const sensor_msgs::PointCloud2& cloud = run.out.clouds.back();
+  ASSERT_EQ(cloud.width, static_cast<std::uint32_t>(run.particles().size()));
+  ASSERT_EQ(cloud.fields.size(), 6u);
+  EXPECT_EQ(cloud.fields[4].name, "weight");
+  EXPECT_EQ(cloud.fields[5].name, "ancestor");
+  const auto pose =
+      std::find_if(run.out.poses.begin(), run.out.poses.end(),
+                   [&](const auto& other) { return other.header.stamp == cloud.header.stamp; });
+  ASSERT_NE(pose, run.out.poses.end());
+  EXPECT_NEAR(mean_x_of(cloud), pose->pose.pose.position.x, 0.05);
 }
 
 TEST(IsDue, AtTheMultiplesOfThePeriodWhereverItBegan) {
@@ -105,16 +121,6 @@ TYPED_TEST(FilterPipelineOf, StatusGoesOnWhenObservationsStop) {
 
 // ---- where odometry comes from ----------------------------------------------------------------
 
-geometry_msgs::TransformStamped as_transform(const nav_msgs::Odometry& odometry) {
-  geometry_msgs::TransformStamped transform;
-  transform.header = odometry.header;
-  transform.child_frame_id = odometry.child_frame_id;
-  transform.transform.translation.x = odometry.pose.pose.position.x;
-  transform.transform.translation.y = odometry.pose.pose.position.y;
-  transform.transform.rotation = odometry.pose.pose.orientation;
-  return transform;
-}
-
 TYPED_TEST(FilterPipelineOf, OdometryMayComeAsATransform) {
   const auto drive = TypeParam::Drive::messages(15.0);
   auto options = TypeParam::Drive::options();
@@ -131,9 +137,7 @@ TYPED_TEST(FilterPipelineOf, OdometryMayComeAsATransform) {
       handle(message, &by_tf.pipeline);
       continue;
     }
-    tf2_msgs::TFMessage tf;
-    tf.transforms = {as_transform(*std::get<nav_msgs::Odometry::ConstPtr>(message))};
-    dispatch(tf, &by_tf.pipeline);
+    dispatch(as_transform(*std::get<nav_msgs::Odometry::ConstPtr>(message)), &by_tf.pipeline);
   }
   ASSERT_EQ(by_tf.out.poses.size(), by_topic.out.poses.size());
   EXPECT_EQ(by_tf.pose().x, by_topic.pose().x);

@@ -98,43 +98,41 @@ TEST(ForeignMessages, MayHaveImpossibleStamps) {
   EXPECT_TRUE(std::get<tf2_msgs::TFMessage>(landmarks_in(message)).transforms.empty());
 }
 
-TEST(ForeignMessages, FiducialTransformsLikewise) {
-  geometry_msgs::Transform place;
-  place.translation.z = 2.0;
-  Bytes bytes;
-  bytes.add(header(11.0, "camera")).add(std::int32_t{4}).add(kOne);
-  bytes.add(std::int32_t{12}).add(place).add(0.1).add(0.2).add(30.0);
-  const auto message =
-      bytes.as("fiducial_msgs/FiducialTransformArray",
-               "Header header\nint32 image_seq\nFiducialTransform[] transforms\n"
-               "\n====\nMSG: fiducial_msgs/FiducialTransform\nint32 fiducial_id\n"
-               "geometry_msgs/Transform transform\nfloat64 image_error\nfloat64 object_error\n"
-               "float64 fiducial_area\n" +
-                   definition_of<geometry_msgs::Transform>("geometry_msgs/Transform") +
-                   definition_of<std_msgs::Header>("std_msgs/Header"));
-  const auto tags = std::get<tf2_msgs::TFMessage>(landmarks_in(message));
-  ASSERT_EQ(tags.transforms.size(), 1u);
-  EXPECT_EQ(id_of_detected_tag(tags.transforms[0].child_frame_id), 12);
-  EXPECT_EQ(tags.transforms[0].transform.translation.z, 2.0);
-}
-
-TEST(ForeignMessages, ArucoMarkersLikewise) {
+// Each with one tag at (0, -1, 2) in the frame of the camera.
+TEST(ForeignMessages, FiducialTransformsAndArucoMarkersLikewise) {
+  geometry_msgs::Transform transform;
+  transform.translation.y = -1.0;
+  transform.translation.z = 2.0;
   geometry_msgs::PoseWithCovariance pose;
   pose.pose.position.y = -1.0;
-  Bytes bytes;
-  bytes.add(header(12.0, "camera")).add(kOne);
-  bytes.add(header(12.0, "camera")).add(std::uint32_t{3}).add(pose).add(0.9);
-  const auto message = bytes.as(
-      "aruco_msgs/MarkerArray",
-      "Header header\naruco_msgs/Marker[] markers\n"
-      "\n====\nMSG: aruco_msgs/Marker\nHeader header\nuint32 id\n"
-      "geometry_msgs/PoseWithCovariance pose\nfloat64 confidence\n" +
-          definition_of<geometry_msgs::PoseWithCovariance>("geometry_msgs/PoseWithCovariance") +
-          definition_of<std_msgs::Header>("std_msgs/Header"));
-  const auto tags = std::get<tf2_msgs::TFMessage>(landmarks_in(message));
-  ASSERT_EQ(tags.transforms.size(), 1u);
-  EXPECT_EQ(id_of_detected_tag(tags.transforms[0].child_frame_id), 3);
-  EXPECT_EQ(tags.transforms[0].transform.translation.y, -1.0);
+  pose.pose.position.z = 2.0;
+  Bytes fiducials, markers;
+  fiducials.add(header(11.0, "camera")).add(std::int32_t{4}).add(kOne);
+  fiducials.add(std::int32_t{12}).add(transform).add(0.1).add(0.2).add(30.0);
+  markers.add(header(12.0, "camera")).add(kOne);
+  markers.add(header(12.0, "camera")).add(std::uint32_t{12}).add(pose).add(0.9);
+  for (const auto& message :
+       {fiducials.as("fiducial_msgs/FiducialTransformArray",
+                     "Header header\nint32 image_seq\nFiducialTransform[] transforms\n"
+                     "\n====\nMSG: fiducial_msgs/FiducialTransform\nint32 fiducial_id\n"
+                     "geometry_msgs/Transform transform\nfloat64 image_error\n"
+                     "float64 object_error\nfloat64 fiducial_area\n" +
+                         definition_of<geometry_msgs::Transform>("geometry_msgs/Transform") +
+                         definition_of<std_msgs::Header>("std_msgs/Header")),
+        markers.as("aruco_msgs/MarkerArray",
+                   "Header header\naruco_msgs/Marker[] markers\n"
+                   "\n====\nMSG: aruco_msgs/Marker\nHeader header\nuint32 id\n"
+                   "geometry_msgs/PoseWithCovariance pose\nfloat64 confidence\n" +
+                       definition_of<geometry_msgs::PoseWithCovariance>(
+                           "geometry_msgs/PoseWithCovariance") +
+                       definition_of<std_msgs::Header>("std_msgs/Header"))}) {
+    SCOPED_TRACE(message.getDataType());
+    const auto tags = std::get<tf2_msgs::TFMessage>(landmarks_in(message));
+    ASSERT_EQ(tags.transforms.size(), 1u);
+    EXPECT_EQ(id_of_detected_tag(tags.transforms[0].child_frame_id), 12);
+    EXPECT_EQ(tags.transforms[0].transform.translation.y, -1.0);
+    EXPECT_EQ(tags.transforms[0].transform.translation.z, 2.0);
+  }
 }
 
 TEST(ForeignMessages, RangesAlongTheLineOfSightBecomeThoseInThePlane) {

@@ -299,21 +299,15 @@ TEST(HostileInputOfFastSlam, AMapThatIsFullTakesNoMoreLandmarksAndGoesOn) {
     EXPECT_LT(run.error(), kLost);
     if (!by_estimates) continue;
     const FastSlamParticles before = run.particles();
-    const auto refusal = [](const auto& work) -> std::string {
-      return pf_resampling::refusal([&] { work(); });
-    };
-    EXPECT_TRUE(says(refusal([&] {
-                       run.pipeline.set_parameters({{"particles", "61"}});
-                     }),
-                     "estimates, more than the limit of "));
+    const std::string said = refusal([&] { run.pipeline.set_parameters({{"particles", "61"}}); });
+    EXPECT_TRUE(says(said, "estimates, more than the limit of "));
     EXPECT_TRUE(same_particles(run.particles(), before));
     expect_good_again(&run, 60.0);
   }
 }
 
-LandmarkObservationArray without_ids(LandmarkObservationArray scan) {
-  for (auto& seen : scan.observations) seen.id = -1;
-  return scan;
+void forget_ids(LandmarkObservationArray* scan) {
+  for (auto& seen : scan->observations) seen.id = -1;
 }
 
 TEST(HostileInputOfFastSlam, AScanWithoutIdsThatNeedsTooMuchMemoryChangesNothing) {
@@ -323,20 +317,14 @@ TEST(HostileInputOfFastSlam, AScanWithoutIdsThatNeedsTooMuchMemoryChangesNothing
   for (const FastSlamVersion version : all_values<FastSlamVersion>()) {
     options.filter.version = version;
     const auto go_on = [](FastSlamRig* run, double from, double until) {
-      for (const FastSlamMessage& message : Drive::messages(from, until)) {
-        const auto* scan = std::get_if<LandmarkObservationArray::ConstPtr>(&message);
-        if (scan == nullptr) {
-          run->feed({message});
-        } else {
-          run->pipeline.handle(without_ids(**scan));
-        }
-      }
+      run->feed(changed<LandmarkObservationArray>(Drive::messages(from, until), forget_ids));
     };
     FastSlamRig run(options);
     FastSlamRig good(options);
     for (FastSlamRig* each : {&run, &good}) go_on(each, 0.0, 20.0);
     ASSERT_EQ(run.pipeline.rejects().total(), 0u);
-    LandmarkObservationArray scan = without_ids(Drive::scan(Drive::at(19.99)));
+    LandmarkObservationArray scan = Drive::scan(Drive::at(19.99));
+    forget_ids(&scan);
     while (scan.observations.size() < 200) {
       scan.observations.insert(scan.observations.end(), scan.observations.begin(),
                                scan.observations.end());

@@ -103,26 +103,19 @@ TEST_F(RunBagFastSlam, AFrozenMapIsLocalizedInAndStaysAsItIs) {
   const std::string other = directory_.file("other.bag");
   simulate(other, "--seed 2");
   const std::string in = directory_.file("in.bag");
-  {
-    const rosbag::Bag bag = open_bag(other);
-    rosbag::View view(bag);
-    geometry_msgs::PoseWithCovarianceStamped start;
-    start.header.stamp = ros::Time(1.0);
-    start.header.frame_id = "map";
-    start.pose.pose.orientation.w = 1.0;
-    start.pose.covariance[0] = start.pose.covariance[7] = 0.01;
-    start.pose.covariance[35] = 1e-4;
-    BagWriter writer(in);
-    bool is_written = false;
-    for (const rosbag::MessageInstance& message : view) {
-      if (!is_written && message.getTime() >= start.header.stamp) {
-        writer.write("/initialpose", start.header.stamp, start);
-        is_written = true;
-      }
-      writer.copy(message);
+  geometry_msgs::PoseWithCovarianceStamped start;
+  start.header.stamp = ros::Time(1.0);
+  start.header.frame_id = "map";
+  start.pose.pose.orientation.w = 1.0;
+  start.pose.covariance[0] = start.pose.covariance[7] = 0.01;
+  start.pose.covariance[35] = 1e-4;
+  bool is_written = false;
+  rewrite_bag(other, in, [&](const rosbag::MessageInstance& message, BagWriter* writer) {
+    if (message.getTime() >= start.header.stamp && !std::exchange(is_written, true)) {
+      writer->write("/initialpose", start.header.stamp, start);
     }
-    writer.finish();
-  }
+    writer->copy(message);
+  });
   const std::string map_after = directory_.file("after.map");
   const std::string frozen = " --no-clouds --load-map " + map_ + " --save-map " + map_after +
                              " --seed 5 --set map/frozen=true";

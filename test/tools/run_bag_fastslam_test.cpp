@@ -1,10 +1,7 @@
 // run_bag fastslam on the reference world, with the help of run_program.hpp.
-#include <nav_msgs/Odometry.h>
-#include <tf2_msgs/TFMessage.h>
-
+#include "test/run_bag_fastslam.hpp"
 #include "pf_resampling_core/test/says.hpp"
 #include "test/places.hpp"
-#include "test/run_bag_fastslam.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -35,23 +32,14 @@ TEST_F(RunBagFastSlam, SameSeedGivesTheSameBytes) {
 
 TEST_F(RunBagFastSlam, OdometryThatIsNotFiniteCostsNothingElse) {
   const std::string broken = directory_.file("broken.bag");
-  {
-    const rosbag::Bag bag = open_bag(world_);
-    rosbag::View view(bag);
-    BagWriter writer(broken);
-    int count = 0;
-    for (const rosbag::MessageInstance& message : view) {
-      if (message.getTime() > view.getBeginTime() + ros::Duration(10.0)) break;
-      const auto odometry = message.instantiate<nav_msgs::Odometry>();
-      if (message.getTopic() == "/odom" && ++count == 50) {
-        odometry->pose.pose.position.x = std::nan("");
-        writer.write("/odom", message.getTime(), *odometry);
-      } else {
-        writer.copy(message);
-      }
-    }
-    writer.finish();
-  }
+  cut(world_, directory_.file("whole.bag"), 0.0, 11.0);
+  int count = 0;
+  rewrite_bag(directory_.file("whole.bag"), broken, [&](const auto& message, BagWriter* writer) {
+    if (message.getTopic() != "/odom" || ++count != 50) return writer->copy(message);
+    const auto odometry = message.template instantiate<nav_msgs::Odometry>();
+    odometry->pose.pose.position.x = std::nan("");
+    writer->write("/odom", message.getTime(), *odometry);
+  });
   const ProgramResult result = run(broken + " " + out_ + " --no-clouds");
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_TRUE(says(result.out, "not_finite"));
@@ -106,27 +94,13 @@ TEST_F(RunBagFastSlam, EachMistakeGetsOneLine) {
 // The same drive with its odometry on /tf alone.
 TEST_F(RunBagFastSlam, TakesOdometryFromTf) {
   const std::string on_tf = directory_.file("on_tf.bag");
-  {
-    const rosbag::Bag bag = open_bag(world_);
-    rosbag::View view(bag);
-    BagWriter writer(on_tf);
-    for (const rosbag::MessageInstance& message : view) {
-      const auto odometry = message_in<nav_msgs::Odometry>(message);
-      if (odometry == nullptr) {
-        if (message.getTopic() != "/tf") writer.copy(message);
-        continue;
-      }
-      tf2_msgs::TFMessage tf;
-      tf.transforms.resize(1);
-      tf.transforms[0].header = odometry->header;
-      tf.transforms[0].child_frame_id = odometry->child_frame_id;
-      tf.transforms[0].transform.translation.x = odometry->pose.pose.position.x;
-      tf.transforms[0].transform.translation.y = odometry->pose.pose.position.y;
-      tf.transforms[0].transform.rotation = odometry->pose.pose.orientation;
-      writer.write("/tf", message.getTime(), tf);
+  rewrite_bag(world_, on_tf, [](const rosbag::MessageInstance& message, BagWriter* writer) {
+    if (const auto odometry = message_in<nav_msgs::Odometry>(message)) {
+      writer->write("/tf", message.getTime(), as_transform(*odometry));
+    } else if (message.getTopic() != "/tf") {
+      writer->copy(message);
     }
-    writer.finish();
-  }
+  });
   expect_error(on_tf + " " + out_, {"on /tf could be it: set odometry_input/source to tf"});
   expect_success(on_tf + " " + out_ + " --no-clouds --set odometry_input/source=tf");
   EXPECT_LT(pose_errors(out_, 35.7).worst, 0.9);

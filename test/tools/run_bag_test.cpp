@@ -38,12 +38,7 @@ void write_drive(const std::string& path, double seconds, const Content& content
       truth.header.frame_id = "map";
       truth.pose = to_pose_message(BeaconMclDrive::truth(stamp));
       bag.write("/ground_truth", stamp, truth);
-      tf2_msgs::TFMessage tf;
-      tf.transforms.resize(1);
-      tf.transforms[0].header = (*odometry)->header;
-      tf.transforms[0].child_frame_id = "base_link";
-      tf.transforms[0].transform.rotation = (*odometry)->pose.pose.orientation;
-      bag.write("/tf", stamp, tf);
+      bag.write("/tf", stamp, as_transform(**odometry));
     } else if (const auto* range = std::get_if<BeaconRange::ConstPtr>(&message)) {
       if (content.ranges) bag.write("/ranges", (*range)->header.stamp, **range);
       if (!content.sensor_ranges) continue;
@@ -64,13 +59,8 @@ class RunBag : public testing::Test {
   ProgramResult run(const std::string& arguments) const {
     return run_program("run_bag " + arguments);
   }
-  void expect_error(const std::string& arguments, const std::vector<std::string>& words) const {
-    const ProgramResult result = run(arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(result.is_one_line_error("run_bag")) << result.out << result.error;
-    for (const std::string& word : words) {
-      EXPECT_TRUE(says(result.error, word));
-    }
+  static void expect_error(const std::string& arguments, const std::vector<std::string>& words) {
+    expect_failure("run_bag " + arguments, 1, words);
   }
 
   TemporaryDirectory directory_;
@@ -271,18 +261,13 @@ TEST_F(RunBag, RangesMayBeOfSensorMsgs) {
 
 // All of a bag until `cut`, s after its start, and the rest; where sensors are goes into both.
 void split(const std::string& path, double cut, const std::string& first, const std::string& rest) {
-  const rosbag::Bag bag = open_bag(path);
-  rosbag::View view(bag);
-  BagWriter before(first);
-  BagWriter after(rest);
-  const ros::Time end = view.getBeginTime() + ros::Duration(cut);
-  for (const rosbag::MessageInstance& message : view) {
-    const bool is_static = message.getTopic() == "/tf_static";
-    if (is_static || message.getTime() <= end) before.copy(message);
-    if (is_static || message.getTime() > end) after.copy(message);
+  const ros::Time end = rosbag::View(open_bag(path)).getBeginTime() + ros::Duration(cut);
+  for (const bool is_first : {true, false}) {
+    rewrite_bag(path, is_first ? first : rest, [&](const auto& message, BagWriter* writer) {
+      const bool is_static = message.getTopic() == "/tf_static";
+      if (is_static || (message.getTime() <= end) == is_first) writer->copy(message);
+    });
   }
-  before.finish();
-  after.finish();
 }
 
 // The whole bag at once, and in two runs: what the filter knows at the end is the same, byte for

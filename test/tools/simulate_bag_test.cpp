@@ -157,10 +157,7 @@ TEST_F(SimulateBag, RepeatsADriveThatEnds) {
   }
   EXPECT_GE(turns, 4);
   EXPECT_LE(turns, 6);
-  const ProgramResult endless =
-      run_program("simulate_bag " + world + " " + world + ".bag --repeat");
-  EXPECT_EQ(endless.exit_code, 1);
-  EXPECT_TRUE(endless.is_one_line_error("simulate_bag")) << endless.error;
+  expect_failure("simulate_bag " + world + " " + world + ".bag --repeat", 1, {});
 }
 
 TEST_F(SimulateBag, HidesIds) {
@@ -193,10 +190,7 @@ TEST_F(SimulateBag, SaysInOneLineWhatIsWrong) {
   const std::string out = directory_.file("out.bag");
   const auto expect_refused = [](const std::string& arguments, int exit_code,
                                  const std::string& words) {
-    const ProgramResult result = run_program("simulate_bag " + arguments);
-    EXPECT_EQ(result.exit_code, exit_code) << arguments << ": " << result.error;
-    EXPECT_TRUE(result.is_one_line_error("simulate_bag")) << arguments << ": " << result.error;
-    EXPECT_TRUE(says(result.error, words));
+    expect_failure("simulate_bag " + arguments, exit_code, {words});
   };
   const std::string bad =
       directory_.write("bad.yaml", "waypoints: [[0, 0]]\nrobot:\n  speed: quick\n");
