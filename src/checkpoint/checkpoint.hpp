@@ -26,21 +26,8 @@ struct FastSlamCheckpoint {
   SavedMap filter;
 };
 
-/// As they are saved: see doc/saved_files.md.
+/// As they are saved, by write_saved() in a kCheckpointFile: see doc/saved_files.md.
 void describe(Archive& archive, BeaconMclCheckpoint& checkpoint);
 void describe(Archive& archive, FastSlamCheckpoint& checkpoint);
-
-/// Throws Error, naming the file, when it cannot be written or a number in it is not finite.
-template <typename Checkpoint>
-void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  write_saved(kCheckpointFile, path, checkpoint);
-}
-
-/// Throws Error, in one line that names the file and the remedy, for a file that is damaged, or no
-/// checkpoint of this filter and version.
-template <typename Checkpoint>
-Checkpoint read_checkpoint(const std::string& path) {
-  return read_saved<Checkpoint>(kCheckpointFile, path);
-}
 
 }  // namespace pf_resampling

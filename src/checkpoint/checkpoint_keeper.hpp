@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/parameters/parameters.hpp"
 #include "src/diagnostics/log_level.hpp"
 
@@ -59,7 +60,7 @@ class CheckpointKeeper {
     auto checkpoint = pipeline->checkpoint();
     if (!checkpoint) return;
     write([state = std::move(*checkpoint)](const std::string& path) {
-      write_checkpoint(path, state);
+      write_saved(kCheckpointFile, path, state);
     });
   }
   /// Writes what it knows at once, as write_now().
@@ -68,7 +69,7 @@ class CheckpointKeeper {
     return write_now(path, [pipeline](const std::string& file) {
       const auto state = pipeline->checkpoint();
       if (!state) throw Error("checkpoint: there is nothing to save yet; wait for the first pose");
-      write_checkpoint(file, *state);
+      write_saved(kCheckpointFile, file, *state);
     });
   }
 

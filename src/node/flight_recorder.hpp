@@ -73,7 +73,7 @@ class FlightRecorder {
     if (!is_used_) throw Error("nothing is recorded; set checkpoint/file");
     if (flights_.empty()) throw Error("nothing is recorded yet; wait for the first pose");
     const Flight& flight = flights_.front();
-    write_checkpoint(name + ".checkpoint", flight.start);
+    write_saved(kCheckpointFile, name + ".checkpoint", flight.start);
     const std::string part = name + ".bag.part";
     try {
       rosbag::Bag bag(part, rosbag::bagmode::Write);

@@ -75,21 +75,21 @@ void LearntMotion::add_velocity(const Velocity& velocity) {
   top_.forward = std::max(top_.forward, velocity.speed());
   top_.turn = std::max(top_.turn, std::abs(velocity.turn));
   const double duration = steps_.empty() ? 0.0 : steps_.back().duration;
-  bool surpasses = is_known() && velocity.speed() > kSlipSpeed * driven_ + kSlipSlack;
-  if (surpasses && slipping_ >= kLongestSlip) {
-    driven_ = velocity.speed();
+  bool surpasses = is_known() && velocity.speed() > kSlipSpeed * speed_.driven + kSlipSlack;
+  if (surpasses && speed_.slipping >= kLongestSlip) {
+    speed_.driven = velocity.speed();
     surpasses = false;
   }
-  slipping_ = surpasses ? slipping_ + duration : 0.0;
-  const double most = is_known() ? driven_ + kGradually * duration : velocity.speed();
-  if (!may_slip()) driven_ = std::max(driven_, std::min(velocity.speed(), most));
+  speed_.slipping = surpasses ? speed_.slipping + duration : 0.0;
+  const double most = is_known() ? speed_.driven + kGradually * duration : velocity.speed();
+  if (!may_slip()) speed_.driven = std::max(speed_.driven, std::min(velocity.speed(), most));
   if (!velocity.is_moving()) return;
-  ++moves_;
-  moving_ += duration;
+  ++speed_.moves;
+  speed_.moving += duration;
 }
 
 bool LearntMotion::is_known() const {
-  return moves_ >= kEnoughMoves && moving_ >= kLongEnough;
+  return speed_.moves >= kEnoughMoves && speed_.moving >= kLongEnough;
 }
 
 double LearntMotion::usual_departure() const {
@@ -139,19 +139,9 @@ bool LearntMotion::reaches(double distance, double duration) const {
   return !is_known() || distance <= most || distance <= most + usual_departure();
 }
 
-void LearntMotion::save(SavedProgress* progress) const {
-  progress->driven = driven_;
-  progress->slipping = slipping_;
-  progress->moving = moving_;
-  progress->moves = moves_;
-}
-
-void LearntMotion::resume(const SavedProgress& progress) {
-  driven_ = progress.driven;
-  slipping_ = progress.slipping;
-  moving_ = progress.moving;
-  moves_ = progress.moves;
-  top_.forward = std::max(top_.forward, driven_);
+void LearntMotion::resume(const DrivenSpeed& speed) {
+  speed_ = speed;
+  top_.forward = std::max(top_.forward, speed_.driven);
 }
 
 }  // namespace pf_resampling

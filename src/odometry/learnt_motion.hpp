@@ -47,11 +47,11 @@ class LearntMotion {
   bool reaches(double distance, double duration) const;
   /// Whether the newest velocity is one that wheels show when they slip: well above whatever the
   /// robot has driven at, from one moment to the next, and not for long.
-  bool may_slip() const { return slipping_ > 0.0; }
+  bool may_slip() const { return speed_.slipping > 0.0; }
 
-  /// Saves what it takes to notice slips; goes on from there.
-  void save(SavedProgress* progress) const;
-  void resume(const SavedProgress& progress);
+  /// What it takes to notice slips; goes on from there.
+  const DrivenSpeed& speed() const { return speed_; }
+  void resume(const DrivenSpeed& speed);
 
  private:
   struct Step {
@@ -63,11 +63,8 @@ class LearntMotion {
   double usual_duration() const;
 
   std::deque<Step> steps_;  // the latest
-  double moving_ = 0.0;     // s, of all in which it moved
-  std::int64_t moves_ = 0;  // and their count
   Velocity top_;            // magnitudes
-  double driven_ = 0.0;     // m/s, the highest speed without slips
-  double slipping_ = 0.0;   // s, since it was surpassed
+  DrivenSpeed speed_;
 };
 
 }  // namespace pf_resampling

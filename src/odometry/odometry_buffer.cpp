@@ -315,14 +315,14 @@ void OdometryBuffer::save(ros::Time from, SavedProgress* progress) const {
     progress->odometry.push_back(samples_[i]);
     progress->odometry.back().heading.reset();
   }
-  learnt_.save(progress);
+  progress->speed = learnt_.speed();
 }
 
 void OdometryBuffer::resume(const SavedProgress& progress) {
   clear();
   offset_ = progress.odometry_offset;
   samples_.assign(progress.odometry.begin(), progress.odometry.end());
-  learnt_.resume(progress);
+  learnt_.resume(progress.speed);
 }
 
 void OdometryBuffer::forget_before(ros::Time stamp) {

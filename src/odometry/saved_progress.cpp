@@ -16,8 +16,8 @@ void describe(Archive& archive, OdometrySample& sample) {
 void describe(Archive& archive, SavedProgress& progress) {
   PF_RESAMPLING_FIELDS(archive, progress.first_odometry, progress.used, progress.last_observation,
                        progress.lost_probability, progress.normalized_innovation,
-                       progress.odometry_offset, progress.driven, progress.slipping,
-                       progress.moving, progress.moves, progress.odometry);
+                       progress.odometry_offset, progress.speed.driven, progress.speed.slipping,
+                       progress.speed.moving, progress.speed.moves, progress.odometry);
 }
 
 }  // namespace pf_resampling

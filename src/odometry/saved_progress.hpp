@@ -24,6 +24,14 @@ struct OdometrySample {
   std::optional<double> heading;  ///< of an IMU; not saved
 };
 
+/// What it takes to notice that wheels slip.
+struct DrivenSpeed {
+  double driven = 0.0;     ///< m/s, the highest speed of the odometry without slips
+  double slipping = 0.0;   ///< s, since it was surpassed
+  double moving = 0.0;     ///< s, of all steps in which it moved, ...
+  std::int64_t moves = 0;  ///< and their count
+};
+
 /// How far a filter has come with what it was given, beside its own state.
 struct SavedProgress {
   ros::Time first_odometry;
@@ -32,10 +40,7 @@ struct SavedProgress {
   double lost_probability = 0.0;         ///< see LostDetector
   double normalized_innovation = 1.0;    ///< likewise
   Pose2 odometry_offset;                 ///< from poses as received to continuous ones
-  double driven = 0.0;                   ///< m/s, the highest speed of the odometry without slips
-  double slipping = 0.0;                 ///< s, since it was surpassed
-  double moving = 0.0;                   ///< s, of all steps in which it moved, ...
-  std::int64_t moves = 0;                ///< and their count
+  DrivenSpeed speed;                     ///< see LearntMotion
   std::vector<OdometrySample> odometry;  ///< what is needed from `used` on
 };
 

@@ -240,24 +240,17 @@ std::optional<FastSlamMessage> own_message(Bytes* bytes, QuickRig<FastSlamRig>* 
 
 // ---- what goes through a file ------------------------------------------------------------------
 
-void read_again(const std::string& path, BeaconMclCheckpoint* checkpoint) {
-  *checkpoint = read_checkpoint<BeaconMclCheckpoint>(path);
-}
-void read_again(const std::string& path, FastSlamCheckpoint* checkpoint) {
-  *checkpoint = read_checkpoint<FastSlamCheckpoint>(path);
-}
-
 // False if it is refused; one that is written can be read.
 template <typename Checkpoint>
 bool go_through_file(Checkpoint* checkpoint) {
   const std::string path = new_file("checkpoint");
   try {
-    write_checkpoint(path, *checkpoint);
+    write_saved(kCheckpointFile, path, *checkpoint);
   } catch (const Error& error) {
     require_one_line(error);
     return false;
   }
-  read_again(path, checkpoint);
+  *checkpoint = read_saved<Checkpoint>(kCheckpointFile, path);
   return true;
 }
 

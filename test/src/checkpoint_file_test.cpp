@@ -16,7 +16,7 @@ class CheckpointFile : public testing::Test {
   // What is in the file of a checkpoint.
   template <typename Checkpoint>
   std::string written(const Checkpoint& checkpoint) const {
-    write_checkpoint(path_, checkpoint);
+    write_saved(kCheckpointFile, path_, checkpoint);
     return directory_.content("a.checkpoint");
   }
 
@@ -29,10 +29,10 @@ SavedProgress some_progress() {
   progress.first_odometry.fromNSec(100000000001);
   progress.used.fromNSec(112040000000);
   progress.last_observation = progress.used;
-  progress.driven = 1.25;
-  progress.slipping = 0.5;
-  progress.moving = 31.5;
-  progress.moves = 630;
+  progress.speed.driven = 1.25;
+  progress.speed.slipping = 0.5;
+  progress.speed.moving = 31.5;
+  progress.speed.moves = 630;
   progress.lost_probability = 1.0 / 3.0;
   progress.normalized_innovation = 1.1;
   progress.odometry_offset = {0.1, -0.2, 0.3};
@@ -56,8 +56,8 @@ SavedProgress some_progress() {
 void expect_example(const SavedProgress& read) {
   const SavedProgress example = some_progress();
   EXPECT_EQ(read.first_odometry, example.first_odometry);
-  EXPECT_EQ(read.driven, example.driven);
-  EXPECT_EQ(read.moves, example.moves);
+  EXPECT_EQ(read.speed.driven, example.speed.driven);
+  EXPECT_EQ(read.speed.moves, example.speed.moves);
   EXPECT_EQ(read.lost_probability, example.lost_probability);
   ASSERT_EQ(read.odometry.size(), 3u);
   EXPECT_EQ(read.odometry[2].received.heading, example.odometry[2].received.heading);
@@ -105,7 +105,8 @@ TEST_F(CheckpointFile, BeaconMclGoesOnToTheBit) {
       for (int t = 0; t < cut; ++t) step(t, &first);
       ASSERT_TRUE(first.is_initialized());
       const std::string saved = written(BeaconMclCheckpoint{some_progress(), first.saved()});
-      const BeaconMclCheckpoint checkpoint = read_checkpoint<BeaconMclCheckpoint>(path_);
+      const BeaconMclCheckpoint checkpoint =
+          read_saved<BeaconMclCheckpoint>(kCheckpointFile, path_);
       expect_example(checkpoint.progress);
       EXPECT_EQ(written(checkpoint), saved);
       BeaconMcl second(options, kBeacons, 3);
@@ -173,7 +174,7 @@ const Eigen::AlignedBox2d kScene(Eigen::Vector2d(-1.0 / 3.0, -2.0), Eigen::Vecto
 TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
   const FastSlamCheckpoint checkpoint = {some_progress(), kScene, small_map()};
   const std::string saved = written(checkpoint);
-  const FastSlamCheckpoint read = read_checkpoint<FastSlamCheckpoint>(path_);
+  const FastSlamCheckpoint read = read_saved<FastSlamCheckpoint>(kCheckpointFile, path_);
   expect_example(read.progress);
   EXPECT_EQ(read.scene.min(), kScene.min());
   EXPECT_EQ(read.scene.max(), kScene.max());
@@ -183,24 +184,22 @@ TEST_F(CheckpointFile, FastSlamsComesBackWithItsMap) {
   EXPECT_EQ(written(read), saved);
 }
 
-template <typename Read>
-std::string refusal_of(const Read& read, const std::string& path) {
-  return pf_resampling::refusal([&] { read(path); });
+template <typename Checkpoint>
+std::string refusal_of(const std::string& path) {
+  return refusal([&] { read_saved<Checkpoint>(kCheckpointFile, path); });
 }
 
 TEST_F(CheckpointFile, OneOfAnotherFilterAndOtherFilesAreRefused) {
-  write_checkpoint(path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
-  EXPECT_EQ(refusal_of(read_checkpoint<BeaconMclCheckpoint>, path_),
+  write_saved(kCheckpointFile, path_, FastSlamCheckpoint{some_progress(), kScene, small_map()});
+  EXPECT_EQ(refusal_of<BeaconMclCheckpoint>(path_),
             "checkpoint " + path_ +
                 ": filter: \"beacon_mcl\" expected, \"fastslam\" found; take another copy or start "
                 "without it");
   write_map_file(path_, small_map());
-  EXPECT_TRUE(says(refusal_of(read_checkpoint<FastSlamCheckpoint>, path_),
-                   "is not how a checkpoint begins"));
-  EXPECT_TRUE(says(refusal_of(read_checkpoint<FastSlamCheckpoint>, directory_.file("none")),
-                   "cannot be read"));
-  EXPECT_THROW(write_checkpoint(directory_.file("none/a"),
-                                FastSlamCheckpoint{some_progress(), kScene, small_map()}),
+  EXPECT_TRUE(says(refusal_of<FastSlamCheckpoint>(path_), "is not how a checkpoint begins"));
+  EXPECT_TRUE(says(refusal_of<FastSlamCheckpoint>(directory_.file("none")), "cannot be read"));
+  EXPECT_THROW(write_saved(kCheckpointFile, directory_.file("none/a"),
+                           FastSlamCheckpoint{some_progress(), kScene, small_map()}),
                Error);
 }
 
