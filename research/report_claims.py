@@ -16,14 +16,14 @@ p-values are two-sided, so that a claim is wrongly decided, one way or the other
 """
 from collections import namedtuple
 
-from report_document import Cell, Row, Table
+from report_document import Cell, Row
 from report_measures import difference_text, distance_text, interval_text, measure, p_text
 from report_statistics import LEVEL, holm, interval
 
 HOLDS, DOES_NOT_HOLD, NO_DIFFERENCE, MISSING = "holds", "does not hold", "no difference found", "not in this study"
 KINDS = {HOLDS: "holds", DOES_NOT_HOLD: "not", NO_DIFFERENCE: "open", MISSING: "open"}
 
-CAPTION = "Claims: {}"
+HEADINGS = ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"]
 
 # differences: one for each part (report_statistics.Difference). p: of the claim; corrected: within its family. deciding: the
 # part that the verdict rests on, or at which the claim fails.
@@ -101,8 +101,8 @@ def verdict_text(finding):
     return f"{finding.verdict}: 99 % interval {interval_text(difference._replace(low=low, high=high), figure)}"
 
 
-def claims_table(study, found, problem, caption):
-    """A table of claims: a row for each part, the verdict beside the first; None without claims."""
+def rows_of(study, found, problem):
+    """Of a table of claims, below HEADINGS: a row for each part, the verdict beside the first."""
     rows = []
     for finding in found:
         for i, (part, difference) in enumerate(zip(finding.claim["parts"], finding.differences)):
@@ -113,11 +113,9 @@ def claims_table(study, found, problem, caption):
                 mark = "\u00a0◂" if i == finding.deciding and len(finding.differences) > 1 else ""
                 cells += [difference_text(difference, part["figure"]), distance_text(difference), str(difference.count),
                           p_text(difference.p) + mark]
-            is_first = i == 0
-            cells += [p_text(finding.corrected) if is_first and finding.corrected is not None else "",
-                      Cell(verdict_text(finding), KINDS[finding.verdict]) if is_first else ""]
-            rows.append(Row(cells, "rule") if is_first else Row(cells))
-    if not rows:
-        return None
-    headings = ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"]
-    return Table(caption, headings, rows, texts=(0, 1, 7))
+            if i > 0:
+                rows.append([*cells, "", ""])
+            else:
+                corrected = "" if finding.corrected is None else p_text(finding.corrected)
+                rows.append(Row([*cells, corrected, Cell(verdict_text(finding), KINDS[finding.verdict])], "rule"))
+    return rows

@@ -4,8 +4,8 @@ import math
 
 from command_line import Error
 import report_pictures as pictures
-from report_claims import CAPTION, claims_table, findings
-from report_document import Bullets, Cell, Document, Heading, Picture, Row, Table, Text
+from report_claims import HEADINGS, findings, rows_of
+from report_document import Cell, Document, Row
 from report_measures import MEASURES, difference_text, measure, read_data, with_error
 from report_statistics import LEVEL, holm
 
@@ -22,13 +22,11 @@ def report_of(study, measures=()):
     page = Page(study, paper)
     if paper:
         page.add_text(f"The paper: {paper['source']}")
-        for block in paper["page"]:
-            kind, value = next(iter(block.items())) if isinstance(block, dict) else (block, None)
-            getattr(page, f"add_{kind}")(*([] if value is None else [value]))
+        page.lay_out(paper["page"])
     else:
         page.add_own(measures)
     page.add_filters()
-    return page.document
+    return page
 
 
 def listed(names):
@@ -56,9 +54,10 @@ def is_sure(found, name):
     return name in found and found[name][1] < LEVEL
 
 
-class Page:
+class Page(Document):
     def __init__(self, study, paper):
-        self.study, self.paper, self.document = study, paper, Document(study.title)
+        super().__init__(study.title)
+        self.study, self.paper = study, paper
         self.problem = study.problems[0]["name"]
         self.findings = [finding for family in (paper or {"claims": {}})["claims"].items()
                          for finding in findings(study, *family, self.problem)]
@@ -79,18 +78,6 @@ class Page:
 
     # ---- blocks of a page
 
-    def add_section(self, anchor_and_title):
-        self.document.add(Heading(2, anchor_and_title[1], anchor_and_title[0]))
-
-    def add_part(self, anchor_and_title):
-        self.document.add(Heading(3, anchor_and_title[1], anchor_and_title[0]))
-
-    def add_text(self, text):
-        self.document.add(Text(text))
-
-    def add_bullets(self, items):
-        self.document.add(Bullets(items))
-
     def add_settings(self):
         study = self.study
         self.add_section(["settings", "Settings"])
@@ -104,8 +91,8 @@ class Page:
                  each.get("why", "")] for each in (self.paper or {}).get("settings", [])
                 for ours in [{name: values[name] for name in each.get("parameters", []) if name in values}]]
         if rows:
-            self.document.add(Table("Settings: what the paper says, and what is ours",
-                                    ["Setting", "In the paper", "Where", "Here", "Where it is ours: why"], rows, texts=range(5)))
+            self.add_rows("Settings: what the paper says, and what is ours",
+                          ["Setting", "In the paper", "Where", "Here", "Where it is ours: why"], rows, texts=range(5))
 
     def add_reading(self):
         self.add_section(["reading", "How to read it"])
@@ -131,7 +118,8 @@ class Page:
     def add_claims(self, which):
         """Those of a family, or of a place in the paper."""
         found = [each for each in self.findings if which in (each.family, each.claim["where"])]
-        self.document.add(claims_table(self.study, found, self.problem, CAPTION.format(which.replace("_", " "))))
+        if found:
+            self.add_rows(f"Claims: {which.replace('_', ' ')}", HEADINGS, rows_of(self.study, found, self.problem), texts=(0, 1, 7))
 
     def add_table(self, given):
         """A table of the paper: below each of its rows ours, at its end the filters `beside`."""
@@ -157,7 +145,7 @@ class Page:
                 elif self.study.has(problem, name):
                     rows.append(Row(ours, "more"))
             headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in part)]
-            self.document.add(Table(f"Table {number} of the paper: {table['title']}", headings, rows))
+            self.add_rows(f"Table {number} of the paper: {table['title']}", headings, rows)
         self.has(problem, table["rows"])
 
     def add_comparison(self, given):
@@ -181,8 +169,8 @@ class Page:
         for what, of_table, rows, cell in tables:
             for first in range(0, len(of_table) if rows else 0, COLUMNS):
                 part = of_table[first:first + COLUMNS]
-                self.document.add(Table(f"{caption}: {what}", ["Filter", *(measure(figure).heading for figure in part)],
-                                        [[title, *(cell(name, figure) for figure in part)] for title, name in rows]))
+                self.add_rows(f"{caption}: {what}", ["Filter", *(measure(figure).heading for figure in part)],
+                              [[title, *(cell(name, figure) for figure in part)] for title, name in rows])
 
     def differences_to(self, problem, references, figure):
         """{name: (difference to its reference, p corrected for the number of names)}, of those that have one."""
@@ -196,7 +184,7 @@ class Page:
         self.add_section(["all", "All filters"])
         timed = list(BY_THE_CLOCK) if self.study.filter == "fastslam" else []
         for problem in self.study.problems:
-            self.document.add(Heading(3, f"On {problem['name']}"))
+            self.add_heading(3, f"On {problem['name']}")
             self.add_groups_of(problem["name"], self.study.figures + timed, compared)
 
     def add_groups_of(self, problem, figures, compared):
@@ -207,16 +195,16 @@ class Page:
         for group, names in self.study.groups():
             of_group = {name: references[name] for name in names if name in references}
             if of_group:
-                self.document.add(Heading(4, group or "Filters"))
+                self.add_heading(4, group or "Filters")
                 self.add_differences(problem, group or "Filters", of_group, figures, compared, found)
 
     def add_filters(self):
         """What each filter sets."""
         self.add_section(["filters", "The filters"])
         self.add_text("A filter is the preset, the settings of the study and these on top.")
-        self.document.add(Table("Settings of each filter", ["Filter", "Group", "Settings"],
-                                [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
-                                 for each in self.study.filters], texts=(0, 1, 2)))
+        self.add_rows("Settings of each filter", ["Filter", "Group", "Settings"],
+                      [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
+                       for each in self.study.filters], texts=(0, 1, 2))
 
     # ---- pictures
 
@@ -233,8 +221,8 @@ class Page:
         panels = [(panel[0] if len(panels) > 1 else "", [(dict(drawn)[name], name) for name in panel if name not in missing])
                   for panel in panels]
         image = pictures.draw_curves([panel for panel in panels if panel[1]], measure(figure).heading, problem.get("closures", {}))
-        self.document.add(Picture(given["name"], image, f"""{given['caption']} Means over {trials} drives; bands: ± one standard deviation
-                                  over the drives.{note}"""))
+        self.add_figure(given["name"], image, f"""{given['caption']} Means over {trials} drives; bands: ± one standard deviation
+                        over the drives.{note}""")
 
     def add_paths(self, given):
         """The true path of the first seed, those of filters, and what stands there: a panel for each problem."""
@@ -245,7 +233,7 @@ class Page:
             if paths:
                 panels.append((problem, paths, study.places(problem)))
         if panels:
-            self.document.add(Picture(given["name"], pictures.draw_paths(panels), given["caption"]))
+            self.add_figure(given["name"], pictures.draw_paths(panels), given["caption"])
         else:
             self.add_text(f"{given['caption']} No paths are in this study.")
 
@@ -254,10 +242,9 @@ class Page:
         if not times:
             return self.add_text("No times of schemes are in this study.")
         sizes = sorted({size for points in times.values() for size in points})
-        self.document.add(
-            Picture(given["name"], pictures.draw_scheme_times(times), given["caption"]),
-            Table("Time of one resampling (µs)", ["Particles", *times],
-                  [[str(size), *(f"{points[size]:.2f}" if size in points else "–" for points in times.values())] for size in sizes]))
+        self.add_figure(given["name"], pictures.draw_scheme_times(times), given["caption"])
+        self.add_rows("Time of one resampling (µs)", ["Particles", *times],
+                      [[str(size), *(f"{points[size]:.2f}" for points in times.values())] for size in sizes])
 
     # ---- a study of one's own
 
@@ -301,10 +288,10 @@ class Page:
                 error = curve.deviation / [max(1.0, count) ** 0.5 for count in curve.count]
                 panels.setdefault(particles, []).append((curve._replace(deviation=error), of))
         if lines:
-            self.document.add(Picture(name, pictures.draw_measure(lines, heading), f"""**{heading}, {title}.** Means ± standard error,
-                and all trials."""))
+            self.add_figure(name, pictures.draw_measure(lines, heading), f"""**{heading}, {title}.** Means ± standard error,
+                            and all trials.""")
         if panels:
             image = pictures.draw_curves([(f"M = {key}" if key else "", curves) for key, curves in panels.items()], heading,
                                          problem.get("closures", {}))
-            self.document.add(Picture(f"curve_{name}", image, f"""**{heading} over the drive, {title}.** Means over the trials; bands: ±
-                one standard error."""))
+            self.add_figure(f"curve_{name}", image, f"""**{heading} over the drive, {title}.** Means over the trials; bands: ±
+                            one standard error.""")

@@ -48,7 +48,7 @@ class StudyDocuments(unittest.TestCase):
 
     def test_pages_are_those_of_the_data(self):
         for name in make_tables.PAGES:
-            self.assertTrue(make_tables.page(name, DATA).html() == text_of(f'doc/studies/{name}.html'), f'{name}: run research/make_tables')
+            self.assertTrue(make_tables.Page(name, DATA).html() == text_of(f'doc/studies/{name}.html'), f'{name}: run research/make_tables')
 
     def test_pages_of_the_papers_show_the_figures_of_the_data(self):
         figures = {measure.heading: (name, measure.factor) for name, measure in report_measures.MEASURES.items()}
