@@ -51,19 +51,11 @@ def p_of_claim(parts, differences):
     return differences[deciding].p, deciding
 
 
-def problem_of(study, part, problem):
-    """Name of the problem that a part is about; as given if the part names none."""
-    if "problem" not in part:
-        return problem
-    found = study.problem_like(part["problem"])
-    return found["name"] if found else part["problem"]
-
-
 def findings(study, family, claims, problem):
     """Of every claim of a family what the study says of it."""
     found = []
     for claim in claims:
-        differences = [study.difference(problem_of(study, part, problem), part["figure"], part["terms"], part.get("bound", 0.0))
+        differences = [study.difference(part.get("problem", problem), part["figure"], part["terms"], part.get("bound", 0.0))
                        for part in claim["parts"]]
         p, deciding = (None, None) if None in differences else p_of_claim(claim["parts"], differences)
         found.append(Finding(family, claim, differences, p, None, MISSING, deciding))
@@ -78,7 +70,7 @@ def decided(finding):
     return finding._replace(verdict=HOLDS if is_right else DOES_NOT_HOLD)
 
 
-def part_text(study, part, problem):
+def part_text(part):
     """A part in words: `Eq. 5 (m): RSR − NR`."""
     words = []
     for weight, name in part["terms"]:
@@ -86,7 +78,7 @@ def part_text(study, part, problem):
         factor = "" if abs(weight) == 1 else f"{abs(weight):g} × "
         words.append(f"{sign} {factor}`{name}`".strip())
     bound = f' − {part["bound"]:g}' if part.get("bound") else ""
-    where = f' ({problem_of(study, part, problem)})' if "problem" in part else ""
+    where = f' ({part["problem"]})' if "problem" in part else ""
     claimed = "<\u00a00" if part["is"] == "below" else ">\u00a00"
     return f'{measure(part["figure"]).heading}{where}: {" ".join(words)}{bound} {claimed}'
 
@@ -101,12 +93,12 @@ def verdict_text(finding):
     return f"{finding.verdict}: 99 % interval {interval_text(difference._replace(low=low, high=high), figure)}"
 
 
-def rows_of(study, found, problem):
+def rows_of(found):
     """Of a table of claims, below HEADINGS: a row for each part, the verdict beside the first."""
     rows = []
     for finding in found:
         for i, (part, difference) in enumerate(zip(finding.claim["parts"], finding.differences)):
-            cells = [finding.claim["claim"] if i == 0 else "", part_text(study, part, problem)]
+            cells = [finding.claim["claim"] if i == 0 else "", part_text(part)]
             if difference is None:
                 cells += ["–", "–", "–", "–"]
             else:

@@ -72,8 +72,8 @@ class Page(Document):
     def figure(self, problem, name, figure):
         """A mean as text; of runs lost the count: 19 of 30."""
         values = self.study.values(problem, name, figure)
-        if figure == "lost" and values:
-            return f"{sum(value > 0.0 for value in values.values())} of\u00a0{len(values)}"
+        if figure == "lost" and len(values):
+            return f"{sum(values > 0.0)} of\u00a0{len(values)}"
         return with_error(self.study.estimate(problem, name, figure), figure)
 
     # ---- blocks of a page
@@ -119,7 +119,7 @@ class Page(Document):
         """Those of a family, or of a place in the paper."""
         found = [each for each in self.findings if which in (each.family, each.claim["where"])]
         if found:
-            self.add_rows(f"Claims: {which.replace('_', ' ')}", HEADINGS, rows_of(self.study, found, self.problem), texts=(0, 1, 7))
+            self.add_rows(f"Claims: {which.replace('_', ' ')}", HEADINGS, rows_of(found), texts=(0, 1, 7))
 
     def add_table(self, given):
         """A table of the paper: below each of its rows ours, at its end the filters `beside`."""
@@ -203,7 +203,7 @@ class Page(Document):
         self.add_section(["filters", "The filters"])
         self.add_text("A filter is the preset, the settings of the study and these on top.")
         self.add_rows("Settings of each filter", ["Filter", "Group", "Settings"],
-                      [[f"`{each['name']}`", each.get("group", ""), Cell(settings_text(each.get("settings", {})), "settings")]
+                      [[f"`{each['name']}`", each["group"], Cell(settings_text(each["settings"]), "settings")]
                        for each in self.study.filters], texts=(0, 1, 2))
 
     # ---- pictures
@@ -279,10 +279,10 @@ class Page(Document):
         heading, factor = measure(figure).heading, measure(figure).factor
         lines, panels = {}, {}  # of each filter, by number of particles: trials and how long they took; by that number: curves
         for each in names:
-            values = [factor * value for value in self.study.values(problem["name"], each, figure).values()]
+            values = factor * self.study.values(problem["name"], each, figure)
             time, curve = (self.study.estimate(problem["name"], each, "processor_ms"), self.study.curve(problem["name"], each, figure))
             of, particles = self.study.place_of(each)
-            if values:
+            if len(values):
                 lines.setdefault(of, {})[particles] = (values, time.mean if time else math.nan)
             if curve is not None:
                 error = curve.deviation / [max(1.0, count) ** 0.5 for count in curve.count]

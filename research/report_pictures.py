@@ -126,12 +126,12 @@ def draw_measure(lines, label):
 
 
 def draw_paths(panels):
-    """Maps side by side: [(title, [(name, rows of time, x, y)], [(kind, id, x, y)])]; the first path is the true one."""
+    """Maps side by side: [(title, [(name, rows of x, y)], [(kind, id, x, y)])]; the first path is the true one."""
     marks = {"landmark": ("x", INK), "beacon": ("^", VIOLET), "closure": ("o", RED)}
     figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, 4.6), squeeze=False, constrained_layout=True)
     for panel, (title, paths, places) in zip(axes[0], panels):
         for number, (name, points) in enumerate(paths):
-            panel.plot(points[:, 1], points[:, 2], color=colour_of(number), lw=1.1, label=name)
+            panel.plot(*points.T, color=colour_of(number), lw=1.1, label=name)
         for kind, (marker, colour) in marks.items():
             spots = [place for place in places if place[0] == kind]
             if spots:

@@ -5,6 +5,7 @@ All p-values are two-sided.
 import math
 from collections import namedtuple
 
+import numpy as np
 from scipy import special
 
 CONFIDENCE = 0.99  # of all intervals of differences
@@ -17,15 +18,10 @@ Difference = namedtuple("Difference", "mean standard_error count p low high disc
 
 def mean_and_error(values):
     """Mean, standard error and number of the values; the standard error of a single one is zero."""
-    values = [float(value) for value in values]
-    count = len(values)
-    mean = math.fsum(values) / count
-    if count < 2:
-        return mean, 0.0, count
-    variance = math.fsum((value - mean) ** 2 for value in values) / (count - 1)
-    error = math.sqrt(variance / count)
+    mean, count = float(np.mean(values)), len(values)
+    error = float(np.std(values, ddof=1)) / math.sqrt(count) if count > 1 else 0.0
     # What rounding leaves of equal values is no scatter.
-    return mean, error if error > 1e-13 * max(map(abs, values)) else 0.0, count
+    return mean, error if error > 1e-13 * np.abs(values).max() else 0.0, count
 
 
 def interval(mean, error, count, discordant=None, times=1.0):
@@ -46,39 +42,30 @@ def t_difference(differences):
     if len(differences) == 0:
         return None
     mean, error, count = mean_and_error(differences)
-    if count < 2:
-        return Difference(mean, 0.0, count, 1.0, -math.inf, math.inf, None)
-    if error == 0.0:  # the same difference with every seed
-        return Difference(mean, 0.0, count, 0.0 if mean else 1.0, mean, mean, None)
-    p = 2.0 * special.stdtr(count - 1, -abs(mean / error))
+    if error > 0.0:
+        p = 2.0 * special.stdtr(count - 1, -abs(mean / error))
+    else:  # a single one, or the same difference with every seed
+        p = 0.0 if mean and count > 1 else 1.0
     return Difference(mean, error, count, p, *interval(mean, error, count), None)
 
 
-def mcnemar_p(only_first, only_second):
-    """McNemar's test in its exact form: the pairs that differ are heads and tails of a fair coin."""
-    count, fewer = only_first + only_second, min(only_first, only_second)
-    return min(1.0, 2.0 * special.bdtr(fewer, count, 0.5)) if count else 1.0
-
-
 def lost_difference(first, second):
-    """Difference of the share of runs lost, pairs of 0 or 1 by seed: exact McNemar test; the interval is that of Bonett and
-    Price (2012), which has a width even where no pair differs."""
+    """Difference of the share of runs lost, pairs of whether they are by seed: McNemar's test in its exact form, in which the pairs
+    that differ are heads and tails of a fair coin; the interval is that of Bonett and Price (2012), which has a width even where
+    no pair differs."""
     count = len(first)
     if count == 0:
         return None
-    only_first = sum(1 for a, b in zip(first, second) if a and not b)
-    only_second = sum(1 for a, b in zip(first, second) if b and not a)
-    mean = (only_first - only_second) / count
-    error = math.sqrt(max(0.0, (only_first + only_second) / count - mean * mean) / count)
-    discordant = (only_first, only_second)
-    return Difference(mean, error, count, mcnemar_p(*discordant), *interval(mean, error, count, discordant), discordant)
+    discordant = int(np.sum(first & ~second)), int(np.sum(second & ~first))
+    mean, share = (discordant[0] - discordant[1]) / count, sum(discordant) / count
+    error = math.sqrt(max(0.0, share - mean * mean) / count)
+    p = min(1.0, 2.0 * special.bdtr(min(discordant), sum(discordant), 0.5)) if any(discordant) else 1.0
+    return Difference(mean, error, count, p, *interval(mean, error, count, discordant), discordant)
 
 
 def holm(p_values):
     """p-values corrected for their number (Holm 1979), in the order given: below a level with the probability of that
     level at most if all hypotheses are true, however they depend on each other."""
-    corrected, least = [0.0] * len(p_values), 0.0
-    for rank, index in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
-        least = max(least, min(1.0, (len(p_values) - rank) * p_values[index]))
-        corrected[index] = least
-    return corrected
+    order, corrected = np.argsort(p_values), np.empty(len(p_values))
+    corrected[order] = np.maximum.accumulate(np.sort(p_values) * np.arange(len(p_values), 0, -1))
+    return np.minimum(1.0, corrected).tolist()
