@@ -6,7 +6,6 @@ import yaml
 from command_line import Error
 
 HERE = Path(os.path.realpath(__file__)).parent
-MOST_TRIALS = 1000000
 
 
 def builtin_studies():
@@ -15,6 +14,22 @@ def builtin_studies():
 
 
 FILTERS = "fastslam", "beacon_mcl"
+
+
+def read_yaml(path, name=None, loader=yaml.BaseLoader):
+    """What a file says; unless with another loader, texts as they are written: 0.10 stays 0.10, and off is a word. Raises Error with
+    the file's name."""
+    try:
+        return yaml.load(Path(path).read_text(encoding="utf-8"), Loader=loader)
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise Error(f"{name or path}: cannot be read: {' '.join(str(error).split())}") from None
+
+
+def require_one_of_each_name(listed, where):
+    names = [each["name"] for each in listed]
+    for name in names:
+        if names.count(name) > 1:
+            raise Error(f"{where}: there are two of the name {name}")
 
 
 def take(value, form, where):
@@ -62,27 +77,35 @@ def problem_of(read, folder, where):
             "clip": read["clip"], "config": whole_path(read["config"], folder), "calibrated": read["calibrated"]}
 
 
-def parse_study(yaml_text, where, folder=""):
-    """A study as study.json has it. Raises Error that names `where` and the key of what is unknown, missing or makes no
-    sense; paths of files are relative to `folder`. What settings mean is checked by the filters."""
-    try:
-        # Texts as they are written: 0.10 stays 0.10, and off is a word.
-        read = take(yaml.load(yaml_text, Loader=yaml.BaseLoader), STUDY, where)
-    except yaml.YAMLError as error:
-        raise Error(f"{where}: not YAML: {' '.join(str(error).split())}") from None
-    filters = [dict(each, group=group["name"]) for group in read.pop("groups") for each in group["filters"]]
-    particles = read.pop("particles")
+def load_study(name, trials=None, bag="", config=""):
+    """A study as study.json has it: one that comes with the package, by name, or that of a YAML file, by path; with another number of
+    trials, and a recording beside its problems. Raises Error that names the key of what is unknown, missing or makes no sense; what
+    settings mean is checked by the filters."""
+    path = Path(name)
+    if "/" not in name and "." not in name:
+        known = builtin_studies()
+        if name not in known:
+            raise Error(f'study "{name}" is unknown; known: {", ".join(known)}, or the path of a study\'s YAML file')
+        path = known[name]
+    study = {**take(read_yaml(path, name), STUDY, name), "format": 1}
+    filters = [dict(each, group=group["name"]) for group in study.pop("groups") for each in group["filters"]]
+    particles = study.pop("particles")
     if particles:  # every filter with each number of particles
         filters = [dict(each, name=f'{each["name"]} M={size}', of=each["name"], particles=size,
                         settings=dict(each["settings"], particles=str(size)))
                    for each in filters for size in particles]
-    read["title"] = read["title"] or read["study"]
-    read["problems"] = [problem_of(each, folder, where) for each in read["problems"]]
-    read["reference"] = read["reference"] or (filters[0].get("of", filters[0]["name"]) if filters else "")
-    return checked({**read, "format": 1, "filters": filters}, where)
+    study["filters"], study["title"] = filters, study["title"] or study["study"]
+    study["problems"] = [problem_of(each, path.parent, name) for each in study["problems"]]
+    study["reference"] = study["reference"] or (filters[0].get("of", filters[0]["name"]) if filters else "")
+    study["trials"] = study["trials"] if trials is None else trials
+    if bag:
+        study["problems"].append({"name": Path(bag).stem, "kind": "bag", "source": os.path.abspath(bag), "duration_given": 0.0,
+                                  "clip": 0.2, "config": os.path.abspath(config) if config else "", "calibrated": False})
+    check(study, name)
+    return study
 
 
-def checked(study, where):
+def check(study, where):
     def require(is_so, what):
         if not is_so:
             raise Error(f"{where}: {what}")
@@ -91,42 +114,17 @@ def checked(study, where):
             f"study is '{study['study']}' and filter '{study['filter']}': a study needs a name, and one of {', '.join(FILTERS)}")
     for key in ("problems", "filters"):
         require(study[key], f"a study needs {key}, and there are none")
-        names = [each["name"] for each in study[key]]
-        for name in names:
+        require_one_of_each_name(study[key], where)
+        for name in (each["name"] for each in study[key]):
             require(name and not set(name) & set(',"\n/'),
                     f"the name '{name}' is empty or has a comma, a quote, a slash or a line's end: take another")
-            require(names.count(name) == 1, f"there are two of the name {name}")
-    require(study["reference"] in names or any(each.get("of") == study["reference"] for each in study["filters"]), f"reference is '{study['reference']}', which is none of the filters")
+    require(any(study["reference"] in (each["name"], each.get("of")) for each in study["filters"]),
+            f"reference is '{study['reference']}', which is none of the filters")
     for key in ("trials", "block"):
-        require(1 <= study[key] <= MOST_TRIALS, f"{key} is {study[key]}: it has to be 1 to {MOST_TRIALS}")
+        require(study[key] >= 1, f"{key} is {study[key]}: it has to be at least 1")
     for problem in study["problems"]:
-        name, clip, duration = problem["name"], problem["clip"], problem["duration_given"]
-        require(0.0 <= clip < 1.0, f"problem {name}: clip is {clip:g}, has to be in [0, 1)")
-        require(0.0 <= duration <= 1e6, f"problem {name}: duration is {duration:g} s, has to be in [0, 1000000]")
         require(not problem["calibrated"] or (study["filter"] == "beacon_mcl" and problem["kind"] == "world"),
-                f"problem {name}: only beacon_mcl in a world can be calibrated; for a recording give a calibration by config")
+                f"problem {problem['name']}: only beacon_mcl in a world can be calibrated; for a recording give a calibration by config")
     for each in study["filters"]:
         require(each["estimator"] == "filter" or (each["estimator"], study["filter"]) == ("ekf_slam", "fastslam"),
                 f"filter {each['name']}: estimator is '{each['estimator']}': it has to be filter or, in studies of fastslam, ekf_slam")
-    return study
-
-
-def load_study(name, trials=None, bag="", config=""):
-    """A study that comes with the package, by name, or a YAML file, by path; with another number of trials, and a recording
-    beside its problems."""
-    path = Path(name)
-    if "/" not in name and "." not in name:
-        known = builtin_studies()
-        if name not in known:
-            raise Error(f'study "{name}" is unknown; known: {", ".join(known)}, or the path of a study\'s YAML file')
-        path = known[name]
-    try:
-        yaml_text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise Error(f"{name}: cannot be read: {getattr(error, 'strerror', None) or 'it is no text'}") from None
-    study = parse_study(yaml_text, name, str(path.parent))
-    study["trials"] = study["trials"] if trials is None else trials
-    if bag:
-        study["problems"].append({"name": Path(bag).stem, "kind": "bag", "source": os.path.abspath(bag), "duration_given": 0.0,
-                                  "clip": 0.2, "config": os.path.abspath(config) if config else "", "calibrated": False})
-    return checked(study, name)

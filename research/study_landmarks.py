@@ -9,6 +9,7 @@ import yaml
 from command_line import Error
 from datasets.recording import compose
 from evaluation.paths import align_points, normalized_squared, rotation
+from study_definition import read_yaml
 
 CHI_SQUARE_95 = 5.991  # two degrees of freedom
 SAME_TIME = 1e-6  # s: multiples of periods are not exact
@@ -44,13 +45,10 @@ def closing_times(steps, waypoints):
 def read_world(source):
     """The file of a world, by name or path. Raises Error if it cannot be read."""
     import rospkg
-    path = Path(source)
+    path = source
     if "/" not in source and "." not in source:
         path = Path(rospkg.RosPack().get_path("pf_resampling")) / "config" / "worlds" / f"{source}.yaml"
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise Error(f"world {source}: cannot be read: {' '.join(str(error).split())}") from None
+    return read_yaml(path, f"world {source}", yaml.SafeLoader)
 
 
 class World:
@@ -199,7 +197,7 @@ def measured(filter_, step, truth):
 def judged(rows, steps, closures):
     """Figures and curves of a run."""
     times, saw = np.array([step.time for step in steps]), np.array([bool(step.seen) for step in steps])
-    course = {name: np.array([row[name] for row in rows]) for name in rows[0] if name != "nees"}
+    course = {name: np.array([row[name] for row in rows], float) for name in rows[0] if name != "nees"}
 
     def drop(name, closure):
         since = times - closure

@@ -8,9 +8,8 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-import yaml
 from command_line import Error
-from study_definition import FILTERS, take, whole_path
+from study_definition import FILTERS, read_yaml, require_one_of_each_name, take, whole_path
 from study_faults import Drive, faults, write
 
 # {name: of what evaluate_bag says}, in m, rad and shares. None: there is no such thing in this drive.
@@ -45,10 +44,7 @@ SCENARIO = {"name": "", "filter": "", "world": "", "bag": "", "recording": "", "
 
 def read_scenarios(file):
     """The scenarios of a YAML file; test/scenarios.yaml explains the keys. Raises Error that names what makes no sense."""
-    try:
-        scenarios = take(yaml.load(Path(file).read_text(encoding="utf-8"), Loader=yaml.BaseLoader), [SCENARIO], str(file))
-    except (yaml.YAMLError, OSError, ValueError) as error:
-        raise Error(f"{file}: cannot be read: {error}") from None
+    scenarios = take(read_yaml(file), [SCENARIO], str(file))
     for each in scenarios:
         if not each["name"] or each["filter"] not in FILTERS:
             raise Error(f'{file}: scenario "{each["name"]}" of "{each["filter"]}" needs a name, and one of {", ".join(FILTERS)}')
@@ -56,10 +52,7 @@ def read_scenarios(file):
             raise Error(f'{file}: {each["name"]} needs one of world, bag and recording')
         for key in ("world", "bag", "config"):
             each[key] = whole_path(each[key], Path(file).parent) if each[key] else ""
-    names = [each["name"] for each in scenarios]
-    for name in names:
-        if names.count(name) > 1:
-            raise Error(f"{file}: there are two of the name {name}")
+    require_one_of_each_name(scenarios, file)
     return scenarios
 
 

@@ -12,6 +12,7 @@ import pf_resampling_core as pf
 import yaml
 from command_line import Error
 from evaluation.paths import align_points, compose
+from study_definition import read_yaml
 from study_landmarks import LandmarkExperiment, read_world
 
 DRAWN_PERIOD = 1.0  # s between poses of a path that is drawn
@@ -70,10 +71,7 @@ class PathExperiment:
         """Of run_bag: what the study and the filter set, and on top of it the problem's configuration."""
         files = [{**({"preset": self.study["preset"]} if self.study["preset"] else {}), **self.study["settings"], **each["settings"]}]
         if self.problem["config"]:
-            try:
-                config = yaml.load(Path(self.problem["config"]).read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
-            except (OSError, ValueError, yaml.YAMLError) as error:
-                raise Error(f"{self.problem['config']}: cannot be read: {' '.join(str(error).split())}") from None
+            config = read_yaml(self.problem["config"])
             if not each["calibrated"] and isinstance(config, dict) and isinstance(config.get("calibration"), list):
                 del config["calibration"]
             files.append(config)
@@ -159,14 +157,8 @@ def parameters_of_all(study):
     return make({**preset, **{name: value for name, value in study["settings"].items() if name in known}}).parameters()
 
 
-def cells(values):
-    """As text; empty where there is no figure."""
-    return ["" if isinstance(value, float) and math.isnan(value) else value if isinstance(value, str) else f"{value:.9g}"
-            for value in values]
-
-
 def answer(request, run):
-    """What a block of trials gives: by filter and seed, time of computation first; sums of curves, of their squares, and their
+    """What a block of trials gives: rows by filter and seed, time of computation first; sums of curves, of their squares, and their
     numbers, by filter and curve; paths of seed 1, by name. Without seeds: what the problem is. Raises Error."""
     problem = request["problem"]
     with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
@@ -176,21 +168,18 @@ def answer(request, run):
             else:
                 experiment = LandmarkExperiment(request, problem)
             if request["last"] < request["first"]:
-                about = experiment.about()
-                return dict(about, places=[cells(place) for place in about["places"]], times=cells(about["times"]),
-                            parameters=parameters_of_all(request))
+                return dict(experiment.about(), parameters=parameters_of_all(request))
             names = [each["name"] for each in request["filters"]]
-            trials, paths, totals = {name: [] for name in names}, {}, None
+            trials, paths, sums = {name: [] for name in names}, {}, 0.0
             for seed in range(request["first"], request["last"] + 1):
                 of_seed, drawn_now = experiment.run(seed, seed == 1)
                 for name, (milliseconds, figures, _) in zip(names, of_seed):
-                    trials[name].append(cells([milliseconds, *figures]))
+                    trials[name].append([milliseconds, *figures])
                 for name, *point in drawn_now:
-                    paths.setdefault(name, []).append(cells(point))
-                sums = [[np.array([np.where(np.isnan(curve), 0.0, part) for part in (curve, curve ** 2, np.ones(len(curve)))]) for curve in curves]
-                        for _, _, curves in of_seed]
-                totals = sums if totals is None else [[a + b for a, b in zip(*each)] for each in zip(totals, sums)]
+                    paths.setdefault(name, []).append(point)
+                curves = np.array([curves for *_, curves in of_seed])
+                known = np.where(np.isnan(curves), 0.0, curves)
+                sums = sums + np.stack((known, known ** 2, ~np.isnan(curves)), axis=-2)
         except pf.Error as error:
             raise Error(str(error)) from None
-    texts = [[["".join(f"{value:.17g} " for value in row) for row in curve] for curve in of] for of in totals]
-    return {"trials": trials, "sums": dict(zip(names, texts)), "paths": paths}
+    return {"trials": trials, "sums": dict(zip(names, sums.tolist())), "paths": paths}

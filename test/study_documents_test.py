@@ -78,10 +78,9 @@ class StudyDocuments(unittest.TestCase):
         self.assertTrue(make_tables.with_tables(text, changed)[0] != text)
 
     def test_data_times_of_a_quiet_machine_are_kept(self):
-        new = {'summary': [{'filter': 'RSR', 'processor_ms': 9.0, 'error': 1.0}, {'filter': 'PR', 'processor_ms': 8.0}]}
-        make_data.keep_times(new, {'summary': [{'filter': 'RSR', 'processor_ms': 2.0, 'error': 5.0}]})
-        self.assertEqual(new, {'summary': [{'filter': 'RSR', 'processor_ms': 2.0, 'error': 1.0},
-                                           {'filter': 'PR', 'processor_ms': 8.0}]})
+        new = {'rows': [{'name': 'RSR', 'processor_ms': 9.0, 'error': 1.0}, {'name': 'PR', 'processor_ms': 8.0}]}
+        make_data.keep_times(new, {'rows': [{'name': 'RSR', 'processor_ms': 2.0, 'error': 5.0}]})
+        self.assertEqual(new, {'rows': [{'name': 'RSR', 'processor_ms': 2.0, 'error': 1.0}, {'name': 'PR', 'processor_ms': 8.0}]})
 
     def test_data_says_what_made_it(self):
         for name in make_data.STUDIES:

@@ -21,7 +21,7 @@ import study_faults
 import study_relations
 from command_line import Error
 from evaluation.paths import Path
-from study_definition import builtin_studies, load_study, parse_study
+from study_definition import builtin_studies, load_study
 
 TABLES = ('trials.csv', 'curves.csv', 'paths.csv', 'places.csv')
 SMALL = '''study: small
@@ -51,27 +51,31 @@ def rows_of(path):
     return list(csv.DictReader(io.StringIO(path.read_text())))
 
 
-class Definition(unittest.TestCase):
+class Definition(InFolder):
+    def given(self, text):
+        (self.folder / 'my.yaml').write_text(text)
+        return load_study(str(self.folder / 'my.yaml'))
+
     def misread(self, old, new, *parts):
         self.assertIn(old, SMALL)
         with self.assertRaises(Error) as raised:
-            parse_study(SMALL.replace(old, new), 'my.yaml')
+            self.given(SMALL.replace(old, new))
         for part in ('my.yaml', *parts):
             self.assertIn(part, str(raised.exception))
 
     def test_is_what_the_file_says(self):
-        small = parse_study(SMALL, 'my.yaml')
+        small = self.given(SMALL)
         self.assertEqual((small['title'], small['trials'], small['reference']), ('small', 5, 'RSR'))
         self.assertEqual([each['group'] for each in small['filters']], ['Both', 'Both', 'Gauss'])
         self.assertEqual(small['filters'][1]['settings']['population/compensation/ratio'], '0.20')
         self.assertEqual(small['problems'][0]['source'], 'indoor_two_loops')
 
     def test_files_are_beside_the_study(self):
-        given = parse_study(SMALL.replace('world: indoor_two_loops, duration: 4', 'bag: my.bag, config: /etc/my.yaml'), 's', '/s')
-        self.assertEqual((given['problems'][0]['source'], given['problems'][0]['config']), ('/s/my.bag', '/etc/my.yaml'))
+        given = self.given(SMALL.replace('world: indoor_two_loops, duration: 4', 'bag: my.bag, config: /etc/my.yaml'))
+        self.assertEqual((given['problems'][0]['source'], given['problems'][0]['config']), (f'{self.folder}/my.bag', '/etc/my.yaml'))
 
     def test_every_filter_with_each_number_of_particles(self):
-        given = parse_study(SMALL + 'particles: [50, 100]\n', 'my.yaml')
+        given = self.given(SMALL + 'particles: [50, 100]\n')
         self.assertEqual([each['name'] for each in given['filters']][:2], ['RSR M=50', 'RSR M=100'])
         self.assertEqual(given['filters'][3]['settings']['particles'], '100')
 
@@ -87,8 +91,8 @@ class Definition(unittest.TestCase):
         self.misread('trials: 5', 'reference: best', "reference is 'best'")
         self.misread('{name: RSR}', '{name: RSR, settings: [1]}', 'settings', 'map')
         self.misread('duration: 14', 'calibrated: true', 'beacon_mcl')
-        self.misread('problems:', 'problems: [', 'not YAML')
-        self.misread('trials: 5', 'trials: 5\nclip', 'not YAML')
+        self.misread('problems:', 'problems: [', 'cannot be read')
+        self.misread('trials: 5', 'trials: 5\nclip', 'cannot be read')
         for name in ('weather', '/none/my.yaml'):
             self.assertRaises(Error, load_study, name)
 
