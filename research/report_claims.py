@@ -22,7 +22,6 @@ from report_statistics import LEVEL, holm, interval
 
 HOLDS, DOES_NOT_HOLD, NO_DIFFERENCE, MISSING = "holds", "does not hold", "no difference found", "not in this study"
 KINDS = {HOLDS: "holds", DOES_NOT_HOLD: "not", NO_DIFFERENCE: "open", MISSING: "open"}
-
 HEADINGS = ["Claim", "Claimed", "Found ± s.e.", "in s.e.", "Pairs", "p", "p, of the claim, corrected", "Verdict"]
 
 # differences: one for each part (report_statistics.Difference). p: of the claim; corrected: within its family. deciding: the
@@ -38,17 +37,17 @@ def side(part, difference):
     return 0 if where > 0 and is_short else where
 
 
-def p_of_claim(parts, differences):
-    """The p-value of a claim and the part that it comes from."""
+def judged(parts, differences):
+    """The p-value of a claim, the part that it comes from, and the verdict if that is below the level."""
     sides = [side(part, difference) for part, difference in zip(parts, differences)]
     if -1 in sides:
         against = [i for i, where in enumerate(sides) if where < 0]
         deciding = min(against, key=lambda i: differences[i].p)
-        return min(1.0, len(parts) * differences[deciding].p), deciding
+        return min(1.0, len(parts) * differences[deciding].p), deciding, DOES_NOT_HOLD
     if 0 in sides:
-        return 1.0, sides.index(0)
+        return 1.0, sides.index(0), NO_DIFFERENCE
     deciding = max(range(len(parts)), key=lambda i: differences[i].p)
-    return differences[deciding].p, deciding
+    return differences[deciding].p, deciding, HOLDS
 
 
 def findings(study, family, claims, problem):
@@ -57,17 +56,11 @@ def findings(study, family, claims, problem):
     for claim in claims:
         differences = [study.difference(part.get("problem", problem), part["figure"], part["terms"], part.get("bound", 0.0))
                        for part in claim["parts"]]
-        p, deciding = (None, None) if None in differences else p_of_claim(claim["parts"], differences)
-        found.append(Finding(family, claim, differences, p, None, MISSING, deciding))
+        p, deciding, verdict = (None, None, MISSING) if None in differences else judged(claim["parts"], differences)
+        found.append(Finding(family, claim, differences, p, None, verdict, deciding))
     corrected = iter(holm([each.p for each in found if each.p is not None]))
-    return [each if each.p is None else decided(each._replace(corrected=next(corrected))) for each in found]
-
-
-def decided(finding):
-    if finding.corrected >= LEVEL:
-        return finding._replace(verdict=NO_DIFFERENCE)
-    is_right = all(side(part, difference) > 0 for part, difference in zip(finding.claim["parts"], finding.differences))
-    return finding._replace(verdict=HOLDS if is_right else DOES_NOT_HOLD)
+    found = [each if each.p is None else each._replace(corrected=next(corrected)) for each in found]
+    return [each._replace(verdict=NO_DIFFERENCE) if each.p is not None and each.corrected >= LEVEL else each for each in found]
 
 
 def part_text(part):

@@ -14,8 +14,7 @@ BEGIN, END = 0.4, 0.7  # when what lasts begins and ends, as shares of the drive
 LAST = 0.9  # the end of the drive is what comes after this share
 MOVED = 5.0  # m, of a beacon; and the lie of one that lies
 BAD_SHARE = 0.1
-OBSERVATIONS = {"/ranges": lambda message: [message], "/landmarks": lambda message: message.observations}
-INPUTS = ("/tf_static", "/beacons", "/odom", "/ground_truth", "/ground_truth_landmarks", *OBSERVATIONS)
+INPUTS = ("/tf_static", "/beacons", "/odom", "/ground_truth", "/ground_truth_landmarks", "/ranges", "/landmarks")
 # Of the text: figure, heading, decimals.
 COLUMNS = (("fault", "fault", 0), ("mean", "mean", 2), ("largest", "largest", 2), ("at_end", "at the end", 2),
            ("recovered", "recovered", 0), ("runs", "of", 0), ("healthy", "healthy", 3),
@@ -37,7 +36,7 @@ class Drive:
                         for beacon in message.beacons}
         self.observed = "/ranges" if self.beacons else "/landmarks"
         seen = collections.Counter(id_of(each) for topic, message, _ in self.messages if topic == self.observed
-                                   for each in OBSERVATIONS[topic](message))
+                                   for each in observations_of(topic, message))
         if not (truth and seen):
             raise ValueError("it needs /odom, /ground_truth, and /ranges with /beacons or /landmarks")
         self.truth, self.times = truth, [time for time, *_ in truth]
@@ -74,6 +73,10 @@ class Drive:
                 before, last, message = given, time, copy.deepcopy(message)
                 put(now, message)
             yield topic, message, time
+
+
+def observations_of(topic, message):
+    return [message] if topic == "/ranges" else message.observations if topic == "/landmarks" else []
 
 
 def id_of(observation):
@@ -148,10 +151,10 @@ def faults(drive):
         heard.range = max(0.1, heard.range + math.dist((beacon.x + MOVED, beacon.y), robot)
                           - math.dist((beacon.x, beacon.y), robot))
 
-    def spoil(draw):
+    def spoilt(draw):
         def change(topic, message, _):
             if topic in ("/odom", drive.observed) and draw.random() < BAD_SHARE:
-                draw.choice((bad_number, bad_frame, no_stamp, bad_stamp))(topic, message)
+                spoil(topic, message, draw.choice(("number", "frame", "no stamp", "late stamp")))
         return change
 
     spread = np.ptp(np.array(drive.truth)[:, 1:], axis=0)
@@ -172,27 +175,21 @@ def faults(drive):
     yield "odometry says for 10 s that the robot stands", drive.with_steps(begin + 10.0, lambda *_: (0.0, 0.0, 0.0))
     yield "the robot is turned by 90 degrees within 2 s, unnoticed", drive.with_steps(
         begin + 2.0, lambda step, seconds: (step[0], step[1], step[2] - 0.25 * math.pi * seconds))
-    yield "one message in ten makes no sense", drive.changed(spoil(random.Random(1)), begin, end)
+    yield "one message in ten makes no sense", drive.changed(spoilt(random.Random(1)), begin, end)
     yield "every message comes twice", (message for message in drive.messages for _ in range(2))
 
 
-def bad_number(topic, message):
-    if topic == "/odom":
+def spoil(topic, message, what):
+    """As a driver gone mad would."""
+    if what == "frame":
+        message.header.frame_id = "nowhere"
+    elif what != "number":
+        message.header.stamp = type(message.header.stamp)(0 if what == "no stamp" else message.header.stamp.secs + 3600)
+    elif topic == "/odom":
         message.pose.pose.position.x = math.nan
-    for seen in OBSERVATIONS.get(topic, lambda _: [])(message):
-        seen.range = math.nan
-
-
-def bad_frame(_, message):
-    message.header.frame_id = "nowhere"
-
-
-def no_stamp(_, message):
-    message.header.stamp = type(message.header.stamp)()
-
-
-def bad_stamp(_, message):
-    message.header.stamp = type(message.header.stamp)(message.header.stamp.secs + 3600)
+    else:
+        for seen in observations_of(topic, message):
+            seen.range = math.nan
 
 
 def write(messages, path):

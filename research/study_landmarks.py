@@ -77,8 +77,7 @@ class World:
         if not len(self.landmarks) or not self.numbers.get("robot/observation_period"):
             raise Error(f"world {source} has no landmarks, or no sensor that sees them; indoor_two_loops has both")
         self.start = np.array([self.numbers.get(f"start/{key}", 0.0) for key in ("x", "y", "heading")])
-        c, s = np.cos(self.start[2]), np.sin(self.start[2])
-        self.truth = (self.landmarks - self.start[:2]) @ np.array(((c, -s), (s, c)))  # in the frame of the start, as maps are
+        self.truth = (self.landmarks - self.start[:2]) @ rotation(self.start[2])  # in the frame of the start, as maps are
 
     def drive(self, seed, odometry):
         """Its steps, and when loops close."""
@@ -100,8 +99,7 @@ class EkfSlam:
         self.state, self.covariance, self.rows = np.zeros(3), np.zeros((3, 3)), {}
 
     def take(self, step):
-        c, s = np.cos(self.state[2]), np.sin(self.state[2])
-        turn = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+        turn = rotation(self.state[2], 3)
         motion = turn @ step.motion
         by_state = np.eye(len(self.state))
         by_state[:2, 2] = -motion[1], motion[0]

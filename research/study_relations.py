@@ -4,7 +4,7 @@ import copy
 import numpy as np
 from datasets.recording import compose, relative
 from evaluation.paths import Path, inverse, moved, normalized_squared
-from study_faults import OBSERVATIONS, Drive, pose_of, put, write
+from study_faults import Drive, observations_of, pose_of, put, write
 
 TURN = (20.0, -10.0, 2.0)  # m, m, rad
 LATER = 1000  # s
@@ -36,7 +36,7 @@ def renamed(drive):
     def change(topic, message, _):
         for beacon in message.beacons if topic == "/beacons" else []:
             beacon.id = others.get(beacon.id, beacon.id)
-        for seen in OBSERVATIONS.get(topic, lambda _: [])(message):
+        for seen in observations_of(topic, message):
             name = "beacon" if topic == "/ranges" else "id"
             setattr(seen, name, others[getattr(seen, name)])
     return change
