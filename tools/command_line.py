@@ -68,6 +68,13 @@ def require_separate(written, read):
         require_writable(path)
 
 
+def what_is_wrong(error):
+    """In words; of what the operating system refuses, with the name of the file."""
+    if isinstance(error, OSError) and error.filename:
+        return f"{os.fsdecode(error.filename)}: {error.strerror}"
+    return str(error) or type(error).__name__
+
+
 @contextlib.contextmanager
 def naming(path):
     """Whatever a file of the wrong kind leads to is an Error that names the file, or an option."""
@@ -76,7 +83,7 @@ def naming(path):
     except (WriteError, UsageError):
         raise
     except Exception as error:
-        what = str(error) or type(error).__name__
+        what = what_is_wrong(error)
         raise Error(what if path in what or what.startswith("--") else f"{path}: {what}") from error
 
 
@@ -120,6 +127,6 @@ def run_tool(tool, body):
     try:
         return body([word for word in sys.argv[1:] if not (word.startswith("__") and ":=" in word)]) or 0
     except (Error, WriteError, OSError) as error:
-        line = "".join(" " if c in "\n\r\t" else c if c.isprintable() else "?" for c in str(error))
+        line = "".join(" " if c in "\n\r\t" else c if c.isprintable() else "?" for c in what_is_wrong(error))
         print(f"{tool}: {line}", file=sys.stderr)
         return 2 if isinstance(error, UsageError) else 1

@@ -1,7 +1,5 @@
 """Writes a Recording as the messages that the nodes read, in order of time."""
 import math
-import sys
-import time
 from itertools import groupby
 
 import geometry_msgs.msg as geometry
@@ -47,21 +45,6 @@ def span_of(recording):
     return earliest, shift
 
 
-def with_progress(events, stream=None, now=time.monotonic):
-    """The events, one by one. What takes more than 2 s says every second, on a terminal, how far it has come and how long it will
-    take."""
-    stream, start, due = stream or sys.stderr, now(), 2.0
-    is_terminal = bool(stream) and stream.isatty()
-    for done, event in enumerate(events):
-        passed = now() - start
-        if is_terminal and done and passed > due:
-            due, left = passed + 1.0, passed * (len(events) - done) / done
-            print(f"\rwriting {100 * done // len(events):3} % {left:.0f} s left\033[K", end="", file=stream, flush=True)
-        yield event
-    if due > 2.0:
-        print("\r\033[K", end="", file=stream, flush=True)
-
-
 class Writer:
     def __init__(self, recording, bag, shift):
         self.recording, self.bag, self.shift = recording, bag, shift
@@ -76,7 +59,7 @@ class Writer:
         events += [(now.time, 1, (before, now)) for before, now in odometry]
         events += [(heard.time, 2, heard) for heard in self.recording.ranges]
         events += [(scan[0].time, 3, scan) for scan in scans]
-        for time, kind, what in with_progress(sorted(events, key=lambda event: event[:2])):
+        for time, kind, what in sorted(events, key=lambda event: event[:2]):
             writers[kind](self.stamp(time), what)
 
     def stamp(self, time):

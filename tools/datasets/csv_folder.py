@@ -9,8 +9,8 @@ import os
 
 from command_line import Error
 
-from .files import finite_number, lines_of, require_directory
-from .recording import (Beacon, Frame, Landmark, Observation, Range, Recording, Truth, median_range_ratio, metres_per,
+from .files import finite_number, lines_of
+from .recording import (METRES_PER, Beacon, Frame, Landmark, Observation, Range, Recording, Truth, median_range_ratio,
                         start_of_steps, unit_of, wrap_angle)
 
 LINE = "a directory with CSV files of your own"
@@ -26,7 +26,8 @@ The first line names the columns, in any order; # begins a comment. Seconds, met
 radians; id -1: unknown; variance 0: unknown. distance and dheading are since the row
 before; v and omega hold until the next row."""
 INPUT = "DIRECTORY"
-OPTIONS = (("range-unit", "m|ft|cm|mm", "m", "unit of the measured ranges"),)
+OPTIONS = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER, "default": "m",
+                            "help": "unit of the measured ranges (=%(default)s)"}}
 EXAMPLES = ("csv my_recording my_recording.bag",)
 
 FULL_TURN = 2 * math.pi  # an angle beyond it is one in degrees
@@ -98,14 +99,12 @@ def note_degrees(rows, file, column, recording, turns=False):
 
 
 def read(directory, range_unit="m"):
-    unit, recording = metres_per(range_unit), Recording()
-    require_directory(directory, "the CSV files")
-    there = [(name, os.path.join(directory, name)) for name in READERS if os.path.exists(os.path.join(directory, name))]
+    recording, there = Recording(), [name for name in READERS if os.path.exists(os.path.join(directory, name))]
     if not there:
         raise Error(f"{directory}: has none of {', '.join(READERS)}")
-    for name, path in there:
+    for name in there:
         kinds, add_rows = READERS[name]
-        add_rows(*rows_of(path, kinds, recording), unit, recording)
+        add_rows(*rows_of(os.path.join(directory, name), kinds, recording), METRES_PER[range_unit], recording)
     ratio = median_range_ratio(recording)
     if unit_of(ratio) not in (None, "m"):
         recording.notes.append(f"ranges are {ratio:.2f} times the true distances: are they in another unit? "

@@ -13,37 +13,27 @@ from collections import Counter
 
 from command_line import Error
 
-from .files import finite_number, lines_of, require_directory
+from .files import finite_number, lines_of
 from .recording import Beacon, Odometry, Range, Recording, Truth, compose, midpoint_motion
 
 LINE = "text files of TU Chemnitz (Labyrinth, UWB)"
 HELP = """Makes a bag of a directory with one file *Input.txt (lines range2 and
 odom2diff) and, if there is truth, one *GT.txt (lines point2)."""
 INPUT = "DIRECTORY"
-OPTIONS = ()
+OPTIONS = {}
 EXAMPLES = ("labyrinth labyrinth_uwb labyrinth.bag",)
 
 
-def require(good, place, what):
-    if not good:
-        raise Error(f"{place}: {what}")
-
-
 def lines(path, needed, ignored):
-    """(kind, place, numbers) of the lines of the kinds that `needed` names with how many numbers they need; counts others in
+    """(kind, numbers) of the lines of the kinds that `needed` names with how many numbers they need; counts others in
     `ignored`."""
-    last = {}
     for number, text in enumerate(lines_of(path), 1):
         kind, *words = text.split() or [""]
         if kind in needed:
             place = f"{path}:{number}: {kind}"
-            numbers = [finite_number(word, f"{place}: ") for word in words]
-            if len(numbers) < needed[kind]:
-                raise Error(f"{place} with {len(numbers)} numbers, {needed[kind]} are needed")
-            time = numbers[0]
-            require(time >= last.get(kind, time), place, f"time {time:f} is before that of the line above of this kind")
-            last[kind] = time
-            yield kind, place, numbers
+            if len(words) < needed[kind]:
+                raise Error(f"{place} with {len(words)} numbers, {needed[kind]} are needed")
+            yield kind, [finite_number(word, f"{place}: ") for word in words]
         elif kind:
             ignored[kind] += 1
 
@@ -57,42 +47,31 @@ def file_ending_with(directory, ending):
 
 
 def read(directory):
-    require_directory(directory, "*Input.txt and *GT.txt")
     path, truth = file_ending_with(directory, "Input.txt"), file_ending_with(directory, "GT.txt")
     if path is None:
         raise Error(f"{directory}: has no file *Input.txt")
     recording, ignored, beacons = Recording(), Counter(), {}
     velocities = (0.0, 0.0, 0.0)
-    for kind, place, numbers in lines(path, {"range2": 6, "odom2diff": 5}, ignored):
+    for kind, numbers in lines(path, {"range2": 6, "odom2diff": 5}, ignored):
         if kind == "range2":
-            add_range(place, numbers, beacons, recording)
+            time, distance, variance, x, y, beacon = numbers[:6]
+            recording.ranges.append(Range(time, int(beacon), distance, variance, "antenna"))
+            beacons[int(beacon)] = x, y
         else:
-            velocities = add_odometry(place, numbers, velocities, recording)
+            velocities = add_odometry(numbers, velocities, recording)
     if not (recording.odometry or recording.ranges):
         raise Error(f"{path}: has no line range2 or odom2diff; is it a recording of this format?")
     recording.beacons = [Beacon(number, x, y, None) for number, (x, y) in beacons.items()]
     if truth:
-        recording.truth = [Truth(time, (x, y, 0.0)) for _, _, (time, x, y, *_) in lines(truth, {"point2": 3}, ignored)]
+        recording.truth = [Truth(time, (x, y, 0.0)) for _, (time, x, y, *_) in lines(truth, {"point2": 3}, ignored)]
     recording.notes = [f"{count} lines {kind} are not used" for kind, count in sorted(ignored.items())]
     return recording
 
 
-def add_range(place, numbers, beacons, recording):
-    """t, range, variance, beacon's x and y, id."""
-    time, distance, variance, x, y, number = numbers[:6]
-    require(number.is_integer() and -2**31 <= number < 2**31, place, f"the id {number:g} is not a whole number of 32 bits")
-    require(distance >= 0, place, "negative range")
-    require(variance >= 0, place, "negative variance")
-    recording.ranges.append(Range(time, int(number), distance, variance, "antenna"))
-    known = beacons.setdefault(int(number), (x, y))
-    require(math.hypot(known[0] - x, known[1] - y) <= 1e-6, place, f"beacon {int(number)} is not where it was in the lines above")
-
-
-def add_odometry(place, numbers, velocities, recording):
+def add_odometry(numbers, velocities, recording):
     """t, velocity of the left wheel, of the right, to the side, half the distance of the wheels. `velocities` hold since the
     pose before: m/s ahead and to the left, rad/s; returns those from here on."""
     time, left, right, sideways, half_distance = numbers[:5]
-    require(half_distance > 0, place, "distance of wheels is not positive")
     pose = (0.0, 0.0, 0.0)
     if recording.odometry:
         before = recording.odometry[-1]

@@ -13,9 +13,7 @@ fit); an odometry delay of 0.2 takes that out.
 """
 import os
 
-from command_line import Error, UsageError
-
-from .files import NumberTable, number_of, require_directory
+from .files import number_table
 from .recording import Frame, Landmark, Observation, Odometry, Recording, Truth, wrap_angle
 
 LINE = "text files of UTIAS (multi-robot data sets 1 to 9), one robot"
@@ -24,65 +22,42 @@ Robot<n>_Measurement.dat, Barcodes.dat and, if there is truth,
 Robot<n>_Groundtruth.dat and Landmark_Groundtruth.dat recorded. Landmark ids
 are subject numbers, from 6; observations of robots are left out."""
 INPUT = "DIRECTORY"
-OPTIONS = (("robot", "N", "1", "number of the robot"),
-           ("odometry-delay", "SECONDS", "0",
-            "added to the times of the odometry; in data set 6 the truth is 0.2 s behind it"))
+OPTIONS = {"--robot": {"metavar": "N", "type": int, "default": 1, "help": "number of the robot (=%(default)s)"},
+           "--odometry-delay": {
+               "metavar": "SECONDS", "type": float, "default": 0,
+               "help": "added to the times of the odometry; in data set 6 the truth is 0.2 s behind it (=%(default)s)"}}
 EXAMPLES = ("mrclam MRCLAM_Dataset6 robot1.bag --robot 1",)
 
 FIRST_LANDMARK = 6  # subjects before it are robots
 
 
-def read(directory, robot="1", odometry_delay="0"):
-    if not robot.isdecimal():
-        raise UsageError(f"--robot {robot}: give the number of a robot")
-    delay = number_of(odometry_delay)
-    if delay is None or not abs(delay) <= 10:
-        raise UsageError("--odometry-delay has to be between -10 and 10 s")
-    require_directory(directory, "Robot1_Odometry.dat and the like")
-
+def read(directory, robot=1, odometry_delay=0.0):
     def path(name):
         return os.path.join(directory, name)
 
-    own = f"Robot{robot}_"
-    if not os.path.exists(path(f"{own}Odometry.dat")):
-        there = ", ".join(str(n) for n in range(1, FIRST_LANDMARK) if os.path.exists(path(f"Robot{n}_Odometry.dat")))
-        remedy = f"--robot has to be one of {there}" if there else "give the directory with Robot1_Odometry.dat and the like"
-        raise Error(f"{path(own)}Odometry.dat: no such file; {remedy}")
     recording = Recording()
-    read_odometry(path(f"{own}Odometry.dat"), delay, recording)
-    read_measurements(path(f"{own}Measurement.dat"), subjects_by_barcode(path("Barcodes.dat")), recording)
-    if os.path.exists(path(f"{own}Groundtruth.dat")):
-        rows = timed_table(path(f"{own}Groundtruth.dat"), 4, recording).rows
-        recording.truth = [Truth(row[0], (row[1], row[2], wrap_angle(row[3]))) for row in rows]
+    read_odometry(path(f"Robot{robot}_Odometry.dat"), odometry_delay, recording)
+    read_measurements(path(f"Robot{robot}_Measurement.dat"), path("Barcodes.dat"), recording)
+    truth, landmarks = path(f"Robot{robot}_Groundtruth.dat"), path("Landmark_Groundtruth.dat")
+    if os.path.exists(truth):
+        recording.truth = [Truth(time, (x, y, wrap_angle(heading))) for time, x, y, heading, *_ in timed_rows(truth, 4, recording)]
         recording.truth_has_heading = True
-    if os.path.exists(path("Landmark_Groundtruth.dat")):
-        table = NumberTable(path("Landmark_Groundtruth.dat"), 5)
-        recording.landmarks = [Landmark(table.whole_number(i, 0), *row[1:5]) for i, row in enumerate(table.rows)]
+    if os.path.exists(landmarks):
+        recording.landmarks = [Landmark(int(subject), *places[:4]) for subject, *places in number_table(landmarks, 5).tolist()]
     return recording
 
 
-def timed_table(path, columns, recording):
-    """In order of time, however the file has it."""
-    table = NumberTable(path, columns)
-    if table.sort_by_time():
+def timed_rows(path, columns, recording):
+    """In order of time, however the file has them."""
+    rows = number_table(path, columns).tolist()
+    ordered = sorted(rows, key=lambda row: row[0])
+    if ordered != rows:
         recording.notes.append(f"{os.path.basename(path)}: rows put in order of time")
-    return table
-
-
-def subjects_by_barcode(path):
-    table, subjects = NumberTable(path, 2), {}
-    for row in range(len(table.rows)):
-        subject, barcode = table.whole_number(row, 0), table.whole_number(row, 1)
-        if subject < 1:
-            raise table.error(row, f"subject {subject} is not above 0")
-        if barcode in subjects:
-            raise table.error(row, f"barcode {barcode} is there twice")
-        subjects[barcode] = subject
-    return subjects
+    return ordered
 
 
 def read_odometry(path, delay, recording):
-    rows = timed_table(path, 3, recording).rows
+    rows = timed_rows(path, 3, recording)
     recording.add_velocities(rows)
     merged = len(rows) - len(recording.odometry)
     recording.odometry = [Odometry(time + delay, pose) for time, pose in recording.odometry]
@@ -92,17 +67,15 @@ def read_odometry(path, delay, recording):
         recording.notes.append(f"odometry delayed by {delay:f} s")
 
 
-def read_measurements(path, subjects, recording):
-    table = timed_table(path, 4, recording)
+def read_measurements(path, barcodes, recording):
+    subjects = {barcode: int(subject) for subject, barcode, *_ in number_table(barcodes, 2).tolist()}
     robots = misread = 0
-    for i, (time, _, distance, bearing, *_) in enumerate(table.rows):
-        subject = subjects.get(table.whole_number(i, 1))
+    for time, barcode, distance, bearing, *_ in timed_rows(path, 4, recording):
+        subject = subjects.get(barcode)
         if subject is None:
             misread += 1
         elif subject < FIRST_LANDMARK:
             robots += 1
-        elif not distance > 0:
-            raise table.error(i, f"range {distance:f} is not above 0")
         else:
             recording.observations.append(Observation(time, subject, distance, wrap_angle(bearing), 0.0, 0.0))
     if robots:

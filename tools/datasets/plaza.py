@@ -10,18 +10,21 @@ reverse does not show in them.
 """
 import math
 
+import numpy as np
 from command_line import Error, UsageError
+from evaluation.paths import wrapped
 
-from .files import MatFile, number_of
-from .recording import (METRES_PER_FOOT, Beacon, Frame, Range, Recording, Truth, median_range_ratio, metres_per, start_of_steps,
-                        unit_of, wrap_angle)
+from .files import MatFile
+from .recording import METRES_PER, Beacon, Frame, Range, Recording, Truth, median_range_ratio, start_of_steps, unit_of, wrap_angle
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
 HELP = """Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD
 [t antenna beacon range], TL [beacon x y] and GT [t x y heading]."""
 INPUT = "FILE.mat"
-OPTIONS = (("range-unit", "m|ft|cm|mm", None, "unit of the ranges; by default found from the true distances"),
-           ("antenna", "[N:]x,y,z", [], "where the antenna (with number N) sits on the robot, in m; may be repeated"))
+OPTIONS = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER,
+                            "help": "unit of the ranges; by default found from the true distances"},
+           "--antenna": {"metavar": "[N:]x,y,z", "action": "append", "default": [],
+                         "help": "where the antenna (with number N) sits on the robot, in m; may be repeated"}}
 EXAMPLES = ("plaza Plaza2.mat plaza2.bag", "plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5")
 
 LEAST_STEP = 0.02  # m, in which the direction of travel can be seen
@@ -31,25 +34,25 @@ START_WITHIN = 5.0  # intervals of the odometry that truth may begin before its 
 
 def read(path, range_unit=None, antenna=()):
     """`range_unit`: "m" or "ft"; `antenna`: places as the option takes them."""
-    metres = metres_per(range_unit) if range_unit else None
     places = dict(antenna_of(text) for text in antenna)
     file, recording = MatFile(path), Recording()
     read_truth(file, recording)
     read_odometry(file, recording)
     read_beacons(file, recording)
     read_ranges(file, recording)
-    scale_ranges(metres, recording)
+    scale_ranges(METRES_PER.get(range_unit), recording)
     place_antennas(places, recording)
     return recording
 
 
 def antenna_of(text):
     """Of "N:x,y,z" the number of the antenna and its place; -1, for all antennas, without a number."""
-    number, colon, where = text.rpartition(":")
-    numbers = [number_of(word) for word in [number if colon else "-1"] + where.split(",")]
-    if len(numbers) != 4 or any(value is None or not math.isfinite(value) for value in numbers):
-        raise UsageError(f"--antenna {text}: give [N:]x,y,z, finite numbers separated by commas")
-    return int(numbers[0]), numbers[1:]
+    number, _, where = text.rpartition(":")
+    try:
+        x, y, z = map(float, where.split(","))
+        return int(number or -1), (x, y, z)
+    except ValueError:
+        raise UsageError(f"--antenna {text}: give [N:]x,y,z, numbers separated by commas") from None
 
 
 def usable_rows(rows, columns, name, recording):
@@ -61,12 +64,6 @@ def usable_rows(rows, columns, name, recording):
     if ordered != usable:
         recording.notes.append(f"{name}: rows were not in order of time, sorted")
     return ordered
-
-
-def id_of(value, path, variable):
-    if not value.is_integer() or abs(value) > 1e9:
-        raise Error(f"{path}: variable {variable}: {value:.3f} is not the number of a beacon or antenna")
-    return int(value)
 
 
 def read_truth(file, recording):
@@ -88,14 +85,11 @@ def read_truth(file, recording):
 
 def mean_travel_minus_heading(truth):
     """Circular mean (rad) of the direction of travel minus the heading; None if the robot hardly moves."""
-    cosine, sine, steps = 0.0, 0.0, 0
-    for (_, before), (_, now) in zip(truth, truth[1:]):
-        dx, dy = now[0] - before[0], now[1] - before[1]
-        if math.hypot(dx, dy) < LEAST_STEP or not math.isfinite(dx + dy):
-            continue
-        angle = math.atan2(dy, dx) - (before[2] + 0.5 * wrap_angle(now[2] - before[2]))
-        cosine, sine, steps = cosine + math.cos(angle), sine + math.sin(angle), steps + 1
-    return math.atan2(sine, cosine) if steps >= LEAST_STEPS else None
+    poses = np.array([pose for _, pose in truth]).reshape(-1, 3)
+    dx, dy, turns = np.diff(poses, axis=0).T
+    angles = np.arctan2(dy, dx) - poses[:-1, 2] - 0.5 * wrapped(turns)
+    directions = np.exp(1j * angles[np.hypot(dx, dy) >= LEAST_STEP])
+    return np.angle(directions.sum()) if len(directions) >= LEAST_STEPS else None
 
 
 def read_odometry(file, recording):
@@ -126,10 +120,7 @@ def read_beacons(file, recording):
     matrix = file.matrix("TL", 3)
     if matrix is None:
         recording.notes.append("no variable TL: the places of the beacons are not known")
-    for i, row in enumerate(matrix or [], 1):
-        if not all(map(math.isfinite, row[:4])):
-            raise Error(f"{file.path}: variable TL: row {i} is not finite")
-        recording.beacons.append(Beacon(id_of(row[0], file.path, "TL"), row[1], row[2], row[3] if len(row) >= 4 else None))
+    recording.beacons = [Beacon(int(row[0]), row[1], row[2], row[3] if len(row) >= 4 else None) for row in matrix or []]
 
 
 def read_ranges(file, recording):
@@ -140,10 +131,9 @@ def read_ranges(file, recording):
     good = [row for row in rows if row[3] >= 0]
     if len(good) < len(rows):
         recording.notes.append(f"TD: {len(rows) - len(good)} negative ranges dropped")
-    antennas = [id_of(row[1], file.path, "TD") for row in good]
-    several = len(set(antennas)) > 1
-    recording.ranges = [Range(row[0], id_of(row[2], file.path, "TD"), row[3], 0.0, f"antenna_{antenna}" if several else "antenna")
-                        for row, antenna in zip(good, antennas)]
+    several = len({antenna for _, antenna, *_ in good}) > 1
+    recording.ranges = [Range(time, int(beacon), distance, 0.0, f"antenna_{antenna:.0f}" if several else "antenna")
+                        for time, antenna, beacon, distance, *_ in good]
 
 
 def scale_ranges(metres, recording):
@@ -153,7 +143,7 @@ def scale_ranges(metres, recording):
     if metres and ratio and unit_of(ratio * metres) == "ft":
         recording.notes.append(f"ranges are {ratio * metres:.2f} times the true distances: are they in feet?")
     elif not metres and unit_of(ratio) == "ft":
-        scale = METRES_PER_FOOT
+        scale = METRES_PER["ft"]
         recording.notes.append(f"TD: ranges are {ratio:.2f} times the true distances: taken as feet")
     elif not metres and ratio is None:
         recording.notes.append("TD: the unit of the ranges is not known: metres are assumed (--range-unit ft for feet)")

@@ -7,10 +7,7 @@ import math
 from bisect import bisect_left
 from collections import namedtuple
 
-from command_line import UsageError
-
-METRES_PER_FOOT = 0.3048
-METRES_PER = {"m": 1.0, "ft": METRES_PER_FOOT, "cm": 0.01, "mm": 0.001}
+METRES_PER = {"m": 1.0, "ft": 0.3048, "cm": 0.01, "mm": 0.001}
 FEWEST_RANGES_FOR_RATIO = 10
 
 
@@ -111,10 +108,3 @@ def median_range_ratio(recording):
 def unit_of(ratio):
     """The unit whose ratio is nearest to such a one, as a factor; None if that is none."""
     return ratio and min(METRES_PER, key=lambda unit: abs(math.log(ratio * METRES_PER[unit])))
-
-
-def metres_per(unit):
-    """The value of --range-unit."""
-    if unit not in METRES_PER:
-        raise UsageError(f"--range-unit {unit}: known are {', '.join(METRES_PER)}")
-    return METRES_PER[unit]

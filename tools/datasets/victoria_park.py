@@ -13,9 +13,10 @@ in which the vehicle starts.
 import math
 import os
 
+import numpy as np
 from command_line import Error
 
-from .files import MatFile, NumberTable, require_directory
+from .files import MatFile, number_table
 from .recording import Frame, Observation, Recording, Truth, wrap_angle
 
 LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
@@ -23,7 +24,7 @@ HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (
 aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt
 and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
 INPUT = "DIRECTORY"
-OPTIONS = ()
+OPTIONS = {}
 EXAMPLES = ("victoria_park victoria_park victoria_park.bag",)
 
 SECONDS_PER_UNIT = 1e-3  # all times are in ms
@@ -31,18 +32,17 @@ WHEEL_BASE = 2.83  # L, m
 LASER_BEFORE_FRONT = 0.95  # a
 LASER_LEFT_OF_MIDDLE = 0.5  # b
 ENCODER_LEFT_OF_MIDDLE = 0.76  # H
-MOST_STEERING = 1.0  # rad: wheels do not turn further, and near pi/2 the model has no meaning
 
 
 def read(directory):
-    require_directory(directory, "time.txt and the like")
     recording = Recording()
-    recording.add_velocities([(time, *velocities_of(speed, steering)) for time, speed, steering in read_controls(directory)])
+    recording.add_velocities([(SECONDS_PER_UNIT * time, *velocities_of(speed, steering))
+                              for time, speed, steering in read_controls(directory)])
     recording.observations = read_scans(directory)
     gps = os.path.join(directory, "aa3_gpsx.mat")
     if os.path.exists(gps):
         recording.truth = [Truth(SECONDS_PER_UNIT * time, (x, y, 0.0))
-                           for time, x, y in in_order_of_time(rows_of_mat(gps, "timeGps", "Lo_m", "La_m"), gps)]
+                           for time, x, y in rows_of_mat(gps, "timeGps", "Lo_m", "La_m")]
     # No document says that the GPS gives the path of the laser, but in FastSLAM's map it fits best: the distance to the GPS is
     # smallest at (3.80, 0.50).
     recording.frames = [Frame(name, WHEEL_BASE + LASER_BEFORE_FRONT, LASER_LEFT_OF_MIDDLE, 0.0, 0.0)
@@ -52,45 +52,22 @@ def read(directory):
     return recording
 
 
-def tables_of(directory, *names):
-    """Text files with as many rows as the first."""
-    tables = [NumberTable(os.path.join(directory, name), 1) for name in names]
-    for table in tables:
-        if len(table.rows) != len(tables[0].rows):
-            raise Error(f"{table.path}: has {len(table.rows)} rows and {names[0]} {len(tables[0].rows)}")
-    return tables
+def rows_of_texts(directory, *names):
+    """The first numbers of the rows of each file."""
+    return np.column_stack([number_table(os.path.join(directory, name), 1)[:, 0] for name in names]).tolist()
 
 
 def rows_of_mat(path, *names):
     file = MatFile(path)
-    columns = [file.matrix(name, 1) for name in names]
-    if None in columns:
-        raise Error(f"{path}: has no variable {names[columns.index(None)]}, only {file.names()}")
-    rows = [[value for value, *_ in row] for row in zip(*columns)]
-    if len(set(map(len, columns))) > 1 or not all(math.isfinite(value) for row in rows for value in row):
-        raise Error(f"{path}: the variables {', '.join(names)} need as many finite numbers each")
-    return rows
-
-
-def in_order_of_time(rows, path):
-    for row in range(1, len(rows)):
-        if rows[row][0] < rows[row - 1][0]:
-            raise Error(f"{path}: the time of row {row + 1} is before that of the row above")
-    return rows
+    return np.column_stack([np.array(file.matrix(name, 1))[:, 0] for name in names]).tolist()
 
 
 def read_controls(directory):
-    """(s, m/s of the left rear wheel, rad), a row each."""
-    path, matrices = os.path.join(directory, "time.txt"), os.path.join(directory, "aa3_dr.mat")
-    if os.path.exists(matrices) and not os.path.exists(path):
-        path, rows = matrices, rows_of_mat(matrices, "time", "speed", "steering")
-    else:
-        tables = tables_of(directory, "time.txt", "speed.txt", "steering.txt")
-        rows = [[value for value, *_ in row] for row in zip(*(table.rows for table in tables))]
-    for row, (_, _, steering) in enumerate(in_order_of_time(rows, path), 1):
-        if abs(steering) > MOST_STEERING:
-            raise Error(f"{path}: steering {steering:f} in row {row} is not a steering angle in radians")
-    return [(SECONDS_PER_UNIT * time, speed, steering) for time, speed, steering in rows]
+    """(ms, m/s of the left rear wheel, rad), a row each."""
+    matrices = os.path.join(directory, "aa3_dr.mat")
+    if os.path.exists(matrices) and not os.path.exists(os.path.join(directory, "time.txt")):
+        return rows_of_mat(matrices, "time", "speed", "steering")
+    return rows_of_texts(directory, "time.txt", "speed.txt", "steering.txt")
 
 
 def velocities_of(speed, steering):
@@ -101,14 +78,10 @@ def velocities_of(speed, steering):
 
 
 def read_scans(directory):
-    samples, distances, angles = tables_of(directory, "lasersampling.txt", "ObservationDistance.txt", "ObservationAngle.txt")
-    times = in_order_of_time(samples.rows, samples.path)
-    observations = []
-    for scan, (distance, angle) in enumerate(zip(distances.rows, angles.rows)):
-        if len(angle) != len(distance):
-            raise angles.error(scan, f"{len(angle)} angles and {len(distance)} distances")
-        if min(distance) < 0:
-            raise distances.error(scan, "negative distance")
-        observations += [Observation(SECONDS_PER_UNIT * times[scan][0], -1, r, wrap_angle(a - 0.5 * math.pi), 0.0, 0.0)
-                         for r, a in zip(distance, angle) if r > 0]  # the rest is padding
-    return observations
+    times, distances, angles = (number_table(os.path.join(directory, name), 1)
+                                for name in ("lasersampling.txt", "ObservationDistance.txt", "ObservationAngle.txt"))
+    if distances.shape != angles.shape or len(distances) != len(times):
+        raise Error(f"{directory}: lasersampling.txt, ObservationDistance.txt and ObservationAngle.txt differ in size")
+    return [Observation(SECONDS_PER_UNIT * time, -1, r, wrap_angle(a - 0.5 * math.pi), 0.0, 0.0)
+            for (time, *_), distance, angle in zip(times.tolist(), distances.tolist(), angles.tolist())
+            for r, a in zip(distance, angle) if r > 0]  # the rest is padding
