@@ -36,18 +36,15 @@ def usual_gate(truth):
 # Which landmark is which true one: rows (place in the estimated map, place in the true one).
 def match_by_id(estimated, truth):
     """Each true landmark once, by the first estimate with its id."""
-    places = {}
-    for place, id in enumerate(truth.id.tolist()):
-        places.setdefault(id, place)
-    pairs = [(place, places.pop(id)) for place, id in enumerate(estimated.id.tolist()) if id in places]
-    return np.array(pairs, int).reshape(-1, 2)
+    pairs = np.column_stack(np.intersect1d(estimated.id, truth.id, return_indices=True)[1:])
+    return pairs[np.argsort(pairs[:, 0])]
 
 
 def match_by_nearest(estimated, truth, gate):
     """The nearest first, each at most once, none farther apart than the gate."""
     near = cKDTree(truth.position).query_ball_point(estimated.position, gate, return_sorted=True)
     pairs = np.array([(i, j) for i, places in enumerate(near) for j in places], int).reshape(-1, 2)
-    distances = np.linalg.norm(estimated.position[pairs[:, 0]] - truth.position[pairs[:, 1]], axis=1)
+    distances = distances_of(estimated, truth, pairs)
     matches, taken = {}, set()
     for i, j in pairs[np.argsort(distances, kind="stable")].tolist():
         if i not in matches and j not in taken:

@@ -197,15 +197,10 @@ def absolute_errors(errors):
 
 def normalized_squared(covariance, error):
     """Squared lengths of errors in standard deviations; infinite where a covariance is not positive definite."""
-    factor, scaled = np.zeros_like(covariance), np.zeros_like(error)
+    variances, axes = np.linalg.eigh(covariance)
+    along_axes = np.einsum("nji,nj->ni", axes, error)
     with np.errstate(all="ignore"):
-        for i in range(error.shape[1]):  # Cholesky
-            for j in range(i + 1):
-                rest = covariance[:, i, j] - np.sum(factor[:, i, :j] * factor[:, j, :j], axis=1)
-                factor[:, i, j] = np.sqrt(rest) if i == j else rest / factor[:, j, j]
-            scaled[:, i] = (error[:, i] - np.sum(factor[:, i, :i] * scaled[:, :i], axis=1)) / factor[:, i, i]
-        is_definite = np.all(np.diagonal(factor, axis1=1, axis2=2) > 0, axis=1)
-        return np.where(is_definite, np.sum(scaled**2, axis=1), np.inf)
+        return np.where(np.all(variances > 0, axis=1), np.sum(along_axes**2 / variances, axis=1), np.inf)
 
 
 @dataclass
