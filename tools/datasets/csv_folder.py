@@ -31,35 +31,29 @@ OPTIONS = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER, "def
 EXAMPLES = ("csv my_recording my_recording.bag",)
 
 FULL_TURN = 2 * math.pi  # an angle beyond it is one in degrees
-FARTHEST = 1e9, "is beyond 1e9"  # m, m/s, rad
-# Magnitudes that a column may have.
-MOST = {"t": (2**32 - 1, "is beyond what ROS can hold; times are in seconds"),
-        "bearing": (FULL_TURN, "is more than a full turn; bearings are in radians")}
-IDS, NOT_NEGATIVE = ("beacon", "id"), ("range", "variance", "range_variance", "bearing_variance")
 
 
-def value_of(name, word, place, least_id):
+def value_of(name, word, place):
     if name == "frame":
         if word not in ("antenna", "sensor"):
             raise Error(f"{place}'{word}' is not known; frames are antenna and sensor")
         return word
     value = finite_number(word, place)
-    if name in IDS:
-        if not (value.is_integer() and least_id <= value < 2**31):
-            raise Error(f"{place}'{word}' is not a whole number of 32 bits, {least_id} or more")
-        return int(value)
-    most, fault = MOST.get(name, FARTHEST)
-    if abs(value) > most or (name in NOT_NEGATIVE and value < 0):
-        raise Error(f"{place}'{word}' {fault if abs(value) > most else 'is negative'}")
-    return value
+    if name == "bearing" and abs(value) > FULL_TURN:
+        raise Error(f"{place}'{word}' is more than a full turn; bearings are in radians")
+    if name not in ("beacon", "id"):
+        return value
+    if not value.is_integer():
+        raise Error(f"{place}'{word}' is not a whole number")
+    return int(value)
 
 
 def rows_of(path, kinds, recording):
     """Of a line that names the columns, in any order, then a line of as many fields for each row: the kind of table that it is, and
     {column: value} of each row, in order of time. Comments (#), blank lines, spaces and quotes around fields, CR LF and a byte
-    order mark are passed over. `kinds`: names of columns; those that begin with ? may be missing. What has no time is there
-    once. Every error is one line "FILE:LINE: column NAME: 'VALUE' ..."."""
-    file, names, rows, known = os.path.basename(path), None, [], set()
+    order mark are passed over. `kinds`: names of columns; those that begin with ? may be missing. Every error is one line
+    "FILE:LINE: column NAME: 'VALUE' ...". What filters reject, they count."""
+    file, names, rows = os.path.basename(path), None, []
     for line, text in enumerate(lines_of(path), 1):
         words = [word.strip(' \t\r"') for word in text.split("#", 1)[0].split(",")]
         if words == [""]:
@@ -74,12 +68,8 @@ def rows_of(path, kinds, recording):
             continue
         if len(words) != len(names):
             raise Error(f"{place}{len(words)} fields, where the header names {len(names)} columns")
-        row = {name: value_of(name, word, f"{place}column {name}: ", -1 if "t" in kind else 0)
-               for name, word in zip(names, words) if name in kind or f"?{name}" in kind}
-        if "t" not in kind and row[kind[0]] in known:
-            raise Error(f"{place}column {kind[0]}: '{row[kind[0]]}' is there twice")
-        known.add(row[kind[0]])
-        rows.append(row)
+        rows.append({name: value_of(name, word, f"{place}column {name}: ")
+                     for name, word in zip(names, words) if name in kind or f"?{name}" in kind})
     if names is None:
         raise Error(f"{path}: is empty; its first line has to name the columns")
     recording.notes += [f"{file}: column '{name}' is not used" for name in names if name not in kind and f"?{name}" not in kind]
