@@ -5,7 +5,8 @@ import re
 import struct
 
 import genpy.dynamic
-from evaluation.recorded_run import SIGHTINGS, SIZE, TIME
+from evaluation.recorded_run import SIZE, TIME
+from pf_resampling.msg import LandmarkObservationArray
 from sensor_msgs.msg import Range
 
 # Those of drivers as in src/messages/foreign_messages.cpp.
@@ -15,6 +16,7 @@ MRPT_LANDMARKS = "mrpt_msgs/ObservationRangeBearing"
 TAGS = {"apriltag_ros/AprilTagDetectionArray": ("detections", "id", "pose.pose.pose.position"),
         "fiducial_msgs/FiducialTransformArray": ("transforms", "fiducial_id", "transform.translation"),
         "aruco_msgs/MarkerArray": ("markers", "id", "pose.pose.position")}
+SIGHTINGS = LandmarkObservationArray._type
 LANDMARK_TYPES = [SIGHTINGS, *TAGS, MRPT_LANDMARKS]
 POSE = struct.Struct("<7d").unpack_from  # position and quaternion
 

@@ -8,14 +8,14 @@ from functools import reduce
 
 import numpy as np
 from command_line import Error, answer_of
-from messages import LANDMARK_TYPES, MRPT_LANDMARKS, RANGE_TYPES, TAGS, described, header_at, ranges_of, transforms_in
+from messages import LANDMARK_TYPES, MRPT_LANDMARKS, RANGE_TYPES, SIGHTINGS, TAGS, described, header_at, ranges_of, transforms_in
 from nav_msgs.msg import Path as PathMessage
 from pf_resampling.msg import BeaconArray, LandmarkMap
 
 from .maps import Map, match_by_nearest, usual_gate
 from .paths import compose, interpolate, inverse
-from .recorded_run import (FARTHEST, MAP, PATH, POSE_TYPES, SIGHTING, SIGHTINGS, SIZE, believed_of, frames_on_robot, last_of, map_of,
-                           numbers_of, odometry_of, path_of)
+from .recorded_run import (FARTHEST, MAP, PATH, POSE_TYPES, believed_of, frames_on_robot, last_of, map_of, numbers_of, odometry_of,
+                           path_of)
 
 MOST_LANDMARKS = 5000  # more take two matrices of 0.8 GB
 LONGEST_STEP = 0.5  # s from pose to pose, as in tools/common/batch_slam.cpp
@@ -141,18 +141,17 @@ def scans_of(messages, frames, base):
     for connection, data, time in messages:
         if connection.datatype not in LANDMARK_TYPES:
             continue
-        seconds, nanoseconds, frame, end = header_at(data)
-        stamp = seconds + 1e-9 * nanoseconds
+        seconds, nanoseconds, frame, _ = header_at(data)
+        stamp, message = seconds + 1e-9 * nanoseconds, described(connection, data)
         if connection.datatype == SIGHTINGS:
-            seen = np.frombuffer(data, SIGHTING, SIZE(data, end)[0], end + 4)
-            scans.append([stamp or time, frame, [[number, *of] for number, of in zip(seen["id"].tolist(), seen["of"].tolist())]])
+            scans.append([stamp or time, frame, [[each.id, each.range, each.bearing, each.range_variance, each.bearing_variance]
+                                                 for each in message.observations]])
         elif connection.datatype == MRPT_LANDMARKS:
-            message = described(connection, data)
             variances = [message.sensor_std_range**2, message.sensor_std_yaw**2]
             scans.append([stamp or time, frame, [[usable_id(each.id), each.range * math.cos(each.pitch), each.yaw, *variances]
                                                  for each in message.sensed_data]])
         elif stamp and frame in frames:
-            for number, place in tags_in(described(connection, data), *TAGS[connection.datatype]):
+            for number, place in tags_in(message, *TAGS[connection.datatype]):
                 x, y = (frames[frame] @ [*place, 1.0])[:2]
                 if number >= 0 and math.isfinite(x + y) and latest.get((number, frame)) != stamp:
                     latest[number, frame] = stamp

@@ -9,7 +9,7 @@ from typing import Optional
 import nav_msgs.msg
 import numpy as np
 import rosbag
-from pf_resampling.msg import BeaconArray, BeaconMap, FilterStatus, LandmarkMap
+from pf_resampling.msg import BeaconArray, BeaconMap, FilterStatus, LandmarkMap, LandmarkObservationArray
 from tf2_msgs.msg import TFMessage
 
 from .maps import Map
@@ -22,8 +22,6 @@ TRUTH_TYPES = ["geometry_msgs/PoseStamped", "geometry_msgs/PointStamped", "nav_m
                "geometry_msgs/PoseWithCovarianceStamped"]
 POSE_TYPES = ["geometry_msgs/PoseWithCovarianceStamped", "nav_msgs/Odometry", "geometry_msgs/PoseStamped"]
 STATUS, PATH, MAP, BEACON_MAP, TRUE_MAP = "/status", "/path", "/landmark_map", "/beacon_map", "/ground_truth_landmarks"
-SIGHTINGS = "pf_resampling/LandmarkObservationArray"
-SIGHTING = np.dtype([("id", "<i4"), ("of", "<f8", 4)])
 OF_MESSAGE = b"op=\x02"  # in the header of a record of a bag
 SIZE, TIME = struct.Struct("<I").unpack_from, struct.Struct("<2I").unpack_from
 NEAR = 0.1  # m, that a listed beacon is moved by what is found
@@ -246,16 +244,7 @@ def truth_while_recording(truth, odometry):
 
 def sees_without_ids(messages):
     """Whether landmarks were seen, and none of them had an id: those of the map are numbers that the filter gave."""
-    is_seen = False
-    for connection, data, _ in messages:
-        if connection.datatype != SIGHTINGS:
-            continue
-        begin = 16 + SIZE(data, 12)[0]
-        ids = np.frombuffer(data, SIGHTING, SIZE(data, begin)[0], begin + 4)["id"]
-        if np.any(ids >= 0):
-            return False
-        is_seen = is_seen or len(ids) > 0
-    return is_seen
+    return max((seen.id for scan in unpacked(messages, LandmarkObservationArray) for seen in scan.observations), default=0) < 0
 
 
 def stamp_of(message, time):
@@ -264,7 +253,7 @@ def stamp_of(message, time):
 
 def read_run(bag, given, with_odometry, with_truth):
     """`given`: the options. Raises Error: the bag holds what makes no sense, or lacks a frame."""
-    sightings = [topic for topic, types in bag.types.items() if SIGHTINGS in types]
+    sightings = [topic for topic, types in bag.types.items() if LandmarkObservationArray._type in types]
     topics = [given.pose, given.beacons, "/tf_static", STATUS, PATH, MAP, BEACON_MAP, TRUE_MAP, *sightings]
     topics += [given.odom] if with_odometry else []
     topics += [given.truth] if with_truth else []
