@@ -17,7 +17,6 @@ from checks import survey
 
 OPTICAL = (0.5, -0.5, 0.5, -0.5)  # w, x, y, z: the z axis looks ahead
 BEACONS = {1: (0, 5), 2: (5, 5), 3: (5, 0)}
-BEACON_FILE = 'beacons:\n  - {id: 1, x: 0, y: 5}\n  - {id: 2, x: 5, y: 5}\n  - {id: 3, x: 5, y: 0}\n'
 
 
 def odometry(time, x=0.0, y=0.0, heading=0.0, frame='odom', child='base_link', bag_time=None):
@@ -224,13 +223,6 @@ class CheckBag(InFolder):
         self.assert_says(self.check(tags(), options=('--set', 'landmark_input/tag_pattern=mark_(.)')),
                          'no frame in /tf has a name that fits landmark_input/tag_pattern mark_(.)')
         self.assertNotIn('tag_pattern', self.check([placed('/tf', 10, 'map', 'ar_marker_12')]))
-
-    def test_beacons_of_a_configuration(self):
-        yaml = self.bag.parent / 'beacons.yaml'
-        yaml.write_text(BEACON_FILE)
-        messages = drive(), [each for each in radios() if each[0] != '/beacons']
-        self.check(*messages, ready='')
-        self.assert_says(self.check(*messages, options=('--config', yaml), ready='beacon_mcl'), f'out.bag --config {yaml}\n')
 
     def test_odometry_on_tf_as_a_pose_and_the_imu(self):
         self.assert_says(self.check(other_odometry(True, False), ready=''), "'odom' -> 'base_footprint' on /tf could be it (--set "

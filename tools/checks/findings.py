@@ -7,12 +7,11 @@ from command_line import answer_of
 from filter_setup import FILTERS
 from messages import LANDMARK_TYPES, RANGE_TYPES
 
-from .survey import survey_of, turns_in_degrees, unit_of_ranges
+from .survey import ODOMETRY_TYPES, survey_of, turns_in_degrees, unit_of_ranges
 
 LONG_DELAY = 1.0  # s, between stamp and bag time
 LONG_GAP = 1.5  # s, without odometry; recordings pause for a second
 BEACONS = "pf_resampling/BeaconArray"
-ODOMETRY_TYPES = ["nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"]
 TOPICS_OF = {"beacon_mcl": ("odom", "imu", "ranges", "sensor_ranges", "beacons"), "fastslam": ("odom", "imu", "landmarks")}
 
 

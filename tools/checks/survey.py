@@ -8,6 +8,7 @@ from evaluation.recorded_run import unpacked, yaw_of
 from messages import LANDMARK_TYPES, RANGE_TYPES, header_at, id_in, pose_at, ranges_of, transforms_in
 from pf_resampling.msg import BeaconArray
 
+ODOMETRY_TYPES = ["nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"]
 SAME_MOMENT = 0.5  # s
 FEWEST_PAIRS, FEWEST_TURNS = 20, 20
 # Shares of the pairs of ranges that do not fit: no unit is to have more than the first, that of the beacons has to have more
@@ -55,10 +56,6 @@ class Survey:
     beacon_frame: str = ""
 
 
-def planar(pose):
-    return pose[0], pose[1], float(yaw_of(*pose[3:]))
-
-
 def survey_of(bag, topics, setup):
     """`topics`: names by role. `setup`: how the filters are configured. Raises whatever a damaged message leads to."""
     is_on_tf = setup.value("odometry_input/source") == "tf"
@@ -72,7 +69,9 @@ def survey_of(bag, topics, setup):
     for each in messages.values():
         each.sort(key=lambda message: message[2])
     if not is_on_tf:
-        note_odometry(survey, messages[topics.odom], setup.value("frames/base"))
+        for connection, data, time in messages[topics.odom]:
+            if connection.datatype in ODOMETRY_TYPES:
+                note_pose(survey, *pose_at(connection, data, setup.value("frames/base")), time)
     for topic in ("/tf_static", "/tf"):
         for connection, data, time in messages[topic]:
             if connection.datatype == "tf2_msgs/TFMessage":
@@ -93,18 +92,11 @@ def survey_of(bag, topics, setup):
     return survey
 
 
-def note_odometry(survey, messages, base):
-    for connection, data, time in messages:
-        if connection.datatype in ("nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped"):
-            header, child, pose = pose_at(connection, data, base)
-            note_pose(survey, header, child, pose, time)
-
-
 def note_pose(survey, header, child, pose, time):
     survey.odometry.add(header, time)
     survey.odometry.frames.add(header[2])
     survey.base_frames.add(child)
-    survey.poses.append(planar(pose))
+    survey.poses.append((pose[0], pose[1], float(yaw_of(*pose[3:]))))
 
 
 def note_transforms(survey, setup, topic, transforms, time):

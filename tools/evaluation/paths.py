@@ -84,13 +84,12 @@ def interpolate(path, times, longest_gap=np.inf):
     """The path at these times: all but the heading linear, that along the shorter arc. Returns which of the times it covers,
     and the poses at those."""
     after = np.searchsorted(path.time, times, side="right")
-    before = np.maximum(after - 1, 0)
-    is_there = (after > 0) & (path.time[before] == times)
-    after = np.where(is_there, before, np.minimum(after, len(path) - 1))
+    before, after = np.maximum(after - 1, 0), np.minimum(after, len(path) - 1)
     duration = path.time[after] - path.time[before]
+    is_there = path.time[before] == times
     is_known = is_there | ((path.time[before] <= times) & (times <= path.time[after]) & (duration <= longest_gap))
-    before, after, duration, is_there = before[is_known], after[is_known], duration[is_known], is_there[is_known]
-    share = np.where(is_there, 0.0, (times[is_known] - path.time[before]) / np.where(is_there, 1.0, duration))[:, None]
+    before, after, duration = before[is_known], after[is_known], duration[is_known]
+    share = ((times[is_known] - path.time[before]) / np.where(duration > 0, duration, 1.0))[:, None]
     change = path.pose[after] - path.pose[before]
     change[:, 2] = wrapped(change[:, 2])
     pose = path.pose[before] + np.where(share > 0.0, share * change, 0.0)

@@ -247,10 +247,6 @@ def sees_without_ids(messages):
     return max((seen.id for scan in unpacked(messages, LandmarkObservationArray) for seen in scan.observations), default=0) < 0
 
 
-def stamp_of(message, time):
-    return message.header.stamp.to_sec() or time
-
-
 def read_run(bag, given, with_odometry, with_truth):
     """`given`: the options. Raises Error: the bag holds what makes no sense, or lacks a frame."""
     sightings = [topic for topic, types in bag.types.items() if LandmarkObservationArray._type in types]
@@ -288,7 +284,7 @@ def read_run(bag, given, with_odometry, with_truth):
                          name(BEACON_MAP))
         run.true_map = run.beacons if len(run.beacons.id) else None
     run.sees_without_ids = sees_without_ids([each for topic in sightings for each in messages[topic]])
-    statuses = [(stamp_of(status, each[2]), status) for each in messages[STATUS]
+    statuses = [(status.header.stamp.to_sec() or each[2], status) for each in messages[STATUS]
                 for status in unpacked([each], FilterStatus)]
     run.summary = summary_of([status for _, status in statuses])
     run.health = sorted(((time, status.health, len(status.hypotheses)) for time, status in statuses if status.health),
