@@ -97,7 +97,6 @@ int list_surplus(const int* counts, int begin, int end, int* out, int* stopped_a
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(PF_RESAMPLING_NO_CLONES)
-#define PF_RESAMPLING_COMPRESS
 
 // The same with the one instruction that is made for it.
 __attribute__((target("avx512f"))) int list_free_slots_avx512(const int* counts, int begin, int end,
@@ -147,6 +146,11 @@ __attribute__((target("avx512f,bmi2,popcnt"))) int list_surplus_avx512(const int
 
 const bool kHasCompress =
     __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("bmi2") != 0;
+const auto free_slots_of = kHasCompress ? list_free_slots_avx512 : list_free_slots;
+const auto surplus_of = kHasCompress ? list_surplus_avx512 : list_surplus;
+#else
+const auto free_slots_of = list_free_slots;
+const auto surplus_of = list_surplus;
 #endif
 
 // A list whose front is taken off.
@@ -169,16 +173,10 @@ class FreeSlots {
 
   void gather() {
     while (list_.size < kChunk && next_ < slots_) {
-      int* out = list_.items + list_.size;
       const int whole = std::min(kChunk, (own_ - next_) / 64 * 64);
       if (whole > 0) {
         const int end = next_ + whole;
-#if defined(PF_RESAMPLING_COMPRESS)
-        list_.size += kHasCompress ? list_free_slots_avx512(counts_, next_, end, ancestors_, out)
-                                   : list_free_slots(counts_, next_, end, ancestors_, out);
-#else
-        list_.size += list_free_slots(counts_, next_, end, ancestors_, out);
-#endif
+        list_.size += free_slots_of(counts_, next_, end, ancestors_, list_.items + list_.size);
         next_ = end;
       } else {
         const int end = std::min(next_ + kChunk, slots_);
@@ -190,12 +188,8 @@ class FreeSlots {
     }
   }
 
-  bool all_seen() const {
-    return next_ == slots_;
-  }
-  List<2 * kChunk>& list() {
-    return list_;
-  }
+  bool all_seen() const { return next_ == slots_; }
+  List<2 * kChunk>& list() { return list_; }
 
  private:
   const int* counts_;
@@ -217,14 +211,8 @@ class Surplus {
       const int whole = std::min(kChunk, (own_ - next_) / 64 * 64);
       if (whole > 0) {
         const int end = next_ + whole;
-        int* out = list_.items + list_.size;
         int stopped_at = -1;
-#if defined(PF_RESAMPLING_COMPRESS)
-        list_.size += kHasCompress ? list_surplus_avx512(counts_, next_, end, out, &stopped_at)
-                                   : list_surplus(counts_, next_, end, out, &stopped_at);
-#else
-        list_.size += list_surplus(counts_, next_, end, out, &stopped_at);
-#endif
+        list_.size += surplus_of(counts_, next_, end, list_.items + list_.size, &stopped_at);
         next_ = end;
         if (stopped_at >= 0) set_aside(stopped_at, counts_[stopped_at] - 1);
       } else {
@@ -239,19 +227,11 @@ class Surplus {
     }
   }
 
-  bool done() const {
-    return list_.size == 0 && many_ == 0 && next_ == particles_;
-  }
-  List<kChunk*(kManyCopies + 1)>& list() {
-    return list_;
-  }
+  bool done() const { return list_.size == 0 && many_ == 0 && next_ == particles_; }
+  List<kChunk*(kManyCopies + 1)>& list() { return list_; }
   /// A particle with many copies, to follow on the list, and how many of them are still to come.
-  int particle_with_many() const {
-    return particle_with_many_;
-  }
-  int& many() {
-    return many_;
-  }
+  int particle_with_many() const { return particle_with_many_; }
+  int& many() { return many_; }
 
  private:
   void set_aside(int particle, int copies) {

@@ -13,33 +13,28 @@
 namespace pf_resampling {
 namespace {
 
+PF_RESAMPLING_INLINE void add_first_moments(double weight, double x, double y, double heading,
+                                            int lane, double sums[5][kLanes]) {
+  double sine;
+  double cosine;
+  sincos_vector(heading, &sine, &cosine);
+  sums[0][lane] += weight * weight;
+  sums[1][lane] += weight * x;
+  sums[2][lane] += weight * y;
+  sums[3][lane] += weight * cosine;
+  sums[4][lane] += weight * sine;
+}
+
 PF_RESAMPLING_VECTOR_CLONES
 void first_moments(const double* weights, const double* x, const double* y, const double* heading,
                    std::int64_t count, double sums[5][kLanes]) {
   std::int64_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const double weight = weights[i + lane];
-      double sine;
-      double cosine;
-      sincos_vector(heading[i + lane], &sine, &cosine);
-      sums[0][lane] += weight * weight;
-      sums[1][lane] += weight * x[i + lane];
-      sums[2][lane] += weight * y[i + lane];
-      sums[3][lane] += weight * cosine;
-      sums[4][lane] += weight * sine;
+      add_first_moments(weights[i + lane], x[i + lane], y[i + lane], heading[i + lane], lane, sums);
     }
   }
-  for (; i < count; ++i) {
-    double sine;
-    double cosine;
-    sincos_vector(heading[i], &sine, &cosine);
-    sums[0][0] += weights[i] * weights[i];
-    sums[1][0] += weights[i] * x[i];
-    sums[2][0] += weights[i] * y[i];
-    sums[3][0] += weights[i] * cosine;
-    sums[4][0] += weights[i] * sine;
-  }
+  for (; i < count; ++i) add_first_moments(weights[i], x[i], y[i], heading[i], 0, sums);
 }
 
 PF_RESAMPLING_INLINE void add_second_moments(double weight, double dx, double dy, double dh,

@@ -123,15 +123,6 @@ double sum_of_squares(const double* values, std::int64_t size) {
   return sum_of_lanes(lanes);
 }
 
-PF_RESAMPLING_VECTOR_CLONES
-void rescale_clones(double inverse_sum, double log_sum, std::int64_t size, double* linear,
-                    double* log_weights) {
-  for (std::int64_t i = 0; i < size; ++i) {
-    linear[i] *= inverse_sum;
-    log_weights[i] -= log_sum;
-  }
-}
-
 bool is_finite(double value) {
   return value > -kInfinity && value < kInfinity;
 }
@@ -187,9 +178,13 @@ WeightSummary summary_of(const WeightSums& sums, double shift, std::int64_t size
   return summary;
 }
 
+PF_RESAMPLING_VECTOR_CLONES
 void rescale(double inverse_sum, double log_sum, std::int64_t size, double* linear,
              double* log_weights) {
-  rescale_clones(inverse_sum, log_sum, size, linear, log_weights);
+  for (std::int64_t i = 0; i < size; ++i) {
+    linear[i] *= inverse_sum;
+    log_weights[i] -= log_sum;
+  }
 }
 
 WeightSummary normalize(MutableArray log_weights, MutableArray linear) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "pf_resampling_core/error.hpp"
+#include "pf_resampling_core/population/lanes.hpp"
 
 namespace pf_resampling {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
-#include "pf_resampling_core/population/lanes.hpp"
 #include "pf_resampling_core/population/vector_math.hpp"
 #include "pf_resampling_core/strategy/resampling.hpp"
 
@@ -12,30 +12,26 @@ namespace pf_resampling {
 /// every vector width.
 constexpr std::int64_t kBlock = 256;
 
-/// A finite x in [0, 2^62] to the nearest integer, in operations that every vector unit has: 2^52
-/// and a half added leaves the integer in the low bits of a double, once for the upper and once for
-/// the lower half.
-PF_RESAMPLING_INLINE std::int64_t to_fixed(double x) {
+/// A finite x in [0, 2^62], or a register full of them, to the nearest integer, in operations that
+/// every vector unit has: 2^52 and a half added leaves the integer in the low bits of a double,
+/// once for the upper and once for the lower half.
+template <typename Double, typename Unsigned>
+PF_RESAMPLING_INLINE void to_fixed(const Double& x, Unsigned* fixed) {
   constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52
   constexpr std::uint64_t kRoundBits = 0x4338000000000000u;
-  const double upper = x * 0x1p-31 + kRound;
-  const double lower = (x - (upper - kRound) * 0x1p31) + kRound;
-  return static_cast<std::int64_t>((to_bits(upper) << 31) + to_bits(lower) -
-                                   ((kRoundBits << 31) + kRoundBits));
-}
-
-/// The same for registers full of numbers.
-template <typename DoubleRegister, typename UnsignedRegister>
-PF_RESAMPLING_INLINE void to_fixed(const DoubleRegister& x, UnsignedRegister* fixed) {
-  constexpr double kRound = 6755399441055744.0;
-  constexpr std::uint64_t kRoundBits = 0x4338000000000000u;
-  const DoubleRegister upper = x * 0x1p-31 + kRound;
-  const DoubleRegister lower = (x - (upper - kRound) * 0x1p31) + kRound;
-  UnsignedRegister upper_bits;
-  UnsignedRegister lower_bits;
+  const Double upper = x * 0x1p-31 + kRound;
+  const Double lower = (x - (upper - kRound) * 0x1p31) + kRound;
+  Unsigned upper_bits;
+  Unsigned lower_bits;
   std::memcpy(&upper_bits, &upper, sizeof upper);
   std::memcpy(&lower_bits, &lower, sizeof lower);
   *fixed = (upper_bits << 31) + lower_bits - ((kRoundBits << 31) + kRoundBits);
+}
+
+PF_RESAMPLING_INLINE std::int64_t to_fixed(double x) {
+  std::uint64_t fixed;
+  to_fixed(x, &fixed);
+  return static_cast<std::int64_t>(fixed);
 }
 
 /// An integer in [0, 2^63) to the nearest double.
@@ -70,15 +66,7 @@ struct ScaledWeights {
 
   /// out[i] = scaled weight of particle begin + i, i in [0, count), count <= kBlock.
   PF_RESAMPLING_INLINE void block(std::int64_t begin, std::int64_t count, std::int64_t* out) const {
-    std::int64_t i = 0;
-    for (; i + kLanes <= count; i += kLanes) {
-      Doubles lanes;
-      Unsigneds fixed;
-      load(weights + begin + i, &lanes);
-      to_fixed(lanes * scale, &fixed);
-      std::memcpy(out + i, &fixed, sizeof fixed);
-    }
-    for (; i < count; ++i) out[i] = to_fixed(weights[begin + i] * scale);
+    for (std::int64_t i = 0; i < count; ++i) out[i] = to_fixed(weights[begin + i] * scale);
     if (largest >= begin && largest < begin + count) out[largest - begin] += correction;
   }
 };
