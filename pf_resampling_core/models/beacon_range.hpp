@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
+#include <vector>
 
 namespace pf_resampling {
 
@@ -27,5 +29,18 @@ struct RangeCalibration {
   double bias = 0.0;   ///< m
   double sigma = 0.0;  ///< m, standard deviation of the noise; 0 means the model's own
 };
+
+/// By id; under -1, of all others. Later ones win.
+using RangeCalibrations = std::vector<std::pair<int, RangeCalibration>>;
+inline constexpr int kAllRadios = -1;
+inline RangeCalibration calibration_of(int id, const RangeCalibrations& given) {
+  RangeCalibration calibration;
+  for (const int wanted : {kAllRadios, id}) {
+    for (const auto& [of, known] : given) {
+      if (of == wanted) calibration = known;
+    }
+  }
+  return calibration;
+}
 
 }  // namespace pf_resampling

@@ -45,25 +45,6 @@ constexpr OdometryFactors kFactors[] = {
     {1.0, 1.0},  {0.25, 1.0}, {1.0 / 3.0, 1.0}, {0.5, 1.0}, {2.0, 1.0}, {3.0, 1.0}, {4.0, 1.0},
     {1.0, -1.0}, {1.0, 0.25}, {1.0, 1.0 / 3.0}, {1.0, 0.5}, {1.0, 2.0}, {1.0, 3.0}, {1.0, 4.0}};
 
-// m, by which the ranges of a radio are too long, as a rule: a wild range has no slope, so a bias
-// of many standard deviations is not found from 0.
-double excess_of(int radio, const RangeGraph& graph, const RangeNoise& noise,
-                 const RangeEstimate& estimate) {
-  std::vector<double> excesses;
-  for (std::size_t k = 0; k < graph.ranges.size(); ++k) {
-    for (const HeldRange& range : graph.ranges[k]) {
-      if (range.radio != radio) continue;
-      const double value =
-          residual_of(range, noise, estimate.keyframes[k], estimate.constants).value;
-      excesses.push_back(-value * noise.range * std::sqrt(range.variance));
-    }
-  }
-  if (excesses.empty()) return 0.0;
-  const auto middle = excesses.begin() + static_cast<std::ptrdiff_t>(excesses.size() / 2);
-  std::nth_element(excesses.begin(), middle, excesses.end());
-  return *middle;
-}
-
 bool has_fault(const RangeMode& mode) {
   return std::any_of(mode.accounts.begin(), mode.accounts.end(), [](RadioAccount account) {
     return account != RadioAccount::as_listed && account != RadioAccount::unlisted;
@@ -71,6 +52,19 @@ bool has_fault(const RangeMode& mode) {
 }
 
 }  // namespace
+
+// m, by which the ranges of a radio are too long, as a rule: a wild range has no slope, so a bias
+// of many standard deviations is not found from 0.
+double RangeMemory::excess_of(int radio, const RangeMode& mode) const {
+  std::vector<double> excesses;
+  for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
+    for (const HeldRange& range : graph_.ranges[k]) {
+      if (range.radio != radio) continue;
+      excesses.push_back(-residual_in(mode, k, range) * noise_.range * std::sqrt(range.variance));
+    }
+  }
+  return excesses.empty() ? 0.0 : median_of(std::move(excesses));
+}
 
 // Of the data, with what is believed of faults before.
 double RangeMemory::log_probability(const RangeMode& mode) const {
@@ -170,9 +164,7 @@ std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
   for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
     for (const HeldRange& range : graph_.ranges[k]) {
       const auto radio = static_cast<std::size_t>(range.radio);
-      const double value =
-          residual_of(range, noise_, mode.estimate.keyframes[k], mode.estimate.constants).value;
-      costs[radio] += loss.at(value, range.variance).cost;
+      costs[radio] += loss.at(residual_in(mode, k, range), range.variance).cost;
       counts[radio] += 1.0;
     }
   }
@@ -199,10 +191,7 @@ std::vector<bool> RangeMemory::suspicious(const RangeMode& mode) const {
 // something in front of it, what was said before would outvote the rest for as long again.
 std::optional<RangeMemory::Change> RangeMemory::newest_change() const {
   if (modes_.empty()) return std::nullopt;
-  const RangeEstimate& estimate = modes_.front().estimate;
-  const auto residual = [&](std::size_t k, const HeldRange& range) {
-    return residual_of(range, noise_, estimate.keyframes[k], estimate.constants).value;
-  };
+  const RangeMode& mode = modes_.front();
   std::vector<std::vector<double>> newest(radios_.size());
   // Some may be silent.
   std::size_t left = 2 * kFewestRanges * radios_.size();
@@ -210,8 +199,8 @@ std::optional<RangeMemory::Change> RangeMemory::newest_change() const {
     const auto& ranges = graph_.ranges[k];
     for (auto range = ranges.rbegin(); range != ranges.rend() && left > 0; ++range, --left) {
       const auto radio = static_cast<std::size_t>(range->radio);
-      if (estimate.takes_part[radio] && newest[radio].size() < kFewestRanges) {
-        newest[radio].push_back(residual(k, *range));
+      if (mode.estimate.takes_part[radio] && newest[radio].size() < kFewestRanges) {
+        newest[radio].push_back(residual_in(mode, k, *range));
       }
     }
   }
@@ -225,15 +214,15 @@ std::optional<RangeMemory::Change> RangeMemory::newest_change() const {
     std::vector<double> all;
     for (std::size_t k = 0; k < graph_.ranges.size(); ++k) {
       for (const HeldRange& range : graph_.ranges[k]) {
-        if (static_cast<std::size_t>(range.radio) == r) all.push_back(residual(k, range));
+        if (static_cast<std::size_t>(range.radio) == r) all.push_back(residual_in(mode, k, range));
       }
     }
     if (all.size() < 2 * kFewestRanges) continue;
-    const auto before = static_cast<std::ptrdiff_t>(all.size() - kFewestRanges);
-    const auto median = all.begin() + before / 2;
-    std::nth_element(all.begin(), median, all.begin() + before);
-    if (std::max(low - *median, *median - high) < kShift * doubt_) continue;
-    return Change{static_cast<int>(r), static_cast<int>(before)};
+    all.resize(all.size() - kFewestRanges);
+    const auto before = static_cast<int>(all.size());
+    const double median = median_of(std::move(all));
+    if (std::max(low - median, median - high) < kShift * doubt_) continue;
+    return Change{static_cast<int>(r), before};
   }
   return std::nullopt;
 }
@@ -336,7 +325,7 @@ std::optional<RangeMode> RangeMemory::with_other_error(const RangeMode& mode,
   other.settled.reset();
   other.loose[error] = !other.loose[error];
   other.prior.constants_sigma = sigmas(other.accounts, other.loose);
-  if (!solved(kIterations, &other).is_usable) return std::nullopt;
+  if (!solved(kIterations, &other)) return std::nullopt;
   return other;
 }
 
@@ -420,7 +409,7 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
         without.prior.constants.segment<RadioOf::count>(place);
   }
   std::vector<RangeMode> paths;
-  if (solved(kIterations, &without).is_usable) paths.push_back(without);
+  if (solved(kIterations, &without)) paths.push_back(without);
   if (time_ < kRigid && !mode.past && account == RadioAccount::elsewhere) {
     RangeNoise noise = noise_;
     RangeMode listed = as_listed();
@@ -438,10 +427,9 @@ std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radi
       if (found.empty()) continue;
       path.estimate.constants.segment<2>(at) = found[0].position;
     } else if (account == RadioAccount::biased) {
-      path.estimate.constants[at + RadioOf::bias] +=
-          excess_of(radio, graph_, noise_, path.estimate);
+      path.estimate.constants[at + RadioOf::bias] += excess_of(radio, path);
     }
-    if (!solved(kManyIterations, &path).is_usable) continue;
+    if (!solved(kManyIterations, &path)) continue;
     const Eigen::VectorXd off = path.estimate.constants - path.prior.constants;
     const double size = account == RadioAccount::elsewhere ? off.segment<2>(at).norm()
                                                            : std::abs(off[at + RadioOf::bias]);

@@ -13,7 +13,6 @@ namespace {
 
 using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
-constexpr int kAllRadios = -1;
 constexpr double kNamed = 0.99;  // probability
 constexpr double kApart = 9.0;   // of two places, in standard deviations, squared
 constexpr double kTorn = 0.02;   // probability
@@ -76,8 +75,8 @@ RadioKnowledge RangeMemory::knowledge_of(int id) const {
   const RangeMode& mode = modes_.front();
   const Eigen::VectorXd& constants = mode.estimate.constants;
   const Eigen::MatrixXd& covariance = mode.belief.covariance;
-  const RangeCalibration given = calibration_of(id);
-  const RangeCalibration all = calibration_of(kAllRadios);
+  const RangeCalibration given = calibration_of(id, calibration_);
+  const RangeCalibration all = calibration_of(kAllRadios, calibration_);
   // Without ranges, it differs from the others as is said.
   const auto own = [&](RadioOf::Index of, double otherwise) {
     return number ? constants[radio_at(*number) + of] : otherwise;

@@ -153,7 +153,7 @@ void RangeMemory::try_other_places(RangeMode* mode) {
       if ((fix.position - here).norm() < kSamePlace) continue;
       RangeMode other = *mode;
       other.estimate.constants.segment<2>(at) = fix.position;
-      if (!solved(kIterations, &other).is_usable) continue;
+      if (!solved(kIterations, &other)) continue;
       const double gain = mode->belief.cost - other.belief.cost;
       RangeMode* worse = &other;
       if (gain > kGain) {
@@ -191,7 +191,7 @@ void RangeMemory::try_all_places_anew(RangeMode* mode) {
   }
   if (is_other) solved(kManyIterations, &other);
   noise_ = learnt;
-  if (!is_other || !solved(kIterations, &other).is_usable) return;
+  if (!is_other || !solved(kIterations, &other)) return;
   if (other.belief.cost < mode->belief.cost - kGain) *mode = std::move(other);
 }
 

@@ -27,27 +27,6 @@ constexpr double kMostGain = 3.0;  // of all steps to come, over that which the 
 constexpr double kMotionTail = 10.0;
 constexpr double kFloor = 0.05 / 200.0;  // 1/m: one range in twenty is anywhere within 200 m
 
-// In heading and place, of a motion that was measured by the true one, of each error's unit.
-struct MotionPrediction {
-  Eigen::Vector3d difference;  // predicted less measured motion
-  double turned;               // true turn
-};
-
-MotionPrediction predict(const OdometryIncrement& motion, const Pose2& moved, double yaw_rate_bias,
-                         double distance_scale, double turn_scale) {
-  MotionPrediction prediction;
-  const double missing = wrap_angle(moved.heading - motion.mean.heading);
-  prediction.turned = motion.turn_scale_sensitivity[2] + missing;
-  const Eigen::Vector3d& by_bias = motion.yaw_rate_sensitivity;
-  const Eigen::Vector3d& by_turn = motion.turn_scale_sensitivity;
-  prediction.difference = {(1.0 + distance_scale) * moved.x + by_bias[0] * yaw_rate_bias +
-                               by_turn[0] * turn_scale - motion.mean.x,
-                           (1.0 + distance_scale) * moved.y + by_bias[1] * yaw_rate_bias +
-                               by_turn[1] * turn_scale - motion.mean.y,
-                           missing + turn_scale * prediction.turned + by_bias[2] * yaw_rate_bias};
-  return prediction;
-}
-
 // Of A (size, 4) from the lower triangle of `matrix`: A · Aᵀ.
 PF_RESAMPLING_VECTOR_CLONES
 void subtract_square(const double* __restrict a, int size, double* __restrict matrix) {
@@ -67,10 +46,10 @@ void subtract_square(const double* __restrict a, int size, double* __restrict ma
 class Elimination {
  public:
   Elimination(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-              const RangePast* past)
+              const std::optional<RangePast>& past)
       : graph_(graph), prior_(prior), noise_(noise), loss_(noise), past_(past) {
     size_ = kState + static_cast<int>(prior.constants.size());
-    first_ = past == nullptr ? 0 : past->keyframe;
+    first_ = past ? past->keyframe : 0;
     info_.resize(size_, size_);
     gradient_.resize(size_);
     steps_.resize(static_cast<std::size_t>(graph.keyframes() - 1 - first_));
@@ -169,7 +148,7 @@ class Elimination {
     log_normalizer_of_motion_ = 2.0 * std::log1p(estimate.constants[Common::distance_scale]) +
                                 std::log(std::abs(1.0 + estimate.constants[Common::turn_scale])) -
                                 2.0 * std::log(noise_.translation) - std::log(noise_.heading);
-    if (past_ != nullptr) {
+    if (past_) {
       info_ = past_->information;
       Eigen::VectorXd off(size_);
       off << estimate.keyframes[static_cast<std::size_t>(first_)] - past_->state,
@@ -273,7 +252,7 @@ class Elimination {
   const RangePrior& prior_;
   const RangeNoise& noise_;
   const RangeLoss loss_;
-  const RangePast* past_;
+  const std::optional<RangePast>& past_;
   int size_ = 0;
   int first_ = 0;         // keyframe
   Eigen::MatrixXd info_;  // of a keyframe and the constants, given all before
@@ -329,7 +308,8 @@ RangePast without_radio(int radio, const RangePrior& prior, RangePast past) {
 }
 
 std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const RangePrior& prior,
-                                                  const RangeNoise& noise, const RangePast* past,
+                                                  const RangeNoise& noise,
+                                                  const std::optional<RangePast>& past,
                                                   const RangeEstimate& estimate) {
   Elimination elimination(graph, prior, noise, past);
   if (!elimination.run(estimate, 0.0)) return {};
@@ -337,8 +317,8 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 }
 
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
-                  RangePast* kept, double least_evidence) {
+                  int iterations, double tolerance, const std::optional<RangePast>& past,
+                  RangeEstimate* estimate, RangePast* kept, double least_evidence) {
   Elimination elimination(graph, prior, noise, past);
   RangeBelief belief;
   belief.cost = std::numeric_limits<double>::infinity();
@@ -435,14 +415,14 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   const double squared = from_radio.squaredNorm() + height * height +
                          constants[radio + Radio::height] +
                          (range.height ? 0.0 : constants[Common::height]);
-  HeldRangeResidual residual;
-  residual.distance = std::sqrt(std::max(kLeastDistance * kLeastDistance, squared));
+  const double distance = std::sqrt(std::max(kLeastDistance * kLeastDistance, squared));
   const double stretch = 1.0 + constants[Common::scale] + constants[radio + Radio::scale];
   const double scale = 1.0 / (noise.range * std::sqrt(range.variance));
-  residual.value = scale * (stretch * residual.distance + constants[Common::bias] +
+  HeldRangeResidual residual;
+  residual.value = scale * (stretch * distance + constants[Common::bias] +
                             constants[radio + Radio::bias] - range.range);
 
-  const Eigen::RowVector2d by_place = scale * stretch / residual.distance * from_radio.transpose();
+  const Eigen::RowVector2d by_place = scale * stretch / distance * from_radio.transpose();
   const Eigen::RowVector2d by_body = by_place * turn;
   const Eigen::Vector2d across(-arm.y(), arm.x());
   const double distance_stretch = 1.0 / (1.0 + constants[Common::distance_scale]);
@@ -454,7 +434,7 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   residual.by_keyframe.head<2>() = by_place;
   residual.by_keyframe[2] = (by_body * Eigen::Vector2d(-place.y(), place.x())).value();
   residual.by_keyframe[3] = by_error(by_bias);
-  residual.by_common[Common::scale] = scale * residual.distance;
+  residual.by_common[Common::scale] = scale * distance;
   residual.by_common[Common::bias] = scale;
   residual.by_common[Common::distance_scale] =
       -distance_stretch * (by_body * Eigen::Vector2d(moved.x, moved.y)).value();
@@ -463,10 +443,10 @@ HeldRangeResidual residual_of(const HeldRange& range, const RangeNoise& noise,
   residual.by_common[Common::lever_x] = (by_body * Eigen::Vector2d(turn_cosine, turn_sine)).value();
   residual.by_common[Common::lever_y] =
       (by_body * Eigen::Vector2d(-turn_sine, turn_cosine)).value();
-  residual.by_common[Common::lever_z] = -scale * stretch / residual.distance * height;
-  const double by_height = scale * stretch / (2.0 * residual.distance);
+  residual.by_common[Common::lever_z] = -scale * stretch / distance * height;
+  const double by_height = scale * stretch / (2.0 * distance);
   residual.by_common[Common::height] = range.height ? 0.0 : by_height;
-  residual.by_radio << -by_place, scale * residual.distance, scale, by_height;
+  residual.by_radio << -by_place, scale * distance, scale, by_height;
   return residual;
 }
 
@@ -474,10 +454,18 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
                                double yaw_rate_walk, const KeyframeState& from,
                                const KeyframeState& to, const Eigen::VectorXd& constants) {
   const Pose2 moved = relative(pose_of(from), pose_of(to));
-  const double distance_scale = constants[Common::distance_scale];
+  const double stretch = 1.0 + constants[Common::distance_scale];
   const double turn_scale = constants[Common::turn_scale];
-  const MotionPrediction prediction = predict(motion, moved, from[3], distance_scale, turn_scale);
-  const double stretch = 1.0 + distance_scale;
+  const double missing = wrap_angle(moved.heading - motion.mean.heading);
+  const double turned = motion.turn_scale_sensitivity[2] + missing;
+  const Eigen::Vector3d& by_bias = motion.yaw_rate_sensitivity;
+  const Eigen::Vector3d by_turn_scale(motion.turn_scale_sensitivity[0],
+                                      motion.turn_scale_sensitivity[1], turned);
+  // Predicted less measured.
+  const Eigen::Vector3d difference(
+      stretch * moved.x + by_bias[0] * from[3] + by_turn_scale[0] * turn_scale - motion.mean.x,
+      stretch * moved.y + by_bias[1] * from[3] + by_turn_scale[1] * turn_scale - motion.mean.y,
+      missing + turn_scale * turned + by_bias[2] * from[3]);
   const double cosine = std::cos(from[2]);
   const double sine = std::sin(from[2]);
   Eigen::Matrix3d by_from, by_to;
@@ -499,16 +487,15 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
     return matrix;
   };
   HeldMotionResidual residual;
-  residual.value.head<3>() = whitened(prediction.difference);
+  residual.value.head<3>() = whitened(difference);
   residual.by_from.setZero();
   residual.by_to.setZero();
   residual.by_scales.setZero();
   residual.by_from.topLeftCorner<3, 3>() = whitened(by_from);
   residual.by_to.topLeftCorner<3, 3>() = whitened(by_to);
-  residual.by_from.block<3, 1>(0, 3) = whitened(Eigen::Vector3d(motion.yaw_rate_sensitivity));
+  residual.by_from.block<3, 1>(0, 3) = whitened(by_bias);
   residual.by_scales.block<3, 1>(0, 0) = whitened(Eigen::Vector3d(moved.x, moved.y, 0.0));
-  residual.by_scales.block<3, 1>(0, 1) = whitened(Eigen::Vector3d(
-      motion.turn_scale_sensitivity[0], motion.turn_scale_sensitivity[1], prediction.turned));
+  residual.by_scales.block<3, 1>(0, 1) = whitened(by_turn_scale);
   const double walk =
       1.0 / std::hypot(kLeastYawRateSigma, yaw_rate_walk * std::sqrt(motion.duration));
   residual.value[3] = walk * (to[3] - from[3]);

@@ -154,7 +154,6 @@ std::vector<KeyframeState> driven_by_odometry(const RangeGraph& graph, const Key
 /// unknowns and those of its radio.
 struct HeldRangeResidual {
   double value = 0.0;
-  double distance = 0.0;  ///< m, as estimated
   Eigen::Matrix<double, 1, KeyframeUnknown::count> by_keyframe;
   Eigen::Matrix<double, 1, CommonUnknown::count> by_common;
   Eigen::Matrix<double, 1, RadioUnknown::count> by_radio;
@@ -206,7 +205,8 @@ RangePast without_radio(int radio, const RangePrior& prior, RangePast past);
 /// m^2, of the position of each keyframe (with a past, from its keyframe on), given all data. Empty
 /// if they are not enough.
 std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const RangePrior& prior,
-                                                  const RangeNoise& noise, const RangePast* past,
+                                                  const RangeNoise& noise,
+                                                  const std::optional<RangePast>& past,
                                                   const RangeEstimate& estimate);
 
 /// Gauss and Newton's method with Levenberg's damping: keyframes are eliminated from the oldest to
@@ -215,8 +215,8 @@ std::vector<Eigen::Matrix2d> position_covariances(const RangeGraph& graph, const
 /// keyframe, which do not move. `kept`, if any: gets what the data before its keyframe say. Gives
 /// up, not usable, where the logarithm of the evidence will hardly come to `least_evidence`.
 RangeBelief solve(const RangeGraph& graph, const RangePrior& prior, const RangeNoise& noise,
-                  int iterations, double tolerance, const RangePast* past, RangeEstimate* estimate,
-                  RangePast* kept = nullptr,
+                  int iterations, double tolerance, const std::optional<RangePast>& past,
+                  RangeEstimate* estimate, RangePast* kept = nullptr,
                   double least_evidence = -std::numeric_limits<double>::infinity());
 
 }  // namespace pf_resampling

@@ -14,7 +14,6 @@ namespace {
 
 using Common = CommonUnknown;
 using RadioOf = RadioUnknown;
-constexpr int kAllRadios = -1;
 
 // Keyframes: so far apart that the noise of the odometry between them is small beside a range's.
 constexpr double kLongestSpacing = 2.0;     // m
@@ -66,7 +65,7 @@ Eigen::MatrixXd without_rows(const Eigen::MatrixXd& all, Eigen::Index at) {
 }  // namespace
 
 RangeMemory::RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
-                         const std::vector<std::pair<int, RangeCalibration>>& calibration,
+                         const RangeCalibrations& calibration,
                          const std::optional<PoseEstimate>& first)
     : options_(options), beacons_(beacons), calibration_(calibration), first_(first) {
   graph_.ranges.emplace_back();
@@ -98,7 +97,7 @@ std::optional<int> RangeMemory::radio_of(int id) {
   Radio radio;
   radio.id = id;
   if (const Beacon* beacon = listed(id)) radio.listed = *beacon;
-  radio.calibration = calibration_of(id);
+  radio.calibration = calibration_of(id, calibration_);
   radios_.push_back(radio);
   // Nothing is known of it but what is believed before.
   const RangePrior anew = prior();
@@ -163,21 +162,11 @@ void RangeMemory::forget(int radio) {
   }
 }
 
-RangeCalibration RangeMemory::calibration_of(int id) const {
-  RangeCalibration calibration;
-  for (const int wanted : {kAllRadios, id}) {
-    for (const auto& [of, given] : calibration_) {
-      if (of == wanted) calibration = given;
-    }
-  }
-  return calibration;
-}
-
 RangePrior RangeMemory::prior() const {
   RangePrior prior;
   prior.constants = Eigen::VectorXd::Zero(radio_at(static_cast<int>(radios_.size())));
   prior.yaw_rate_walk = options_.yaw_rate_walk;
-  const RangeCalibration all = calibration_of(kAllRadios);
+  const RangeCalibration all = calibration_of(kAllRadios, calibration_);
   prior.constants[Common::scale] = all.scale - 1.0;
   prior.constants[Common::bias] = all.bias;
   std::vector<RadioAccount> accounts;

@@ -132,14 +132,14 @@ class RangeMemory {
   /// is that in which its pose is this, or else zero, when it drives off. Throws Error if two have
   /// one id.
   RangeMemory(const RangeMemoryOptions& options, const std::vector<Beacon>& beacons,
-              const std::vector<std::pair<int, RangeCalibration>>& calibration = {},
+              const RangeCalibrations& calibration = {},
               const std::optional<PoseEstimate>& first = {});
   /// To be read from a file.
   RangeMemory() : RangeMemory(RangeMemoryOptions{}, {}) {}
   /// Goes on to the bit as `saved`, whose options, beacons and calibration are not part of it,
   /// would have with those of this one. Nothing happens, and false, if it is of other beacons.
   bool resume(const RangeMemory& saved);
-  friend void describe(Archive& archive, RangeMemory& memory);
+  friend void describe(Archive& archive, RangeMemory& memory);  ///< as it is saved
 
   /// The robot moved, then measured; a range of a radio that is not listed makes it known.
   void add(const OdometryIncrement& odometry, const std::vector<RangeObservation>& ranges);
@@ -242,7 +242,6 @@ class RangeMemory {
   std::optional<int> radio_of(int id);
   const Beacon* listed(int id) const;
   RadioKnowledge knowledge_of(int id) const;
-  RangeCalibration calibration_of(int id) const;
   bool has_begun();
   void begin_anew(const OdometryFactors& factors);
   void add_keyframe();
@@ -262,6 +261,10 @@ class RangeMemory {
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(RangeMode* mode);
   bool try_gross_odometry();
+  static bool are_at_one_place(const RangeMode& a, const RangeMode& b);
+  static double median_of(std::vector<double> values);
+  double residual_in(const RangeMode& mode, std::size_t keyframe, const HeldRange& range) const;
+  double excess_of(int radio, const RangeMode& mode) const;
   std::optional<Change> newest_change() const;
   void forget_before(const Change& change);
   void note_copy(double range, Radio* radio) const;
@@ -285,13 +288,13 @@ class RangeMemory {
   bool are_listed() const;
   int newest_keyframes() const;
   void settle(RangeMode* mode) const;
-  RangeBelief solved(int iterations, RangeMode* mode,
-                     double least_evidence = -std::numeric_limits<double>::infinity()) const;
+  bool solved(int iterations, RangeMode* mode,
+              double least_evidence = -std::numeric_limits<double>::infinity()) const;
   double log_prior_of_noise(const RangeNoise& noise) const;
 
   RangeMemoryOptions options_;
   std::vector<Beacon> beacons_;
-  std::vector<std::pair<int, RangeCalibration>> calibration_;
+  RangeCalibrations calibration_;
   std::optional<PoseEstimate> first_;
   std::vector<Radio> radios_;  // that were heard
   RangeGraph graph_;

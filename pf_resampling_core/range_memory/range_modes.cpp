@@ -54,11 +54,28 @@ constexpr double kMedianOfNormal = 0.6745;
 
 // ---- modes ------------------------------------------------------------------------------------
 
-RangeBelief RangeMemory::solved(int iterations, RangeMode* mode, double least_evidence) const {
+bool RangeMemory::are_at_one_place(const RangeMode& a, const RangeMode& b) {
+  const KeyframeState off = a.estimate.keyframes.back() - b.estimate.keyframes.back();
+  return off.head<2>().norm() < kSamePlace && std::abs(wrap_angle(off[2])) < kSameHeading;
+}
+
+double RangeMemory::median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// In standard deviations.
+double RangeMemory::residual_in(const RangeMode& mode, std::size_t keyframe,
+                                const HeldRange& range) const {
+  return residual_of(range, noise_, mode.estimate.keyframes[keyframe], mode.estimate.constants)
+      .value;
+}
+
+bool RangeMemory::solved(int iterations, RangeMode* mode, double least_evidence) const {
   mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, iterations, kTolerance,
-                                      mode->past ? &*mode->past : nullptr, &mode->estimate, nullptr,
-                                      least_evidence);
-  return mode->belief;
+                                      mode->past, &mode->estimate, nullptr, least_evidence);
+  return mode->belief.is_usable;
 }
 
 RangeMode RangeMemory::as_listed() const {
@@ -163,7 +180,7 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
           driven_by_odometry(graph_, candidate.prior.first, mode.estimate.constants);
       for (const RangeNoise& stage : {coarse, *noise}) {
         candidate.belief = pf_resampling::solve(graph_, candidate.prior, stage, kManyIterations,
-                                                kTolerance, nullptr, &candidate.estimate);
+                                                kTolerance, {}, &candidate.estimate);
       }
       if (candidate.belief.is_usable) found.push_back(candidate);
     }
@@ -181,20 +198,15 @@ std::vector<RangeMode> RangeMemory::starts(const RangeMode& mode, std::size_t re
             std::abs(residual_of(range, *noise, best.keyframes[k], best.constants).value));
       }
     }
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    const double median = *middle / kMedianOfNormal;
+    const double median = median_of(std::move(residuals)) / kMedianOfNormal;
     // Few ranges fit better than they are.
     noise->range = std::max(kLeastFactor, noise->range * std::max(1.5 * median, 0.03));
   }
   std::vector<RangeMode> modes;
   for (const RangeMode& candidate : found) {
     if (found[0].belief.log_evidence - candidate.belief.log_evidence > kModeMargin) break;
-    const KeyframeState& last = candidate.estimate.keyframes.back();
     const bool is_known = std::any_of(modes.begin(), modes.end(), [&](const RangeMode& before) {
-      const KeyframeState& other = before.estimate.keyframes.back();
-      return (last - other).head<2>().norm() < kSamePlace &&
-             std::abs(wrap_angle(last[2] - other[2])) < kSameHeading;
+      return are_at_one_place(before, candidate);
     });
     if (!is_known) modes.push_back(candidate);
   }
@@ -216,11 +228,8 @@ void RangeMemory::weigh_modes() {
   for (RangeMode& mode : modes_) {
     const double log_odds = log_probability(mode) - best;
     if (log_odds < -kModeMargin) break;
-    const KeyframeState& last = mode.estimate.keyframes.back();
     const auto is_near = [&](const RangeMode& other) {
-      return other.accounts == mode.accounts &&
-             (other.estimate.keyframes.back() - last).head<2>().norm() < kSamePlace &&
-             std::abs(wrap_angle(other.estimate.keyframes.back()[2] - last[2])) < kSameHeading &&
+      return other.accounts == mode.accounts && are_at_one_place(other, mode) &&
              (other.estimate.constants - mode.estimate.constants).norm() < kSamePlace;
     };
     // Of one place, with an error and without: while nobody knows, the belief is both.
@@ -262,7 +271,7 @@ bool RangeMemory::follow() {
       continue;
     }
     mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kToleranceOfNewest,
-                                       past ? &*past : nullptr, &mode.estimate);
+                                       past, &mode.estimate);
   }
   weigh_modes();
   return !modes_.empty();
@@ -317,8 +326,8 @@ void RangeMemory::let_oldest_leave() {
   for (RangeMode& mode : modes_) {
     RangePast past;
     past.keyframe = leaving;
-    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, 1, kTolerance,
-                                       mode.past ? &*mode.past : nullptr, &mode.estimate, &past);
+    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, 1, kTolerance, mode.past,
+                                       &mode.estimate, &past);
     for (std::size_t r = 0; r < radios_.size(); ++r) {
       const bool is_wrong = radios_[r].listed && mode.accounts[r] != RadioAccount::as_listed;
       if (!is_wrong && radios_[r].other_places.empty()) continue;
@@ -361,8 +370,8 @@ void RangeMemory::settle(RangeMode* mode) const {
   RangePast settled;
   settled.keyframe = keyframe;
   const std::optional<RangePast>& past = mode->settled ? mode->settled : mode->past;
-  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, kIterations, kTolerance,
-                                      past ? &*past : nullptr, &mode->estimate, &settled);
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, kIterations, kTolerance, past,
+                                      &mode->estimate, &settled);
   if (mode->belief.is_usable) mode->settled = std::move(settled);
 }
 
@@ -375,9 +384,7 @@ bool RangeMemory::explains_newest() const {
     for (const HeldRange& range : graph_.ranges[at]) {
       if (!mode.estimate.takes_part[static_cast<std::size_t>(range.radio)]) continue;
       ++heard;
-      const double value =
-          residual_of(range, noise_, mode.estimate.keyframes[at], mode.estimate.constants).value;
-      if (std::abs(value) < kExplained) ++explained;
+      if (std::abs(residual_in(mode, at, range)) < kExplained) ++explained;
     }
   }
   return 2 * explained >= heard;
@@ -429,7 +436,7 @@ bool RangeMemory::try_noise(double least_of_ranges) {
       noise_.range *= before.range_deviation() / noise_.range_deviation();
     }
     RangeMode other = mode;
-    if (solved(kIterations, &other, best - log_prior_of_noise(noise_)).is_usable &&
+    if (solved(kIterations, &other, best - log_prior_of_noise(noise_)) &&
         other.belief.log_evidence + log_prior_of_noise(noise_) > best) {
       mode = std::move(other);
       // Few ranges fit better than they are: what grows may grow fast.
@@ -447,8 +454,8 @@ bool RangeMemory::try_noise(double least_of_ranges) {
 // dear the path follows those that err alike: it takes its share of their mean.
 void RangeMemory::find_doubt() {
   const RangeMode& mode = modes_.front();
-  const std::vector<Eigen::Matrix2d> positions = position_covariances(
-      graph_, mode.prior, noise_, mode.past ? &*mode.past : nullptr, mode.estimate);
+  const std::vector<Eigen::Matrix2d> positions =
+      position_covariances(graph_, mode.prior, noise_, mode.past, mode.estimate);
   if (positions.empty()) return;
   const std::size_t count = radios_.size();
   std::vector<double> sums(count, 0.0), weights(count, 0.0);

@@ -1,7 +1,9 @@
-// How a RangeMemory is saved.
-#include "pf_resampling_core/range_memory/saved_range_memory.hpp"
-
+// How a RangeMemory is saved: all data and what was last made of them, without what it was told of
+// beacons, calibration and options, see RangeMemory::resume().
 #include <utility>
+
+#include "pf_resampling_core/files/archive.hpp"
+#include "pf_resampling_core/range_memory/range_memory.hpp"
 
 namespace pf_resampling {
 
@@ -92,7 +94,7 @@ bool RangeMemory::resume(const RangeMemory& saved) {
   for (Radio& radio : anew.radios_) {
     radio.listed.reset();
     if (const Beacon* beacon = listed(radio.id)) radio.listed = *beacon;
-    radio.calibration = calibration_of(radio.id);
+    radio.calibration = calibration_of(radio.id, calibration_);
   }
   for (RangeMode& mode : anew.modes_) mode.prior.metre = prior().metre;
   *this = std::move(anew);

@@ -14,8 +14,6 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kAllBeacons = -1;
-
 // Bounds of what is learnt about noise: beyond them the model is wrong in another way.
 constexpr double kLargestFactor = 30.0;
 constexpr double kLargestVarianceFactor = kLargestFactor * kLargestFactor;
@@ -35,21 +33,13 @@ ScalarEstimate pooled(ConstArray weights, ConstArray means, ConstArray variances
 }  // namespace
 
 BeaconMcl::BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons,
-                     std::uint64_t seed,
-                     const std::vector<std::pair<int, RangeCalibration>>& calibration)
+                     std::uint64_t seed, const RangeCalibrations& calibration)
     : options_(options), beacons_(std::move(beacons)), calibration_(calibration), seed_(seed) {
   validate(options_);
   checks::check_beacons(beacons_, finds_beacons() ? 0 : 1);
   checks::check_calibration(calibration);
   for (const Beacon& beacon : beacons_) {
-    RangeCalibration nominal;
-    for (const auto& [id, given] : calibration) {
-      if (id == kAllBeacons) nominal = given;
-    }
-    for (const auto& [id, given] : calibration) {
-      if (id == beacon.id) nominal = given;
-    }
-    nominal_.push_back(nominal);
+    nominal_.push_back(calibration_of(beacon.id, calibration));
   }
   pool_ = std::make_unique<WorkerPool>(options_.threads);
   reset();
@@ -349,7 +339,7 @@ std::vector<CalibrationEstimate> BeaconMcl::calibration() const {
   const ScalarEstimate bias = pooled(particles_.weight, particles_.bias, particles_.bias_variance);
   for (std::size_t i = 0; i < (all_alike ? 1 : beacons_.size()); ++i) {
     const RadioDifference difference = difference_of(i);
-    estimates.push_back({all_alike ? kAllBeacons : beacons_[i].id, scale.mean / difference.scale,
+    estimates.push_back({all_alike ? kAllRadios : beacons_[i].id, scale.mean / difference.scale,
                          scale.sigma / difference.scale,
                          (bias.mean - difference.offset) / difference.scale,
                          bias.sigma / difference.scale});
@@ -366,7 +356,7 @@ ScalarEstimate BeaconMcl::yaw_rate_bias() const {
 double BeaconMcl::corrected_range(int beacon, double range) const {
   if (!finds_beacons()) beacon_index(beacon);  // which throws for those that are not known
   for (const CalibrationEstimate& estimate : calibration()) {
-    if (estimate.beacon != beacon && estimate.beacon != kAllBeacons) continue;
+    if (estimate.beacon != beacon && estimate.beacon != kAllRadios) continue;
     return (range - estimate.bias) / estimate.scale;
   }
   return range;

@@ -93,7 +93,7 @@ class BeaconMcl {
   /// prior where they are estimated (where one for all is, differences between radios are believed
   /// as given). Throws Error on options that make no sense.
   BeaconMcl(const BeaconMclOptions& options, std::vector<Beacon> beacons, std::uint64_t seed,
-            const std::vector<std::pair<int, RangeCalibration>>& calibration = {});
+            const RangeCalibrations& calibration = {});
 
   /// One step of the filter: moves the particles by `odometry`, weighs them by `ranges` (all taken
   /// at the end of the odometry), renews and excites when due. Odometry must be finite, ranges
@@ -182,8 +182,8 @@ class BeaconMcl {
 
   bool calibrates() const { return options_.calibration.estimation != CalibrationEstimation::off; }
   bool finds_beacons() const { return options_.beacon_positions == BeaconPositions::estimated; }
-  void start_memory(const std::optional<PoseEstimate>& first = {});
-  void start_memory(const std::vector<Beacon>& beacons, const std::optional<PoseEstimate>& first);
+  void start_memory(const std::optional<PoseEstimate>& first = {},
+                    const std::optional<std::vector<Beacon>>& known = {});
   void note_innovation_of_memory();
   void solve_memory();
   void begin_solution();
@@ -221,8 +221,8 @@ class BeaconMcl {
 
   BeaconMclOptions options_;
   std::vector<Beacon> beacons_;
-  std::vector<std::pair<int, RangeCalibration>> calibration_;  // as given
-  std::vector<RangeCalibration> nominal_;                      // per beacon
+  RangeCalibrations calibration_;          // as given
+  std::vector<RangeCalibration> nominal_;  // per beacon
   std::uint64_t seed_;
   BeaconMclProgress progress_;
 

@@ -96,7 +96,7 @@ void check_beacons(const std::vector<Beacon>& beacons, std::size_t fewest) {
   }
 }
 
-void check_calibration(const std::vector<std::pair<int, RangeCalibration>>& calibration) {
+void check_calibration(const RangeCalibrations& calibration) {
   for (const auto& [beacon, given] : calibration) {
     const bool is_usable = given.scale > 0.0 && is_within(given.scale, 1e3) &&
                            is_within(given.bias, kFarthest) &&

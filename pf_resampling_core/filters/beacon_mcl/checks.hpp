@@ -18,6 +18,6 @@ void check_pose(const Pose2& mean, const Eigen::Matrix3d& covariance);
 
 /// At least so many, ids all different, positions finite.
 void check_beacons(const std::vector<Beacon>& beacons, std::size_t fewest = 1);
-void check_calibration(const std::vector<std::pair<int, RangeCalibration>>& calibration);
+void check_calibration(const RangeCalibrations& calibration);
 
 }  // namespace pf_resampling::checks

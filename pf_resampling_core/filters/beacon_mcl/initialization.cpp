@@ -84,9 +84,9 @@ void BeaconMcl::initialize_uniform() {
   const RandomStream uniforms = stream(RandomPurpose::initialization);
   for (Eigen::Index i = 0; i < particles_.size(); ++i) {
     const std::uint64_t index = 4 * static_cast<std::uint64_t>(i);
-    particles_.x[i] = low[0] + (high[0] - low[0]) * uniforms.uniform(index);
-    particles_.y[i] = low[1] + (high[1] - low[1]) * uniforms.uniform(index + 1);
-    particles_.heading[i] = kPi * (2.0 * uniforms.uniform(index + 2) - 1.0);
+    particles_.put(i, {low[0] + (high[0] - low[0]) * uniforms.uniform(index),
+                       low[1] + (high[1] - low[1]) * uniforms.uniform(index + 1),
+                       kPi * (2.0 * uniforms.uniform(index + 2) - 1.0)});
   }
   begin_population(first);
 }
@@ -96,10 +96,7 @@ void BeaconMcl::initialize_from_ranges() {
   const std::vector<Pose2> poses = propose_from_ranges(options_.particles);
   resize_columns(options_.particles, &particles_);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Index slot = static_cast<Eigen::Index>(i);
-    particles_.x[slot] = poses[i].x;
-    particles_.y[slot] = poses[i].y;
-    particles_.heading[slot] = poses[i].heading;
+    particles_.put(static_cast<Eigen::Index>(i), poses[i]);
   }
   begin_population(first);
 }
@@ -115,8 +112,8 @@ void BeaconMcl::begin_population(bool first) {
   if (first) {
     start_yaw_rate_bias();
     start_noise_factors();
+    start_calibration();
   }
-  if (first) start_calibration();
   // The robot is elsewhere than the path of all data has it.
   if (finds_beacons()) {
     start_memory(estimate());

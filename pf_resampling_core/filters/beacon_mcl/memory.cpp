@@ -22,13 +22,11 @@ constexpr double kFixed = 1e-4;
 
 }  // namespace
 
-// What was found before stays known. `first`: where the robot is, if it was put there.
-void BeaconMcl::start_memory(const std::optional<PoseEstimate>& first) {
-  start_memory(found_beacons(), first);
-}
-
-void BeaconMcl::start_memory(const std::vector<Beacon>& beacons,
-                             const std::optional<PoseEstimate>& first) {
+// `first`: where the robot is, if it was put there. `known`: beacons whose place is; without it,
+// what was found before stays known.
+void BeaconMcl::start_memory(const std::optional<PoseEstimate>& first,
+                             const std::optional<std::vector<Beacon>>& known) {
+  const std::vector<Beacon> beacons = known ? *known : found_beacons();
   memory_.reset();
   if (solution_) solution_->is_obsolete = true;
   progress_.is_drawn_from_memory = false;
@@ -41,11 +39,11 @@ void BeaconMcl::start_memory(const std::vector<Beacon>& beacons,
   if (!calibrates()) options.own_scale = options.own_bias = kFixed;
   options.yaw_rate =
       options_.yaw_rate_bias.estimate ? std::max(1e-6, options_.yaw_rate_bias.sigma) : 1e-6;
-  std::vector<std::pair<int, RangeCalibration>> calibration = calibration_;
+  RangeCalibrations calibration = calibration_;
   for (std::size_t b = 0; b < beacons_.size(); ++b) {
     calibration.emplace_back(beacons_[b].id, nominal_[b]);
   }
-  if (!nominal_.empty()) calibration.emplace_back(-1, nominal_.front());
+  if (!nominal_.empty()) calibration.emplace_back(kAllRadios, nominal_.front());
   memory_.emplace(options, beacons, calibration, first);
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/population/particle_columns.hpp"
 
 namespace pf_resampling {
@@ -21,6 +22,11 @@ struct BeaconMclParticles {
   Eigen::ArrayXd scale_variance, scale_bias_covariance, bias_variance;
 
   Eigen::Index size() const { return x.size(); }
+  void put(Eigen::Index particle, const Pose2& pose) {
+    x[particle] = pose.x;
+    y[particle] = pose.y;
+    heading[particle] = pose.heading;
+  }
 
   /// The one list of what a particle carries. Selecting, resizing, saving and loading go through
   /// it: see particle_columns.hpp. visit(name, array).

@@ -74,9 +74,7 @@ void BeaconMcl::inject() {
         (static_cast<double>(i) + offset) / static_cast<double>(proposals.size());
     const Eigen::Index slot =
         std::min(size - 1, static_cast<Eigen::Index>(position * static_cast<double>(size)));
-    particles_.x[slot] = proposals[i].x;
-    particles_.y[slot] = proposals[i].y;
-    particles_.heading[slot] = proposals[i].heading;
+    particles_.put(slot, proposals[i]);
   }
   status_.injected += static_cast<std::int64_t>(proposals.size());
 }

@@ -70,7 +70,7 @@ void BeaconMcl::load(const SavedBeaconMcl& saved) {
   progress_ = saved.progress;
   strategy_.resume(progress_.updates_since_renewal);
   particles_ = saved.particles;
-  if (finds_beacons()) start_memory(saved.memory_beacons, {});
+  if (finds_beacons()) start_memory({}, saved.memory_beacons);
   const bool goes_on = memory_ && saved.memory && memory_->resume(*saved.memory);
   progress_.is_drawn_from_memory = goes_on && saved.progress.is_drawn_from_memory;
   if (memory_) {

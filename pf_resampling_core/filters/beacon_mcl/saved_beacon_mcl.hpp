@@ -7,7 +7,6 @@
 
 #include "pf_resampling_core/files/archive.hpp"
 #include "pf_resampling_core/filters/beacon_mcl/beacon_mcl.hpp"
-#include "pf_resampling_core/range_memory/saved_range_memory.hpp"
 
 namespace pf_resampling {
 

@@ -165,7 +165,7 @@ TEST(Solve, ScalesOfTheOdometryHaveNoEvidenceOfTheirOwn) {
     problem.prior.constants.segment<2>(CommonUnknown::distance_scale).setConstant(scale);
     problem.prior.constants_sigma.setConstant(1e-6);
     problem.estimate.constants = problem.prior.constants;
-    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate)
+    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, {}, &problem.estimate)
         .log_evidence;
   };
   EXPECT_NEAR(log_evidence_of(-0.05), log_evidence_of(0.05), 0.1);
@@ -189,7 +189,7 @@ TEST(Solve, RangesOverruleAMotionThatWasNone) {
     const Pose2 pose = compose(pose_of(before), problem.graph.motions[k - 1].mean);
     problem.estimate.keyframes[k] << pose.x, pose.y, pose.heading, 0.0;
   }
-  solve(problem.graph, problem.prior, problem.noise, 50, 1e-6, nullptr, &problem.estimate);
+  solve(problem.graph, problem.prior, problem.noise, 50, 1e-6, {}, &problem.estimate);
   for (std::size_t k = 0; k < truth.size(); ++k) {
     EXPECT_LT((problem.estimate.keyframes[k] - truth[k]).head<2>().norm(), 0.3) << k;
   }
@@ -199,7 +199,7 @@ TEST(Solve, RangesOverruleAMotionThatWasNone) {
 TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
   SmallProblem problem = small_problem();
   const RangeBelief belief =
-      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate);
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, {}, &problem.estimate);
   ASSERT_TRUE(belief.is_usable);
   const int poses = kState * problem.graph.keyframes();
   const int size = poses + radio_at(2);
@@ -209,7 +209,7 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
       moved.keyframes[static_cast<std::size_t>(k)] += step.segment<kState>(kState * k);
     }
     moved.constants += step.tail(radio_at(2));
-    return solve(problem.graph, problem.prior, problem.noise, 0, 0.0, nullptr, &moved).cost;
+    return solve(problem.graph, problem.prior, problem.noise, 0, 0.0, {}, &moved).cost;
   };
   // Steps of about a hundredth of what the unknowns may be off by.
   Eigen::VectorXd steps = Eigen::VectorXd::Constant(size, 1e-3);
@@ -231,7 +231,7 @@ TEST(Solve, CovarianceIsThatOfTheWholeHessian) {
     EXPECT_NEAR(std::sqrt(belief.covariance(i, i)), sigma, 0.05 * sigma) << i;
   }
   const std::vector<Eigen::Matrix2d> positions =
-      position_covariances(problem.graph, problem.prior, problem.noise, nullptr, problem.estimate);
+      position_covariances(problem.graph, problem.prior, problem.noise, {}, problem.estimate);
   ASSERT_EQ(positions.size(), problem.graph.ranges.size());
   for (int k = 0; k < problem.graph.keyframes(); ++k) {
     const Eigen::Matrix2d position = all.block<2, 2>(kState * k, kState * k);
@@ -244,7 +244,7 @@ TEST(Solve, GivesUpWhereTheEvidenceWillNotDo) {
   const auto solved = [](double least_evidence) {
     SmallProblem problem = small_problem();
     problem.estimate.keyframes.back()[0] += 0.5;
-    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate,
+    return solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, {}, &problem.estimate,
                  nullptr, least_evidence);
   };
   const RangeBelief whole = solved(-std::numeric_limits<double>::infinity());
@@ -256,13 +256,13 @@ TEST(Solve, APastSaysWhatItsDataSaid) {
   SmallProblem problem = small_problem();
   RangePast past;
   past.keyframe = 3;
-  const RangeBelief whole = solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr,
-                                  &problem.estimate, &past);
+  const RangeBelief whole =
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, {}, &problem.estimate, &past);
   RangeEstimate estimate = problem.estimate;
   estimate.keyframes.back()[0] += 0.05;
   estimate.constants[CommonUnknown::bias] += 0.02;
   const RangeBelief rest =
-      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &past, &estimate);
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, past, &estimate);
   ASSERT_TRUE(rest.is_usable);
   EXPECT_LT((estimate.keyframes.back() - problem.estimate.keyframes.back()).norm(), 1e-5);
   EXPECT_LT((estimate.constants - problem.estimate.constants).norm(), 1e-5);
@@ -276,11 +276,11 @@ TEST(Solve, ARadioThatIsAnotherOneFromNowOnKeepsNothing) {
   SmallProblem problem = small_problem();
   RangePast past;
   past.keyframe = 3;
-  solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, nullptr, &problem.estimate, &past);
+  solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, {}, &problem.estimate, &past);
   const RangePast without = without_radio(1, problem.prior, past);
   RangeEstimate estimate = problem.estimate;
   const RangeBelief belief =
-      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, &without, &estimate);
+      solve(problem.graph, problem.prior, problem.noise, 50, 1e-12, without, &estimate);
   // The same drive among three radios, of which the second is not heard any more after the past.
   SmallProblem other = small_problem();
   other.prior.constants.conservativeResize(radio_at(3));
@@ -291,7 +291,7 @@ TEST(Solve, ARadioThatIsAnotherOneFromNowOnKeepsNothing) {
   other.estimate.takes_part = {true, true, true};
   for (std::size_t k = 3; k < other.graph.ranges.size(); ++k) other.graph.ranges[k][1].radio = 2;
   const RangeBelief expected =
-      solve(other.graph, other.prior, other.noise, 50, 1e-12, nullptr, &other.estimate);
+      solve(other.graph, other.prior, other.noise, 50, 1e-12, {}, &other.estimate);
   const auto rows = kState + radio_at(1);
   EXPECT_LT(
       (estimate.constants.head(radio_at(1)) - other.estimate.constants.head(radio_at(1))).norm(),
