@@ -133,28 +133,19 @@ TEST(OdometryIncrement, MeanOfArcsIsTheArc) {
   EXPECT_NEAR(increment.duration, 10.0, 1e-12);
 }
 
-TEST(OdometryIncrement, CovarianceOfOneStraightStep) {
+// Straight ahead, on a winding drive and on half a circle. A wide step whose heading noise is large
+// against all else shows where that pushes the end.
+TEST(OdometryIncrement, CovarianceIsThatOfNoisyDrives) {
+  std::vector<Step> winding;
+  for (int i = 0; i < 40; ++i) winding.push_back(arc(1.0, 0.8 * std::sin(0.3 * i), 0.1));
   expect_covariance(all_kinds_of_noise(), {{{1.0, 0.0, 0.0}, 0.5}}, 0.005);
-}
-
-// A wide step whose heading noise is large against all else shows where that pushes the end.
-TEST(OdometryIncrement, CovarianceOfOneStepAside) {
-  OdometryNoise noise = no_noise();
-  noise.heading_per_distance = 0.02;
-  noise.translation_per_time = 0.003;
-  expect_covariance(noise, {{{0.0, 1.0, 0.0}, 0.5}}, 0.01);
-  expect_covariance(noise, {{{0.6, -0.8, 0.0}, 0.5}}, 0.01);
-}
-
-TEST(OdometryIncrement, CovarianceOfAWindingDrive) {
-  std::vector<Step> steps;
-  for (int i = 0; i < 40; ++i) steps.push_back(arc(1.0, 0.8 * std::sin(0.3 * i), 0.1));
-  expect_covariance(all_kinds_of_noise(), steps, 0.01);
-}
-
-TEST(OdometryIncrement, CovarianceOfHalfACircle) {
-  std::vector<Step> steps(30, arc(1.0, M_PI / 3.0, 0.1));
-  expect_covariance(all_kinds_of_noise(), steps, 0.01);
+  expect_covariance(all_kinds_of_noise(), winding, 0.01);
+  expect_covariance(all_kinds_of_noise(), std::vector<Step>(30, arc(1.0, M_PI / 3.0, 0.1)), 0.01);
+  OdometryNoise turning = no_noise();
+  turning.heading_per_distance = 0.02;
+  turning.translation_per_time = 0.003;
+  expect_covariance(turning, {{{0.0, 1.0, 0.0}, 0.5}}, 0.01);
+  expect_covariance(turning, {{{0.6, -0.8, 0.0}, 0.5}}, 0.01);
 }
 
 // A straight step in one piece or in many is the same drive: exactly so in mean and covariance.
@@ -261,12 +252,6 @@ TEST(OdometryIncrement, TurningOnTheSpotEitherWay) {
     EXPECT_NEAR(increment.covariance(2, 2), 0.015, 1e-15);
     EXPECT_EQ(increment.covariance.norm(), increment.covariance(2, 2));
   }
-}
-
-TEST(OdometryIncrement, WithoutNoiseThereIsNoCovariance) {
-  const OdometryIncrement increment =
-      increment_of(no_noise(), {arc(1.0, 0.3, 0.5), arc(2.0, -0.7, 0.5)});
-  EXPECT_EQ(increment.covariance.norm(), 0.0);
 }
 
 TEST(OdometryIncrement, IsEmptyUntilTimePasses) {

@@ -71,77 +71,66 @@ std::map<std::string, std::string> parse_yaml(const std::string& yaml) {
   return values;
 }
 
-TEST(Parameters, EachTypeIsParsed) {
+// Of each type, and the ends of the ranges; the parameter server may hold a whole number as a real
+// one.
+TEST(Parameters, ValuesOfTheRangeAreTaken) {
   Sample sample;
   const ParameterList list = parameters_of(&sample);
-  set_parameter(list, "flag", "true");
-  set_parameter(list, "group/count", "-2");
-  set_parameter(list, "group/share", "1e-3");
-  set_parameter(list, "group/deep/width", "50");
-  set_parameter(list, "schedule", "every_n");
+  const struct {
+    const char *name, *value, *now;
+  } cases[] = {{"flag", "0", "false"},
+               {"flag", "true", "true"},
+               {"flag", "false", "false"},
+               {"flag", "1", "true"},
+               {"group/count", "-3", "-3"},
+               {"group/count", "12", "12"},
+               {"group/count", "7.0", "7"},
+               {"group/share", "0", "0"},
+               {"group/share", "1", "1"},
+               {"group/share", "1e-3", "0.001"},
+               {"group/deep/width", "1e-12", "1.0e-12"},
+               {"group/deep/width", "50", "50"},
+               {"schedule", "every_n", "every_n"}};
+  for (const auto& test : cases) {
+    set_parameter(list, test.name, test.value);
+    EXPECT_EQ(named(list, test.name).get(), test.now) << test.name;
+  }
   EXPECT_TRUE(sample.flag);
-  EXPECT_EQ(sample.count, -2);
+  EXPECT_EQ(sample.count, 7);
   EXPECT_EQ(sample.share, 0.001);
   EXPECT_EQ(sample.width, 50.0);
   EXPECT_EQ(sample.schedule, Schedule::every_n);
-  set_parameter(list, "flag", "0");
-  EXPECT_FALSE(sample.flag);
-  set_parameter(list, "flag", "1");
-  EXPECT_TRUE(sample.flag);
-  set_parameter(list, "flag", "false");
-  EXPECT_FALSE(sample.flag);
-  // The parameter server may hold a whole number as a real one.
-  set_parameter(list, "group/count", "7.0");
-  EXPECT_EQ(sample.count, 7);
 }
 
-TEST(Parameters, RangesHoldTheirEnds) {
-  Sample sample;
-  const ParameterList list = parameters_of(&sample);
-  for (const char* value : {"0", "1"}) EXPECT_NO_THROW(set_parameter(list, "group/share", value));
-  for (const char* value : {"-3", "12"}) {
-    EXPECT_NO_THROW(set_parameter(list, "group/count", value));
-  }
-  for (const char* value : {"-1e-9", "1.0000001"}) refusal_by(list, "group/share", value);
-  for (const char* value : {"-4", "13"}) refusal_by(list, "group/count", value);
-  // Open below.
-  refusal_by(list, "group/deep/width", "0");
-  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "1e-12"));
-  EXPECT_NO_THROW(set_parameter(list, "group/deep/width", "50"));
-  refusal_by(list, "group/deep/width", "50.1");
-}
-
+// With the parameter, the value and the range; 2.5 lies in [-3, 12], so what else is wanted is
+// said.
 TEST(Parameters, WhatIsNoValueIsRefusedAndChangesNothing) {
   Sample sample;
   const ParameterList list = parameters_of(&sample);
-  const std::pair<const char*, std::vector<std::string>> bad[] = {
-      {"flag", {"", "yes", "TRUE ", "2", "tru"}},
-      {"group/count", {"", "x", "2.5", "1 2", "nan", "inf", "99999999999999999999", "5x"}},
-      {"group/share", {"", "x", "nan", "inf", "-inf", "1e999", "0,5", "0.5m", "0.5 0.5", "--1"}},
-      {"group/deep/width", {"", "nan", "-1"}},
-      {"schedule", {"", "Always", "alway", "always "}}};
-  for (const auto& [name, values] : bad) {
-    for (const std::string& value : values) {
-      const std::string before = named(list, name).get();
-      expect_parts(refusal_by(list, name, value),
-                   {"parameter " + std::string(name), "'" + value + "'"});
-      EXPECT_EQ(named(list, name).get(), before) << name << " '" << value << "'";
+  const struct {
+    const char* name;
+    std::vector<std::string> values;
+    const char* wanted;
+  } bad[] = {{"flag", {"", "yes", "TRUE ", "2", "tru"}, "one of true, false"},
+             {"group/count",
+              {"", "x", "2.5", "1 2", "nan", "inf", "99999999999999999999", "5x", "-4", "13"},
+              "a whole number in [-3, 12]"},
+             {"group/share",
+              {"", "x", "nan", "inf", "-inf", "1e999", "0,5", "0.5m", "0.5 0.5", "--1", "-1e-9",
+               "1.0000001"},
+              "in [0, 1]"},
+             {"group/deep/width", {"", "nan", "-1", "0", "50.1"}, "in (0, 50] m"},
+             {"schedule",
+              {"", "Always", "alway", "always "},
+              "one of never, always, effective_sample_size, every_n"}};
+  for (const auto& test : bad) {
+    for (const std::string& value : test.values) {
+      const std::string before = named(list, test.name).get();
+      expect_parts(refusal_by(list, test.name, value),
+                   {"parameter " + std::string(test.name), "'" + value + "'", test.wanted});
+      EXPECT_EQ(named(list, test.name).get(), before) << test.name << " '" << value << "'";
     }
   }
-}
-
-TEST(Parameters, RefusalsNameParameterValueAndRange) {
-  Sample sample;
-  const ParameterList list = parameters_of(&sample);
-  expect_parts(refusal_by(list, "group/share", "1.5"), {"group/share", "'1.5'", "[0, 1]"});
-  expect_parts(refusal_by(list, "group/deep/width", "-2"),
-               {"group/deep/width", "'-2'", "(0, 50] m"});
-  expect_parts(refusal_by(list, "group/count", "100"), {"group/count", "'100'", "[-3, 12]"});
-  // 2.5 lies in [-3, 12]: the text has to say what else is wanted.
-  expect_parts(refusal_by(list, "group/count", "2.5"), {"group/count", "'2.5'", "whole number"});
-  expect_parts(refusal_by(list, "flag", "maybe"), {"flag", "'maybe'", "true, false"});
-  expect_parts(refusal_by(list, "schedule", "sometimes"),
-               {"schedule", "'sometimes'", "never, always, effective_sample_size, every_n"});
   const ParameterList large = {integer_parameter("count", &sample.count, 1, 10000000, "A count.")};
   expect_parts(refusal_by(large, "count", "0"), {"[1, 10000000]"});
 }
@@ -167,8 +156,6 @@ TEST(Parameters, WhatIsAllButAtItsLimitIsRefused) {
   EXPECT_TRUE(says(told, "group/deep/width is '1e-200'"));
   EXPECT_TRUE(says(told, "1.0e-12 or more"));
   EXPECT_EQ(sample.width, 2.0);
-  set_parameter(list, "group/deep/width", "1e-12");
-  EXPECT_EQ(sample.width, 1e-12);
 }
 
 TEST(Parameters, TheNearestNameIsSuggested) {

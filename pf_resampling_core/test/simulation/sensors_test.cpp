@@ -53,31 +53,26 @@ TEST(SimulatedOdometry, NoiseHasTheStatedMeanAndVariance) {
   errors.lateral_sigma = 0.05;
   SimulatedOdometry odometry(errors, 0.1, 7);
   const Control control{1.0, 0.2};
-  double speed_sum = 0.0, speed_squares = 0.0;
-  double yaw_sum = 0.0, yaw_squares = 0.0;
-  double lateral_sum = 0.0, lateral_squares = 0.0;
+  Eigen::Array3d sum = Eigen::Array3d::Zero();
+  Eigen::Array3d squares = Eigen::Array3d::Zero();
   for (std::uint32_t step = 0; step < kCount; ++step) {
     const Pose2 before = odometry.pose();
     odometry.advance(control, step);
-    const double speed = (odometry.measured().speed - 1.0) / 0.1;
-    const double yaw = (odometry.measured().yaw_rate - 0.205) / 0.02;
-    const Pose2 sideways = relative(compose(before, arc_motion(odometry.measured().speed, 0.0,
-                                                               odometry.measured().yaw_rate, 0.1)),
-                                    odometry.pose());
+    const Control& measured = odometry.measured();
+    const Pose2 sideways = relative(
+        compose(before, arc_motion(measured.speed, 0.0, measured.yaw_rate, 0.1)), odometry.pose());
     // The sideways motion is seen from the heading at the end; its length is all of it, up to the
     // curvature of so short an arc.
-    const double lateral =
-        std::copysign(std::hypot(sideways.x, sideways.y), sideways.y) / (0.05 * 0.1);
-    speed_sum += speed, speed_squares += square(speed);
-    yaw_sum += yaw, yaw_squares += square(yaw);
-    lateral_sum += lateral, lateral_squares += square(lateral);
+    const Eigen::Array3d normals(
+        (measured.speed - 1.0) / 0.1, (measured.yaw_rate - 0.205) / 0.02,
+        std::copysign(std::hypot(sideways.x, sideways.y), sideways.y) / (0.05 * 0.1));
+    sum += normals;
+    squares += normals.square();
   }
-  EXPECT_LT(std::abs(speed_sum) / std::sqrt(kCount), kOneInAMillion);
-  EXPECT_LT(std::abs(yaw_sum) / std::sqrt(kCount), kOneInAMillion);
-  EXPECT_LT(std::abs(lateral_sum) / std::sqrt(kCount), kOneInAMillion);
-  EXPECT_TRUE(is_chi_square(speed_squares, kCount)) << speed_squares;
-  EXPECT_TRUE(is_chi_square(yaw_squares, kCount)) << yaw_squares;
-  EXPECT_TRUE(is_chi_square(lateral_squares, kCount)) << lateral_squares;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(sum[i]) / std::sqrt(kCount), kOneInAMillion) << i;
+    EXPECT_TRUE(is_chi_square(squares[i], kCount)) << i;
+  }
 }
 
 // False alarm 1e-6: steps of the bias are independent normals of variance drift^2 * period.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/geometry.hpp"
@@ -38,23 +40,26 @@ CompensationResult compensate_with(Pairing pairing, ConstArray weights, double r
 void expect_pair(const BlendPair& pair, int low, int high, double share) {
   EXPECT_EQ(pair.low, low);
   EXPECT_EQ(pair.high, high);
-  EXPECT_DOUBLE_EQ(pair.share, share);
+  EXPECT_NEAR(pair.share, share, 1e-12);
 }
 
+// Ascending by weight, ties by slot: the worst with the best. Of an odd number the median is
+// strong; two that are impossible share equally; shares hold for the smallest weights there are.
 TEST(Compensation, RankPairsTheWorstWithTheBest) {
-  const auto result = compensate_with(Pairing::rank, array({0.1, 0.05, 0.25, 0.3, 0.15, 0.15}));
-  // Ascending: slots 1, 0, 4, 5, 2, 3 (4 and 5 are equal, so in order of slot).
-  ASSERT_EQ(result.pairs.size(), 3u);
-  expect_pair(result.pairs[0], 1, 3, 0.05 / 0.35);
-  expect_pair(result.pairs[1], 0, 2, 0.1 / 0.35);
-  expect_pair(result.pairs[2], 4, 5, 0.5);
-}
-
-TEST(Compensation, EqualWeightsAreOrderedBySlot) {
-  const auto result = compensate_with(Pairing::rank, Eigen::ArrayXd::Constant(6, 1.0 / 6));
-  ASSERT_EQ(result.pairs.size(), 3u);
-  for (int i = 0; i < 3; ++i) {
-    expect_pair(result.pairs[static_cast<std::size_t>(i)], i, 5 - i, 0.5);
+  const std::pair<Eigen::ArrayXd, std::vector<BlendPair>> cases[] = {
+      {array({0.1, 0.05, 0.25, 0.3, 0.15, 0.15}),
+       {{1, 3, 0.05 / 0.35}, {0, 2, 0.1 / 0.35}, {4, 5, 0.5}}},
+      {Eigen::ArrayXd::Constant(6, 1.0 / 6), {{0, 5, 0.5}, {1, 4, 0.5}, {2, 3, 0.5}}},
+      {array({0.2, 0.1, 0.3, 0.15, 0.25}), {{1, 2, 0.25}, {3, 4, 0.15 / 0.4}}},
+      {array({0.0, 1.0, 0.0, 0.0}), {{0, 1, 0.0}, {2, 3, 0.5}}},
+      {array({3e-310, 1e-310}), {{1, 0, 0.25}}}};
+  for (const auto& [weights, expected] : cases) {
+    SCOPED_TRACE(weights.transpose());
+    const auto pairs = compensate_with(Pairing::rank, weights).pairs;
+    ASSERT_EQ(pairs.size(), expected.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      expect_pair(pairs[i], expected[i].low, expected[i].high, expected[i].share);
+    }
   }
 }
 
@@ -71,10 +76,6 @@ TEST(Compensation, OneParticleHasNoPartnerAndTwoAreAPair) {
 
 TEST(Compensation, TheMedianOfAnOddNumberIsStrong) {
   const Eigen::ArrayXd weights = array({0.2, 0.1, 0.3, 0.15, 0.25});
-  const auto by_rank = compensate_with(Pairing::rank, weights);
-  ASSERT_EQ(by_rank.pairs.size(), 2u);
-  expect_pair(by_rank.pairs[0], 1, 2, 0.25);
-  expect_pair(by_rank.pairs[1], 3, 4, 0.15 / 0.4);
   std::set<int> highs;
   for (std::uint32_t step = 0; step < 200; ++step) {
     for (const auto& pair : compensate_with(Pairing::random, weights, 1.0, step).pairs) {
@@ -171,20 +172,6 @@ TEST(Compensation, RouletteNeverTakesAnImpossibleParticle) {
   }
 }
 
-TEST(Compensation, TwoImpossibleParticlesShareEqually) {
-  const auto result = compensate_with(Pairing::rank, array({0.0, 1.0, 0.0, 0.0}));
-  ASSERT_EQ(result.pairs.size(), 2u);
-  expect_pair(result.pairs[0], 0, 1, 0.0);
-  expect_pair(result.pairs[1], 2, 3, 0.5);
-}
-
-TEST(Compensation, SharesHoldForTheSmallestWeights) {
-  const auto result = compensate_with(Pairing::rank, array({3e-310, 1e-310}));
-  ASSERT_EQ(result.pairs.size(), 1u);
-  EXPECT_EQ(result.pairs[0].low, 1);
-  EXPECT_NEAR(result.pairs[0].share, 0.25, 1e-12);
-}
-
 // Kwak eqs. 7 and 8 with the weights as they are: 0.1 of the weak and 0.4 of the strong pose.
 TEST(Compensation, LiteralPairsGoTowardsTheOrigin) {
   CompensationOptions options;
@@ -279,59 +266,37 @@ TEST(CheckPairs, AcceptsAStrongParticleTwice) {
   EXPECT_NO_THROW(check_pairs({}, 0));
 }
 
-TEST(CheckPairs, RefusesWhatWouldDependOnTheOrder) {
-  EXPECT_THROW(check_pairs({{0, 2, 0.5}, {0, 1, 0.5}}, 3), Error);  // a low twice
-  EXPECT_THROW(check_pairs({{0, 2, 0.5}, {2, 1, 0.5}}, 3), Error);  // a high that is a low
-  EXPECT_THROW(check_pairs({{2, 1, 0.5}, {0, 2, 0.5}}, 3), Error);  // a low that is a high
-  EXPECT_THROW(check_pairs({{1, 1, 0.5}}, 3), Error);
-}
-
-TEST(CheckPairs, RefusesSlotsAndSharesOutOfRange) {
+TEST(CheckPairs, RefusesWhatDependsOnTheOrderOrIsOutOfRange) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(check_pairs({{0, 3, 0.5}}, 3), Error);
-  EXPECT_THROW(check_pairs({{3, 0, 0.5}}, 3), Error);
-  EXPECT_THROW(check_pairs({{-1, 0, 0.5}}, 3), Error);
-  EXPECT_THROW(check_pairs({{0, -1, 0.5}}, 3), Error);
-  for (const double total : {-0.1, 1.1, nan}) {
-    EXPECT_THROW(check_pairs({{0, 1, 0.0, total}}, 3), Error) << total;
+  const std::vector<BlendPair> bad[] = {{{0, 2, 0.5}, {0, 1, 0.5}},  // a low twice
+                                        {{0, 2, 0.5}, {2, 1, 0.5}},  // a high that is a low
+                                        {{2, 1, 0.5}, {0, 2, 0.5}},  // a low that is a high
+                                        {{1, 1, 0.5}},
+                                        {{0, 3, 0.5}},
+                                        {{3, 0, 0.5}},
+                                        {{-1, 0, 0.5}},
+                                        {{0, -1, 0.5}},
+                                        {{0, 1, 0.0, -0.1}},
+                                        {{0, 1, 0.0, 1.1}},
+                                        {{0, 1, 0.0, nan}},
+                                        {{0, 1, -0.1}},
+                                        {{0, 1, 1.1}},
+                                        {{0, 1, nan}}};
+  for (const std::vector<BlendPair>& pairs : bad) {
+    EXPECT_THROW(check_pairs(pairs, 3), Error) << pairs[0].low << " " << pairs[0].high;
   }
-  for (const double share : {-0.1, 1.1, nan}) {
-    EXPECT_THROW(check_pairs({{0, 1, share}}, 3), Error) << share;
-  }
 }
 
-// Kwak eqs. 7 and 8 with the weights of the pair normalised.
-TEST(BlendPoses, PositionsAreBlendedLinearly) {
-  Eigen::ArrayXd x = array({1.0, 5.0, 9.0});
-  Eigen::ArrayXd y = array({-2.0, 2.0, 8.0});
-  Eigen::ArrayXd heading = array({0.1, 0.5, -0.2});
-  const double low_weight = 0.1;
-  const double high_weight = 0.3;
-  blend_poses({{0, 1, low_weight / (low_weight + high_weight)}}, x, y, heading);
-  EXPECT_TRUE(x.isApprox(array({4.0, 5.0, 9.0}), 1e-15));
-  EXPECT_TRUE(y.isApprox(array({1.0, 2.0, 8.0}), 1e-15));
-  EXPECT_TRUE(heading.isApprox(array({0.4, 0.5, -0.2}), 1e-15));
-}
-
-TEST(BlendPoses, HeadingsTakeTheShorterArc) {
-  Eigen::ArrayXd zeros = Eigen::ArrayXd::Zero(6);
-  Eigen::ArrayXd heading = array({kPi - 0.3, -kPi + 0.5, -kPi + 0.2, kPi - 0.1, 0.3, -0.1});
-  Eigen::ArrayXd x = zeros;
-  Eigen::ArrayXd y = zeros;
-  blend_poses({{0, 1, 0.25}, {2, 3, 0.5}, {4, 5, 0.5}}, x, y, heading);
-  EXPECT_NEAR(heading[0], -kPi + 0.3, 1e-14);
-  EXPECT_NEAR(wrap_angle(heading[2] - (-kPi + 0.05)), 0.0, 1e-14);
-  EXPECT_NEAR(heading[4], 0.1, 1e-15);
-}
-
-TEST(BlendPoses, TheEndsOfTheShare) {
-  Eigen::ArrayXd x = array({1.0, 5.0, 7.0, 3.0});
-  Eigen::ArrayXd y = x;
-  Eigen::ArrayXd heading = array({0.1, 0.2, 0.3, 0.4});
-  blend_poses({{0, 1, 0.0}, {2, 3, 1.0}}, x, y, heading);
-  EXPECT_TRUE((x == array({5.0, 5.0, 7.0, 3.0})).all());
-  EXPECT_TRUE((y == x).all());
-  EXPECT_TRUE(heading.isApprox(array({0.2, 0.2, 0.3, 0.4}), 1e-15));
+// Kwak eqs. 7 and 8 with the weights of the pair normalised: positions linearly, headings along the
+// shorter arc; at the ends of the share one of the two is left.
+TEST(BlendPoses, BlendsTheWeakWithTheStrong) {
+  Eigen::ArrayXd x = array({1.0, 5.0, 9.0, 7.0, 3.0, 2.0});
+  Eigen::ArrayXd y = array({-2.0, 2.0, 8.0, 7.0, 3.0, 4.0});
+  Eigen::ArrayXd heading = array({kPi - 0.3, -kPi + 0.5, -0.2, 0.3, 0.4, -0.1});
+  blend_poses({{0, 1, 0.25}, {2, 5, 0.0}, {3, 4, 1.0}}, x, y, heading);
+  EXPECT_TRUE(x.isApprox(array({4.0, 5.0, 2.0, 7.0, 3.0, 2.0}), 1e-15));
+  EXPECT_TRUE(y.isApprox(array({1.0, 2.0, 4.0, 7.0, 3.0, 4.0}), 1e-15));
+  EXPECT_TRUE(heading.isApprox(array({-kPi + 0.3, -kPi + 0.5, -0.1, 0.3, 0.4, -0.1}), 1e-14));
 }
 
 TEST(BlendPoses, AnErrorChangesNothing) {

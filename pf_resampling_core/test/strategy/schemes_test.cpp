@@ -251,48 +251,43 @@ TEST_P(Variance, IsThatOfThePaper) {
 
 // ---- Multinomial ------------------------------------------------------------------------------
 
+// Chi-square with 3 degrees of freedom above 31 has a probability of 8e-7.
+void expect_probabilities(const Eigen::Array4d& observed, const Eigen::Array4d& probabilities) {
+  const Eigen::Array4d expected = observed.sum() * probabilities;
+  EXPECT_LT(((observed - expected).square() / expected).sum(), 31.0);
+}
+
 // M independent draws: the counts of two particles have covariance -M w_i w_j, and the probability
-// of each outcome of three draws from two particles is binomial. Chi-square with 3 degrees of
-// freedom above 31 has a probability of 8e-7.
+// of each outcome of three draws from two particles is binomial.
 TEST(Multinomial, HasTheProbabilitiesOfIndependentDraws) {
   Eigen::ArrayXd weights(2);
   weights << 0.3, 0.7;
   Resampler resampler = make_resampler(Scheme::multinomial);
   constexpr int kTrials = 50000;
-  double observed[4] = {};
+  Eigen::Array4d observed = Eigen::Array4d::Zero();
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
     observed[resampler.resample(weights, 3, scheme_stream(trial)).counts[0]] += 1.0;
   }
-  const double probability[] = {0.343, 0.441, 0.189, 0.027};
-  double chi_square = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const double expected = kTrials * probability[i];
-    chi_square += (observed[i] - expected) * (observed[i] - expected) / expected;
-  }
-  EXPECT_LT(chi_square, 31.0);
+  expect_probabilities(observed, {0.343, 0.441, 0.189, 0.027});
 }
 
 // ---- SSP and killing --------------------------------------------------------------------------
 
 // Four weights of 1/4 and two copies: the first pair settles one copy and the second pair the
 // other, each particle with probability 1/2; systematic knows two of these four outcomes only.
-// 50000 trials, chi-square with 3 degrees of freedom, false alarm 8e-7.
+// 50000 trials.
 TEST(Ssp, SettlesPairByPair) {
   Resampler resampler = make_resampler(Scheme::ssp);
   const Eigen::ArrayXd weights = Eigen::ArrayXd::Constant(4, 0.25);
   constexpr int kTrials = 50000;
-  double observed[4] = {};
+  Eigen::Array4d observed = Eigen::Array4d::Zero();
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
     const ResamplingResult result = resampler.resample(weights, 2, scheme_stream(trial));
     ASSERT_EQ(result.counts[0] + result.counts[1], 1);
     ASSERT_EQ(result.counts[2] + result.counts[3], 1);
     observed[2 * result.counts[0] + result.counts[2]] += 1.0;
   }
-  double chi_square = 0.0;
-  for (const double count : observed) {
-    chi_square += (count - kTrials / 4.0) * (count - kTrials / 4.0) / (kTrials / 4.0);
-  }
-  EXPECT_LT(chi_square, 31.0);
+  expect_probabilities(observed, Eigen::Array4d::Constant(0.25));
 }
 
 // Negative association: no two counts are positively correlated, for any order of the particles. In

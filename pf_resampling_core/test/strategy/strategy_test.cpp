@@ -10,6 +10,7 @@
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/says.hpp"
+#include "pf_resampling_core/test/strategy/weight_families.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -52,13 +53,27 @@ TEST(Strategy, IsDueAsTheScheduleSays) {
   EXPECT_TRUE(is_due(by_size(1.0), kSize));
 }
 
-TEST(Strategy, EveryThirdObservation) {
-  Strategy strategy(with(Schedule::every_n, 0.5, 3));
+// Kwak section 5: compensation runs instead of resampling, by the same schedules, and counts as a
+// call.
+TEST(Strategy, EveryThirdObservationByEitherWay) {
+  StrategyOptions options = with(Schedule::every_n, 0.5, 3);
+  options.compensation.ratio = 0.2;
+  Strategy strategy(options);
+  const Eigen::ArrayXd weights = rising_weights(kSize);
   for (int round = 0; round < 4; ++round) {
     EXPECT_FALSE(strategy.is_due(1.0, kSize, kSize));
     EXPECT_FALSE(strategy.is_due(1.0, kSize, kSize));
     EXPECT_TRUE(strategy.is_due(1.0, kSize, kSize));
-    strategy.select(rising_weights(kSize), kSize, stream(0));
+    if (round % 2 == 0) {
+      strategy.select(weights, kSize, stream(0));
+      continue;
+    }
+    const CompensationResult result = strategy.compensate(weights, stream(0));
+    // A fifth of the weak half of a hundred, the worst with the best.
+    ASSERT_EQ(result.pairs.size(), 10u);
+    EXPECT_EQ(result.pairs.front().low, 0);
+    EXPECT_EQ(result.pairs.front().high, kSize - 1);
+    EXPECT_DOUBLE_EQ(result.pairs.front().share, 1.0 / 101.0);
   }
   EXPECT_EQ(strategy.renewals(), 4);
 }
@@ -74,28 +89,6 @@ TEST(Strategy, AnotherSizeIsDueUnderEveryScheduleAndNothingWithoutRenewal) {
     }
     EXPECT_FALSE(Strategy(options).is_due(1.0, kSize, kSize)) << to_string(schedule);
   }
-}
-
-// Kwak section 5: compensation runs instead of resampling, by the same schedules, and counts as a
-// call.
-TEST(Strategy, CompensationIsARenewalLikeTheOther) {
-  StrategyOptions options = with(Schedule::every_n, 0.5, 3);
-  options.renewal = Renewal::compensation;
-  options.compensation.ratio = 0.2;
-  Strategy strategy(options);
-  const Eigen::ArrayXd weights = rising_weights(kSize);
-  for (int round = 0; round < 3; ++round) {
-    EXPECT_FALSE(strategy.is_due(1.0, kSize, kSize));
-    EXPECT_FALSE(strategy.is_due(1.0, kSize, kSize));
-    EXPECT_TRUE(strategy.is_due(1.0, kSize, kSize));
-    const CompensationResult result = strategy.compensate(weights, stream(0));
-    // A fifth of the weak half of a hundred, the worst with the best.
-    ASSERT_EQ(result.pairs.size(), 10u);
-    EXPECT_EQ(result.pairs.front().low, 0);
-    EXPECT_EQ(result.pairs.front().high, kSize - 1);
-    EXPECT_DOUBLE_EQ(result.pairs.front().share, 1.0 / 101.0);
-  }
-  EXPECT_EQ(strategy.renewals(), 3);
 }
 
 // What throws has renewed nothing.
@@ -164,51 +157,7 @@ TEST(Strategy, SelectsAsManyAsAskedForUnderEveryScheme) {
         options.resampling.inner_scheme = inner;
         Strategy strategy(options);
         const Eigen::ArrayXd weights = rising_weights(kSize);
-        const ResamplingResult result = strategy.select(weights, requested, stream(3));
-        ASSERT_EQ(result.ancestors.size(), requested);
-        ASSERT_EQ(result.counts.size(), kSize);
-        EXPECT_EQ(result.counts.sum(), requested);
-        Eigen::ArrayXi counted = Eigen::ArrayXi::Zero(kSize);
-        for (int i = 0; i < requested; ++i) ++counted[result.ancestors[i]];
-        EXPECT_TRUE((counted == result.counts).all());
-        ASSERT_EQ(result.log_weights.size(), requested);
-        EXPECT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-12);
-      }
-    }
-  }
-}
-
-// Where a scheme cannot give another number itself (partial, killing): what is selected instead
-// has to stand for the same belief. Over T draws the weight that descendants of particle k hold has
-// mean w_k and, for sampling with replacement or better, variance at most w_k / (M T). 100
-// particles times 2 sizes times 3 schemes beyond 6.1 of these: false alarm below 1e-6.
-TEST(Strategy, ChangingTheSizeIsUnbiasedUnderSchemesThatKeepIt) {
-  constexpr int kTrials = 2000;
-  struct Case {
-    ResamplingScheme scheme;
-    ResamplingScheme inner;
-  };
-  for (const Case& c : {Case{ResamplingScheme::partial, ResamplingScheme::multinomial},
-                        Case{ResamplingScheme::partial, ResamplingScheme::killing},
-                        Case{ResamplingScheme::killing, ResamplingScheme::systematic}}) {
-    for (const int requested : {40, 230}) {
-      StrategyOptions options;
-      options.resampling.scheme = c.scheme;
-      options.resampling.inner_scheme = c.inner;
-      Strategy strategy(options);
-      const Eigen::ArrayXd weights = rising_weights(kSize);
-      Eigen::ArrayXd held = Eigen::ArrayXd::Zero(kSize);
-      for (int trial = 0; trial < kTrials; ++trial) {
-        const ResamplingResult result =
-            strategy.select(weights, requested, stream(static_cast<std::uint32_t>(trial)));
-        for (int i = 0; i < requested; ++i) {
-          held[result.ancestors[i]] += std::exp(result.log_weights[i]) / kTrials;
-        }
-      }
-      for (int k = 0; k < kSize; ++k) {
-        const double deviation = std::sqrt(weights[k] / (requested * double{kTrials}));
-        EXPECT_NEAR(held[k], weights[k], 6.1 * deviation)
-            << to_string(c.scheme) << " to " << requested << ", particle " << k;
+        expect_sound(weights, requested, strategy.select(weights, requested, stream(3)));
       }
     }
   }
@@ -266,10 +215,13 @@ TEST(Strategy, RenewLeavesThePopulationAloneWhileNothingIsDue) {
   EXPECT_EQ(strategy.observations_since_renewal(), 1);
 }
 
-// The particle in slot i was at x = i, so afterwards x names the ancestor.
+// The particle in slot i was at x = i, so afterwards x names the ancestor. For another size so
+// under compensation, too: there is nobody to blend a particle with that is not there yet.
 TEST(Strategy, RenewSelectsAndSetsWeightsAndAncestors) {
-  for (const int requested : {kSize, 37, 250}) {
-    Strategy strategy(without_excitation(Renewal::resampling));
+  for (const auto& [renewal, requested] :
+       {std::pair(Renewal::resampling, kSize), std::pair(Renewal::resampling, 37),
+        std::pair(Renewal::resampling, 250), std::pair(Renewal::compensation, 130)}) {
+    Strategy strategy(without_excitation(renewal));
     ToyFilter filter(kSize);
     const RenewalOutcome outcome = filter.renew(&strategy, 1.0, requested, false);
     EXPECT_TRUE(outcome.renewed);
@@ -296,15 +248,6 @@ TEST(Strategy, RenewBlendsUnderCompensation) {
   EXPECT_EQ(filter.x[99], 99.0);
   EXPECT_TRUE((filter.ancestor == Eigen::ArrayXi::LinSpaced(kSize, 0, kSize - 1)).all());
   EXPECT_TRUE((filter.weight - 0.01).abs().maxCoeff() < 1e-15);
-}
-
-// There is nobody to blend a particle with that is not there yet.
-TEST(Strategy, AnotherSizeIsSelectedUnderCompensationToo) {
-  Strategy strategy(without_excitation(Renewal::compensation));
-  ToyFilter filter(kSize);
-  EXPECT_TRUE(filter.renew(&strategy, kSize, 130, false).renewed);
-  ASSERT_EQ(filter.x.size(), 130);
-  EXPECT_TRUE((filter.x == filter.ancestor.cast<double>()).all());
 }
 
 TEST(Strategy, RenewExcitesAfterwards) {

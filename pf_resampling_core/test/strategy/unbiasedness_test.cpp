@@ -90,42 +90,11 @@ Eigen::ArrayXd selected_mass(const ResamplingResult& result, bool by_counts) {
   return mass;
 }
 
-class FewParticles : public testing::TestWithParam<Case> {};
-
-INSTANTIATE_TEST_SUITE_P(
-    All, FewParticles, testing::ValuesIn(cases({{1, 1}, {2, 2}, {5, 5}, {7, 3}, {3, 8}, {20, 20}})),
-    case_name);
-
-// Rank-based resampling with the weights w/p is self-normalised, hence unbiased only as the
-// number grows; its counts have a test of their own.
-TEST_P(FewParticles, AreEachTakenAsOftenAsTheirWeightSays) {
-  const Case& parameters = GetParam();
-  if (parameters.scheme == ResamplingScheme::rank_based) return;
-  constexpr int kTrials = 20000;
-  const bool by_counts = is_unbiased_in_counts(parameters.scheme);
-  const Eigen::ArrayXd weights = make_weights(parameters.family, parameters.inputs);
-  ResamplingOptions options;
-  options.scheme = parameters.scheme;
-  Resampler resampler(options);
-  Statistics statistics(static_cast<std::size_t>(parameters.inputs));
-  for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
-    const ResamplingResult result =
-        resampler.resample(weights, parameters.size, RandomStream(1, RandomPurpose::test, trial));
-    const Eigen::ArrayXd mass = selected_mass(result, by_counts);
-    for (int k = 0; k < parameters.inputs; ++k)
-      statistics.add(static_cast<std::size_t>(k), mass[k]);
-    statistics.end_trial();
-  }
-  // Total variation with its expectation from the measured variances, for the record.
-  double total_variation = 0.0;
-  for (int k = 0; k < parameters.inputs; ++k) {
-    const std::size_t which = static_cast<std::size_t>(k);
-    // One count more or less is 1/M.
-    const double bound = statistics.bound(which, 1.0 / parameters.size) + 1e-13;
-    EXPECT_NEAR(statistics.mean(which), weights[k], bound) << "particle " << k;
-    total_variation += 0.5 * std::abs(statistics.mean(which) - weights[k]);
-  }
-  RecordProperty("total_variation", std::to_string(total_variation));
+// Few particles one by one.
+std::vector<Eigen::ArrayXd> each_of(Eigen::Index count) {
+  std::vector<Eigen::ArrayXd> all(static_cast<std::size_t>(count), Eigen::ArrayXd::Zero(count));
+  for (Eigen::Index k = 0; k < count; ++k) all[static_cast<std::size_t>(k)][k] = 1.0;
+  return all;
 }
 
 // Patterns over many particles. Each is +-1, so that a trial's statistic lies in [-1, 1].
@@ -171,9 +140,13 @@ std::vector<Eigen::ArrayXd> patterns(const Eigen::ArrayXd& weights, int size) {
   return all;
 }
 
-class ManyParticles : public testing::TestWithParam<Case> {};
+class Particles : public testing::TestWithParam<Case> {};
 
-INSTANTIATE_TEST_SUITE_P(All, ManyParticles,
+constexpr int kFew = 20;
+INSTANTIATE_TEST_SUITE_P(
+    Few, Particles,
+    testing::ValuesIn(cases({{1, 1}, {2, 2}, {5, 5}, {7, 3}, {3, 8}, {kFew, kFew}})), case_name);
+INSTANTIATE_TEST_SUITE_P(Many, Particles,
                          testing::ValuesIn(cases({{1000, 1000}, {1000, 300}, {300, 1000}})),
                          case_name);
 
@@ -189,16 +162,19 @@ std::vector<Case> cases_of_thousands() {
   }
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Thousands, ManyParticles, testing::ValuesIn(cases_of_thousands()),
-                         case_name);
+INSTANTIATE_TEST_SUITE_P(Thousands, Particles, testing::ValuesIn(cases_of_thousands()), case_name);
 
-TEST_P(ManyParticles, AreTakenAsTheirWeightsSay) {
+// Rank-based resampling with the weights w/p is self-normalised, hence unbiased only as the
+// number grows; its counts have a test of their own.
+TEST_P(Particles, AreTakenAsTheirWeightsSay) {
   const Case& parameters = GetParam();
   if (parameters.scheme == ResamplingScheme::rank_based) return;
-  const int trials = parameters.inputs > 10000 ? 100 : 1000;
+  const bool are_few = parameters.inputs <= kFew;
+  const int trials = are_few ? 20000 : parameters.inputs > 10000 ? 100 : 1000;
   const bool by_counts = is_unbiased_in_counts(parameters.scheme);
   const Eigen::ArrayXd weights = make_weights(parameters.family, parameters.inputs);
-  const std::vector<Eigen::ArrayXd> all = patterns(weights, parameters.size);
+  const std::vector<Eigen::ArrayXd> all =
+      are_few ? each_of(weights.size()) : patterns(weights, parameters.size);
   ResamplingOptions options;
   options.scheme = parameters.scheme;
   Resampler resampler(options);
@@ -211,11 +187,11 @@ TEST_P(ManyParticles, AreTakenAsTheirWeightsSay) {
     for (std::size_t i = 0; i < all.size(); ++i) statistics.add(i, (mass * all[i]).sum());
     statistics.end_trial();
   }
-  // Of the patterns of few particles; those of many are normal.
-  const double range = 10.0 / parameters.size;
+  // One count more or less is 1/M; of patterns of few particles ten are, those of many are normal.
+  const double range = (are_few ? 1.0 : 10.0) / parameters.size;
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_NEAR(statistics.mean(i), (weights * all[i]).sum(), statistics.bound(i, range) + 1e-10)
-        << "pattern " << i;
+        << (are_few ? "particle " : "pattern ") << i;
   }
 }
 

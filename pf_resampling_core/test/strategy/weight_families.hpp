@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
@@ -7,6 +9,7 @@
 #include <vector>
 
 #include "pf_resampling_core/population/random_stream.hpp"
+#include "pf_resampling_core/strategy/resampling.hpp"
 
 namespace pf_resampling {
 
@@ -73,6 +76,24 @@ inline Eigen::ArrayXd make_weights(Weights family, int size) {
   }
   if (weights.sum() == 0.0) weights.setOnes();
   return weights / weights.sum();
+}
+
+/// Everything that must hold of a result whatever was drawn.
+inline void expect_sound(const Eigen::ArrayXd& weights, int size, const ResamplingResult& result) {
+  ASSERT_EQ(result.counts.size(), weights.size());
+  ASSERT_EQ(result.ancestors.size(), size);
+  ASSERT_EQ(result.log_weights.size(), size);
+  ASSERT_EQ(result.counts.cast<std::int64_t>().sum(), size);
+  ASSERT_GE(result.counts.minCoeff(), 0);
+  ASSERT_GE(result.ancestors.minCoeff(), 0);
+  ASSERT_LT(result.ancestors.maxCoeff(), weights.size());
+  Eigen::ArrayXi counted = Eigen::ArrayXi::Zero(weights.size());
+  for (int slot = 0; slot < size; ++slot) ++counted[result.ancestors[slot]];
+  ASSERT_TRUE((counted == result.counts).all());
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    ASSERT_FALSE(weights[i] == 0.0 && result.counts[i] > 0) << "particle " << i << " has weight 0";
+  }
+  ASSERT_NEAR(result.log_weights.exp().sum(), 1.0, 1e-9);
 }
 
 }  // namespace pf_resampling
