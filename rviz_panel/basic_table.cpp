@@ -28,7 +28,7 @@ BasicTable::BasicTable(std::function<void(const dynamic_reconfigure::Config&)> s
   setSelectionMode(QAbstractItemView::NoSelection);
   setSizeAdjustPolicy(QAbstractScrollArea::AdjustToContents);
   connect(this, &QTableWidget::cellChanged, this,
-          [this](int row, int column) { set(row, item(row, column)->text()); });
+          [this](int row, int column) { this->set(row, item(row, column)->text()); });
 }
 
 void BasicTable::show_controls(const std::vector<Control>& controls) {
