@@ -142,7 +142,8 @@ class Reading(InFolder):
                 ('ranges', header + '# c\n1,2,abc\n', ":3: column range: 'abc' is not a finite number"),
                 ('ranges', header + '1,2,\n', ":2: column range: '' is not a finite number"),
                 ('ranges', header + '1,2,1e999\n', ":2: column range: '1e999' is not a finite number"),
-                ('ranges', header + '1,2.5,3\n', ":2: column beacon: '2.5' is not a whole number"),
+                ('ranges', header + '1,2.5,3\n', ":2: column beacon: '2.5' is not a whole number of 32 bits"),
+                ('ranges', header + '1,99999999999,3\n', ":2: column beacon: '99999999999' is not a whole number of 32 bits"),
                 ('landmark_observations', 't,id,range,bearing\n1,2,3,45\n',
                  ":2: column bearing: '45' is more than a full turn; bearings are in radians"),
                 ('frames', 'frame,x,y\nwheel,0,0\n', ":2: column frame: 'wheel' is not known; frames are antenna and sensor")):
@@ -206,7 +207,7 @@ class Reading(InFolder):
             (self.folder / 'a.mat').write_bytes(whole[:length])
             # A file may end between two variables; then one is missing.
             self.assertRegex(self.error_of(plaza.read, str(self.folder / 'a.mat')),
-                             'a.mat: (is damaged, or not a MATLAB file of versions 5 to 7|has no variable)')
+                             'a.mat: (is damaged, or not a MATLAB file of versions 5 to 7: save it with -v7|has no variable)')
 
     # ---- Labyrinth ----------------------------------------------------------------------------------------------------
 
@@ -321,6 +322,9 @@ class Reading(InFolder):
     def test_victoria_park_errors(self):
         folder = self.small_victoria_park(ObservationAngle__txt='0 1 0\n3.1 0 0\n')
         self.assertIn('ObservationAngle.txt differ in size', self.error_of(victoria_park.read, folder))
+        self.mat('aa3_gpsx.mat', timeGps=[[1.0]], Lo_m=[[2.0]])
+        self.assertIn('aa3_gpsx.mat: has no variable La_m; it has timeGps, Lo_m',
+                      self.error_of(victoria_park.read, self.small_victoria_park()))
 
     # ---- bags, and the program ----------------------------------------------------------------------------------------
 
@@ -387,7 +391,7 @@ class Reading(InFolder):
                                  (('plaza', 'none\n.mat', 'out.bag'), 'none .mat: No such file'),
                                  (('csv', 'none', 'out.bag'), 'none: has none of'),
                                  (('csv', 'late', 'out.bag'), 'late: times from 1.6e+18 to 1.6e+18 are beyond what ROS can hold'),
-                                 (('csv', 'many', 'out.bag'), 'many: '),
+                                 (('csv', 'many', 'out.bag'), 'many/ranges.csv:2: '),
                                  (('mrclam', '.', 'out.bag'), 'Robot1_Odometry.dat not found'),
                                  (('labyrinth', 'late.mat', 'out.bag'), 'late.mat: Not a directory'),
                                  (('victoria_park', '.', 'out.bag'), 'time.txt not found')):

@@ -43,8 +43,8 @@ def value_of(name, word, place):
         raise Error(f"{place}'{word}' is more than a full turn; bearings are in radians")
     if name not in ("beacon", "id"):
         return value
-    if not value.is_integer():
-        raise Error(f"{place}'{word}' is not a whole number")
+    if not value.is_integer() or abs(value) >= 2**31:
+        raise Error(f"{place}'{word}' is not a whole number of 32 bits")
     return int(value)
 
 

@@ -44,7 +44,7 @@ class MatFile:
             try:
                 self.variables = scipy.io.loadmat(file)
             except Exception as error:  # of many types, as bytes have it
-                raise Error(f"{path}: is damaged, or not a MATLAB file of versions 5 to 7 ({error})") from error
+                raise Error(f"{path}: is damaged, or not a MATLAB file of versions 5 to 7: save it with -v7 ({error})") from error
 
     def names(self):
         return ", ".join(name for name in self.variables if not name.startswith("__")) or "nothing"

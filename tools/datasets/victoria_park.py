@@ -59,7 +59,10 @@ def rows_of_texts(directory, *names):
 
 def rows_of_mat(path, *names):
     file = MatFile(path)
-    return np.column_stack([np.array(file.matrix(name, 1))[:, 0] for name in names]).tolist()
+    columns = [file.matrix(name, 1) for name in names]
+    if None in columns:
+        raise Error(f"{path}: has no variable {names[columns.index(None)]}; it has {file.names()}")
+    return np.column_stack([np.array(column)[:, 0] for column in columns]).tolist()
 
 
 def read_controls(directory):

@@ -31,7 +31,7 @@ constexpr std::size_t kMostPassages = 8;
 constexpr std::size_t kMostWindows = 4;
 constexpr std::size_t kMostOfWindow = 30;  // landmarks
 constexpr double kValidationStride = 0.02;
-constexpr std::size_t kLargeMap = 200;  // landmarks
+constexpr std::size_t kManyLandmarks = 200;
 // Factor that the noise may fall by at a time: what the drive is linearised at follows it.
 constexpr double kMostNoiseFall = 1.25;
 constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
@@ -500,7 +500,7 @@ void Memory::validate(double robust_width) {
   const SegmentGraph& graph = state_.graph;
   const bool are_windows_left = state_.windows_validated < state_.validated;
   const bool is_due = state_.time >= (1.0 + kValidationStride) * state_.validated;
-  const bool is_large = graph.landmarks.size() > kLargeMap;
+  const bool is_large = graph.landmarks.size() > kManyLandmarks;
   if (equations_ == nullptr || !(is_due || are_windows_left)) return;
   std::vector<LeftOutSightings> passages, windows;
   if (are_windows_left || !is_large) {
