@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import rosunit
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md')),
+DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rglob('*.md')),
              *sorted(ROOT.glob('*/README.md'))]
 
 
