@@ -224,19 +224,6 @@ class Page(Document):
         self.add_figure(given["name"], image, f"""{given['caption']} Means over {trials} drives; bands: ± one standard deviation
                         over the drives.{note}""")
 
-    def add_paths(self, given):
-        """The true path of the first seed, those of filters, and what stands there: a panel for each problem."""
-        study, panels = self.study, []
-        for problem in (each["name"] for each in study.problems):
-            paths = [(name, study.path(problem, name)) for name in ("truth", *given.get("filters", []))]
-            paths = [(name, path) for name, path in paths if path is not None]
-            if paths:
-                panels.append((problem, paths, study.places(problem)))
-        if panels:
-            self.add_figure(given["name"], pictures.draw_paths(panels), given["caption"])
-        else:
-            self.add_text(f"{given['caption']} No paths are in this study.")
-
     def add_scheme_times(self, given):
         times = self.study.scheme_times
         if not times:

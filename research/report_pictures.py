@@ -1,4 +1,4 @@
-"""Draws pictures as SVG: curves over the drive with their scatter, worlds and paths, and times.
+"""Draws pictures as SVG: curves over the drive with their scatter, and times.
 
 The same figures give the same bytes: no dates, and names of parts that follow from what is drawn.
 """
@@ -22,8 +22,7 @@ matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "pa
                             "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,
                             "path.simplify_threshold": 0.3, "font.family": "DejaVu Sans"})
 
-INK, RED, VIOLET = "#222222", "#c9362b", "#7a3fa8"
-COLOURS = (INK, RED, "#1667b7", "#0a8f5b", "#d98200", VIOLET, "#8c8c8c", "#4aa3a2", "#a0522d")
+COLOURS = ("#222222", "#c9362b", "#1667b7", "#0a8f5b", "#d98200", "#7a3fa8", "#8c8c8c", "#4aa3a2", "#a0522d")
 WIDTH = 9.0  # of a page, inches
 
 
@@ -121,28 +120,6 @@ def draw_measure(lines, label):
     for panel in (*panels[:1], boxes):
         panel.set_ylabel(label)
     figure.legend(*boxes.get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
-                  frameon=False)
-    return drawing_of(figure)
-
-
-def draw_paths(panels):
-    """Maps side by side: [(title, [(name, rows of x, y)], [(kind, id, x, y)])]; the first path is the true one."""
-    marks = {"landmark": ("x", INK), "beacon": ("^", VIOLET), "closure": ("o", RED)}
-    figure, axes = plt.subplots(1, len(panels), figsize=(WIDTH, 4.6), squeeze=False, constrained_layout=True)
-    for panel, (title, paths, places) in zip(axes[0], panels):
-        for number, (name, points) in enumerate(paths):
-            panel.plot(*points.T, color=colour_of(number), lw=1.1, label=name)
-        for kind, (marker, colour) in marks.items():
-            spots = [place for place in places if place[0] == kind]
-            if spots:
-                panel.plot([x for *_, x, _ in spots], [y for *_, y in spots], marker, color=colour, ms=6, label=kind)
-            for _, name, x, y in spots if kind == "closure" else ():
-                panel.annotate(name, (x, y), xytext=(6, 6), textcoords="offset points", fontweight="bold", color=colour)
-        panel.set_aspect("equal", adjustable="datalim")
-        panel.set_title(title, fontsize=10, loc="left")
-        panel.set_xlabel("x (m)")
-    axes[0, 0].set_ylabel("y (m)")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
                   frameon=False)
     return drawing_of(figure)
 

@@ -1,4 +1,4 @@
-"""What a study has left in its folder: study.json and tables of trials, times, curves, paths and places.
+"""What a study has left in its folder: study.json and tables of trials, times and curves.
 
 A figure is a number for each trial. Differences are taken between trials with the same seed.
 """
@@ -79,9 +79,7 @@ class Study:
             self._figures = columns_of(folder / "trials.csv")
             for key, columns in columns_of(folder / "times.csv").items():
                 self._figures[key]["processor_ms"] = columns["processor_ms"]
-            self._curves, self._paths = (columns_of(folder / name) for name in ("curves.csv", "paths.csv"))
-            self._places = [(row["problem"], row["kind"], row["id"], float(row["x"]), float(row["y"]))
-                            for row in rows_of(folder / "places.csv")]
+            self._curves = columns_of(folder / "curves.csv")
             self.scheme_times = {}  # {scheme: {number of particles: microseconds}}
             for row in rows_of(folder / "scheme_times.csv"):
                 scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
@@ -166,22 +164,11 @@ class Study:
             return lost_difference(*pairs.T > 0.0)
         return t_difference(known(sum(weight * each for (weight, _), each in zip(terms, values)) - bound))
 
-    # ---- curves, paths and places
-
     def curve(self, problem, name, figure):
         columns = self._curves.get((problem, name), {})
         if f"{figure}_mean" not in columns:
             return None
         return Curve(columns["time"], *(columns[f"{figure}_{part}"] for part in ("mean", "sd", "count")))
-
-    def path(self, problem, name):
-        """Rows of x, y (m), or None."""
-        columns = self._paths.get((problem, name))
-        return np.column_stack((columns["x"], columns["y"])) if columns else None
-
-    def places(self, problem):
-        """[(kind, id, x, y)]"""
-        return [place for where, *place in self._places if where == problem]
 
 
 def known(values):

@@ -7,7 +7,6 @@ import numpy as np
 import pf_resampling_core as pf
 import yaml
 from command_line import Error
-from datasets.recording import compose
 from evaluation.paths import align_points, normalized_squared, rotation
 from study_definition import read_yaml
 
@@ -76,8 +75,8 @@ class World:
             self.numbers["duration"] = duration
         if not len(self.landmarks) or not self.numbers.get("robot/observation_period"):
             raise Error(f"world {source} has no landmarks, or no sensor that sees them; indoor_two_loops has both")
-        self.start = np.array([self.numbers.get(f"start/{key}", 0.0) for key in ("x", "y", "heading")])
-        self.truth = (self.landmarks - self.start[:2]) @ rotation(self.start[2])  # in the frame of the start, as maps are
+        x, y, heading = (self.numbers.get(f"start/{key}", 0.0) for key in ("x", "y", "heading"))
+        self.truth = (self.landmarks - (x, y)) @ rotation(heading)  # in the frame of the start, as maps are
 
     def drive(self, seed, odometry):
         """Its steps, and when loops close."""
@@ -240,18 +239,14 @@ class LandmarkExperiment:
 
     def about(self):
         steps, closures = self.world.drive(1, self.odometry)
-        places = [("landmark", i, *place) for i, place in enumerate(self.world.landmarks)]
-        for name, at in sorted(closures.items()):
-            step = next(each for each in steps if each.time >= at)
-            places.append(("closure", name, *compose(self.world.start, step.truth)[:2]))
-        return {"problem": {"duration": steps[-1].time, "closures": closures}, "places": places,
+        return {"problem": {"duration": steps[-1].time, "closures": closures},
                 "figures": FIGURES + [f"{name}_drop_at_{closure}" for closure in sorted(closures) for name in DROPS],
                 "curves": CURVES, "times": [step.time for step in steps]}
 
-    def run(self, seed, with_paths):
-        """[(ms of processor time, figures, curves)] of the filters, and their paths: [(name, time, x, y, heading)]."""
+    def run(self, seed):
+        """[(ms of processor time, figures, curves)] of the filters."""
         steps, closures = self.world.drive(seed, self.odometry)
-        trials, paths = [], []
+        trials = []
         for each, maker in zip(self.filters, self.makers):
             if maker is None:  # dead reckoning has no map
                 trials.append((np.nan, [np.nan] * (len(FIGURES) + len(DROPS) * len(closures)), [np.full(len(steps), np.nan)] * len(CURVES)))
@@ -266,14 +261,8 @@ class LandmarkExperiment:
             for step in steps:
                 filter_.take(step)
                 rows.append(measured(filter_, step, self.world.truth))
-                if with_paths:
-                    paths.append((each["name"], step.time, *compose(self.world.start, filter_.estimate()[0])))
             trials.append((milliseconds, *judged(rows, steps, closures)))
-        if with_paths:
-            drawn = [(name, step.time, *compose(self.world.start, getattr(step, name.replace(" ", "_")))) for name in
-                     ("truth", "dead reckoning") for step in steps]
-            paths = drawn + paths
-        return trials, paths
+        return trials
 
 
 def scheme_times():

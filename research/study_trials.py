@@ -11,11 +11,9 @@ import numpy as np
 import pf_resampling_core as pf
 import yaml
 from command_line import Error
-from evaluation.paths import align_points, compose
 from study_definition import read_yaml
 from study_landmarks import LandmarkExperiment, read_world
 
-DRAWN_PERIOD = 1.0  # s between poses of a path that is drawn
 AXES = ("cross_track", "along_track", "cartesian", "heading")
 OWN = ("lost", "coverage95", "updates", "renewals")  # figures that dead reckoning has not
 FIGURES = ["lost", *(f"{axis}_{part}" for axis in AXES for part in ("mean", "max", "std")), "coverage95", "lost_share",
@@ -29,29 +27,6 @@ def figures_in(said):
              **{name: counted.get(name) for name in ("updates", "renewals")}}
     found.update({f"{axis}_{part}": of[axis][part] for axis in AXES for part in ("mean", "max", "std")})
     return {name: math.nan if value is None else value for name, value in found.items()}
-
-
-def poses_in(bag, topic):
-    """Rows of stamp in s, x, y, heading."""
-    from evaluation.recorded_run import RecordedBag, numbers_of, path_of  # which take a third of a second
-    path = path_of(*numbers_of(RecordedBag(str(bag)).read([topic])[topic]), topic)
-    return np.column_stack([path.time, path.pose])
-
-
-def drawn(name, poses):
-    rows, last = [], -math.inf
-    for at, *pose in poses:
-        if at - last >= DRAWN_PERIOD:
-            rows.append((name, at, *pose[:2], math.remainder(pose[2], math.tau)))
-            last = at
-    return rows
-
-
-def laid_on(truth, poses):
-    """A path where the first tenth of its time lies on the truth."""
-    first = poses[poses[:, 0] <= poses[0, 0] + 0.1 * (poses[-1, 0] - poses[0, 0])]
-    wanted = np.column_stack([np.interp(first[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2)])
-    return np.column_stack([poses[:, 0], compose(align_points(first[:, 1:3], wanted), poses[:, 1:])])
 
 
 class PathExperiment:
@@ -99,53 +74,39 @@ class PathExperiment:
         return json.loads(file.read_text())
 
     def about(self):
-        from evaluation.recorded_run import RecordedBag, TRUE_MAP, last_of
-        from pf_resampling.msg import BeaconArray, LandmarkMap
         for each in self.filters:  # whether the settings make sense
             if each["estimator"] == "filter":
                 try:
                     self.program(["run_bag", self.study["filter"], "--parameters", *self.options(each)])
                 except Error as error:
                     raise Error(f"filter {each['name']}: {error}") from None
-        bag = self.drive(1)
-        said, messages = self.judged(bag, "--pose", "/odom", "--frame", "start"), RecordedBag(str(bag)).read(["/beacons", TRUE_MAP])
-        beacons, landmarks = last_of(messages["/beacons"], BeaconArray), last_of(messages[TRUE_MAP], LandmarkMap)
-        places = [(kind, each.id, each.position.x, each.position.y) for kind, listed in (
-            ("beacon", beacons.beacons if beacons else []), ("landmark", landmarks.landmarks if landmarks else [])) for each in listed]
+        said = self.judged(self.drive(1), "--pose", "/odom", "--frame", "start")
         return {"problem": {"duration": said["duration"], "clip": self.problem["clip"], "lost_error": said["lost_error"]},
-                "places": places, "figures": FIGURES, "curves": [], "times": []}
+                "figures": FIGURES, "curves": [], "times": []}
 
-    def run(self, seed, with_paths):
+    def run(self, seed):
         """As that of LandmarkExperiment."""
-        bag, trials, paths = self.drive(seed), [], []
-        if with_paths:
-            truth, odometry = (poses_in(bag, topic) for topic in ("/ground_truth", "/odom"))
-            paths = drawn("truth", truth)
+        bag, trials = self.drive(seed), []
         for each in self.filters:
             if each["estimator"] == "ekf_slam":  # it reads no messages
                 trials.append((math.nan, [math.nan] * len(FIGURES), []))
                 continue
-            milliseconds, poses = math.nan, []
+            milliseconds = math.nan
             if each["estimator"] == "dead_reckoning":
                 found = figures_in(self.judged(bag, "--pose", "/odom", "--frame", "start"))
                 found.update(dict.fromkeys(OWN, math.nan))
-                poses = laid_on(truth, odometry) if with_paths else []
             else:
                 out = self.folder / "out.bag"
                 text = self.program(["run_bag", self.study["filter"], bag, out, "--no-clouds", "--seed", seed, *self.options(each)])
                 milliseconds = 1e3 * float(re.search(r"CPU time (\S+) s", text)[1])
                 try:
-                    is_slam = self.study["filter"] == "fastslam"
-                    found = figures_in(self.judged(out, *(["--frame", "start"] if is_slam else [])))
-                    if with_paths:
-                        poses = laid_on(truth, poses_in(out, "/pose")) if is_slam else poses_in(out, "/pose")
+                    found = figures_in(self.judged(out, *(["--frame", "start"] if self.study["filter"] == "fastslam" else [])))
                 except Error as error:
                     if "has no /pose" not in str(error):
                         raise
                     found = dict(dict.fromkeys(FIGURES, math.nan), lost=1.0)  # it never found out where it was
             trials.append((milliseconds, [found[name] for name in FIGURES], []))
-            paths += drawn(each["name"], poses)
-        return trials, paths
+        return trials
 
 
 def parameters_of_all(study):
@@ -159,7 +120,7 @@ def parameters_of_all(study):
 
 def answer(request, run):
     """What a block of trials gives: rows by filter and seed, time of computation first; sums of curves, of their squares, and their
-    numbers, by filter and curve; paths of seed 1, by name. Without seeds: what the problem is. Raises Error."""
+    numbers, by filter and curve. Without seeds: what the problem is. Raises Error."""
     problem = request["problem"]
     with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
         try:
@@ -170,16 +131,14 @@ def answer(request, run):
             if request["last"] < request["first"]:
                 return dict(experiment.about(), parameters=parameters_of_all(request))
             names = [each["name"] for each in request["filters"]]
-            trials, paths, sums = {name: [] for name in names}, {}, 0.0
+            trials, sums = {name: [] for name in names}, 0.0
             for seed in range(request["first"], request["last"] + 1):
-                of_seed, drawn_now = experiment.run(seed, seed == 1)
+                of_seed = experiment.run(seed)
                 for name, (milliseconds, figures, _) in zip(names, of_seed):
                     trials[name].append([milliseconds, *figures])
-                for name, *point in drawn_now:
-                    paths.setdefault(name, []).append(point)
                 curves = np.array([curves for *_, curves in of_seed])
                 known = np.where(np.isnan(curves), 0.0, curves)
                 sums = sums + np.stack((known, known ** 2, ~np.isnan(curves)), axis=-2)
         except pf.Error as error:
             raise Error(str(error)) from None
-    return {"trials": trials, "sums": dict(zip(names, sums.tolist())), "paths": paths}
+    return {"trials": trials, "sums": dict(zip(names, sums.tolist()))}

@@ -80,12 +80,6 @@ def write_paper(folder, name, count=12, without=(), problems=None):
     write_rows(folder / 'curves.csv', ['problem', 'filter', 'time', *(f'{curve}_{part}' for curve in CURVES for part in (
         'count', 'mean', 'sd'))], [[*key, time, *(count, 0.3 + 0.1 * scatter(key, time), 0.05) * len(CURVES)]
                                    for key in trials for time in range(0, 36, 2)])
-    write_rows(folder / 'paths.csv', ['problem', 'filter', 'time', 'x', 'y', 'heading'], [
-        [each, of, i, 10.0 * math.cos(0.1 * i) + 0.1 * scatter(of, i), 10.0 * math.sin(0.1 * i), 0.0]
-        for each in problems for of in ('truth', *names) for i in range(64)])
-    write_rows(folder / 'places.csv', ['problem', 'kind', 'id', 'x', 'y'], [
-        [each, kind, i, 15.0 * math.cos(i), 15.0 * math.sin(i)] for each in problems
-        for i, kind in enumerate(('beacon', 'beacon', 'landmark', 'landmark', 'closure'))])
     write_rows(folder / 'scheme_times.csv', ['scheme', 'particles', 'microseconds'], [
         [scheme, size, (1.0 + i) * 0.01 * size * (1.0 + 0.01 * scatter(scheme, size))]
         for i, scheme in enumerate(('systematic', 'stratified', 'residual_then_systematic', 'residual', 'multinomial'))
@@ -292,9 +286,6 @@ class StudyReport(InFolder):
         text = self.check_page(self.report())
         for lack in ('<code>figure8</code> is not in this study.', 'Not in this study: <code>RSR gaussian</code>', 'On plaza2'):
             self.assert_has(lack, text)
-        for name in ('curves.csv', 'paths.csv', 'places.csv', 'times.csv'):
-            (self.folder / name).unlink()
-        self.assert_has('No paths are in this study', self.check_page(self.report()))
         write_paper(self.folder, 'kwak', without=('PR', 'NR', 'reset'))
         (self.folder / 'curves.csv').unlink()
         text = self.check_page(self.report())

@@ -23,7 +23,7 @@ from command_line import Error
 from evaluation.paths import Path
 from study_definition import builtin_studies, load_study
 
-TABLES = ('trials.csv', 'curves.csv', 'paths.csv', 'places.csv')
+TABLES = ('trials.csv', 'curves.csv')
 SMALL = '''study: small
 filter: fastslam
 preset: kwak2008

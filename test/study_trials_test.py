@@ -29,7 +29,7 @@ def run(names, seed):
     of = experiment(names)
     figures = of.about()['figures']
     return {name: (dict(zip(figures, trial[1])), dict(zip(landmarks.CURVES, trial[2])))
-            for name, trial in zip(names, of.run(seed, False)[0])}
+            for name, trial in zip(names, of.run(seed))}
 
 
 # What a program of its own found, which was thrown away: the same world, 100 drives, code and random numbers of its own.
@@ -82,7 +82,7 @@ class Landmarks(unittest.TestCase):
         with 19 degrees of freedom has a probability of .005, and the drives are always the same."""
         drives = 20
         of = experiment(list(PROTOTYPE))
-        trials = np.array([[figures for _, figures, _ in of.run(seed, False)[0]] for seed in range(1, drives + 1)])
+        trials = np.array([[figures for _, figures, _ in of.run(seed)] for seed in range(1, drives + 1)])
         for name, theirs, values in zip(PROTOTYPE, PROTOTYPE.values(), trials.transpose(1, 2, 0)):
             for figure, their in zip(PROTOTYPE_FIGURES, theirs):
                 ours = values[landmarks.FIGURES.index(figure)]
@@ -153,7 +153,7 @@ class Ekf(unittest.TestCase):
         """EKF-SLAM is close to the best there is on such drives (Kwak, section 1, names its cost and its need of known ids as what
         is wrong with it): its map is better than that of any filter of the paper, and most landmarks are inside their ellipses."""
         of = experiment(['RSR', 'EKF-SLAM'])
-        trials = np.array([[figures for _, figures, _ in of.run(seed, False)[0]] for seed in range(1, 21)]).mean(axis=0)
+        trials = np.array([[figures for _, figures, _ in of.run(seed)] for seed in range(1, 21)]).mean(axis=0)
         end, inside = landmarks.FIGURES.index('map_error_end'), landmarks.FIGURES.index('map_inside')
         self.assertLess(trials[1, end], trials[0, end])
         self.assertGreater(trials[1, inside], 0.8)
