@@ -1,4 +1,4 @@
-"""A page of headings, text, tables and pictures, written as HTML.
+"""A page of headings, text, tables and pictures, written as HTML by the template data/page.html.
 
 Text may hold `names as they are typed`, **what matters** and links [text](#anchor).
 """
@@ -8,13 +8,13 @@ import urllib.parse
 from collections import namedtuple
 from pathlib import Path
 
-Drawing = namedtuple("Drawing", "svg pdf")  # bytes, and what makes them
+import jinja2
+
 # Kinds of a cell are how it looks: paper, holds, not, open, sure; of a row: paper, more (what the paper has not), rule (a line above
 # it).
 Cell = namedtuple("Cell", "text kind")
 Row = namedtuple("Row", "cells kinds", defaults=("",))
-STYLE = (Path(__file__).resolve().parent / "data" / "page.css").read_text(encoding="utf-8")
-LONG = 32  # rows: such a table does not fit on a page, and may be continued on the next
+DATA = Path(__file__).resolve().parent / "data"
 
 
 def to_html(text):
@@ -32,7 +32,7 @@ def to_html(text):
 class Document:
     def __init__(self, title):
         self.title, self.contents, self.blocks = title, [], []
-        self.pictures = {}  # by name, those that were drawn
+        self.pictures = {}  # {name: SVG}
 
     def lay_out(self, blocks):
         """Each block of a file data/*.yaml is the name of a method without its "add_", alone or with what it is given."""
@@ -43,8 +43,7 @@ class Document:
     def add_heading(self, level, text, anchor=""):
         if anchor:
             self.contents.append(f"[{text}](#{anchor})")
-        identity = f' id="{anchor}"' if anchor else ""
-        self.blocks.append(f"<h{level}{identity}>{to_html(text)}</h{level}>")
+        self.blocks.append(("heading", {"level": level, "text": text, "anchor": anchor}))
 
     def add_section(self, anchor_and_title):
         self.add_heading(2, *reversed(anchor_and_title))
@@ -53,48 +52,23 @@ class Document:
         self.add_heading(3, *reversed(anchor_and_title))
 
     def add_text(self, text):
-        self.blocks.append(f'<p>{to_html(" ".join(text.split()))}</p>')
+        self.blocks.append(("text", {"text": text}))
 
     def add_bullets(self, items):
-        self.blocks.append(bullets(items))
+        self.blocks.append(("bullets", {"listed": items}))
 
-    def add_figure(self, name, image, caption):
-        """`image`: a Drawing, or the path of a file; `name` is its anchor."""
-        caption = " ".join(caption.split())
-        if isinstance(image, Drawing):
-            self.pictures[name] = image
-            text = " ".join(image.svg.decode("utf-8").split())
-            image = "data:image/svg+xml," + urllib.parse.quote(text, safe=" /:;,=.()'-")
-        alternative = html.escape(re.sub(r"[*`]", "", caption.split(". ")[0]), quote=True)
-        self.blocks.append(f'<figure id="{name}"><img alt="{alternative}" src="{image}"/>\n'
-                           f"<figcaption>{to_html(caption)}</figcaption></figure>")
+    def add_figure(self, name, svg, caption):
+        """`name` is its anchor."""
+        self.pictures[name] = svg
+        image = "data:image/svg+xml," + urllib.parse.quote(" ".join(svg.split()), safe=" /:;,=.()'-")
+        alternative = re.sub(r"[*`]", "", " ".join(caption.split()).split(". ")[0])
+        self.blocks.append(("figure", {"name": name, "image": image, "alternative": alternative, "caption": caption}))
 
     def add_rows(self, caption, headings, rows, texts=(0,)):
         """A table; `texts` are the columns that hold text. Cells are texts or Cells, rows are lists of them or Rows."""
-        def cell(tag, column, text, kind=""):
-            kinds = [kind] * bool(kind) + ["text"] * (column in texts) + ["first"] * (column == 0)
-            return f"<{tag}{classes(kinds)}>{to_html(text)}</{tag}>"
-
-        lines = [f'<div class="{"table long" if len(rows) > LONG else "table"}"><table>',
-                 f"<caption>{to_html(caption)}</caption>", "<thead>",
-                 "<tr>" + "".join(cell("th", i, heading) for i, heading in enumerate(headings)) + "</tr>", "</thead>\n<tbody>"]
-        for row in rows:
-            cells, kinds = row if isinstance(row, Row) else Row(row)
-            lines.append(f"<tr{classes([kinds] * bool(kinds))}>" + "".join(
-                cell("td", i, *(each if isinstance(each, Cell) else [each])) for i, each in enumerate(cells)) + "</tr>")
-        self.blocks.append("\n".join([*lines, "</tbody></table></div>"]))
+        self.blocks.append(("table", {"caption": caption, "headings": headings, "rows": rows, "texts": texts}))
 
     def html(self):
-        title, body = html.escape(self.title, quote=False), "\n".join(self.blocks)
-        return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
-                f'<meta name="viewport" content="width=device-width, initial-scale=1"/>\n<title>{title}</title>\n'
-                f"<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{bullets(self.contents)}\n{body}\n"
-                f"</body>\n</html>\n")
-
-
-def bullets(items):
-    return "<ul>\n" + "\n".join(f'<li>{to_html(" ".join(item.split()))}</li>' for item in items) + "\n</ul>"
-
-
-def classes(kinds):
-    return f' class="{" ".join(kinds)}"' if kinds else ""
+        environment = jinja2.Environment(loader=jinja2.FileSystemLoader(str(DATA)), trim_blocks=True, keep_trailing_newline=True)
+        environment.filters.update(markup=to_html, words=lambda text: " ".join(text.split()))
+        return environment.get_template("page.html").render(page=self, style=(DATA / "page.css").read_text(encoding="utf-8"))

@@ -19,13 +19,10 @@ def report_of(study, measures=()):
     """The document of a study; of one's own with these measures, or the usual ones that it has, or all. Raises Error if it has
     not one of them."""
     paper = read_data(f"paper_{study.name}")  # None of a study of one's own
-    page = Page(study, paper)
+    page = Page(study, paper, measures)
     if paper:
         page.add_text(f"The paper: {paper['source']}")
-        page.lay_out(paper["page"])
-    else:
-        page.add_own(measures)
-    page.add_filters()
+    page.lay_out([*(paper["page"] if paper else ["own"]), "filters"])
     return page
 
 
@@ -55,12 +52,28 @@ def is_sure(found, name):
 
 
 class Page(Document):
-    def __init__(self, study, paper):
+    def __init__(self, study, paper, measures):
         super().__init__(study.title)
-        self.study, self.paper = study, paper
+        self.study, self.paper, self.parts = study, paper or {"claims": {}}, read_data("page_parts")
         self.problem = study.problems[0]["name"]
-        self.findings = [finding for family in (paper or {"claims": {}})["claims"].items()
-                         for finding in findings(study, *family, self.problem)]
+        self.findings = [finding for family in self.paper["claims"].items() for finding in findings(study, *family, self.problem)]
+        timed = list(BY_THE_CLOCK) if study.filter == "fastslam" else []
+        self.known = study.figures + timed if paper else [*study.figures, "processor_ms"]
+        for name in measures:
+            if name not in self.known:
+                raise Error(f"--measures: {name} is no measure of this study; known: {', '.join(self.known)}")
+        self.chosen = list(measures) or [name for name in USUAL.get(study.filter, ()) if name in self.known] or study.figures
+
+    def lay_out(self, blocks):
+        for block in blocks:
+            if isinstance(block, str) and block in self.parts:
+                self.lay_out(self.parts[block])
+            else:
+                super().lay_out([block])
+
+    def add_about(self, text):
+        self.add_text(text.format(study=self.study, level=LEVEL, preset=self.study.preset or "none",
+                                  settings=settings_text(self.study.settings)))
 
     def has(self, problem, names):
         """Those of the filters that the study has; of others it says that they are missing."""
@@ -78,42 +91,22 @@ class Page(Document):
 
     # ---- blocks of a page
 
-    def add_settings(self):
-        study = self.study
-        self.add_section(["settings", "Settings"])
-        self.add_text(f"""The filter is `{study.filter}` with the preset `{study.preset or 'none'}`. On top of it, for all filters of
-            the study: {settings_text(study.settings)}. Each filter has at most {study.trials} trials, with seeds from 1; filters with
-            the same seed share their drive. Differences are taken to `{study.reference}` unless said otherwise. The last section lists
-            what each filter sets.""")
-        self.add_bullets([problem_text(problem) for problem in study.problems])
-        values = {**study.parameters, **study.settings}
+    def add_problems(self):
+        self.add_bullets([problem_text(problem) for problem in self.study.problems])
+
+    def add_settings_of_paper(self):
+        values = {**self.study.parameters, **self.study.settings}
         rows = [[each["name"], Cell(each["value"], "paper"), each.get("where", ""), Cell(settings_text(ours) if ours else "", "settings"),
-                 each.get("why", "")] for each in (self.paper or {}).get("settings", [])
+                 each.get("why", "")] for each in self.paper.get("settings", [])
                 for ours in [{name: values[name] for name in each.get("parameters", []) if name in values}]]
         if rows:
             self.add_rows("Settings: what the paper says, and what is ours",
                           ["Setting", "In the paper", "Where", "Here", "Where it is ours: why"], rows, texts=range(5))
 
-    def add_reading(self):
-        self.add_section(["reading", "How to read it"])
-        self.add_text(f"""**Numbers.** A figure is the mean over the trials ± its standard error (s.e.). Numbers of the paper are on yellow,
-            as printed; the papers give no standard errors. Differences are paired by seed, so that what the drives have in common
-            cancels; they are bold if their p-value, corrected for the number of filters (Holm), is below {LEVEL:g}. Of runs lost they
-            are counts, lost only here : lost only there.""")
-        self.add_text(f"""**Verdicts.** A claim is a set of differences, each with a direction. Each difference is tested by Student's t,
-            shares of lost runs by McNemar's exact test; all p-values are two-sided. A claim holds if all its differences are on the
-            claimed side: its p-value is then the largest of them. It does not hold if one is on the other side: its p-value is then the
-            smallest of those, times the number of differences in the claim. The p-values of all claims of a family are corrected for
-            their number (Holm). Below {LEVEL:g} the claim **holds** or **does not hold**; otherwise there is **no difference found**, and
-            the 99 % interval of the difference at which the claim fails, widened by the same correction, says how large it may be. So
-            the chance that a family has any wrong "holds" or "does not hold" is at most {LEVEL:g}. ◂ marks the difference that
-            decides.""")
-        timed = BY_THE_CLOCK if self.study.filter == "fastslam" else ()
-        self.add_measures([figure for figure in MEASURES if figure in self.study.figures or figure in timed])
-
-    def add_measures(self, figures):
+    def add_measures(self):
+        figures = MEASURES if self.paper["claims"] else dict.fromkeys([*self.chosen, "processor_ms"])
         self.add_text("**Measures.**")
-        self.add_bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in figures])
+        self.add_bullets([f"**{measure(figure).heading}**: {measure(figure).definition}" for figure in figures if figure in self.known])
 
     def add_claims(self, which):
         """Those of a family, or of a place in the paper."""
@@ -182,10 +175,9 @@ class Page(Document):
     def add_groups(self, compared):
         """All filters of the study, group by group, on every problem."""
         self.add_section(["all", "All filters"])
-        timed = list(BY_THE_CLOCK) if self.study.filter == "fastslam" else []
         for problem in self.study.problems:
             self.add_heading(3, f"On {problem['name']}")
-            self.add_groups_of(problem["name"], self.study.figures + timed, compared)
+            self.add_groups_of(problem["name"], self.known, compared)
 
     def add_groups_of(self, problem, figures, compared):
         figures = self.study.measured(problem, figures)
@@ -198,10 +190,7 @@ class Page(Document):
                 self.add_heading(4, group or "Filters")
                 self.add_differences(problem, group or "Filters", of_group, figures, compared, found)
 
-    def add_filters(self):
-        """What each filter sets."""
-        self.add_section(["filters", "The filters"])
-        self.add_text("A filter is the preset, the settings of the study and these on top.")
+    def add_settings_of_filters(self):
         self.add_rows("Settings of each filter", ["Filter", "Group", "Settings"],
                       [[f"`{each['name']}`", each["group"], Cell(settings_text(each["settings"]), "settings")]
                        for each in self.study.filters], texts=(0, 1, 2))
@@ -235,48 +224,31 @@ class Page(Document):
 
     # ---- a study of one's own
 
-    def add_own(self, chosen):
-        study = self.study
-        known = [*study.figures, "processor_ms"]
-        for name in chosen:
-            if name not in known:
-                raise Error(f"--measures: {name} is no measure of this study; known: {', '.join(known)}")
-        measures = list(chosen) or [name for name in USUAL.get(study.filter, ()) if name in known] or study.figures
-        self.add_settings()
-        self.add_section(["reading", "How to read it"])
-        self.add_text(f"""A figure is the mean over the trials ± its standard error. Differences to `{study.reference}`, with as many
-            particles, are paired by seed; they are bold if their p-value, corrected for the number of filters (Holm), is below
-            {LEVEL:g}. Boxes hold the middle half of the trials, with the median; whiskers reach 1.5 times as far, and what is beyond
-            them is a dot.""")
-        figures = list(dict.fromkeys([*measures, "processor_ms"]))
-        self.add_measures(figures)
-        for number, problem in enumerate(study.problems, 1):
+    def add_own_figures(self):
+        figures = list(dict.fromkeys([*self.chosen, "processor_ms"]))
+        for number, problem in enumerate(self.study.problems, 1):
             self.add_section([f"problem-{number}", f"On {problem['name']}"])
-            there = study.measured(problem["name"], known)
-            missing = [figure for figure in chosen if figure not in there]
-            if missing:
-                self.add_text(f"Not measured here: {listed(missing)}. There are {listed(there)}.")
             self.add_groups_of(problem["name"], figures, figures)
-            for group_number, (group, names) in enumerate(study.groups(), 1):
-                for figure in measures:
+            for group_number, (group, names) in enumerate(self.study.groups(), 1):
+                for figure in self.chosen:
                     self.add_measure(f"{figure}_{number}_{group_number}", problem, group or problem["name"], names, figure)
 
     def add_measure(self, name, problem, title, names, figure):
-        """Against the number of particles and time, with all trials; and over the drive where the study has that."""
+        """Against the number of particles and time; and over the drive where the study has that."""
         heading, factor = measure(figure).heading, measure(figure).factor
-        lines, panels = {}, {}  # of each filter, by number of particles: trials and how long they took; by that number: curves
+        lines, panels = {}, {}  # of each filter: points; of each number of particles: curves
         for each in names:
-            values = factor * self.study.values(problem["name"], each, figure)
-            time, curve = (self.study.estimate(problem["name"], each, "processor_ms"), self.study.curve(problem["name"], each, figure))
+            value, time = (self.study.estimate(problem["name"], each, of) for of in (figure, "processor_ms"))
+            curve = self.study.curve(problem["name"], each, figure)
             of, particles = self.study.place_of(each)
-            if len(values):
-                lines.setdefault(of, {})[particles] = (values, time.mean if time else math.nan)
+            if value is not None:
+                lines.setdefault(of, []).append((particles or math.nan, time.mean if time else math.nan, factor * value.mean,
+                                                 factor * value.standard_error))
             if curve is not None:
                 error = curve.deviation / [max(1.0, count) ** 0.5 for count in curve.count]
                 panels.setdefault(particles, []).append((curve._replace(deviation=error), of))
         if lines:
-            self.add_figure(name, pictures.draw_measure(lines, heading), f"""**{heading}, {title}.** Means ± standard error,
-                            and all trials.""")
+            self.add_figure(name, pictures.draw_measure(lines, heading), f"**{heading}, {title}.** Means ± standard error.")
         if panels:
             image = pictures.draw_curves([(f"M = {key}" if key else "", curves) for key, curves in panels.items()], heading,
                                          problem.get("closures", {}))

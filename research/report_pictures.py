@@ -12,11 +12,8 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import matplotlib.ticker
-    import numpy as np
 except ImportError as error:
     sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
-
-from report_document import Drawing
 
 matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "path", "font.size": 10.0,
                             "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,
@@ -32,19 +29,15 @@ def colour_of(number):
 
 
 def drawing_of(figure):
-    """The picture without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
-    def saved(form, **options):
-        file = io.BytesIO()
-        figure.savefig(file, format=form, bbox_inches="tight", **options)
-        return file.getvalue()
-
+    """The picture as text, without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
+    file = io.StringIO()
+    figure.savefig(file, format="svg", bbox_inches="tight")
     plt.close(figure)
-    text = saved("svg").decode("utf-8")
+    text = file.getvalue()
     for pattern in (r"<\?xml.*?\?>\s*", r"<!DOCTYPE.*?>\s*", r"\s*<metadata>.*?</metadata>", r"\s*<!--.*?-->"):
         text = re.sub(pattern, "", text, flags=re.DOTALL)
     text = re.sub(r"(scale\([^)]*\))|(\d\.\d\d)\d+", lambda match: match[1] or match[2], text)  # letters are scaled
-    return Drawing("\n".join(line.strip() for line in text.splitlines()).encode("utf-8") + b"\n",
-                   lambda: saved("pdf", metadata={"CreationDate": None}))
+    return "\n".join(line.strip() for line in text.splitlines()) + "\n"
 
 
 def mark_times(panel, marks):
@@ -83,43 +76,23 @@ def draw_curves(panels, label, marks):
 
 
 def draw_measure(lines, label):
-    """{filter: {number of particles: (values of the trials, time, ms)}}: means against that number, where there are several,
-    and against time; below, boxes of all trials."""
-    sizes = sorted({size for points in lines.values() for size in points if size})
-    against = {"particles": lambda key, time: key} if len(sizes) > 1 else {}
-    if all(time > 0.0 for points in lines.values() for _, time in points.values()):
-        against["processor time of a drive (ms)"] = lambda key, time: time
-    figure = plt.figure(figsize=(WIDTH, 6.2 if against else 3.4), constrained_layout=True)
-    grid = figure.add_gridspec(2 if against else 1, max(1, len(against)))
-    boxes = figure.add_subplot(grid[-1, :])
-    panels = [figure.add_subplot(grid[0, column]) for column in range(len(against))]
-    for i, (name, points) in enumerate(lines.items()):
-        keys = sorted(points, key=lambda size: size or 0)
-        samples = [points[key][0] for key in keys]
-        errors = [np.std(each, ddof=1) / len(each) ** 0.5 if len(each) > 1 else 0.0 for each in samples]
-        for panel, place_of in zip(panels, against.values()):
-            panel.errorbar([place_of(key, points[key][1]) for key in keys], [np.mean(each) for each in samples], errors, lw=1.4,
-                           color=colour_of(i), marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5)
-        width = 0.8 / len(lines)
-        places = [(sizes.index(key) if key else 0) + (i - 0.5 * (len(lines) - 1)) * width for key in keys]
-        drawn = boxes.boxplot(samples, positions=places, widths=0.8 * width, patch_artist=True, manage_ticks=False,
-                              flierprops={"marker": ".", "ms": 3, "mec": colour_of(i)}, medianprops={"color": "white"})
-        for part in drawn["boxes"] + drawn["whiskers"] + drawn["caps"]:
-            part.set_color(colour_of(i))
-        drawn["boxes"][0].set_label(name)
-    for panel, text in zip(panels, against):
+    """{filter: [(number of particles, time in ms, mean, standard error)]}: means against the number, if there are several, and
+    against the time."""
+    figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 3.4), sharey=True, constrained_layout=True)
+    for column, (panel, text) in enumerate(zip(panels, ("particles", "processor time of a drive (ms)"))):
+        for i, (name, points) in enumerate(lines.items()):
+            *places, means, errors = zip(*sorted(points))
+            panel.errorbar(places[column], means, errors, lw=1.4, color=colour_of(i), marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5,
+                           label=name)
         panel.set_xscale("log")
         panel.xaxis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:g}"))
         panel.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
         panel.set_xlabel(text)
-    boxes.set_xticks(range(len(sizes)))
-    boxes.set_xticklabels(sizes)
-    boxes.set_xlabel("particles" if sizes else "")
-    boxes.grid(axis="x", visible=False)
-    for panel in (*panels[:1], boxes):
-        panel.set_ylabel(label)
-    figure.legend(*boxes.get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
+        panel.set_visible(column == 1 or len({points[0] for of in lines.values() for points in of}) > 1)
+    panels[1].yaxis.set_tick_params(labelleft=True)
+    panels[1].set_ylabel(label)
+    figure.legend(*panels[1].get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
                   frameon=False)
     return drawing_of(figure)
 

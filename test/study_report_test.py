@@ -142,18 +142,9 @@ class StudyReport(InFolder):
     def test_claim_holds_is_reversed_or_open(self):
         base = [0.3 + 0.01 * scatter(seed) for seed in range(20)]
         better = [value - 0.1 - 0.01 * scatter(value) for value in base]
-        for found, verdict in ((self.findings([below('A', 'B')], A=better, B=base), 'holds'),
-                               (self.findings([below('A', 'B')], A=base, B=better), 'does not hold'),
-                               (self.findings([below('A', 'C')], A=base, B=better), 'not in this study')):
-            self.assertEqual(found[0].verdict, verdict)
-        # -0.2 standard errors: on the claimed side, and no finding.
-        differences = [1.0 if seed % 2 else -1.0 for seed in range(20)]
-        error = report_statistics.t_difference(differences).standard_error
-        found, = self.findings([below('A', 'B')], B=base, A=[value + 0.01 * (each - 0.2 * error)
-                                                             for value, each in zip(base, differences)])
-        self.assertAlmostEqual(found.differences[0].mean / found.differences[0].standard_error, -0.2)
-        self.assertEqual(found.verdict, 'no difference found')
-        self.assertIn('99 % interval −', report_claims.verdict_text(found))
+        for terms, values, verdict in (('AB', {'A': better, 'B': base}, 'holds'), ('AB', {'A': base, 'B': better}, 'does not hold'),
+                                       ('AC', {'A': base, 'B': better}, 'not in this study')):
+            self.assertEqual(self.findings([below(*terms)], **values)[0].verdict, verdict)
 
     def test_conjunction_is_as_certain_as_its_least_certain_part(self):
         make = report_statistics.t_difference
@@ -272,14 +263,24 @@ class StudyReport(InFolder):
         self.assertFalse('not in this study' in text.lower())
         return text
 
-    def test_page_of_kwak_has_all_tables_and_figures(self):
+    def test_pages_of_papers_have_all_tables_and_figures(self):
         write_paper(self.folder, 'kwak')
         text = self.check_page_of_paper('kwak')
-        self.assert_has('2296 / 50 = 45.92', text)
-        for ours in ('<code>particles: 100</code>', '<code>population/threshold: 0.5</code>', 'split at the median weight'):
-            self.assert_has(ours, text)
+        for part in ('2296 / 50 = 45.92', '<code>particles: 100</code>', '<code>population/threshold: 0.5</code>', 'split at the median weight'):
+            self.assert_has(part, text)
         for control in ('reset', 'RSR tempered 0.3', 'redraw', 'EKF-SLAM'):
             self.assertGreaterEqual(text.count(f'<code>{control}</code>'), 4, control)
+        write_paper(self.folder, 'mahmoud')
+        text = self.check_page_of_paper('mahmoud')
+        # A share of the time, not 0.2 s; lost, of seeds 0, 3, 6, 9; with excitation and without.
+        for part in ('the first 20 % of the time are left out of the errors', '<td>4 of 12</td>', '<td>0 : 4</td>'):
+            self.assert_has(part, text)
+        # Systematic resampling is the fastest by construction.
+        table = text[text.index('3. Systematic resampling takes'):]
+        self.assert_has('>holds</td>', table[:table.index('</tr>')])
+        # Bytes do not depend on when and where a page is made.
+        self.assertEqual(program('study', 'report', self.folder)[0], 0)
+        self.assertTrue((self.folder / 'report.html').read_text(encoding='utf-8').replace('\u00a0', ' ') == text)
 
     def test_page_says_what_the_study_lacks(self):
         write_paper(self.folder, 'mahmoud', without=('RSR gaussian', 'shipped'), problems=('circle', 'plaza2'))
@@ -292,17 +293,6 @@ class StudyReport(InFolder):
         self.assert_has('Not in this study: <code>PR</code>', text)
         self.assert_has('This study has no such curves', text)
 
-    def test_page_of_mahmoud_has_all_tables_and_figures(self):
-        write_paper(self.folder, 'mahmoud')
-        text = self.check_page_of_paper('mahmoud')
-        # It is a share of the time, not 0.2 s.
-        self.assert_has('the first 20 % of the time are left out of the errors', text)
-        self.assert_has('<td>4 of 12</td>', text)  # lost, of seeds 0, 3, 6, 9
-        self.assert_has('<td>0 : 4</td>', text)  # with excitation and without
-        # Systematic resampling is the fastest by construction.
-        table = text[text.index('3. Systematic resampling takes'):]
-        self.assert_has('>holds</td>', table[:table.index('</tr>')])
-
     def test_page_of_any_other_study(self):
         trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3], 'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
         write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, ['feature_error', 'mine'], trials, curves=['feature_error'])
@@ -314,7 +304,7 @@ class StudyReport(InFolder):
                          ['feature_error_1_1', 'curve_feature_error_1_1', 'mine_1_1'])
         self.assert_has('>0.200 ± 0.058</td><td>2.333 ± 0.882</td>', self.check_page(document))
         # Cut to two digits, as coordinates are, letters were a third too small.
-        self.assert_has(b'scale(0.015625)', document.pictures['mine_1_1'].svg)
+        self.assert_has('scale(0.015625)', document.pictures['mine_1_1'])
         document = self.report(['mine'])
         self.assertEqual(list(document.pictures), ['mine_1_1'])
         with self.assertRaisesRegex(report_study.Error, 'mein is no measure of this study; known: feature_error, mine'):
@@ -326,8 +316,6 @@ class StudyReport(InFolder):
         document = self.report()
         self.assertEqual(list(document.pictures), ['map_error_1_1', 'cartesian_mean_2_1'])
         self.assertRegex(document.html(), '(?s)>On hall</h2>.*0\\.150.*>On bag</h2>.*0\\.40')
-        self.assert_has('Not measured here: <code>map_error</code>. There are <code>cartesian_mean</code>',
-                        self.check_page(self.report(['map_error'])))
 
     def test_filters_are_compared_with_the_reference_of_as_many_particles(self):
         filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size, 'group': '', 'settings': {}}
@@ -339,14 +327,6 @@ class StudyReport(InFolder):
         text = self.check_page(self.report())
         self.assertEqual(text.count('+1.000 ± 0.000'), 2)
         self.assertNotIn('+90', text)
-
-    def test_page_is_the_same_bytes_twice(self):
-        write_paper(self.folder, 'mahmoud', count=4)
-        made = []
-        for _ in range(2):
-            self.assertEqual(program('study', 'report', self.folder)[0], 0)
-            made.append((self.folder / 'report.html').read_bytes())
-        self.assertTrue(made[0] == made[1])
 
     def test_text_is_escaped(self):
         document = report_document.Document('a < b')
