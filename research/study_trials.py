@@ -119,8 +119,8 @@ def parameters_of_all(study):
 
 
 def answer(request, run):
-    """What a block of trials gives: rows by filter and seed, time of computation first; sums of curves, of their squares, and their
-    numbers, by filter and curve. Without seeds: what the problem is. Raises Error."""
+    """What a block of trials gives for each filter: rows by seed, time of computation first, and sums of curves, of their squares, and
+    their numbers. Without seeds: what the problem is. Raises Error."""
     problem = request["problem"]
     with tempfile.TemporaryDirectory(prefix="pf_resampling_") as folder:
         try:
@@ -130,15 +130,13 @@ def answer(request, run):
                 experiment = LandmarkExperiment(request, problem)
             if request["last"] < request["first"]:
                 return dict(experiment.about(), parameters=parameters_of_all(request))
-            names = [each["name"] for each in request["filters"]]
-            trials, sums = {name: [] for name in names}, 0.0
+            trials, sums = [], 0.0
             for seed in range(request["first"], request["last"] + 1):
                 of_seed = experiment.run(seed)
-                for name, (milliseconds, figures, _) in zip(names, of_seed):
-                    trials[name].append([milliseconds, *figures])
+                trials.append([[milliseconds, *figures] for milliseconds, figures, _ in of_seed])
                 curves = np.array([curves for *_, curves in of_seed])
                 known = np.where(np.isnan(curves), 0.0, curves)
                 sums = sums + np.stack((known, known ** 2, ~np.isnan(curves)), axis=-2)
         except pf.Error as error:
             raise Error(str(error)) from None
-    return {"trials": trials, "sums": dict(zip(names, sums.tolist()))}
+    return list(zip(zip(*trials), sums.tolist()))

@@ -156,26 +156,23 @@ class Folder(InFolder):
         self.assert_same_tables(folder)
         self.assertEqual({path: path.read_bytes() for path in before}, before)  # not run again
         (folder / 'blocks/longer-0000003-0000004').unlink()
-        self.run_in(folder, '--trials', 2)  # no fewer than there were
+        self.run_in(folder)
         self.assert_same_tables(folder)
 
-    def test_a_filter_that_is_added_is_run_alone(self):
-        folder, fewer = self.folder / 'added', self.folder / 'fewer.yaml'
+    def test_only_what_differs_is_run_anew(self):
+        folder, other = self.folder / 'other', self.folder / 'other.yaml'
         removed = next(line for line in SMALL.splitlines(True) if 'name: compensation,' in line)
-        fewer.write_text(SMALL.replace(removed, ''))
-        self.assertEqual(study(fewer, folder)[0], 0)
+        other.write_text(SMALL.replace(removed, '').replace('duration: 4', 'duration: 5'))
+        self.assertEqual(study(other, folder)[0], 0)
         times = rows_of(folder / 'times.csv')
         self.run_in(folder)
         self.assert_same_tables(folder)
-        self.assertEqual([row for row in rows_of(folder / 'times.csv') if row['filter'] != 'compensation'], times)
-        self.assertEqual(study(fewer, folder)[0], 0)  # and left out again
+        longer = [row for row in times if row['problem'] == 'longer']
+        self.assertEqual([row for row in rows_of(folder / 'times.csv') if row in longer], longer)
+        self.assertEqual(study(other, folder)[0], 0)
         self.assertEqual(rows_of(folder / 'times.csv'), times)
 
-    def test_refuses_a_folder_of_another_study(self):
-        for old, new, says in (('0.20', '0.3', 'filters differ'), ('duration: 4', 'duration: 5', 'problems differ')):
-            other = self.folder / 'other.yaml'
-            other.write_text(SMALL.replace(old, new))
-            self.refused(other, self.whole, says=says)
+    def test_refuses_a_folder_of_something_else(self):
         full = self.folder / 'full'
         full.mkdir()
         (full / 'mine.txt').write_text('keep')
@@ -186,10 +183,9 @@ class Folder(InFolder):
     def test_refuses_what_was_damaged(self):
         folder = self.folder / 'damaged'
         shutil.copytree(self.whole, folder)
-        block, about = folder / 'blocks/short-0000001-0000002', folder / 'study.json'
-        for path in block, about:
-            path.write_text(path.read_text()[:1000])
-            self.refused(self.yaml, folder, '--trials', 6, says=str(path))
+        block = folder / 'blocks/short-0000001-0000002'
+        block.write_text(block.read_text()[:1000])
+        self.refused(self.yaml, folder, says=str(block))
 
     def test_paths_are_judged_beside_dead_reckoning(self):
         mine = self.folder / 'mine.yaml'
