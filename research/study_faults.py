@@ -6,6 +6,8 @@ import copy
 import json
 import math
 import random
+import tempfile
+from pathlib import Path
 
 import numpy as np
 from datasets.recording import compose, relative
@@ -200,6 +202,13 @@ def write(messages, path):
             bag.write(topic, message, genpy.Time.from_sec(time))
 
 
+def evaluated(run, bag, clip, work, *options):
+    """What evaluate_bag says; `work`: where it may write."""
+    with tempfile.TemporaryDirectory(dir=work) as folder:
+        run(["evaluate_bag", bag, "--quiet", "--clip", clip, "--json", f"{folder}/said.json", *options])
+        return json.loads(Path(folder, "said.json").read_text())
+
+
 def figures_of(after, at_end):
     """Of a run: what evaluate_bag says of it from the fault on, and of the end."""
     health, errors = after.get("health", {}), after["estimate"]["cartesian"]
@@ -232,10 +241,7 @@ def study(path, seeds, options, work, run, in_parallel):
         def trial(seed, bag=bag):
             out = work / f"{seed}.bag"
             run(["run_bag", filter_name, bag, out, "--no-clouds", "--seed", seed, *options])
-            judged = []
-            for clip in (BEGIN, LAST):
-                run(["evaluate_bag", out, "--quiet", "--clip", clip, "--json", work / f"{seed}.json"])
-                judged.append(json.loads((work / f"{seed}.json").read_text()))
+            judged = [evaluated(run, out, clip, work) for clip in (BEGIN, LAST)]
             out.unlink()
             report["lost_error"] = judged[0]["lost_error"]
             return figures_of(*judged)

@@ -1,5 +1,6 @@
 """FastSLAM and EKF-SLAM in a simulated world, by the measures of Kwak (2008, section 4): N_eff, distinct particles, eqs. 5 and 6, and
 what these leave out: the error of the weighted mean, and how far its covariance can be believed."""
+import functools
 import time
 from pathlib import Path
 
@@ -218,8 +219,7 @@ class LandmarkExperiment:
 
     def __init__(self, study, problem):
         self.world, self.makers, self.odometry = World(problem["source"], problem["duration_given"]), [], None
-        self.filters = study["filters"]
-        for each in self.filters:
+        for each in study["filters"]:
             given = {**({"preset": study["preset"]} if study["preset"] else {}), **study["settings"], **each["settings"]}
             try:
                 parameters = FastSlam(given, 1).parameters()
@@ -234,8 +234,7 @@ class LandmarkExperiment:
                 raise Error(f"filter {each['name']}: its odometry/... differ from those of other filters; all of a study in a world are "
                                  "given the same odometry, so set them for the study")
             sensor = [float(parameters[f"sensor/{name}"]) for name in ("range_sigma", "range_sigma_share", "bearing_sigma")]
-            self.makers.append({"filter": lambda seed, given=given: FastSlam(given, seed),
-                                "ekf_slam": lambda seed, sensor=sensor: EkfSlam(*sensor)}.get(each["estimator"]))
+            self.makers.append(functools.partial(FastSlam, given) if each["estimator"] == "filter" else lambda _, of=sensor: EkfSlam(*of))
 
     def about(self):
         steps, closures = self.world.drive(1, self.odometry)
@@ -247,10 +246,7 @@ class LandmarkExperiment:
         """[(ms of processor time, figures, curves)] of the filters."""
         steps, closures = self.world.drive(seed, self.odometry)
         trials = []
-        for each, maker in zip(self.filters, self.makers):
-            if maker is None:  # dead reckoning has no map
-                trials.append((np.nan, [np.nan] * (len(FIGURES) + len(DROPS) * len(closures)), [np.full(len(steps), np.nan)] * len(CURVES)))
-                continue
+        for maker in self.makers:
             # Without measuring anything else, which would make a filter read its whole map at every step.
             timed, filter_ = maker(seed), maker(seed)
             begin = time.process_time()

@@ -3,14 +3,13 @@ change of the package has moved."""
 import csv
 import hashlib
 import io
-import json
 import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 from command_line import Error
 from study_definition import FILTERS, read_yaml, require_one_of_each_name, take, whole_path
-from study_faults import Drive, faults, write
+from study_faults import Drive, evaluated, faults, write
 
 # {name: of what evaluate_bag says}, in m, rad and shares. None: there is no such thing in this drive.
 FIGURES = {
@@ -115,8 +114,7 @@ def run_scenario(scenario, datasets, work, run):
          *(word for setting in scenario["settings"].items() for word in ("--set", "=".join(setting))), *scenario["options"].split()])
 
     def said(share):
-        run(["evaluate_bag", out, "--quiet", "--clip", share, "--truth", scenario["truth"], "--json", work / "said.json"])
-        return json.loads((work / "said.json").read_text())
+        return evaluated(run, out, share, work, "--truth", scenario["truth"])
 
     settled = said(SETTLED)
     wrong = [failure for each in scenario["criteria"] for failure in failures(

@@ -1,7 +1,6 @@
 """The trials of a study: a range of seeds of filters on one problem. FastSLAM in a simulated world is study_landmarks.py; here is
 either filter on a path with truth, a recording or beacons in a simulated world, by the measures of Mahmoud et al. (2012, Tables 1 to
 3), through simulate_bag, run_bag and evaluate_bag."""
-import json
 import math
 import re
 import tempfile
@@ -12,6 +11,7 @@ import pf_resampling_core as pf
 import yaml
 from command_line import Error
 from study_definition import read_yaml
+from study_faults import evaluated
 from study_landmarks import LandmarkExperiment, read_world
 
 AXES = ("cross_track", "along_track", "cartesian", "heading")
@@ -69,9 +69,7 @@ class PathExperiment:
         return bag
 
     def judged(self, bag, *more):
-        file = self.folder / "said.json"
-        self.program(["evaluate_bag", bag, "--quiet", "--clip", self.problem["clip"], "--json", file, *more])
-        return json.loads(file.read_text())
+        return evaluated(self.program, bag, self.problem["clip"], self.folder, *more)
 
     def about(self):
         for each in self.filters:  # whether the settings make sense
@@ -88,9 +86,6 @@ class PathExperiment:
         """As that of LandmarkExperiment."""
         bag, trials = self.drive(seed), []
         for each in self.filters:
-            if each["estimator"] == "ekf_slam":  # it reads no messages
-                trials.append((math.nan, [math.nan] * len(FIGURES), []))
-                continue
             milliseconds = math.nan
             if each["estimator"] == "dead_reckoning":
                 found = figures_in(self.judged(bag, "--pose", "/odom", "--frame", "start"))
