@@ -4,16 +4,12 @@ The same figures give the same bytes: no dates, and names of parts that follow f
 """
 import io
 import re
-import sys
 
-try:
-    import matplotlib
+import matplotlib
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    import matplotlib.ticker
-except ImportError as error:
-    sys.exit(f"{error.name} is missing: sudo apt-get install python3-matplotlib")
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.ticker  # noqa: E402
 
 matplotlib.rcParams.update({"svg.hashsalt": "pf_resampling", "svg.fonttype": "path", "font.size": 10.0,
                             "axes.grid": True, "grid.alpha": 0.3, "axes.axisbelow": True,

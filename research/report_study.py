@@ -2,18 +2,12 @@
 
 A figure is a number for each trial. Differences are taken between trials with the same seed.
 """
-import contextlib
 import csv
 import json
-import sys
 from collections import namedtuple
 
-try:
-    import numpy as np
-except ImportError as error:
-    sys.exit(f"{error.name} is missing: sudo apt-get install python3-numpy")
-
-from command_line import Error
+import numpy as np
+from command_line import Error, naming
 from report_statistics import lost_difference, mean_and_error, t_difference
 
 Estimate = namedtuple("Estimate", "mean standard_error count")
@@ -25,27 +19,6 @@ OF_COST = ("particles", "version", "excitation/method")
 # The schemes as the papers' tables call them; in scheme_times.csv they have the names of the setting.
 SCHEME_NAMES = {"residual_then_systematic": "RSR", "stratified": "Stratified", "residual": "Residual",
                 "systematic": "Systematic", "multinomial": "Multinomial"}
-AGAIN = "run the study again with this folder"
-
-
-@contextlib.contextmanager
-def reading(path, remedy):
-    """What is wrong with the contents of a file becomes a Error that names it."""
-    try:
-        yield
-    except (ValueError, TypeError, KeyError, AttributeError, IndexError, RecursionError, OverflowError, csv.Error):
-        raise Error(f"{path}: is damaged; {remedy}") from None
-
-
-def read_about(path):
-    """What study.json says. Raises Error that names the file."""
-    with reading(path, "run the study again in another folder"):
-        about = json.loads(path.read_text(encoding="utf-8"))
-        if about.get("format") != 1:
-            raise Error(f'{path}: format {str(about.get("format"))[:40]!r} is unknown; this program reads format 1')
-        if not (about["study"] and about["problems"][0]["name"] and about["filters"][0]["name"]):
-            raise ValueError
-    return about
 
 
 def rows_of(path):
@@ -58,7 +31,7 @@ def rows_of(path):
 def columns_of(path):
     """{(problem, filter): {column: array}} of a CSV file, NaN where a cell is empty. Raises Error that names the file."""
     found = {}
-    with reading(path, AGAIN):
+    with naming(str(path)):
         for row in rows_of(path):
             columns = found.setdefault((row.pop("problem"), row.pop("filter")), {})
             for name, text in row.items():
@@ -70,20 +43,22 @@ class Study:
     def __init__(self, folder):
         if not (folder / "study.json").exists() or not (folder / "trials.csv").exists():
             raise Error(f"{folder}: holds no study: study.json and trials.csv are not there")
-        about = read_about(folder / "study.json")
-        with reading(folder, AGAIN):
+        with naming(str(folder / "study.json")):
+            about = json.loads((folder / "study.json").read_text(encoding="utf-8"))
+            if about["format"] != 1:
+                raise Error(f'format {about["format"]} is unknown; this program reads format 1')
             self.name, self.title, self.filter, self.preset, self.settings, self.parameters = (
                 about[key] for key in ("study", "title", "filter", "preset", "settings", "parameters"))
             self.trials, self.reference, self.problems, self.filters, self.figures = (
                 about[key] for key in ("trials", "reference", "problems", "filters", "figures"))
-            self._figures = columns_of(folder / "trials.csv")
-            for key, columns in columns_of(folder / "times.csv").items():
-                self._figures[key]["processor_ms"] = columns["processor_ms"]
-            self._curves = columns_of(folder / "curves.csv")
-            self.scheme_times = {}  # {scheme: {number of particles: microseconds}}
-            for row in rows_of(folder / "scheme_times.csv"):
-                scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
-                self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = float(row["microseconds"])
+        self._figures = columns_of(folder / "trials.csv")
+        for key, columns in columns_of(folder / "times.csv").items():
+            self._figures[key]["processor_ms"] = columns["processor_ms"]
+        self._curves = columns_of(folder / "curves.csv")
+        self.scheme_times = {}  # {scheme: {number of particles: microseconds}}
+        for row in rows_of(folder / "scheme_times.csv"):
+            scheme = SCHEME_NAMES.get(row["scheme"], row["scheme"])
+            self.scheme_times.setdefault(scheme, {})[int(row["particles"])] = float(row["microseconds"])
         # In logarithms, so that a pair of schemes differs by a factor, and small counts weigh like large ones.
         self._figures.update({("one resampling", scheme): {"log_time": np.log(list(times.values()))}
                               for scheme, times in self.scheme_times.items()})
