@@ -1,7 +1,8 @@
 """Simulation-based calibration (Cook, Gelman and Rubin 2006; Talts et al. 2018): worlds, paths, noise and errors are drawn, a filter
 runs on each drive, and the truth has to be anywhere in its belief with the probability that the belief says."""
 import collections
-import contextlib
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import yaml
@@ -165,18 +166,14 @@ def draw_histograms(report, path):
 def drive(kind, seed, options, work, run):
     """deviations() and beyond() of a drive."""
     world, (program, settings, of_simulation) = drawn_world(kind, seed), KINDS[kind]
-    file, config, bag, out = (work / f"{list(KINDS).index(kind)}-{seed}.{end}" for end in ("yaml", "config.yaml", "bag", "out.bag"))
-    try:
+    with tempfile.TemporaryDirectory(dir=work) as folder:
+        file, config, bag, out = (Path(folder) / name for name in ("world.yaml", "config.yaml", "drive.bag", "out.bag"))
         file.write_text(yaml.safe_dump(world))
         config.write_text(ANTENNA if program == "beacon_mcl" else "")
         run(["simulate_bag", file, bag, "--seed", seed, *of_simulation])
         run(["run_bag", program, bag, out, "--no-clouds", "--seed", seed, "--config", config, *settings, *options])
         belief = belief_of(out)
-        return list(deviations(kind, world, belief)), beyond(belief)
-    finally:
-        for each in (file, config, bag, out):
-            with contextlib.suppress(FileNotFoundError):
-                each.unlink()
+    return list(deviations(kind, world, belief)), beyond(belief)
 
 
 def study(kinds, seeds, options, work, run, in_parallel):
