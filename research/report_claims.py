@@ -1,18 +1,8 @@
 """What the papers claim, and what a study says of it.
 
-A claim is a conjunction of parts. A part is a sum of one figure over filters, paired by seed, that has to lie below or above
-a bound (zero unless another is given): `RSR - NR below`, `compensation T_N=1 - 2 compensation above`. It may also have to be
-so many standard errors away. data/paper_NAME.yaml holds the claims, in families.
-
-Verdicts:
-
-* **holds**: all parts are on the claimed side. The claim's p-value is the largest of its parts (a conjunction is as certain as
-  its least certain part: the intersection-union test).
-* **does not hold**: a part is on the other side. The claim's p-value is the smallest of those parts, times the number of
-  parts (any of them could have been it).
-* **no difference found** if that p-value, corrected for the number of claims in the family (Holm), is not below 0.01.
-
-p-values are two-sided, so that a claim is wrongly decided, one way or the other, once in a hundred at most.
+data/paper_NAME.yaml holds the claims, in families. A claim is a conjunction of parts; a part is a sum of one figure over filters, paired
+by seed, that has to lie below or above a bound. data/page_parts.yaml says how a verdict comes about; that a conjunction is as certain as
+its least certain part is the intersection-union test.
 """
 from collections import namedtuple
 

@@ -247,8 +247,9 @@ class Page(Document):
             if curve is not None:
                 error = curve.deviation / [max(1.0, count) ** 0.5 for count in curve.count]
                 panels.setdefault(particles, []).append((curve._replace(deviation=error), of))
-        if lines:
-            self.add_figure(name, pictures.draw_measure(lines, heading), f"**{heading}, {title}.** Means ± standard error.")
+        image = pictures.draw_measure(lines, heading)
+        if image:
+            self.add_figure(name, image, f"**{heading}, {title}.** Means ± standard error.")
         if panels:
             image = pictures.draw_curves([(f"M = {key}" if key else "", curves) for key, curves in panels.items()], heading,
                                          problem.get("closures", {}))

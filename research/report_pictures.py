@@ -72,10 +72,14 @@ def draw_curves(panels, label, marks):
 
 
 def draw_measure(lines, label):
-    """{filter: [(number of particles, time in ms, mean, standard error)]}: means against the number, if there are several, and
-    against the time."""
-    figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 3.4), sharey=True, constrained_layout=True)
-    for column, (panel, text) in enumerate(zip(panels, ("particles", "processor time of a drive (ms)"))):
+    """{filter: [(number of particles, time in ms, mean, standard error)]}: means against the number and against the time, each if there
+    are several; None if neither are."""
+    against = [(column, text) for column, text in enumerate(("particles", "processor time of a drive (ms)"))
+               if len({points[column] for of in lines.values() for points in of if points[column] > 0.0}) > 1]
+    if not against:
+        return None
+    figure, panels = plt.subplots(1, len(against), figsize=(WIDTH, 3.4), sharey=True, squeeze=False, constrained_layout=True)
+    for panel, (column, text) in zip(panels[0], against):
         for i, (name, points) in enumerate(lines.items()):
             *places, means, errors = zip(*sorted(points))
             panel.errorbar(places[column], means, errors, lw=1.4, color=colour_of(i), marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5,
@@ -85,11 +89,8 @@ def draw_measure(lines, label):
         panel.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:g}"))
         panel.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
         panel.set_xlabel(text)
-        panel.set_visible(column == 1 or len({points[0] for of in lines.values() for points in of}) > 1)
-    panels[1].yaxis.set_tick_params(labelleft=True)
-    panels[1].set_ylabel(label)
-    figure.legend(*panels[1].get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9,
-                  frameon=False)
+    panels[0, 0].set_ylabel(label)
+    figure.legend(*panel.get_legend_handles_labels(), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize=9, frameon=False)
     return drawing_of(figure)
 
 

@@ -99,8 +99,8 @@ def load_study(name, trials=None, bag="", config=""):
     study["reference"] = study["reference"] or (filters[0].get("of", filters[0]["name"]) if filters else "")
     study["trials"] = study["trials"] if trials is None else trials
     if bag:
-        study["problems"].append({"name": Path(bag).stem, "kind": "bag", "source": os.path.abspath(bag), "duration_given": 0.0,
-                                  "clip": 0.2, "config": os.path.abspath(config) if config else "", "calibrated": False})
+        study["problems"].append(problem_of({**PROBLEM, "name": Path(bag).stem, "bag": os.path.abspath(bag),
+                                             "config": config and os.path.abspath(config)}, "", name))
     check(study, name)
     return study
 

@@ -97,20 +97,20 @@ def compared(there, here):
 def study(path, seeds, options, work, run, in_parallel):
     """A row for each relation: distances in m between the poses with and without the change, over all seeds."""
     drive = Drive(path)
-    report = {"study": "relations", "recording": path.name, "seeds": seeds, "summary": []}
+    report = {"study": "relations", "recording": path.name, "seeds": len(seeds), "summary": []}
 
     def poses(bag, turn=(0.0, 0.0, 0.0), shift=0, more=0):
         def trial(seed):
             out = work / f"{seed}.bag"
             run(["run_bag", "beacon_mcl" if drive.beacons else "fastslam", bag, out, "--no-clouds", "--seed", seed + more, *options])
             return poses_of(out, turn, shift)
-        return in_parallel(trial, range(1, seeds + 1))
+        return in_parallel(trial, seeds)
 
     reference = poses(path)
     for name, messages, turn, shift, is_same in relations(drive):
         bag = work / "changed.bag"
         write(messages, bag)
-        runs = [compared(*each) for each in zip(reference, poses(bag, turn, shift, seeds * (name == "another seed")))]
+        runs = [compared(*each) for each in zip(reference, poses(bag, turn, shift, len(seeds) * (name == "another seed")))]
         apart, inside = (np.concatenate([each[i] for each in runs]) for i in (0, 1))
         row = {"relation": name, "mean": float(apart.mean()), "largest": float(apart.max()), "inside": float(inside.mean()),
                "needed": f"below {SAME:g} m" if is_same else "inside: 0.95"}

@@ -282,39 +282,25 @@ class StudyReport(InFolder):
         self.assert_has('This study has no such curves', text)
 
     def test_page_of_any_other_study(self):
-        trials = {('hall', name): {'feature_error': [0.1, 0.2, 0.3], 'mine': [1.0, 2.0, 4.0]} for name in ('RSR', 'A')}
-        write_study(self.folder, {'Mine': {'RSR': {}, 'A': {'x': 1}}}, ['feature_error', 'mine'], trials, curves=['feature_error'])
-        write_rows(self.folder / 'curves.csv',
-                   ['problem', 'filter', 'time', *(f'feature_error_{part}' for part in ('count', 'mean', 'sd'))],
-                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in ('RSR', 'A') for time in range(5)])
+        """Two filters with two numbers of particles each, in a hall and on a bag, which have a measure each."""
+        filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size, 'group': 'Mine', 'settings': {}}
+                   for name in ('RSR', 'A') for size in (10, 100)]
+        values = {each['name']: [each['particles'] + (each['of'] == 'A') + seed for seed in range(4)] for each in filters}
+        trials = {(problem, name): {measure: values[name]} for problem, measure in (('hall', 'feature_error'), ('bag', 'mine')) for name in values}
+        write_study(self.folder, {}, ['feature_error', 'mine'], trials, filters=filters, curves=['feature_error'])
+        write_rows(self.folder / 'curves.csv', ['problem', 'filter', 'time', *(f'feature_error_{part}' for part in ('count', 'mean', 'sd'))],
+                   [['hall', name, time, 3, 0.1 * time, 0.02] for name in values for time in range(5)])
         document = self.report()
-        self.assertEqual(list(document.pictures),
-                         ['feature_error_1_1', 'curve_feature_error_1_1', 'mine_1_1'])
-        self.assert_has('>0.200 ± 0.058</td><td>2.333 ± 0.882</td>', self.check_page(document))
+        self.assertEqual(list(document.pictures), ['feature_error_1_1', 'curve_feature_error_1_1', 'mine_2_1'])
+        text = self.check_page(document)
+        self.assertRegex(text, '(?s)>On hall</h2>.*>11.500 ± 0.645</td>.*>On bag</h2>.*>11.500 ± 0.645</td>')
+        # The reference is that of as many particles.
+        self.assertEqual((text.count('+1.000 ± 0.000'), text.count('+90')), (4, 0))
         # Cut to two digits, as coordinates are, letters were a third too small.
-        self.assert_has('scale(0.015625)', document.pictures['mine_1_1'])
-        document = self.report(['mine'])
-        self.assertEqual(list(document.pictures), ['mine_1_1'])
+        self.assert_has('scale(0.015625)', document.pictures['mine_2_1'])
+        self.assertEqual(list(self.report(['mine']).pictures), ['mine_2_1'])
         with self.assertRaisesRegex(report_study.Error, 'mein is no measure of this study; known: feature_error, mine'):
             self.report(['mein'])
-
-    def test_bag_and_world_of_one_study_have_measures_each(self):
-        write_study(self.folder, {'Mine': {'RSR': {}}}, ['map_error', 'cartesian_mean'],
-                    {('hall', 'RSR'): {'map_error': [0.1, 0.2]}, ('bag', 'RSR'): {'cartesian_mean': [0.3, 0.5]}})
-        document = self.report()
-        self.assertEqual(list(document.pictures), ['map_error_1_1', 'cartesian_mean_2_1'])
-        self.assertRegex(document.html(), '(?s)>On hall</h2>.*0\\.150.*>On bag</h2>.*0\\.40')
-
-    def test_filters_are_compared_with_the_reference_of_as_many_particles(self):
-        filters = [{'name': f'{name} M={size}', 'of': name, 'particles': size, 'group': '', 'settings': {}}
-                   for name in ('RSR', 'A') for size in (10, 100)]
-        trials = {('hall', each['name']): {'mine': [each['particles'] + (each['of'] == 'A') + seed for seed in range(4)]}
-                  for each in filters}
-        study = report_study.Study(write_study(self.folder, {}, ['mine'], trials, filters=filters))
-        self.assertEqual([study.reference_for(each['name']) for each in filters], ['RSR M=10', 'RSR M=100'] * 2)
-        text = self.check_page(self.report())
-        self.assertEqual(text.count('+1.000 ± 0.000'), 2)
-        self.assertNotIn('+90', text)
 
     def test_text_is_escaped(self):
         document = report_document.Document('a < b')
