@@ -26,10 +26,6 @@ def report_of(study, measures=()):
     return page
 
 
-def listed(names):
-    return ", ".join(f"`{name}`" for name in names)
-
-
 def settings_text(settings):
     return ", ".join(f"`{name}: {value}`" for name, value in sorted(settings.items())) or "none"
 
@@ -75,13 +71,6 @@ class Page(Document):
         self.add_text(text.format(study=self.study, level=LEVEL, preset=self.study.preset or "none",
                                   settings=settings_text(self.study.settings)))
 
-    def has(self, problem, names):
-        """Those of the filters that the study has; of others it says that they are missing."""
-        missing = [name for name in names if not self.study.has(problem, name)]
-        if missing:
-            self.add_text(f"Not in this study: {listed(missing)}.")
-        return [name for name in names if name not in missing]
-
     def figure(self, problem, name, figure):
         """A mean as text; of runs lost the count: 19 of 30."""
         values = self.study.values(problem, name, figure)
@@ -118,8 +107,6 @@ class Page(Document):
         """A table of the paper: below each of its rows ours, at its end the filters `beside`."""
         table, number = self.paper["tables"][given["paper"]], given["paper"]
         problem = table.get("problem", self.problem)
-        if "problem" in table and not any(each["name"] == problem for each in self.study.problems):
-            return self.add_text(f"Table {number}: `{problem}` is not in this study.")
         columns = [{"measure": column} if isinstance(column, str) else column for column in table["columns"]]
         size = math.ceil(len(columns) / math.ceil(len(columns) / COLUMNS))  # what is too wide for a page is several tables
 
@@ -139,13 +126,12 @@ class Page(Document):
                     rows.append(Row(ours, "more"))
             headings = ["Filter", *(column.get("heading") or measure(column["measure"]).heading for column in part)]
             self.add_rows(f"Table {number} of the paper: {table['title']}", headings, rows)
-        self.has(problem, table["rows"])
 
     def add_comparison(self, given):
         """Filters, each beside its reference: `pairs`, or all beside one `reference`."""
         problem = given.get("problem", self.problem)
         pairs = given.get("pairs") or dict.fromkeys(given["filters"], given.get("reference", self.study.reference))
-        pairs = {name: pairs[name] for name in self.has(problem, pairs)}
+        pairs = {name: other for name, other in pairs.items() if self.study.has(problem, name)}
         self.add_differences(problem, given["caption"], pairs, given["measures"], given["measures"])
 
     def add_differences(self, problem, caption, references, figures, compared, found=None):
@@ -201,22 +187,20 @@ class Page(Document):
         """`filters` in one panel, or `panels`, each with a measure over the drive."""
         figure, panels = given["measure"], given.get("panels") or [given["filters"]]
         problem = self.study.problems[0]
-        drawn = [(name, self.study.curve(problem["name"], name, figure)) for panel in panels for name in panel]
-        missing = dict.fromkeys(name for name, curve in drawn if curve is None)
-        note = f" Not in this study: {listed(missing)}." if missing else ""
-        if len(missing) == len(dict(drawn)):
-            return self.add_text(f"{given['caption']} This study has no such curves.{note}")
-        trials = int(max(curve.count.max() for _, curve in drawn if curve is not None))
-        panels = [(panel[0] if len(panels) > 1 else "", [(dict(drawn)[name], name) for name in panel if name not in missing])
-                  for panel in panels]
+        curves = {name: self.study.curve(problem["name"], name, figure) for panel in panels for name in panel}
+        curves = {name: curve for name, curve in curves.items() if curve is not None}
+        if not curves:
+            return
+        trials = int(max(curve.count.max() for curve in curves.values()))
+        panels = [(panel[0] if len(panels) > 1 else "", [(curves[name], name) for name in panel if name in curves]) for panel in panels]
         image = pictures.draw_curves([panel for panel in panels if panel[1]], measure(figure).heading, problem.get("closures", {}))
         self.add_figure(given["name"], image, f"""{given['caption']} Means over {trials} drives; bands: ± one standard deviation
-                        over the drives.{note}""")
+                        over the drives.""")
 
     def add_scheme_times(self, given):
         times = self.study.scheme_times
         if not times:
-            return self.add_text("No times of schemes are in this study.")
+            return
         sizes = sorted({size for points in times.values() for size in points})
         self.add_figure(given["name"], pictures.draw_scheme_times(times), given["caption"])
         self.add_rows("Time of one resampling (µs)", ["Particles", *times],

@@ -36,17 +36,9 @@ def drawing_of(figure):
     return "\n".join(line.strip() for line in text.splitlines()) + "\n"
 
 
-def mark_times(panel, marks):
-    """Upright lines where something happens: {name: time, s}."""
-    for name, when in marks.items():
-        panel.axvline(when, color="0.55", lw=0.9, ls="--", zorder=0)
-        panel.annotate(name, (when, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
-                       color="0.35", ha="center", fontweight="bold")
-
-
 def draw_curves(panels, label, marks):
-    """Curves with bands of one deviation: panels [(title, [(curve, name)])] below the `label` of the vertical axis; `marks`: what
-    happens when."""
+    """Curves with bands of one deviation: panels [(title, [(curve, name)])] below the `label` of the vertical axis; `marks`: upright
+    lines where something happens, {name: time in s}."""
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(WIDTH, 4.2 if rows * columns == 1 else 2.9 * rows + 0.3), sharex=True,
@@ -56,7 +48,10 @@ def draw_curves(panels, label, marks):
             panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=colour_of(number),
                                alpha=0.13, lw=0.0)
             panel.plot(curve.time, curve.mean, color=colour_of(number), lw=1.6, label=name)
-        mark_times(panel, marks)
+        for name, when in marks.items():
+            panel.axvline(when, color="0.55", lw=0.9, ls="--", zorder=0)
+            panel.annotate(name, (when, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+                           color="0.35", ha="center", fontweight="bold")
         panel.set_title(title, fontsize=10, loc="left")
         if len(curves) > 1:
             panel.legend(fontsize=8.5, framealpha=0.9, loc="best")

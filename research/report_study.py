@@ -101,12 +101,9 @@ class Study:
 
     def no_renewal_beside(self, name):
         """The filter that renews nothing and is else the same, or None."""
-        def cost(settings):
-            return {key: str(settings[key]) for key in OF_COST if key in settings}
-
         settings = {each["name"]: each["settings"] for each in self.filters if each.get("estimator", "filter") == "filter"}
-        return next((other for other, of in settings.items() if name in settings and of.get("population/renewal") == "none"
-                     and of.keys() <= {"population/renewal", *OF_COST} and cost(of) == cost(settings[name])), None)
+        wanted = {**{key: value for key, value in settings.get(name, {}).items() if key in OF_COST}, "population/renewal": "none"}
+        return next((other for other, of in settings.items() if name in settings and of == wanted), None)
 
     # ---- figures
 

@@ -64,20 +64,15 @@ class Definition(InFolder):
             self.assertIn(part, str(raised.exception))
 
     def test_is_what_the_file_says(self):
-        small = self.given(SMALL)
+        small = self.given(SMALL.replace('world: indoor_two_loops, duration: 14', 'bag: my.bag, config: /etc/my.yaml') + 'particles: [50, 100]\n')
         self.assertEqual((small['title'], small['trials'], small['reference']), ('small', 5, 'RSR'))
-        self.assertEqual([each['group'] for each in small['filters']], ['Both', 'Both', 'Gauss'])
-        self.assertEqual(small['filters'][1]['settings']['population/compensation/ratio'], '0.20')
-        self.assertEqual(small['problems'][0]['source'], 'indoor_two_loops')
-
-    def test_files_are_beside_the_study(self):
-        given = self.given(SMALL.replace('world: indoor_two_loops, duration: 4', 'bag: my.bag, config: /etc/my.yaml'))
-        self.assertEqual((given['problems'][0]['source'], given['problems'][0]['config']), (f'{self.folder}/my.bag', '/etc/my.yaml'))
-
-    def test_every_filter_with_each_number_of_particles(self):
-        given = self.given(SMALL + 'particles: [50, 100]\n')
-        self.assertEqual([each['name'] for each in given['filters']][:2], ['RSR M=50', 'RSR M=100'])
-        self.assertEqual(given['filters'][3]['settings']['particles'], '100')
+        self.assertEqual([(each['name'], each['group']) for each in small['filters']][1:5], [
+            ('RSR M=100', 'Both'), ('compensation M=50', 'Both'), ('compensation M=100', 'Both'), ('EKF-SLAM M=50', 'Gauss')])
+        self.assertEqual(small['filters'][3]['settings']['population/compensation/ratio'], '0.20')
+        self.assertEqual(small['filters'][3]['settings']['particles'], '100')
+        # Files are beside the study.
+        self.assertEqual([(each['source'], each['config']) for each in small['problems']],
+                         [('indoor_two_loops', ''), (f'{self.folder}/my.bag', '/etc/my.yaml')])
 
     def test_what_makes_no_sense_is_named(self):
         self.misread('filter: fastslam', 'filter: amcl', 'filter', 'amcl')
