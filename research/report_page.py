@@ -10,8 +10,7 @@ from report_measures import MEASURES, difference_text, measure, read_data, with_
 from report_statistics import LEVEL, holm
 
 COLUMNS = 7  # of measures in a table that has to fit on a page
-OF_A_BAG = ("cartesian_mean", "heading_mean", "coverage95", "lost")
-USUAL = {"fastslam": ("map_error", "pose_error", "map_inside", "effective_sample_size", *OF_A_BAG), "beacon_mcl": OF_A_BAG}
+USUAL = ("map_error", "pose_error", "map_inside", "effective_sample_size", "cartesian_mean", "heading_mean", "coverage95", "lost")
 BY_THE_CLOCK = ("processor_ms", "step_ms", "step_us_per_call")
 
 
@@ -43,10 +42,6 @@ def problem_text(problem):
     return text + "."
 
 
-def is_sure(found, name):
-    return name in found and found[name][1] < LEVEL
-
-
 class Page(Document):
     def __init__(self, study, paper, measures):
         super().__init__(study.title)
@@ -58,7 +53,7 @@ class Page(Document):
         for name in measures:
             if name not in self.known:
                 raise Error(f"--measures: {name} is no measure of this study; known: {', '.join(self.known)}")
-        self.chosen = list(measures) or [name for name in USUAL.get(study.filter, ()) if name in self.known] or study.figures
+        self.chosen = list(measures) or [name for name in USUAL if name in self.known] or study.figures
 
     def lay_out(self, blocks):
         for block in blocks:
@@ -144,7 +139,7 @@ class Page(Document):
                   ("differences, paired by seed", compared, [(f"`{name}` − `{reference}`", name) for name, reference in references.items()
                                                              if reference in others and name != reference],
                    lambda name, figure: Cell(difference_text(found[figure].get(name, [None])[0], figure),
-                                             "sure" if is_sure(found[figure], name) else ""))]
+                                             "sure" if found[figure].get(name, [None, 1.0])[1] < LEVEL else ""))]
         for what, of_table, rows, cell in tables:
             for first in range(0, len(of_table) if rows else 0, COLUMNS):
                 part = of_table[first:first + COLUMNS]

@@ -19,11 +19,6 @@ COLOURS = ("#222222", "#c9362b", "#1667b7", "#0a8f5b", "#d98200", "#7a3fa8", "#8
 WIDTH = 9.0  # of a page, inches
 
 
-def colour_of(number):
-    """Of a line among others, by its number."""
-    return COLOURS[number % len(COLOURS)]
-
-
 def drawing_of(figure):
     """The picture as text, without what changes from run to run or loads something (comments, type, metadata), to 0.01 points."""
     file = io.StringIO()
@@ -45,9 +40,9 @@ def draw_curves(panels, label, marks):
                                 sharey=True, squeeze=False, constrained_layout=True)
     for panel, (title, curves) in zip(axes.flat, panels):
         for number, (curve, name) in enumerate(curves):
-            panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=colour_of(number),
+            panel.fill_between(curve.time, curve.mean - curve.deviation, curve.mean + curve.deviation, color=COLOURS[number % 9],
                                alpha=0.13, lw=0.0)
-            panel.plot(curve.time, curve.mean, color=colour_of(number), lw=1.6, label=name)
+            panel.plot(curve.time, curve.mean, color=COLOURS[number % 9], lw=1.6, label=name)
         for name, when in marks.items():
             panel.axvline(when, color="0.55", lw=0.9, ls="--", zorder=0)
             panel.annotate(name, (when, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
@@ -77,7 +72,7 @@ def draw_measure(lines, label):
     for panel, (column, text) in zip(panels[0], against):
         for i, (name, points) in enumerate(lines.items()):
             *places, means, errors = zip(*sorted(points))
-            panel.errorbar(places[column], means, errors, lw=1.4, color=colour_of(i), marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5,
+            panel.errorbar(places[column], means, errors, lw=1.4, color=COLOURS[i % 9], marker="osD^vX*Ph"[i % 9], ms=4.5, capsize=2.5,
                            label=name)
         panel.set_xscale("log")
         panel.xaxis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -93,7 +88,7 @@ def draw_scheme_times(times):
     """{scheme: {number of particles: microseconds}}"""
     figure, panel = plt.subplots(figsize=(WIDTH, 4.2), constrained_layout=True)
     for number, (name, points) in enumerate(times.items()):
-        panel.loglog(*zip(*sorted(points.items())), marker="osD^vX*Ph"[number % 9], ms=4, color=colour_of(number), lw=1.4, label=name)
+        panel.loglog(*zip(*sorted(points.items())), marker="osD^vX*Ph"[number % 9], ms=4, color=COLOURS[number % 9], lw=1.4, label=name)
     panel.set_xlabel("particles")
     panel.set_ylabel("one resampling (µs)")
     panel.legend(fontsize=9)

@@ -254,11 +254,9 @@ def study(path, seeds, options, work, run, in_parallel):
 
 def text_of(report, columns):
     """What it is about, and the summary in aligned columns."""
-    def cell(value, decimals):
-        return value if isinstance(value, str) else f"{value:.{decimals}f}"
-
     rows = [[heading for _, heading, _ in columns]]
-    rows += [[cell(row[figure], decimals) for figure, _, decimals in columns] for row in report["summary"]]
+    rows += [[row[figure] if isinstance(row[figure], str) else f"{row[figure]:.{decimals}f}" for figure, _, decimals in columns]
+             for row in report["summary"]]
     widths = [max(map(len, column)) for column in zip(*rows)]
     lines = ["  ".join(text.ljust(width) if i == 0 else text.rjust(width)
                        for i, (text, width) in enumerate(zip(row, widths))).rstrip() for row in rows]
