@@ -8,6 +8,7 @@ import sys
 
 from new_file import WriteError, end_well_on_signals, new_file, require_writable
 
+end_well_on_signals()  # what a program imports after this takes longer than many a run
 # Messages of a build whose setup.bash nobody has sourced.
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "..", "python3", "dist-packages"))
 
@@ -123,7 +124,6 @@ def run_tool(tool, body):
     # If the caller has closed a standard stream, its number must not become that of a file.
     while os.open(os.devnull, os.O_RDONLY) <= 2:
         pass
-    end_well_on_signals()
     try:
         return body([word for word in sys.argv[1:] if not (word.startswith("__") and ":=" in word)]) or 0
     except (Error, WriteError, OSError) as error:

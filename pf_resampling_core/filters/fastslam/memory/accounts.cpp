@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "pf_resampling_core/filters/fastslam/memory/arrivals.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/local_account.hpp"
-#include "pf_resampling_core/filters/fastslam/memory/visits.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -40,8 +40,8 @@ constexpr std::size_t kLargeMap = 60;
 constexpr int kMostCondensed = 5;  // segments
 // m: a robot that moves by more is elsewhere.
 constexpr double kMostMoved = 0.3;
-// Logarithm of the odds for a robot that is elsewhere in a large map, or that was on a visit of the
-// past, 400 to 1: there are many places to be at, and many visits.
+// Logarithm of the odds for a robot that is elsewhere in a large map, 400 to 1: there are many
+// places to be at.
 constexpr double kSureElsewhere = 6.0;
 constexpr double kNowhere = 1e9;  // m
 
@@ -178,12 +178,8 @@ class Accounts {
       is_solved = settle(since_last, account);
     }
     if (!is_solved) return false;
-    for (const Visit& visit : doubtful_visits(scans, since_last, is_part_of_large(undecided_))) {
-      if (decide_anew(visit, undecided_, kSureLogOdds, account)) break;
-    }
-    if (!is_part_of_large(*account)) {  // what was seen since may show a visit in another light
-      const std::optional<Visit> visit = visit_of_the_past(scans_of(*account), times_.updates);
-      if (visit) decide_anew(*visit, *account, kSureElsewhere, account);
+    for (const int arrival : newest_arrivals(scans)) {
+      if (decide_anew(arrival, account)) break;
     }
     for (int i = 0; i < kMostDropped && !is_part_of_large(*account); ++i) {
       if (!simplify(account)) break;
@@ -353,18 +349,18 @@ class Accounts {
     return true;
   }
 
-  // What was seen on a visit decided by all of it together, where `account` decided bit by bit.
-  // True, in place of `best`, if the logarithm of the odds for that is at least so much.
-  bool decide_anew(const Visit& visit, const Account& account, double least, Account* best) {
-    Account anew = account;
+  // What was seen since an arrival decided by all of it together, where `account` decided bit by
+  // bit, if that is surely better.
+  bool decide_anew(int arrival, Account* account) {
+    Account anew = undecided_;
     Scans scans = scans_of(anew);
-    if (!track_anew(options_, visit, &scans, &anew.graph)) return false;
+    if (!track_anew(options_, arrival, &scans, &anew.graph)) return false;
     while (anew.landmarks.size() < anew.graph.landmarks.size()) {
-      anew.landmarks.push_back({(*next_id_)++, scans.first_update + visit.first + 1});
+      anew.landmarks.push_back({(*next_id_)++, scans.first_update + arrival + 1});
     }
-    if (!take(scans, &anew) || !settle(visit.first, &anew)) return false;
-    if (!(evidence_of(anew) < evidence_of(*best) - least)) return false;
-    *best = std::move(anew);
+    if (!take(scans, &anew) || !settle(arrival, &anew)) return false;
+    if (!(evidence_of(anew) < evidence_of(*account) - kSureLogOdds)) return false;
+    *account = std::move(anew);
     return true;
   }
 

@@ -354,12 +354,9 @@ double ambiguous_share(const ReassociationOptions& options, const SegmentGraph& 
   return all > 0 ? static_cast<double>(ambiguous) / all : 0.0;
 }
 
-bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
-                SegmentGraph* graph) {
+bool track_anew(const ReassociationOptions& options, int first, Scans* scans, SegmentGraph* graph) {
   std::vector<Pose2>& poses = scans->poses;
-  const bool is_newest = static_cast<std::size_t>(visit.last) == poses.size();
-  for (std::size_t i = static_cast<std::size_t>(visit.first) + 1; is_newest && i < poses.size();
-       ++i) {
+  for (std::size_t i = static_cast<std::size_t>(first) + 1; i < poses.size(); ++i) {
     poses[i] = compose(poses[i - 1], corrected_motion(scans->motions[i], graph->constants));
   }
   struct Track {
@@ -369,9 +366,9 @@ bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* 
   };
   std::vector<Track> tracks;
   bool has_room = true;
-  for_each_scan(scans->sightings, [&](std::size_t first, std::size_t last) {
-    SightingFactor* scan = &scans->sightings[first];
-    if (scan->pose < visit.first || scan->pose >= visit.last || !has_room) return;
+  for_each_scan(scans->sightings, [&](std::size_t begin, std::size_t end) {
+    SightingFactor* scan = &scans->sightings[begin];
+    if (scan->pose < first || !has_room) return;
     const Pose2& pose = poses[static_cast<std::size_t>(scan->pose)];
     const double now = scans->times[static_cast<std::size_t>(scan->pose)];
     const auto candidates = [&](const SightingFactor& sighting) {
@@ -386,8 +383,8 @@ bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* 
       }
       return near;
     };
-    associate_scan(options, *graph, pose, candidates, scan, static_cast<int>(last - first));
-    for (std::size_t k = first; k < last && has_room; ++k) {
+    associate_scan(options, *graph, pose, candidates, scan, static_cast<int>(end - begin));
+    for (std::size_t k = begin; k < end && has_room; ++k) {
       SightingFactor& sighting = scans->sightings[k];
       const Eigen::Vector2d place = vicinity_of(options, sighting, pose, *graph).centre;
       if (sighting.landmark < 0) {

@@ -63,11 +63,10 @@ inline constexpr double kSureLogOdds = 3.0;
 double ambiguous_share(const ReassociationOptions& options, const SegmentGraph& graph,
                        const Scans& scans);
 
-/// Takes what was seen on a visit for sightings of landmarks that were never seen before: each
-/// scan's sightings of those seen within kPassageGap that fit best, or of another, which the graph
-/// gets; poses of the newest by odometry. False, with the scans half done, if there are too many.
-bool track_anew(const ReassociationOptions& options, const Visit& visit, Scans* scans,
-                SegmentGraph* graph);
+/// Takes what was seen from pose `first` on for sightings of landmarks that were never seen before:
+/// each scan's sightings of those seen within kPassageGap that fit best, or of another, which the
+/// graph gets; poses by odometry. False, with the scans half done, if there are too many.
+bool track_anew(const ReassociationOptions& options, int first, Scans* scans, SegmentGraph* graph);
 
 /// A landmark that the map could do without.
 struct Dispensable {

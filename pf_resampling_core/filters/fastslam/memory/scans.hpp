@@ -22,12 +22,6 @@ struct Scans {
   std::vector<int> before;  ///< their landmarks in the graph
 };
 
-/// Poses [first, last) of scans.
-struct Visit {
-  int first = 0;
-  int last = 0;
-};
-
 /// The first of the newest segments that have at least `updates` updates, as far as the graph has
 /// data of them.
 std::size_t first_of_newest(const SegmentGraph& graph, int updates);

@@ -140,39 +140,6 @@ TEST(Accounts, DecidesAnewWhatWasSeenSinceAnArrival) {
   EXPECT_NEAR(drive.past.graph().newest().y, 1.0, 0.25);
 }
 
-// A visit is taken for one to a place that looks alike, 2 m beside, as the odometry is .4 m off.
-// Once both places are in the map, the odometry before and after the visit says which one it was.
-TEST(Accounts, DecidesAnewWhatWasSeenOnAVisitOfThePast) {
-  const std::vector<Eigen::Vector2d> place = {{10.0, 0.0}, {11.0, 0.9},  {13.0, -2.1},
-                                              {10.0, 2.0}, {11.0, 2.9},  {13.0, -0.1},
-                                              {9.0, -6.0}, {12.0, -7.0}, {8.0, -4.5}};
-  Drive drive;
-  const auto see = [&](const std::vector<int>& landmarks, int first_id) {
-    drive.move(0.1, 0.0);
-    for (const int l : landmarks) {
-      drive.see(l, first_id + l, drive.sighting_of(place[static_cast<std::size_t>(l)]));
-    }
-  };
-  const auto move_unseen = [&](double y) {
-    drive.truth.y += y;
-    drive.past.append(motion({0.0, 0.8 * y, 0.0}, 40.0, 0.44));
-  };
-  for (int i = 0; i < 6; ++i) see({0, 1, 2, 6, 7, 8}, 0);
-  ASSERT_TRUE(drive.solve());
-  move_unseen(2.0);
-  for (int i = 0; i < 6; ++i) see({3, 4, 5}, 10);
-  ASSERT_TRUE(drive.solve());
-  ASSERT_EQ(drive.landmark_of_last_sighting(), drive.past.number_of(2));
-  move_unseen(-2.0);
-  for (int i = 0; i < 4; ++i) {
-    see({0, 1, 2, 3, 4, 5, 6, 7, 8}, 20);
-    ASSERT_TRUE(drive.solve());
-  }
-  const auto seen_as = drive.seen_as();
-  EXPECT_EQ(seen_as.size(), place.size());
-  for (const auto& [landmark, of] : seen_as) EXPECT_EQ(of.size(), 1u) << landmark;
-}
-
 // A landmark that was seen as two, and in one scan as both: a false detection beside it. Its
 // neighbour, 1 m away, stays.
 TEST(Accounts, DoesWithoutALandmarkThatAnotherExplains) {

@@ -83,8 +83,7 @@ TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
   }
   scans.poses.back().x += 10.0;
   Scans too_many = scans;
-  const Visit visit = {kFrom, static_cast<int>(scans.poses.size())};
-  ASSERT_TRUE(track_anew(kReassociation, visit, &scans, &graph));
+  ASSERT_TRUE(track_anew(kReassociation, kFrom, &scans, &graph));
   EXPECT_NEAR(scans.poses.back().x, right.poses.back().x, 1.0);
   std::map<int, int> truth_of;
   int tracked = 0;
@@ -103,7 +102,7 @@ TEST(Reassociation, TracksAnewWhatWasTakenForOtherLandmarks) {
   ReassociationOptions few = kReassociation;
   few.most_landmarks = graph.landmarks.size() - 1;
   SegmentGraph full = memory.graph();
-  EXPECT_FALSE(track_anew(few, visit, &too_many, &full));
+  EXPECT_FALSE(track_anew(few, kFrom, &too_many, &full));
 }
 
 // What is put back is solved for like any other drive: with the landmarks of before, it is that.
