@@ -110,4 +110,13 @@ void hand_over(const rosbag::MessageInstance& message,
   }
 }
 
+/// Throws Error that says why, if a pipeline has used no observation of a bag.
+template <typename Pipeline>
+void require_used(const rosbag::Bag& bag, const Pipeline& pipeline) {
+  if (pipeline.used() > 0) return;
+  throw Error(bag.getFileName() + ": none of its " + Pipeline::kObservations +
+              " were used: " + pipeline.why_none_used() + "; it has " + topics_in_words(bag) +
+              "; check_bag says what is missing");
+}
+
 }  // namespace pf_resampling

@@ -78,11 +78,7 @@ class FilterOverBag {
   /// none, if the filter has used no observation.
   template <typename Pipeline>
   void finish(Pipeline* pipeline) {
-    if (pipeline->used() == 0) {
-      throw Error(in_path_ + ": none of its " + Pipeline::kObservations +
-                  " were used: " + pipeline->why_none_used() + "; it has " + topics_in_words(in_) +
-                  "; check_bag says what is missing");
-    }
+    require_used(in_, *pipeline);
     writer_.finish();
     write_texts(pipeline->findings_in_words());
     if (!line_.has("save-checkpoint")) return;
