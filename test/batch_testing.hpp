@@ -27,22 +27,21 @@ inline KnownDrive drive_through(const World& world, std::uint64_t seed) {
   }
   for (const SimulatedBeacon& each : world.beacons) drive.beacons.push_back(each.beacon);
   for (const SimulatedDrive::Range& each : simulated.ranges) {
-    drive.ranges.push_back({each.time, "antenna", each.beacon, each.range});
+    drive.ranges.push_back(
+        {each.time, {{each.beacon, each.range, 0.0, world.ranges.antenna, true}}});
   }
   for (const Eigen::Vector2d& place : world.landmarks) {
     drive.landmarks.push_back({static_cast<std::int32_t>(drive.landmarks.size()), place});
   }
   const SimulatedLandmarkSensor& sensor = world.landmark_sensor;
   for (const SimulatedDrive::Scan& scan : simulated.scans) {
-    drive.scans.push_back({scan.time, "sensor", {}});
+    drive.scans.push_back({scan.time, {}, {}});
     for (const SimulatedLandmarkObservation& seen : scan.observations) {
       drive.scans.back().landmarks.push_back({seen.id, seen.range, seen.bearing,
                                               sensor.range_sigma * sensor.range_sigma,
                                               sensor.bearing_sigma * sensor.bearing_sigma});
     }
   }
-  drive.frames["sensor"] = Eigen::Isometry3d::Identity();
-  drive.frames["antenna"] = Eigen::Translation3d(world.ranges.antenna);
   return drive;
 }
 

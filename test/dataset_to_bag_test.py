@@ -300,7 +300,7 @@ class Reading(InFolder):
         self.assertEqual(read.odometry, [(2, (0, 0, 0)), (2.5, (2, 0, 0))])
         self.assertEqual((read.truth, read.truth_has_heading), ([(2.1, (-60, -40, 0))], False))
 
-    # What is read of the others, drive_test.py judges by the bounds of least squares.
+    # What is read of the others, evaluate_bag_test.py judges by the bounds of least squares.
     @unittest.skipUnless(DATASETS.exists(), f'the data sets are not there: {DATASETS}')
     def test_victoria_park(self):
         read = victoria_park.read(str(DATASETS / 'victoria_park'))

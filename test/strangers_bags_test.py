@@ -138,7 +138,7 @@ class StrangersBags(InFolder):
         self.say('run_bag', 'fastslam', 'tags.bag', 'out.bag', '--landmarks', '/tag_detections')
         self.assert_solved('--landmarks', '/tag_detections')
         self.say('run_bag', 'beacon_mcl', 'uwb.bag', 'out.bag', '--sensor-ranges', '/uwb', '--config', 'beacons.yaml')
-        self.assert_solved('--ranges', '/uwb')
+        self.assert_solved('--sensor-ranges', '/uwb')
 
     def assert_solved(self, *options):
         self.say('evaluate_bag', 'out.bag', '--batch', '--json', 'out.json', *options)

@@ -5,12 +5,16 @@ from command_line import Error, output_of
 FILTERS = "beacon_mcl", "fastslam"
 
 
+def words_of(config, assignments):
+    """Those options again."""
+    return [word for name, values in (("config", config), ("set", assignments)) for value in values for word in (f"--{name}", value)]
+
+
 class Setup:
     """Their parameters and lists. Raises Error if neither filter takes them."""
 
     def __init__(self, config=(), assignments=()):
-        self.words = [word for name, values in (("config", config), ("set", assignments)) for value in values
-                      for word in (f"--{name}", value)]
+        self.words = words_of(config, assignments)
         self.faults, self.values, self.lists = {}, {}, {"beacons": [], "antennas": []}
         for name in reversed(FILTERS):  # the values of the former count
             try:

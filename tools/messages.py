@@ -11,13 +11,8 @@ from sensor_msgs.msg import Range
 
 # Those of drivers as in src/messages/foreign_messages.cpp.
 RANGE_TYPES = ["pf_resampling/BeaconRange", "uwb_driver/UwbRange", "gtec_msgs/Ranging"]
-MRPT_LANDMARKS = "mrpt_msgs/ObservationRangeBearing"
-# Where each has its tags: the list, the id, the place. An id may be a list; several are a board, which is no landmark.
-TAGS = {"apriltag_ros/AprilTagDetectionArray": ("detections", "id", "pose.pose.pose.position"),
-        "fiducial_msgs/FiducialTransformArray": ("transforms", "fiducial_id", "transform.translation"),
-        "aruco_msgs/MarkerArray": ("markers", "id", "pose.pose.position")}
-SIGHTINGS = LandmarkObservationArray._type
-LANDMARK_TYPES = [SIGHTINGS, *TAGS, MRPT_LANDMARKS]
+LANDMARK_TYPES = [LandmarkObservationArray._type, "apriltag_ros/AprilTagDetectionArray", "fiducial_msgs/FiducialTransformArray",
+                  "aruco_msgs/MarkerArray", "mrpt_msgs/ObservationRangeBearing"]
 POSE = struct.Struct("<7d").unpack_from  # position and quaternion
 
 

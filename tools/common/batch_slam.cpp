@@ -24,6 +24,9 @@ constexpr double kLeastNoise = 1e-4;
 // s: between two poses of the graph the odometry turns by so little that its scales act on the
 // chord.
 constexpr double kLongestStep = 0.5;
+// More poses have equations of 2.4 GB; more landmarks, two matrices of 0.8 GB.
+constexpr std::size_t kMostPoses = 100000;
+constexpr std::size_t kMostLandmarks = 5000;
 // The loss, in standard deviations, narrowed from solution to solution: at first every observation
 // pulls, so that loops close from afar; at last misread ones hardly do.
 constexpr std::array<double, 3> kLossWidths = {30.0, 10.0, 4.0};
@@ -47,22 +50,20 @@ double median(std::vector<double> values) {
 class DriveAmongLandmarks {
  public:
   DriveAmongLandmarks(const Recording& recording, const BatchNoise& noise)
-      : recording_(recording), noise_(noise), scans_(recording.scans) {
-    const double begin = recording.odometry.empty() ? 0.0 : recording.odometry.front().time;
-    const double end = recording.odometry.empty() ? 0.0 : recording.odometry.back().time;
-    if (!(end > begin)) throw Error("the odometry has no duration: it needs two stamps");
+      : recording_(recording), noise_(noise) {
+    if (recording.odometry.size() < 2) {
+      throw Error("the odometry has no duration: it needs two stamps");
+    }
     graph.prior = prior_of(noise);
     graph.poses = {graph.prior.pose};
-    times_ = {begin};
-    const auto is_of_no_use = [&](StampedScan& scan) {
+    times_ = {recording.odometry.front().time};
+    for (StampedScan scan : recording.scans) {
       std::vector<RangeBearingObservation>& seen = scan.landmarks;
       seen.erase(
-          std::remove_if(seen.begin(), seen.end(),
-                         [](const RangeBearingObservation& landmark) { return landmark.id < 0; }),
+          std::remove_if(seen.begin(), seen.end(), [](const auto& each) { return each.id < 0; }),
           seen.end());
-      return seen.empty() || !(scan.time >= begin && scan.time <= end);
-    };
-    scans_.erase(std::remove_if(scans_.begin(), scans_.end(), is_of_no_use), scans_.end());
+      if (!seen.empty()) scans_.push_back(std::move(scan));
+    }
     if (scans_.empty()) {
       throw Error(
           "no landmark observation with an id, and no filter's path and map to say which landmark "
@@ -74,11 +75,6 @@ class DriveAmongLandmarks {
 
   /// From the newest pose.
   void see(const StampedScan& scan) {
-    const auto sensor = recording_.frames.find(scan.frame);
-    if (sensor == recording_.frames.end()) {
-      throw Error("frame \"" + scan.frame + "\" of the landmarks is not connected to the robot: " +
-                  "/tf_static in the bag has to connect it to base_link");
-    }
     for (const RangeBearingObservation& seen : scan.landmarks) {
       const auto [landmark, is_new] = numbers_.emplace(seen.id, static_cast<int>(ids.size()));
       SightingFactor sighting;
@@ -91,7 +87,7 @@ class DriveAmongLandmarks {
           seen.range_variance > 0.0 ? seen.range_variance : range_sigma * range_sigma;
       sighting.bearing_variance =
           seen.bearing_variance > 0.0 ? seen.bearing_variance : noise_.bearing * noise_.bearing;
-      sighting.sensor = to_pose2(sensor->second);
+      sighting.sensor = scan.sensor;
       if (is_new) {
         ids.push_back(seen.id);
         graph.landmarks.push_back(place_of(sighting));
@@ -138,21 +134,16 @@ class DriveAmongLandmarks {
     MotionFactor motion;
     motion.mean = relative(pose_at(recording_.odometry, from), pose_at(recording_.odometry, to));
     const double duration = to - from;
-    double along, across;
-    double heading = noise_.heading * std::sqrt(duration);
+    const double root = std::sqrt(duration);
+    Eigen::Vector3d sigmas;
     if (recording_.odometry_noise) {
-      const StatedOdometryNoise& stated = *recording_.odometry_noise;
-      const double root = std::sqrt(duration);
-      along = std::max(stated.along, kLeastNoise) * root;
-      across = std::max(stated.across, kLeastNoise) * root;
-      heading = std::max(stated.heading, kLeastNoise) * root;
+      sigmas = root * recording_.odometry_noise->cwiseMax(kLeastNoise);
     } else {
-      const double root = std::sqrt(std::hypot(motion.mean.x, motion.mean.y));
-      const double standing = noise_.standing * std::sqrt(duration);
-      along = std::hypot(noise_.along * root, standing);
-      across = std::hypot(noise_.across * root, standing);
+      const double of_way = std::sqrt(std::hypot(motion.mean.x, motion.mean.y));
+      sigmas << std::hypot(noise_.along * of_way, noise_.standing * root),
+          std::hypot(noise_.across * of_way, noise_.standing * root), noise_.heading * root;
     }
-    motion.covariance.diagonal() << along * along, across * across, heading * heading;
+    motion.covariance.diagonal() = sigmas.cwiseAbs2();
     // The chord leaves the old heading by half the turn: so it does when the turn is scaled.
     const double half = 0.5 * motion.mean.heading;
     motion.sensitivity.col(SensorConstant::distance_scale) << motion.mean.x, motion.mean.y, 0.0;
@@ -200,7 +191,15 @@ class DriveAmongLandmarks {
   }
 
   /// The cost, from the estimate as it is; nothing if there is no solution.
-  std::optional<double> solve() { return smooth(kRobustSightingWidth, &graph); }
+  std::optional<double> solve() {
+    if (times_.size() > kMostPoses || ids.size() > kMostLandmarks) {
+      throw Error("there are " + std::to_string(times_.size()) + " poses and " +
+                  std::to_string(ids.size()) + " landmarks, and the batch solution takes " +
+                  std::to_string(kMostPoses) + " and " + std::to_string(kMostLandmarks) +
+                  " at most: give a part of the recording (rosbag filter)");
+    }
+    return smooth(kRobustSightingWidth, &graph);
+  }
 
   /// With the loss at once, and with one that is narrowed to it; the better.
   std::optional<double> solve_both_ways() {

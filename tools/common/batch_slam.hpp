@@ -38,8 +38,7 @@ struct BatchSolution {
 /// The path, map and scales of the odometry that fit all data best at once: one smoothing problem
 /// with a robust loss for misread ids; landmarks without one are left out. No filter can do better
 /// on the same model, as it knows the past only. Throws Error if there is no solution, no landmark
-/// with an id, or a sensor frame that is nowhere on the robot. How large a drive memory can be
-/// expected to hold, tools/evaluation/drive.py says.
+/// with an id, no odometry, or more of poses or landmarks than memory can be expected to hold.
 BatchSolution solve_batch(const Recording& recording, const BatchNoise& noise = {});
 
 /// What can be known while the robot drives, on the same model: solved anew after every scan with

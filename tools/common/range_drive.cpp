@@ -16,21 +16,6 @@ constexpr double kSolvedEvery = 0.25;  // s
 constexpr int kMostKeyframes = 4000;   // an hour at a metre per second
 constexpr int kSolutionsAtTheEnd = 5;  // in which the noise settles
 
-// What takes part.
-void keep_what_is_of_use(Recording* drive) {
-  if (drive->odometry.empty()) throw Error("there is no odometry: the batch solution needs it");
-  const double begin = drive->odometry.front().time;
-  const double end = drive->odometry.back().time;
-  std::vector<StampedRange>& ranges = drive->ranges;
-  const auto is_outside = [&](const StampedRange& range) {
-    return !(range.time >= begin && range.time <= end);
-  };
-  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), is_outside), ranges.end());
-  if (ranges.empty()) {
-    throw Error("no range while there is odometry: the batch solution needs both");
-  }
-}
-
 /// The odometry between times that do not go back.
 class OdometrySteps {
  public:
@@ -53,10 +38,9 @@ class OdometrySteps {
     OdometryIncrement increment;
     append_up_to(time, &increment);
     if (drive_.odometry_noise) {
-      const StatedOdometryNoise& stated = *drive_.odometry_noise;
-      const Eigen::Vector3d sigmas(stated.along, stated.across, stated.heading);
       increment.covariance =
-          increment.duration * sigmas.cwiseMax(kLeastMotionNoise).cwiseAbs2().asDiagonal();
+          increment.duration *
+          drive_.odometry_noise->cwiseMax(kLeastMotionNoise).cwiseAbs2().asDiagonal();
     }
     return increment;
   }
@@ -66,21 +50,6 @@ class OdometrySteps {
   double time_ = 0.0;
   Pose2 last_;
 };
-
-RangeObservation observation_of(const Recording& drive, const StampedRange& range) {
-  const auto antenna = drive.frames.find(range.frame);
-  if (antenna == drive.frames.end() && !range.frame.empty()) {
-    throw Error("frame \"" + range.frame + "\" of the ranges is not connected to the robot: " +
-                "/tf_static in the bag has to connect it to base_link");
-  }
-  RangeObservation observation;
-  observation.beacon = range.beacon;
-  observation.range = range.range;
-  observation.antenna =
-      range.frame.empty() ? Eigen::Vector3d::Zero().eval() : antenna->second.translation().eval();
-  observation.antenna_is_stated = !range.frame.empty();
-  return observation;
-}
 
 Pose2 newest_pose(const RangeMemory& memory) {
   return pose_of(memory.newest(memory.modes().front()).mean.head<4>());
@@ -141,8 +110,8 @@ void count_ranges(RangeSolution* solution) {
 
 }  // namespace
 
-RangeSolution solve_ranges(Recording drive) {
-  keep_what_is_of_use(&drive);
+RangeSolution solve_ranges(const Recording& drive) {
+  if (drive.odometry.empty()) throw Error("there is no odometry: the batch solution needs it");
   RangeMemoryOptions options;
   options.most_keyframes = kMostKeyframes;
   RangeSolution solution;
@@ -150,19 +119,14 @@ RangeSolution solve_ranges(Recording drive) {
   RangeMemory& memory = solution.memory;
   OdometrySteps steps(drive, drive.odometry.front().time);
   double next_solution = drive.odometry.front().time;
-  auto range = drive.ranges.begin();
+  auto heard = drive.ranges.begin();
   ProgressBar bar("solving", drive.odometry.size());
   for (const StampedPose& stamp : drive.odometry) {
     bar.update(solution.online.path.size());
-    while (range != drive.ranges.end() && range->time <= stamp.time) {
-      const double time = range->time;
-      std::vector<RangeObservation> heard;
-      for (; range != drive.ranges.end() && range->time == time; ++range) {
-        heard.push_back(observation_of(drive, *range));
-      }
-      memory.add(steps.step_to(time), heard);
-      if (time < next_solution) continue;
-      next_solution = time + kSolvedEvery;
+    for (; heard != drive.ranges.end() && heard->time <= stamp.time; ++heard) {
+      memory.add(steps.step_to(heard->time), heard->ranges);
+      if (heard->time < next_solution) continue;
+      next_solution = heard->time + kSolvedEvery;
       memory.solve();
       if (!memory.modes().empty()) ++solution.online.solutions;
     }

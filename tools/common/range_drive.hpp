@@ -19,8 +19,8 @@ struct RangeSolution {
 };
 
 /// The path, places of radios that are not known, and errors of radios, antenna and odometry that
-/// fit all data best at once: see RangeMemory. Ranges while there is no odometry are left out.
-/// Throws Error if there is no solution, no range, or a range's frame that is nowhere on the robot.
-RangeSolution solve_ranges(Recording drive);
+/// fit all data best at once: see RangeMemory. Throws Error if there is no solution, or no
+/// odometry.
+RangeSolution solve_ranges(const Recording& drive);
 
 }  // namespace pf_resampling

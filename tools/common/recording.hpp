@@ -1,11 +1,8 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cmath>
+#include <Eigen/Core>
 #include <cstdint>
-#include <map>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -20,12 +17,10 @@ struct StampedPose {
   Pose2 pose;
 };
 
-/// A range with its time and the frame of the antenna.
-struct StampedRange {
+/// Ranges of the same moment.
+struct StampedRanges {
   double time = 0.0;  ///< s
-  std::string frame;
-  int beacon = 0;
-  double range = 0.0;  ///< m
+  std::vector<RangeObservation> ranges;
 };
 
 struct PointLandmark {
@@ -33,39 +28,27 @@ struct PointLandmark {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< m, map frame
 };
 
-/// The landmarks of one scan, with its time and the frame of the sensor.
+/// The landmarks of one scan.
 struct StampedScan {
   double time = 0.0;  ///< s
-  std::string frame;
+  Pose2 sensor;       ///< on the robot
   std::vector<RangeBearingObservation> landmarks;
 };
 
-/// White noise of the odometry, as standard deviations that grow with the root of the time.
-struct StatedOdometryNoise {
-  double along = 0.0;    ///< m per sqrt(s), ahead
-  double across = 0.0;   ///< m per sqrt(s), to the side
-  double heading = 0.0;  ///< rad per sqrt(s)
-};
-
-/// What a robot recorded on a drive. Times in s, on one clock; each list in order of time, of
-/// finite numbers.
+/// What a filter takes of a drive. Times in s, on one clock; each list in order of time, of finite
+/// numbers; what was observed, while there is odometry.
 struct Recording {
-  std::vector<StampedPose> odometry;                  ///< in a frame of its own
-  std::optional<StatedOdometryNoise> odometry_noise;  ///< if it is stated
-  std::vector<StampedRange> ranges;
-  std::vector<Beacon> beacons;                      ///< whose place is known; map frame
-  std::vector<StampedScan> scans;                   ///< of landmarks; ids of -1 are unknown
-  std::map<std::string, Eigen::Isometry3d> frames;  ///< where antennas and sensors sit on the robot
+  std::vector<StampedPose> odometry;  ///< in a frame of its own
+  /// Its white noise, if that is stated: standard deviations ahead and to the side, m per sqrt(s),
+  /// and in heading, rad per sqrt(s).
+  std::optional<Eigen::Vector3d> odometry_noise;
+  std::vector<StampedRanges> ranges;
+  std::vector<Beacon> beacons;     ///< whose place is known; map frame
+  std::vector<StampedScan> scans;  ///< of landmarks; ids of -1 are unknown
 };
 
 /// A path at a time: between two poses the position is linear, the heading on the shorter arc;
 /// before and after it the pose stays as it is there.
 Pose2 pose_at(const std::vector<StampedPose>& path, double time);
-
-/// In the plane.
-inline Pose2 to_pose2(const Eigen::Isometry3d& frame) {
-  const Eigen::Matrix3d turn = frame.linear();
-  return {frame.translation().x(), frame.translation().y(), std::atan2(turn(1, 0), turn(0, 0))};
-}
 
 }  // namespace pf_resampling

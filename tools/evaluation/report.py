@@ -141,6 +141,8 @@ def batch_lines(batch):
                    f"distance x {batch['distance_scale']:.3f}")
         for remark in radios["remarks"]:
             yield "", remark + "."
+    for line in batch["left_out"]:
+        yield "", line
     if "online" in batch:
         online = batch["online"]
         yield (f"on-line bound ({online['solutions']} solutions, {online['refused']} refused):",
