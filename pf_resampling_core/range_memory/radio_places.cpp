@@ -49,14 +49,17 @@ std::vector<RangeMemory::Fix> RangeMemory::fixes(int radio, const RangeMode& mod
   const double share = static_cast<double>(all.size()) / static_cast<double>(seen.size());
   const double width = noise_.robust_width;
   const double bias_sigma = std::hypot(options_.own_bias, 0.1);
-  // Place and bias; the cost and its quadratic approximation.
-  const auto look = [&](const Eigen::Vector3d& x, Eigen::Matrix3d* hessian,
-                        Eigen::Vector3d* gradient) {
-    double cost = 0.5 * x[2] * x[2] / (bias_sigma * bias_sigma);
-    hessian->setZero();
-    gradient->setZero();
-    (*hessian)(2, 2) = 1.0 / (bias_sigma * bias_sigma);
-    (*gradient)[2] = x[2] / (bias_sigma * bias_sigma);
+  // Of place and bias: the cost and its quadratic approximation.
+  struct Look {
+    double cost;
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  };
+  const auto look_at = [&](const Eigen::Vector3d& x) {
+    Look look;
+    look.hessian(2, 2) = 1.0 / (bias_sigma * bias_sigma);
+    look.gradient[2] = look.hessian(2, 2) * x[2];
+    look.cost = 0.5 * look.gradient[2] * x[2];
     for (const Seen& range : seen) {
       const Eigen::Vector2d away = x.head<2>() - range.from;
       const double distance = std::max(1e-3, away.norm());
@@ -64,46 +67,36 @@ std::vector<RangeMemory::Fix> RangeMemory::fixes(int radio, const RangeMode& mod
       const double weight = share / (1.0 + residual * residual / (width * width));
       const Eigen::Vector3d by(away.x() / distance / range.sigma, away.y() / distance / range.sigma,
                                1.0 / range.sigma);
-      *hessian += weight * by * by.transpose();
-      *gradient += weight * residual * by;
-      cost += share * 0.5 * width * width * std::log1p(residual * residual / (width * width));
+      look.hessian += weight * by * by.transpose();
+      look.gradient += weight * residual * by;
+      look.cost += share * 0.5 * width * width * std::log1p(residual * residual / (width * width));
     }
-    return cost;
+    return look;
   };
   std::vector<Fix> found;
   for (int i = 0; i < kRingPlaces; ++i) {
     const double angle = 2.0 * kPi * i / kRingPlaces;
     Eigen::Vector3d x(seen[0].from.x() + seen[0].distance * std::cos(angle),
                       seen[0].from.y() + seen[0].distance * std::sin(angle), 0.0);
-    Eigen::Matrix3d hessian;
-    Eigen::Vector3d gradient;
-    double cost = look(x, &hessian, &gradient);
+    Look look = look_at(x);
     double damping = 1e-3;
-    for (int iteration = 0; iteration < 30; ++iteration) {
-      Eigen::Matrix3d damped = hessian;
+    for (int iteration = 0; iteration < 30 && damping <= 1e4; ++iteration) {
+      Eigen::Matrix3d damped = look.hessian;
       damped.diagonal() *= 1.0 + damping;
-      const Eigen::Vector3d moved = x - damped.ldlt().solve(gradient);
-      Eigen::Matrix3d next_hessian;
-      Eigen::Vector3d next_gradient;
-      const double next = look(moved, &next_hessian, &next_gradient);
-      if (!(next < cost)) {
+      const Eigen::Vector3d moved = x - damped.ldlt().solve(look.gradient);
+      const Look next = look_at(moved);
+      const double gain = look.cost - next.cost;
+      if (!(gain > 0.0)) {
         damping *= 10.0;
-        if (damping > 1e4) break;
         continue;
       }
-      const double gain = cost - next;
       x = moved;
-      cost = next;
-      hessian = next_hessian;
-      gradient = next_gradient;
+      look = next;
       damping = std::max(1e-6, 0.1 * damping);
       if (gain < 1e-3) break;
     }
-    Fix fix;
-    fix.position = x.head<2>();
-    fix.covariance = hessian.inverse().topLeftCorner<2, 2>();
-    fix.cost = cost;
-    fix.distance = seen.back().distance;
+    const Fix fix = {x.head<2>(), look.hessian.inverse().topLeftCorner<2, 2>(), look.cost,
+                     seen.back().distance};
     if (!fix.covariance.allFinite() || !(fix.covariance.determinant() > 0.0)) continue;
     const auto same = std::find_if(found.begin(), found.end(), [&](const Fix& other) {
       return (other.position - fix.position).norm() < kSamePlace;
