@@ -373,70 +373,46 @@ std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
     std::vector<RangeMode> begun = starts(pair, kRefinedOfMany, &noise);
     if (!begun.empty()) found.push_back(std::move(begun.front()));
   }
-  // Where a mistake is taken to be there, a single fault is no step from it.
-  if (!has_mistake(mode) || found.empty() || has_mistake(found.back())) return found;
-  const RangeMode as_all_listed = found.back();
-  for (std::size_t radio = 0; radio < radios_.size(); ++radio) {
-    if (!radios_[radio].listed) continue;
-    for (const RadioAccount account : {RadioAccount::elsewhere, RadioAccount::biased}) {
-      auto other = with_fault(as_all_listed, static_cast<int>(radio), account, -1);
-      if (other) found.push_back(std::move(*other));
-    }
-  }
   return found;
 }
 
 // The mode with one radio as `account` says, and another one (`cleared`; -1: none) as listed again;
-// nothing if that is no other mode. Looked for from the path without the ranges of both and, while
-// odometry alone has its shape, from a start without them.
+// nothing if that is no other mode. Looked for from the path without the ranges of both.
 std::optional<RangeMode> RangeMemory::with_fault(const RangeMode& mode, int radio,
                                                  RadioAccount account, int cleared) const {
   const auto r = static_cast<std::size_t>(radio);
   const int at = radio_at(radio);
-  RangeMode without = mode;
-  without.settled.reset();
-  without.estimate.takes_part[r] = false;
-  const auto let_go = [&](int other) {
-    if (without.past) without.past = without_radio(other, mode.prior, std::move(*without.past));
+  RangeMode other = mode;
+  other.settled.reset();
+  other.estimate.takes_part[r] = false;
+  const auto let_go = [&](int wrong) {
+    if (other.past) other.past = without_radio(wrong, mode.prior, std::move(*other.past));
   };
   let_go(radio);
   if (cleared >= 0) {
     if (cleared != radio) let_go(cleared);
-    set_account(cleared, RadioAccount::as_listed, &without);
+    set_account(cleared, RadioAccount::as_listed, &other);
     const int place = radio_at(cleared);
-    without.estimate.takes_part[static_cast<std::size_t>(cleared)] = cleared != radio;
-    without.estimate.constants.segment<RadioOf::count>(place) =
-        without.prior.constants.segment<RadioOf::count>(place);
+    other.estimate.takes_part[static_cast<std::size_t>(cleared)] = cleared != radio;
+    other.estimate.constants.segment<RadioOf::count>(place) =
+        other.prior.constants.segment<RadioOf::count>(place);
   }
-  std::vector<RangeMode> paths;
-  if (solved(kIterations, &without)) paths.push_back(without);
-  if (time_ < kRigid && !mode.past && account == RadioAccount::elsewhere) {
-    RangeNoise noise = noise_;
-    RangeMode listed = as_listed();
-    listed.estimate.takes_part[r] = false;
-    // Only that radio is not as listed in these.
-    std::vector<RangeMode> anew = starts(listed, kRefinedOfMany, &noise);
-    if (!anew.empty()) paths.push_back(std::move(anew.front()));
+  if (!solved(kIterations, &other)) return std::nullopt;
+  set_account(radio, account, &other);
+  other.estimate.takes_part[r] = true;
+  if (account == RadioAccount::elsewhere) {
+    const std::vector<Fix> found = fixes(radio, other);
+    if (found.empty()) return std::nullopt;
+    other.estimate.constants.segment<2>(at) = found[0].position;
+  } else if (account == RadioAccount::biased) {
+    other.estimate.constants[at + RadioOf::bias] += excess_of(radio, other);
   }
-  std::optional<RangeMode> best;
-  for (RangeMode& path : paths) {
-    set_account(radio, account, &path);
-    path.estimate.takes_part[r] = true;
-    if (account == RadioAccount::elsewhere) {
-      const std::vector<Fix> found = fixes(radio, path);
-      if (found.empty()) continue;
-      path.estimate.constants.segment<2>(at) = found[0].position;
-    } else if (account == RadioAccount::biased) {
-      path.estimate.constants[at + RadioOf::bias] += excess_of(radio, path);
-    }
-    if (!solved(kManyIterations, &path)) continue;
-    const Eigen::VectorXd off = path.estimate.constants - path.prior.constants;
-    const double size = account == RadioAccount::elsewhere ? off.segment<2>(at).norm()
-                                                           : std::abs(off[at + RadioOf::bias]);
-    if (account != RadioAccount::as_listed && size < kLeastFault) continue;
-    if (!best || log_probability(path) > log_probability(*best)) best = std::move(path);
-  }
-  return best;
+  if (!solved(kManyIterations, &other)) return std::nullopt;
+  const Eigen::VectorXd off = other.estimate.constants - other.prior.constants;
+  const double size = account == RadioAccount::elsewhere ? off.segment<2>(at).norm()
+                                                         : std::abs(off[at + RadioOf::bias]);
+  if (account != RadioAccount::as_listed && size < kLeastFault) return std::nullopt;
+  return other;
 }
 
 }  // namespace pf_resampling
