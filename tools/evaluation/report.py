@@ -1,7 +1,7 @@
 """What evaluate_bag found, as figures (JSON), as text, and as what plot_paths draws."""
 import os
 from dataclasses import dataclass, replace
-from typing import Optional
+from typing import Iterable, Optional
 
 import numpy as np
 
@@ -168,24 +168,30 @@ class Picture:
     """What plot_paths draws: a run, and what evaluate_bag found of it."""
     title: str
     run: RecordedRun
-    found: Optional[object] = None  # None: there is no truth
-    is_slam: bool = False
-    is_aligned: bool = False  # whether estimate and map of the run are laid on the truth
-    aligned_errors: Optional[PathErrors] = None
+    errors: Optional[PathErrors] = None  # None: there is no truth
+    dead_reckoning: Optional[PathErrors] = None
+    matches: Iterable = ()  # of the map, with the true one
+    estimate: str = "estimate"  # what it is called
 
     def start(self):
-        return (self.run.estimate if self.run.truth is None else self.run.truth).time[0]
+        return (self.run.truth or self.run.estimate).time[0]
 
 
 def picture_of(bag, run, found=None, clip=0.0):
     """Where there is no truth, of the paths alone."""
-    picture = Picture(os.path.basename(os.fsencode(bag).decode("utf-8", "replace")), run, found, is_slam=run.map is not None)
-    if found and run.map is not None and found.frame != "given":
+    picture = Picture(os.path.basename(os.fsencode(bag).decode("utf-8", "replace")), run)
+    if not found:
+        picture.title += ": no ground truth"
+        return picture
+    picture.errors, picture.dead_reckoning = found.errors, found.dead_reckoning
+    if found.map:
+        picture.matches = found.map[1]
+    if run.map is not None and found.frame != "given":
         # Where the frame lies is chance: the shapes of path and map are what a picture can show. The map by its own
         # alignment: a path of poses as they were estimated at the time need not lie where the map has come to lie since.
         alignment = found.alignment if found.map is None or found.map[2] is None else found.map[2]
         picture.run = replace(run, estimate=moved(run.estimate, found.alignment), map=maps.moved(run.map, alignment))
-        picture.is_aligned = True
-        if found.frame != "fit":
-            picture.aligned_errors = evaluate_path(run.truth, picture.run.estimate, clip)
+        picture.errors, picture.estimate = evaluate_path(run.truth, picture.run.estimate, clip), "estimate, laid on the truth"
+    errors = [("mean Cartesian error", picture.errors)] + [("of dead reckoning", found.dead_reckoning)] * bool(found.dead_reckoning)
+    picture.title += "\n" + ", ".join(f"{name} {each.figures['cartesian']['mean']:.3g} m" for name, each in errors)
     return picture
