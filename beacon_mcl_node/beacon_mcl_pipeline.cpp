@@ -39,7 +39,7 @@ bool same_beacons(const std::vector<Beacon>& first, const std::vector<Beacon>& s
 
 BeaconMclPipeline::BeaconMclPipeline(const BeaconMclPipelineOptions& options,
                                      const BeaconMclSinks& sinks)
-    : FilterPipeline(options, sinks), names_(names_of(options)), beacon_map_(sinks.beacon_map) {
+    : FilterPipeline(options, sinks), names_(names_of(options)), own_sinks_(sinks) {
   for (const auto& [frame, place] : options_.antennas) {
     frames_.add(options_.frames.base, frame, place);
   }
@@ -160,6 +160,7 @@ void BeaconMclPipeline::update_filter(const OdometryIncrement& odometry, const O
 
 void BeaconMclPipeline::note_observations(ros::Time stamp, const Observations& used,
                                           double duration) {
+  if (own_sinks_.ranges) own_sinks_.ranges(stamp, used);
   for (const RangeObservation& observation : used) {
     latest_ranges_[observation.beacon] = {stamp, observation.range, observation.antenna.z()};
     if (!filter_->is_not_as_listed(observation.beacon)) continue;

@@ -36,6 +36,8 @@ extern template class FilterPipeline<BeaconMclTypes>;
 
 struct BeaconMclSinks : PipelineSinks {
   std::function<void(const BeaconMap&)> beacon_map;  ///< where beacons are found
+  /// All ranges that are used.
+  std::function<void(ros::Time, const std::vector<RangeObservation>&)> ranges;
 };
 
 /// Range-beacon localization from messages to messages. Ranges wait for the beacons too, and those
@@ -136,7 +138,7 @@ class BeaconMclPipeline : public FilterPipeline<BeaconMclTypes> {
   std::map<int, BeaconHealth> beacon_health_;
   std::map<int, Finding> findings_;  // by beacon
   std::vector<Finding> odometry_findings_;
-  std::function<void(const BeaconMap&)> beacon_map_;
+  const BeaconMclSinks own_sinks_;
   ros::Time last_map_;
   ros::Time last_beacons_;  // that were drawn
 };

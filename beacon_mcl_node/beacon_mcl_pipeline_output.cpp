@@ -62,7 +62,8 @@ std::vector<PlacedBeacon> BeaconMclPipeline::places() const {
 }
 
 void BeaconMclPipeline::publish_map_if_due(ros::Time stamp) {
-  if (!beacon_map_ || !finds_beacons() || !is_due(kFoundPeriod, stamp, &last_map_)) return;
+  if (!own_sinks_.beacon_map || !finds_beacons() || !is_due(kFoundPeriod, stamp, &last_map_))
+    return;
   BeaconMap map;
   map.header.stamp = stamp;
   map.header.frame_id = options_.frames.map;
@@ -78,7 +79,7 @@ void BeaconMclPipeline::publish_map_if_due(ros::Time stamp) {
     message.probability = place.probability;
     map.places.push_back(message);
   }
-  beacon_map_(map);
+  own_sinks_.beacon_map(map);
 }
 
 visualization_msgs::MarkerArray BeaconMclPipeline::markers(ros::Time stamp) {

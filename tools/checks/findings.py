@@ -1,16 +1,14 @@
 """Which filter can use a bag, by which command, and what is odd in it."""
 import re
 import shlex
+from collections import Counter
 from dataclasses import dataclass, field
 
 from command_line import answer_of
 from filter_setup import FILTERS
-from messages import LANDMARK_TYPES, RANGE_TYPES
 
-from .survey import ODOMETRY_TYPES, survey_of, turns_in_degrees, unit_of_ranges
+from .survey import LANDMARK_TYPES, ODOMETRY_TYPES, RANGE_TYPES, survey_of, unit_of_ranges
 
-LONG_DELAY = 1.0  # s, between stamp and bag time
-LONG_GAP = 1.5  # s, without odometry; recordings pause for a second
 BEACONS = "pf_resampling/BeaconArray"
 TOPICS_OF = {"beacon_mcl": ("odom", "imu", "ranges", "sensor_ranges", "beacons"), "fastslam": ("odom", "imu", "landmarks")}
 
@@ -59,12 +57,7 @@ class Checker:
         for name, fault in self.setup.faults.items():
             self.blame(fault, [name])
         self.check_presence()
-        for heard in (self.survey.odometry, self.survey.ranges, self.survey.landmarks):
-            if max(heard.delays, default=0.0) > LONG_DELAY:
-                self.remark(f"{heard.topic}: stamps and bag times differ by up to {max(heard.delays):.3f} s")
         self.check_frames()
-        self.check_odometry()
-        self.check_beacons()
         for name, verdict in self.verdicts.items():
             if not verdict.problems:
                 self.run(name, verdict)
@@ -99,7 +92,7 @@ class Checker:
         elif not survey.base_frames:
             self.blame(f"nothing on /tf says where '{value('frames/base')}' is in '{value('frames/odom')}'")
         self.check_imu()
-        if survey.ranges.topic == self.topics.ranges:
+        if survey.ranges == self.topics.ranges:
             sensors = [name for name, kind in known.items() if kind == "sensor_msgs/Range"]
             if sensors and self.topics.ranges not in known:
                 self.advise(["--sensor-ranges", sensors[0]], ["beacon_mcl"])
@@ -112,7 +105,7 @@ class Checker:
         pattern = value("landmark_input/tag_pattern")
         if not pattern:
             self.need("landmarks", LANDMARK_TYPES, ["fastslam"], self.tags_instead())
-        elif not survey.landmarks.frames and self.topics.landmarks not in known:
+        elif not survey.has_tags and self.topics.landmarks not in known:
             self.blame(f"no {self.topics.landmarks}, and no frame in /tf has a name that fits landmark_input/tag_pattern {pattern}",
                        ["fastslam"])
 
@@ -145,7 +138,7 @@ class Checker:
             return ""
         for parent, child in sorted(self.survey.transforms):
             match = re.fullmatch(r"(.*\D)[0-9]+", child)
-            if match and parent != "map" and parent not in self.survey.odometry.frames | self.survey.base_frames:
+            if match and parent != "map" and parent not in self.survey.odometry_frames | self.survey.base_frames:
                 setting = f"landmark_input/tag_pattern={match.group(1)}(\\d+)"
                 self.advise(["--set", setting], ["fastslam"])
                 return f", '{child}' on /tf could be a tag (--set {shlex.quote(setting)})"
@@ -154,7 +147,7 @@ class Checker:
     # ---- what is odd ----
 
     def check_frames(self):
-        odom = self.survey.odometry.frames
+        odom = self.survey.odometry_frames
         for frames, name in ((odom, "odom"), (self.survey.base_frames, "base"), ({self.survey.beacon_frame}, "map")):
             usual = self.setup.value(f"frames/{name}")
             for frame in sorted(frames - {"", usual}):
@@ -166,32 +159,14 @@ class Checker:
                 self.remark(f"/tf places '{child}' in '{parent}': that is from another localization; leave it out when you play "
                             "the bag")
 
-    def check_odometry(self):
-        odometry = self.survey.odometry
         if "" in self.survey.base_frames:
-            self.remark(f"{odometry.topic} names no child_frame_id: it is taken as that of '{self.setup.value('frames/base')}' "
+            self.remark(f"{self.topics.odom} names no child_frame_id: it is taken as that of '{self.setup.value('frames/base')}' "
                         "(frames/base)")
-        gap, begin = odometry.longest_gap()
-        if gap > LONG_GAP:
-            self.remark(f"{odometry.topic}: nothing came for {gap:.3f} s after {begin:.3f} s")
-        if turns_in_degrees(self.survey.poses):
-            self.remark(f"{odometry.topic}: it turns about 57 times as much as its path: is the heading in degrees? It has to be "
-                        "in radians")
-
-    def check_beacons(self):
-        survey = self.survey
-        known = {beacon for _, beacon, _ in survey.measured} & survey.beacons.keys()
-        if 0 < len(known) < 3:
-            self.remark(f"ranges to only {len(known)} known beacons: the pose may stay ambiguous")
-        unit = unit_of_ranges(survey.measured, survey.beacons)
-        if unit:
-            self.blame(f"{survey.ranges.topic}: ranges are about {unit[0]} for the distances between the beacons, as if {unit[1]}: "
-                       "both have to be in metres", ["beacon_mcl"])
-        antennas = sorted(str(each["frame"]) for each in self.setup.lists["antennas"])
-        if antennas and survey.ranges.frames and survey.ranges.frames.isdisjoint(antennas):
-            self.remark(f"the list `antennas` places '{antennas[0]}', but {survey.ranges.topic} is measured from "
-                        f"{', '.join(sorted(survey.ranges.frames))}: --set range_input/antenna={antennas[0]} says that it is (for "
-                        "drivers that name no frame)")
+        antennas, named = sorted(str(each["frame"]) for each in self.setup.lists["antennas"]), self.survey.range_frames
+        if antennas and named and named.isdisjoint(antennas):
+            self.remark(f"the list `antennas` places '{antennas[0]}', but {self.survey.ranges} is measured from "
+                        f"{', '.join(sorted(named))}: --set range_input/antenna={antennas[0]} says that it is (for drivers that "
+                        "name no frame)")
 
     def run(self, name, verdict):
         """A dry run of the filter tells what it can use."""
@@ -201,9 +176,21 @@ class Checker:
             return
         for line in said["remarks"]:
             self.remark(line)
-        sightings, topic = said["sightings"], self.survey.landmarks.topic
-        if said["observations"] and not sightings:
+        (self.check_ranges if name == "beacon_mcl" else self.check_ids)(said["observed"])
+
+    def check_ranges(self, measured):
+        heard = {beacon for _, beacon, _ in measured}
+        if 0 < len(heard) < 3:
+            self.remark(f"ranges to only {len(heard)} known beacons: the pose may stay ambiguous")
+        unit = unit_of_ranges(measured, self.survey.beacons)
+        if unit:
+            self.blame(f"{self.survey.ranges}: ranges are about {unit[0]} for the distances between the beacons, as if {unit[1]}: "
+                       "both have to be in metres", ["beacon_mcl"])
+
+    def check_ids(self, ids):
+        topic = "/tf (tags)" if self.survey.has_tags else self.topics.landmarks
+        if max(ids, default=0) < 0:
             self.remark(f"{topic}: without ids; the filter associates them by their positions")
-        elif said["observations"] and set(sightings) == {1}:
+        elif ids and max(Counter(each for each in ids if each >= 0).values()) == 1:
             self.remark(f"{topic}: no id is seen twice, so no landmark can correct the odometry (association/method "
                         "mutual_exclusion ignores ids)")

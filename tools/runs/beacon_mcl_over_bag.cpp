@@ -15,11 +15,20 @@ BeaconMclPipelineOptions read_beacon_mcl_options(const CommandLine& line) {
   return options;
 }
 
+int dry_run_of_beacon_mcl(const CommandLine& line, const BeaconMclPipelineOptions& options) {
+  nlohmann::json ranges = nlohmann::json::array();
+  BeaconMclSinks sinks;
+  sinks.ranges = [&](ros::Time stamp, const std::vector<RangeObservation>& used) {
+    for (const auto& each : used) ranges.push_back({stamp.toSec(), each.beacon, each.range});
+  };
+  return dry_run<BeaconMclPipeline>(line, options, sinks, ranges);
+}
+
 }  // namespace
 
 int beacon_mcl_over_bag(const CommandLine& line) {
   BeaconMclPipelineOptions options = read_beacon_mcl_options(line);
-  if (line.get<bool>("dry-run")) return dry_run<BeaconMclPipeline>(line, options, {});
+  if (line.get<bool>("dry-run")) return dry_run_of_beacon_mcl(line, options);
   FilterOverBag run(line);
   options.deferred = run.is_flight();
   if (!options.beacons.empty()) {

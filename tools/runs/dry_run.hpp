@@ -1,9 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,12 +15,11 @@
 namespace pf_resampling {
 
 /// Runs a filter over a bag, with few particles: what it takes does not depend on them. Prints how
-/// many observations it used, why none, its warnings and what it rejected, and how often each
-/// landmark was seen, as JSON for check_bag.
+/// many messages it used, why none, its warnings and what it rejected, and what it observed, which
+/// the sinks note, as JSON for check_bag.
 template <typename Pipeline, typename Options>
 int dry_run(const CommandLine& line, Options options, typename Pipeline::Sinks sinks,
-            const std::map<std::int64_t, int>& sightings = {},
-            const std::uint64_t& observations = 0) {
+            const nlohmann::json& observed) {
   options.filter.particles = std::min(options.filter.particles, 100);
   options.filter.strategy.renewal = Renewal::resampling;
   std::vector<std::string> remarks;
@@ -48,9 +45,7 @@ int dry_run(const CommandLine& line, Options options, typename Pipeline::Sinks s
     said = {{"used", pipeline->used()}, {"why_none", pipeline->why_none_used()}};
   }
   said["remarks"] = remarks;
-  said["observations"] = observations;
-  said["sightings"] = nlohmann::json::array();
-  for (const auto& [id, count] : sightings) said["sightings"].push_back(count);
+  said["observed"] = observed;
   std::cout << said.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   return 0;
 }

@@ -35,16 +35,12 @@ std::string table_of(const LandmarkMap& map) {
 }
 
 int dry_run_of_fastslam(const CommandLine& line, const FastSlamPipelineOptions& options) {
-  std::map<std::int64_t, int> sightings;
-  std::uint64_t observations = 0;
+  nlohmann::json ids = nlohmann::json::array();
   FastSlamSinks sinks;
   sinks.scan = [&](const LandmarkScan& scan) {
-    observations += scan.observations.size();
-    for (const RangeBearingObservation& seen : scan.observations) {
-      if (seen.id >= 0) ++sightings[seen.id];
-    }
+    for (const RangeBearingObservation& seen : scan.observations) ids.push_back(seen.id);
   };
-  return dry_run<FastSlamPipeline>(line, options, sinks, sightings, observations);
+  return dry_run<FastSlamPipeline>(line, options, sinks, ids);
 }
 
 }  // namespace
