@@ -15,7 +15,7 @@ namespace {
 TEST(DamagedFiles, EndNoToolBadly) {
   const TemporaryDirectory directory;
   const std::string command = std::string(kSourceFolder) +
-                              "/scripts/damage_files --bags 24 --others 9 --seed 11 --programs " +
+                              "/scripts/damage_files --files 33 --seed 11 --programs " +
                               kProgramsFolder + " > " + directory.file("said") + " 2>&1";
   const int status = std::system(command.c_str());
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << read_file(directory.file("said"));
