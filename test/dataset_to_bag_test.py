@@ -4,21 +4,18 @@
 import math
 import pathlib
 import signal
-import statistics
 import subprocess
 import sys
 import time
-import unittest
-from bisect import bisect_left
 
 import rosbag
 import rosunit
 import scipy.io
-from bags import DATASETS, ROOT, InFolder
+from bags import ROOT, InFolder
 
 from command_line import Error  # of the tools, where bags has put them
 from datasets import bag, csv_folder, labyrinth, mrclam, plaza, victoria_park
-from datasets.recording import Beacon, Odometry, Range, Recording, relative, wrap_angle
+from datasets.recording import Beacon, Odometry, Range, Recording, wrap_angle
 
 
 class Reading(InFolder):
@@ -76,13 +73,6 @@ class Reading(InFolder):
         self.write(ranges=text.replace('   \r\n', ',\r\n'))  # a row of two empty fields
         self.assertIn('2 fields', self.error_of(self.csv))
 
-    def test_csv_feet_become_metres_and_their_variance_too(self):
-        self.write(ranges='t,beacon,range,variance\n1,1,10,4\n',
-                   landmark_observations='t,id,range,bearing,range_variance,bearing_variance\n1,1,10,0.5,4,0.1\n')
-        read = self.csv('ft')
-        self.assert_near(read.ranges[0][2:4], (3.048, 4 * 0.3048**2))
-        self.assert_near(read.observations[0][2:], (3.048, 0.5, 4 * 0.3048**2, 0.1))
-
     def test_csv_odometry(self):
         # A quarter circle of radius 1 in steps of one degree: chords of 2 sin(0.5 deg). It begins an interval earlier.
         degree = math.radians(1)
@@ -115,6 +105,11 @@ class Reading(InFolder):
                        beacons='beacon,x,y\n1,3,4\n', ground_truth='t,x,y\n0,0,0\n20,0,0\n')
             self.assertIn(f'--range-unit {unit} ', self.csv().notes[0])
             self.assertEqual(self.csv(unit).notes, [])
+        self.write(ranges='t,beacon,range,variance\n1,1,10,4\n',
+                   landmark_observations='t,id,range,bearing,range_variance,bearing_variance\n1,1,10,0.5,4,0.1\n')
+        read = self.csv('ft')
+        self.assert_near(read.ranges[0][2:4], (3.048, 4 * 0.3048**2))
+        self.assert_near(read.observations[0][2:], (3.048, 0.5, 4 * 0.3048**2, 0.1))
         for file, text, column, largest in (
                 ('odometry', 't,x,y,heading\n1,0,0,90\n2,0,1,91\n', 'heading', '91.0'),
                 ('odometry', 't,x,y,heading\n1,0,0,-1\n2,0,1,359\n', 'heading', '359.0'),
@@ -127,9 +122,6 @@ class Reading(InFolder):
         # A heading that counts turns on, in radians.
         self.write(odometry='t,x,y,heading\n1,0,0,3\n2,0,1,6\n3,1,0,9\n4,1,1,12\n', ground_truth='t,x,y\n1,0,0\n')
         self.assertEqual([note for note in self.csv().notes if 'degrees' in note], [])
-
-    def test_csv_directory_of_no_use(self):
-        self.assertIn('has none of odometry.csv, ranges.csv', self.error_of(self.csv))
 
     def test_csv_errors_name_file_line_column_and_value(self):
         header = 't,beacon,range\n'
@@ -166,13 +158,11 @@ class Reading(InFolder):
 
     def test_plaza_units(self):
         feet = self.drive(unit=0.3048)
-        for unit in ('ft', None):  # told, and found from the truth
-            read = plaza.read(feet, unit)
-            self.assert_near((read.ranges[0].range, read.ranges[41].range), (math.sqrt(41), 5))
-            self.assert_mentions(read, 'taken as feet', unit is None)
-        self.assertAlmostEqual(plaza.read(feet, 'm').ranges[41].range, 5 / 0.3048)
+        read = plaza.read(feet, 'ft')
+        self.assert_near((read.ranges[0].range, read.ranges[41].range), (math.sqrt(41), 5))
+        self.assert_mentions(plaza.read(feet), '--range-unit ft')
         # Metres stay metres though ranges are too long.
-        self.assertAlmostEqual(plaza.read(self.drive(unit=1 / 1.3)).ranges[41].range, 1.3 * 5)
+        self.assertEqual(plaza.read(self.drive(unit=1 / 1.3)).notes, [])
 
     def test_plaza_heading_is_turned_only_if_it_points_backwards(self):
         for heading in (0.0, 0.3, -1.2, math.pi, 2.8):
@@ -181,10 +171,10 @@ class Reading(InFolder):
             self.assertLess(abs(read.truth[5].pose[2]), math.pi / 2)
 
     def test_plaza_antennas(self):
-        read = plaza.read(self.drive(), None, ['1:0.1,0.2,0.3'])
+        read = plaza.read(self.drive(), 'm', ['1:0.1,0.2,0.3'])
         self.assertEqual([heard.frame for heard in read.ranges[:2]], ['antenna_0', 'antenna_1'])
         self.assertEqual(read.frames, [('antenna_1', 0.1, 0.2, 0.3, 0)])
-        self.assertEqual([frame[:2] for frame in plaza.read(self.drive(), None, ['-1,0,0', '0:2,0,0']).frames],
+        self.assertEqual([frame[:2] for frame in plaza.read(self.drive(), 'm', ['-1,0,0', '0:2,0,0']).frames],
                          [('antenna_0', 2), ('antenna_1', -1)])
 
     def test_plaza_files_with_less(self):
@@ -192,13 +182,11 @@ class Reading(InFolder):
                                    TD=[[1.2, 2, 7, math.nan], [1.3, 2, 7, -1], [1.4, 2, 7, 2.0]]))
         self.assertEqual([now.time for now in read.odometry], [0.5, 1, 1.5])  # one interval before the first step's end
         self.assertEqual(read.ranges, [(1.4, 7, 2, 0, 'antenna')])
-        for words in ('1 rows that are not finite', '1 negative', 'metres are assumed', 'no variable TL'):
+        for words in ('1 rows that are not finite', '1 negative', 'no variable TL'):
             self.assert_mentions(read, words)
-        read = plaza.read(self.mat(DRp=[[1, 5, 5, 0], [2, 6, 5, 0.5]], TD=[[1.4, 2, 7, 2.0]]))
-        self.assertEqual(read.odometry, [(1, (0, 0, 0)), (2, (1, 0, 0.5))])
 
     def test_mat_files_that_cannot_be_read(self):
-        for matrices, words in (({'lm': [[1.0]], 'wp': [[1.0]]}, 'has no variable DR [t distance dheading] nor DRp; it has lm, wp'),
+        for matrices, words in (({'lm': [[1.0]], 'wp': [[1.0]]}, 'has no variable DR [t distance dheading]; it has lm, wp'),
                                 ({'DR': [[1.0, 2.0]]}, 'variable DR has 2 columns, 3 are needed')):
             path = self.mat(**matrices)
             self.assertEqual(self.error_of(plaza.read, path), f'{path}: {words}')
@@ -290,34 +278,10 @@ class Reading(InFolder):
         self.assert_near(read.frames[0][1:3], (3.78, 0.5))
         self.assertEqual(read.truth, [])
 
-    def test_victoria_park_takes_controls_and_gps_from_matlab_files(self):
-        self.small_victoria_park()
-        for name in ('time', 'speed', 'steering'):
-            (self.folder / f'{name}.txt').unlink()
-        self.mat('aa3_dr.mat', time=[[2000.0], [2500]], speed=[[4.0], [4]], steering=[[0.0], [0]])
+    def test_victoria_park_takes_the_gps_from_a_matlab_file(self):
         self.mat('aa3_gpsx.mat', timeGps=[[2100.0]], Lo_m=[[-60.0]], La_m=[[-40.0]])
-        read = victoria_park.read(str(self.folder))
-        self.assertEqual(read.odometry, [(2, (0, 0, 0)), (2.5, (2, 0, 0))])
+        read = victoria_park.read(self.small_victoria_park())
         self.assertEqual((read.truth, read.truth_has_heading), ([(2.1, (-60, -40, 0))], False))
-
-    # What is read of the others, evaluate_bag_test.py judges by the bounds of least squares.
-    @unittest.skipUnless(DATASETS.exists(), f'the data sets are not there: {DATASETS}')
-    def test_victoria_park(self):
-        read = victoria_park.read(str(DATASETS / 'victoria_park'))
-        # Counts and first values from the files themselves.
-        self.assertEqual((len(read.odometry), len(read.truth)), (61945, 4466))
-        self.assert_near((read.odometry[0].time, read.truth[1].pose[0]), (21.94, -67.730985), 1e-6)
-        self.assert_near(read.observations[0][:4], (21.819, -1, 20.46202, 0.88575460 - math.pi / 2), 1e-5)
-        # Lengths agree with the GPS's: chords over about 10 s, between fixes that follow each other.
-        times, ratios = [now.time for now in read.odometry], []
-        for i in range(0, len(read.truth) - 50, 10):
-            begin, end = read.truth[i], read.truth[i + 50]
-            driven = math.hypot(end.pose[0] - begin.pose[0], end.pose[1] - begin.pose[1])
-            if end.time - begin.time <= 15 and driven > 10:
-                poses = [read.odometry[min(bisect_left(times, fix.time), len(times) - 1)].pose for fix in (begin, end)]
-                ratios.append(math.hypot(*relative(*poses)[:2]) / driven)
-        self.assertGreater(len(ratios), 50)
-        self.assertAlmostEqual(statistics.median(ratios), 1, delta=0.05)
 
     def test_victoria_park_errors(self):
         folder = self.small_victoria_park(ObservationAngle__txt='0 1 0\n3.1 0 0\n')
@@ -370,39 +334,30 @@ class Reading(InFolder):
         return error
 
     def test_program_takes_units_and_antennas(self):
-        self.write(odometry='t,x,y,heading\n1,0,0,0\n2,0,0,0\n', ranges='t,beacon,range\n1,7,10\n')
         path = self.mat(DR=[[1.0, 0.5, 0.0], [1.5, 0.5, 0.1]], TD=[[1.2, 2.0, 7.0, 10.0]], TL=[[7.0, 1.0, 2.0]])
-        for arguments, expected in ((('csv', '.', 'out.bag'), 10), (('csv', '--range-unit', 'ft', '.', 'out.bag'), 3.048),
-                                    (('plaza', path, 'out.bag', '--range-unit=ft', '--antenna', '-0.25,0.5,0.75'), 3.048)):
-            self.assertEqual(self.program(*arguments)[::2], (0, ''))
-            messages = {topic: message for topic, message, _ in self.messages(self.folder / 'out.bag')}
-            self.assertAlmostEqual(messages['/ranges'].range, expected)
+        self.assertEqual(self.program('plaza', path, 'out.bag', '--range-unit=ft', '--antenna', '-0.25,0.5,0.75')[::2], (0, ''))
+        messages = {topic: message for topic, message, _ in self.messages(self.folder / 'out.bag')}
+        self.assertAlmostEqual(messages['/ranges'].range, 3.048)
         antenna = messages['/tf_static'].transforms[0]
         self.assertEqual((antenna.child_frame_id, antenna.transform.translation.x), ('antenna', -0.25))
 
     def test_program_fails_with_one_line_and_leaves_no_bag(self):
-        self.write(ranges='t,beacon,range\n1,7,ten\n')
-        for name, row in (('late', '1.6e18,2,3'), ('many', '1,3000000000,3')):
-            (self.folder / name).mkdir()
-            (self.folder / name / 'ranges.csv').write_text(f't,beacon,range\n{row}\n')
+        self.write(ranges='t,beacon,range\n1,3000000000,3\n')
         late = self.mat('late.mat', DR=[[-1e65, 0.5, 0.0], [1.5, 0.5, 0.1]], TD=[[1.2, 2.0, 7.0, 10.0]])
         for arguments, words in ((('plaza', late, 'out.bag'), f'{late}: times from -'),
-                                 (('csv', '.', 'out.bag'), "ranges.csv:2: column range: 'ten' is not a finite number"),
+                                 (('csv', '.', 'out.bag'), 'ranges.csv:2: '),
                                  (('plaza', 'none\n.mat', 'out.bag'), 'none .mat: No such file'),
-                                 (('csv', 'none', 'out.bag'), 'none: has none of'),
-                                 (('csv', 'late', 'out.bag'), 'late: times from 1.6e+18 to 1.6e+18 are beyond what ROS can hold'),
-                                 (('csv', 'many', 'out.bag'), 'many/ranges.csv:2: '),
+                                 (('csv', 'none', 'out.bag'), 'none: has none of odometry.csv, ranges.csv'),
                                  (('mrclam', '.', 'out.bag'), 'Robot1_Odometry.dat not found'),
                                  (('labyrinth', 'late.mat', 'out.bag'), 'late.mat: Not a directory'),
                                  (('victoria_park', '.', 'out.bag'), 'time.txt not found')):
             self.assertIn(words, self.assert_refused(1, *arguments))
 
     def test_program_misuse_is_one_line_and_two(self):
-        for arguments in ('', 'kitti a b', 'plaza', 'plaza a.mat', 'plaza a.mat b.bag c.bag', 'plaza a.mat b.bag --range-unit yd',
-                          'plaza a.mat b.bag --antenna 1,2', 'csv a b.bag --range-unit', 'csv a b.bag --antenna 1,2,3',
-                          'mrclam a b.bag --robot x', 'mrclam a b.bag --odometry-delay x', 'victoria_park a'):
+        for arguments in ('', 'kitti a b', 'plaza a.mat', 'plaza a.mat b.bag c.bag', 'plaza a.mat b.bag --range-unit yd',
+                          'plaza a.mat b.bag --antenna 1,2', 'csv a b.bag --antenna 1,2,3', 'mrclam a b.bag --robot x'):
             self.assert_refused(2, *arguments.split())
-        for arguments in ('--help', 'plaza --help', 'labyrinth --help', 'mrclam --help', 'victoria_park --help', 'csv -h'):
+        for arguments in ('--help', 'plaza --help'):
             code, out, error = self.program(*arguments.split())
             self.assertEqual((code, error, out[:43]), (0, '', 'Usage: rosrun pf_resampling dataset_to_bag '))
 

@@ -10,8 +10,7 @@ import os
 from command_line import Error
 
 from .files import finite_number, lines_of
-from .recording import (METRES_PER, Beacon, Frame, Landmark, Observation, Range, Recording, Truth, median_range_ratio,
-                        start_of_steps, unit_of, wrap_angle)
+from .recording import METRES_PER, RANGE_UNIT, Beacon, Frame, Landmark, Observation, Range, Recording, Truth, start_of_steps, wrap_angle
 
 LINE = "a directory with CSV files of your own"
 HELP = """Makes a bag of a directory with any of
@@ -26,8 +25,7 @@ The first line names the columns, in any order; # begins a comment. Seconds, met
 radians; id -1: unknown; variance 0: unknown. distance and dheading are since the row
 before; v and omega hold until the next row."""
 INPUT = "DIRECTORY"
-OPTIONS = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER, "default": "m",
-                            "help": "unit of the measured ranges (=%(default)s)"}}
+OPTIONS = RANGE_UNIT
 EXAMPLES = ("csv my_recording my_recording.bag",)
 
 FULL_TURN = 2 * math.pi  # an angle beyond it is one in degrees
@@ -95,10 +93,7 @@ def read(directory, range_unit="m"):
     for name in there:
         kinds, add_rows = READERS[name]
         add_rows(*rows_of(os.path.join(directory, name), kinds, recording), METRES_PER[range_unit], recording)
-    ratio = median_range_ratio(recording)
-    if unit_of(ratio) not in (None, "m"):
-        recording.notes.append(f"ranges are {ratio:.2f} times the true distances: are they in another unit? "
-                               f"--range-unit {unit_of(ratio)} would make metres of them")
+    recording.note_unit()
     return recording
 
 

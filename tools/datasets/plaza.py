@@ -1,10 +1,9 @@
 """The MATLAB files of the CMU range-only data sets (Djugash, Hamner, Roth, "Navigating with ranging radios", FSR 2009; Kurth,
 CMU-RI-TR-04-29, has the same layout with ranges in feet):
-  DR [t distance dheading]  steps of dead reckoning, each from the row before to t; without it
-  DRp [t x y heading]       dead reckoning as a path,
+  DR [t distance dheading]  steps of dead reckoning, each from the row before to t,
   TD [t antenna beacon range], TL [beacon x y (z)], GT [t x y (heading)]; TL and GT may miss.
 
-The steps are integrated with the mid-point rule, as DRp of the files is. (On Plaza 2 the truth cannot tell it from the rule
+The steps are integrated with the mid-point rule, as the path DRp of the files is. (On Plaza 2 the truth cannot tell it from the rule
 "heading before": 1.73 and 1.72 m mean error with the yaw-rate bias taken out.) Distances of DR are without sign: driving in
 reverse does not show in them.
 """
@@ -15,14 +14,13 @@ from command_line import Error, UsageError
 from evaluation.paths import wrapped
 
 from .files import MatFile
-from .recording import METRES_PER, Beacon, Frame, Range, Recording, Truth, median_range_ratio, start_of_steps, unit_of, wrap_angle
+from .recording import METRES_PER, RANGE_UNIT, Beacon, Frame, Range, Recording, Truth, start_of_steps, wrap_angle
 
 LINE = "MATLAB files of the CMU range-only data sets (Plaza, Gesling, Kurth)"
 HELP = """Makes a bag of a MATLAB file with the variables DR [t distance dheading], TD
 [t antenna beacon range], TL [beacon x y] and GT [t x y heading]."""
 INPUT = "FILE.mat"
-OPTIONS = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER,
-                            "help": "unit of the ranges; by default found from the true distances"},
+OPTIONS = {**RANGE_UNIT,
            "--antenna": {"metavar": "[N:]x,y,z", "action": "append", "default": [],
                          "help": "where the antenna (with number N) sits on the robot, in m; may be repeated"}}
 EXAMPLES = ("plaza Plaza2.mat plaza2.bag", "plaza kurth.mat kurth.bag --range-unit ft --antenna 0.2,0,0.5")
@@ -32,15 +30,15 @@ LEAST_STEPS = 10
 START_WITHIN = 5.0  # intervals of the odometry that truth may begin before its first step ends
 
 
-def read(path, range_unit=None, antenna=()):
-    """`range_unit`: "m" or "ft"; `antenna`: places as the option takes them."""
+def read(path, range_unit="m", antenna=()):
+    """`antenna`: places as the option takes them."""
     places = dict(antenna_of(text) for text in antenna)
     file, recording = MatFile(path), Recording()
     read_truth(file, recording)
     read_odometry(file, recording)
     read_beacons(file, recording)
-    read_ranges(file, recording)
-    scale_ranges(METRES_PER.get(range_unit), recording)
+    read_ranges(file, METRES_PER[range_unit], recording)
+    recording.note_unit()
     place_antennas(places, recording)
     return recording
 
@@ -94,18 +92,9 @@ def mean_travel_minus_heading(truth):
 
 def read_odometry(file, recording):
     steps = file.matrix("DR", 3)
-    if steps is not None:
-        integrate_steps(usable_rows(steps, 3, "DR", recording), recording)
-        return
-    poses = file.matrix("DRp", 4)
-    if poses is None:
-        raise Error(f"{file.path}: has no variable DR [t distance dheading] nor DRp; it has {file.names()}")
-    rows = usable_rows(poses, 4, "DRp", recording)
-    recording.add_poses(rows)
-    recording.notes.append("no variable DR: odometry is DRp")
-
-
-def integrate_steps(steps, recording):
+    if steps is None:
+        raise Error(f"{file.path}: has no variable DR [t distance dheading]; it has {file.names()}")
+    steps = usable_rows(steps, 3, "DR", recording)
     if not steps:
         return
     first = steps[0][0]
@@ -123,7 +112,7 @@ def read_beacons(file, recording):
     recording.beacons = [Beacon(int(row[0]), row[1], row[2], row[3] if len(row) >= 4 else None) for row in matrix or []]
 
 
-def read_ranges(file, recording):
+def read_ranges(file, metres, recording):
     matrix = file.matrix("TD", 4)
     if matrix is None:
         raise Error(f"{file.path}: has no variable TD [t antenna beacon range]; it has {file.names()}")
@@ -132,22 +121,8 @@ def read_ranges(file, recording):
     if len(good) < len(rows):
         recording.notes.append(f"TD: {len(rows) - len(good)} negative ranges dropped")
     several = len({antenna for _, antenna, *_ in good}) > 1
-    recording.ranges = [Range(time, int(beacon), distance, 0.0, f"antenna_{antenna:.0f}" if several else "antenna")
+    recording.ranges = [Range(time, int(beacon), metres * distance, 0.0, f"antenna_{antenna:.0f}" if several else "antenna")
                         for time, antenna, beacon, distance, *_ in good]
-
-
-def scale_ranges(metres, recording):
-    """Brings ranges to metres; without `metres` per unit that is seen from the true distances."""
-    ratio = median_range_ratio(recording)
-    scale = metres or 1.0
-    if metres and ratio and unit_of(ratio * metres) == "ft":
-        recording.notes.append(f"ranges are {ratio * metres:.2f} times the true distances: are they in feet?")
-    elif not metres and unit_of(ratio) == "ft":
-        scale = METRES_PER["ft"]
-        recording.notes.append(f"TD: ranges are {ratio:.2f} times the true distances: taken as feet")
-    elif not metres and ratio is None:
-        recording.notes.append("TD: the unit of the ranges is not known: metres are assumed (--range-unit ft for feet)")
-    recording.ranges = [heard._replace(range=heard.range * scale) for heard in recording.ranges]
 
 
 def place_antennas(places, recording):

@@ -8,8 +8,9 @@ from bisect import bisect_left
 from collections import namedtuple
 
 METRES_PER = {"m": 1.0, "ft": 0.3048, "cm": 0.01, "mm": 0.001}
+RANGE_UNIT = {"--range-unit": {"metavar": "m|ft|cm|mm", "choices": METRES_PER, "default": "m",
+                               "help": "unit of the measured ranges (=%(default)s)"}}
 FEWEST_RANGES_FOR_RATIO = 10
-
 
 Odometry = namedtuple("Odometry", "time pose")  # dead reckoning from the origin of the frame "odom"
 Range = namedtuple("Range", "time beacon range variance frame")  # m, m^2 (0: unknown), the antenna's frame
@@ -52,6 +53,14 @@ class Recording:
         for (before, ahead, turn, *_), (time, *_) in zip(rows[:1] + rows, rows):
             pose = compose(pose, midpoint_motion(ahead * (time - before), turn * (time - before)))
             self.add_pose(time, pose)
+
+    def note_unit(self):
+        """Of ranges that are not in metres, as the true distances tell."""
+        ratio = median_range_ratio(self)
+        unit = ratio and min(METRES_PER, key=lambda unit: abs(math.log(ratio * METRES_PER[unit])))
+        if unit not in (None, "m"):
+            self.notes.append(f"ranges are {ratio:.2f} times the true distances: are they in another unit? --range-unit {unit} "
+                              "would make metres of them")
 
 
 def wrap_angle(angle):
@@ -103,8 +112,3 @@ def median_range_ratio(recording):
         if distance > 0:
             ratios.append(heard.range / distance)
     return upper_median(ratios) if len(ratios) >= FEWEST_RANGES_FOR_RATIO else None
-
-
-def unit_of(ratio):
-    """The unit whose ratio is nearest to such a one, as a factor; None if that is none."""
-    return ratio and min(METRES_PER, key=lambda unit: abs(math.log(ratio * METRES_PER[unit])))

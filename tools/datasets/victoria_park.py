@@ -1,8 +1,7 @@
 """The Victoria Park data set (Guivant, Nebot, "Optimization of the simultaneous localization and map-building algorithm for
 real-time implementation", 2001), with the trees already found in the laser scans: a directory with time.txt (ms), speed.txt
-(m/s), steering.txt (rad), or all three in aa3_dr.mat; lasersampling.txt (ms), ObservationDistance.txt (m) and
-ObservationAngle.txt (rad, from the right, ahead is pi/2), a row per scan, zeros at its end; and, if there is truth, aa3_gpsx.mat
-with timeGps (ms), Lo_m and La_m (m).
+(m/s), steering.txt (rad), lasersampling.txt (ms), ObservationDistance.txt (m) and ObservationAngle.txt (rad, from the right, ahead
+is pi/2), a row per scan, zeros at its end; and, if there is truth, aa3_gpsx.mat with timeGps (ms), Lo_m and La_m (m).
 
 The vehicle steers by its front wheels (info.txt: L = 2.83, a = 0.95, b = 0.5, H = 0.76 m). base_link is the middle of its rear
 axle. The encoder sits at the left rear wheel, H from there, so the middle moves at v / (1 - tan(steering) H / L) and turns at
@@ -20,9 +19,9 @@ from .files import MatFile, number_table
 from .recording import Frame, Observation, Recording, Truth, wrap_angle
 
 LINE = "text and MATLAB files of Sydney (Victoria Park), trees already found"
-HELP = """Makes a bag of a directory with time.txt, speed.txt and steering.txt (or
-aa3_dr.mat), lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt
-and, if there is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
+HELP = """Makes a bag of a directory with time.txt, speed.txt, steering.txt,
+lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt and, if there
+is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
 INPUT = "DIRECTORY"
 OPTIONS = {}
 EXAMPLES = ("victoria_park victoria_park victoria_park.bag",)
@@ -36,8 +35,8 @@ ENCODER_LEFT_OF_MIDDLE = 0.76  # H
 
 def read(directory):
     recording = Recording()
-    recording.add_velocities([(SECONDS_PER_UNIT * time, *velocities_of(speed, steering))
-                              for time, speed, steering in read_controls(directory)])
+    columns = [number_table(os.path.join(directory, name), 1)[:, 0].tolist() for name in ("time.txt", "speed.txt", "steering.txt")]
+    recording.add_velocities([(SECONDS_PER_UNIT * time, *velocities_of(speed, steering)) for time, speed, steering in zip(*columns)])
     recording.observations = read_scans(directory)
     gps = os.path.join(directory, "aa3_gpsx.mat")
     if os.path.exists(gps):
@@ -52,11 +51,6 @@ def read(directory):
     return recording
 
 
-def rows_of_texts(directory, *names):
-    """The first numbers of the rows of each file."""
-    return np.column_stack([number_table(os.path.join(directory, name), 1)[:, 0] for name in names]).tolist()
-
-
 def rows_of_mat(path, *names):
     file = MatFile(path)
     columns = [file.matrix(name, 1) for name in names]
@@ -65,16 +59,8 @@ def rows_of_mat(path, *names):
     return np.column_stack([np.array(column)[:, 0] for column in columns]).tolist()
 
 
-def read_controls(directory):
-    """(ms, m/s of the left rear wheel, rad), a row each."""
-    matrices = os.path.join(directory, "aa3_dr.mat")
-    if os.path.exists(matrices) and not os.path.exists(os.path.join(directory, "time.txt")):
-        return rows_of_mat(matrices, "time", "speed", "steering")
-    return rows_of_texts(directory, "time.txt", "speed.txt", "steering.txt")
-
-
 def velocities_of(speed, steering):
-    """(m/s, rad/s) of the middle of the rear axle."""
+    """(m/s, rad/s) of the middle of the rear axle; `speed` is that of the left rear wheel."""
     tangent = math.tan(steering)
     ahead = speed / (1.0 - tangent * ENCODER_LEFT_OF_MIDDLE / WHEEL_BASE)
     return ahead, ahead * tangent / WHEEL_BASE
