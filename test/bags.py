@@ -1,18 +1,22 @@
 """What tests of the Python programs share: where those are, running one, a folder to do so, and the bags that it is given."""
 
+import contextlib
 import importlib.machinery
 import io
 import math
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from unittest import mock
 
 import pf_resampling
 import rosbag
+import roslib.packages
 from genpy import Time
 from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped
 
@@ -49,6 +53,25 @@ def program(tool, *words):
         except SystemExit as end:  # of --help
             code = end.code
     return code, out.buffer.getvalue().decode('utf-8', 'surrogateescape'), error.getvalue()
+
+
+@contextlib.contextmanager
+def recorded(path, *topics):
+    """Records topics meanwhile."""
+    record = roslib.packages.find_node('rosbag', 'record')[0]  # `rosbag record` ends before it does
+    recorder = subprocess.Popen([record, '--quiet', '-b', '0', '-O', str(path), *topics])
+    try:
+        yield
+    finally:
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait()
+
+
+def play(path, rate, *options):
+    # The pause lets all subscribers connect.
+    subprocess.check_call(['rosbag', 'play', '--quiet', '--delay', '3', '--rate', str(rate), *options, str(path)],
+                          stdout=subprocess.DEVNULL)
+    time.sleep(2.0)
 
 
 def stamped(kind, time, frame='', **fields):

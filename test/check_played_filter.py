@@ -8,14 +8,12 @@ then starts, killed)."""
 import ast
 import collections
 import json
-import math
 import os
 import pathlib
+import re
 import subprocess
-import tempfile
 import threading
 import time
-import unittest
 
 import dynamic_reconfigure.client
 import numpy as np
@@ -23,6 +21,7 @@ import rosbag
 import roslib.packages
 import rospy
 import rostest
+from bags import InFolder, play, recorded
 from pf_resampling.srv import SaveMap
 
 TOPICS = ('pose', 'tf', 'path', 'particlecloud', 'particles', 'markers', 'status', 'landmark_map')
@@ -33,14 +32,10 @@ CONVERGED = 0.2  # share of the drive after which a filter that does not know wh
 
 
 def is_finite(message):
-    """All numbers of a message."""
-    if isinstance(message, (float, int)):
-        return math.isfinite(message)
-    if isinstance(message, bytes):  # of a cloud
-        return bool(np.isfinite(np.frombuffer(message, np.float32)).all())
-    if isinstance(message, (list, tuple)):
-        return all(map(is_finite, message))
-    return all(is_finite(getattr(message, name)) for name in getattr(message, '__slots__', []))
+    """All numbers of a message, or of a cloud."""
+    if hasattr(message, 'data'):
+        return bool(np.isfinite(np.frombuffer(message.data, np.float32)).all())
+    return not re.search(r'\b(nan|inf)\b', str(message))
 
 
 class Switcher(threading.Thread):
@@ -66,32 +61,17 @@ class Switcher(threading.Thread):
                 time.sleep(self.period)
 
 
-class PlayedFilter(unittest.TestCase):
+class PlayedFilter(InFolder):
     def setUp(self):
+        super().setUp()
         if not os.path.exists(rospy.get_param('~needs', '/')):
             self.skipTest('needs ' + rospy.get_param('~needs'))
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder, self.bag, self.recorded = folder.name, f'{folder.name}/in.bag', f'{folder.name}/recorded.bag'
+        self.bag, self.recorded = f'{self.folder}/in.bag', f'{self.folder}/recorded.bag'
         program, *arguments = rospy.get_param('~make_bag').replace('BAG', self.bag).split()
         subprocess.check_call(['rosrun', 'pf_resampling', program, *arguments], stdout=subprocess.DEVNULL)
-        with open(os.path.join(self.folder, 'log'), 'w') as log:
-            record = roslib.packages.find_node('rosbag', 'record')[0]  # `rosbag record` ends before it does
-            recorder = subprocess.Popen(
-                [record, '--quiet', '-b', '0', '-O', self.recorded, '/diagnostics', '/ground_truth', '/ground_truth_landmarks', '/odom',
-                 *('/' + topic for topic in TOPICS)], stdout=log, stderr=log)
-
-        def stop():
-            recorder.send_signal(2)
-            recorder.wait()
-
-        self.stop_recording = stop
 
     def play(self, start=0.0, seconds=1e4):
-        # The pause lets all subscribers connect.
-        subprocess.check_call(['rosbag', 'play', '--quiet', '--clock', '--delay', '3', '--rate', str(rospy.get_param('~rate', 1.0)),
-                               '--start', str(start), '--duration', str(seconds), self.bag], stdout=subprocess.DEVNULL)
-        time.sleep(2.0)
+        play(self.bag, rospy.get_param('~rate', 1.0), '--clock', '--start', str(start), '--duration', str(seconds))
 
     def start_node(self, *more):
         program = roslib.packages.find_node('pf_resampling', 'fastslam_node')[0]  # itself, so that it can be killed
@@ -117,17 +97,18 @@ class PlayedFilter(unittest.TestCase):
     def test_follows_the_truth(self):
         restart_at, switched = rospy.get_param('~restart_at', 0.0), rospy.get_param('~switch', '')
         switcher = Switcher(switched, 0.1) if switched else None
-        if restart_at:
-            self.play_with_restart(restart_at)
-        else:
-            self.play(seconds=rospy.get_param('~seconds', 1e4))
+        extras = 'diagnostics', 'ground_truth', 'ground_truth_landmarks', 'odom'
+        with recorded(self.recorded, *('/' + topic for topic in TOPICS + extras)):
+            if restart_at:
+                self.play_with_restart(restart_at)
+            else:
+                self.play(seconds=rospy.get_param('~seconds', 1e4))
         if switcher:
             switcher.is_over = True
             switcher.join()
             self.assertEqual(switcher.refused, [])
             self.assertGreaterEqual(len(switcher.switches), 25)
             self.assertGreaterEqual(switcher.rounds, 1.0, 'not every strategy had its turn')
-        self.stop_recording()
         self.is_slam = rospy.has_param('~landmarks')
         self.read()
         self.check_all_is_published()

@@ -8,17 +8,15 @@ import os
 import pathlib
 import subprocess
 import sys
-import tempfile
-import unittest
 
 import numpy as np
 import rosbag
 import rosgraph
-import roslib.packages
 import rospkg
 import rospy
 import rostest
 import yaml
+from bags import InFolder, play, recorded
 
 ROBOTS = ('robot1', 'robot2')
 SECONDS = 90.0
@@ -78,23 +76,19 @@ def mean_error(poses, truth):
     return np.hypot(*(poses[:, i] - np.interp(poses[:, 0], truth[:, 0], truth[:, i]) for i in (1, 2))).mean()
 
 
-class TwoRobots(unittest.TestCase):
+class TwoRobots(InFolder):
     def setUp(self):
+        super().setUp()
         self.name = rospy.get_param('~filter', 'beacon_mcl')
         self.paths, self.senders = collections.defaultdict(list), collections.defaultdict(set)
         self.status, self.transforms, self.diagnostics = {}, set(), set()
-        with tempfile.TemporaryDirectory() as folder:
-            recorded, played = os.path.join(folder, 'recorded.bag'), make_bag(self.name, folder)
-            record = roslib.packages.find_node('rosbag', 'record')[0]  # `rosbag record` ends before it does
-            topics = [f'/{robot}/{topic}' for robot in ROBOTS for topic in ('pose', 'ground_truth', 'status')]
-            recorder = subprocess.Popen([record, '--quiet', '-b', '0', '-O', recorded, '/tf', '/diagnostics', *topics])
-            subprocess.check_call(['rosbag', 'play', '--quiet', '--delay', '3', '--rate', str(RATE), played], stdout=subprocess.DEVNULL)
-            rospy.sleep(2.0)
-            recorder.send_signal(2)
-            recorder.wait()
-            with rosbag.Bag(recorded) as bag:
-                for message in bag.read_messages(return_connection_header=True):
-                    self.take(*message)
+        played, path = make_bag(self.name, self.folder), str(self.folder / 'recorded.bag')
+        topics = [f'/{robot}/{topic}' for robot in ROBOTS for topic in ('pose', 'ground_truth', 'status')]
+        with recorded(path, '/tf', '/diagnostics', *topics):
+            play(played, RATE)
+        with rosbag.Bag(path) as bag:
+            for message in bag.read_messages(return_connection_header=True):
+                self.take(*message)
 
     def take(self, topic, message, _, header):
         caller = header['callerid']
