@@ -71,10 +71,7 @@ def rows_of(path, kinds, recording):
     if names is None:
         raise Error(f"{path}: is empty; its first line has to name the columns")
     recording.notes += [f"{file}: column '{name}' is not used" for name in names if name not in kind and f"?{name}" not in kind]
-    ordered = sorted(rows, key=lambda row: row["t"]) if "t" in kind else rows
-    if ordered != rows:
-        recording.notes.append(f"{file}: rows put in order of time")
-    return kind, ordered
+    return kind, recording.in_order(file, rows, "t") if "t" in kind else rows
 
 
 def note_degrees(rows, file, column, recording, turns=False):

@@ -7,14 +7,13 @@ confirms: the first velocity is that of the left wheel, the second of the right,
 the middle to a wheel: omega = (second - first) / (2 distance). The other readings leave the path of the recording more than
 half a metre off, this one 6 cm.
 """
-import math
 import os
 from collections import Counter
 
 from command_line import Error
 
 from .files import finite_number, lines_of
-from .recording import Beacon, Odometry, Range, Recording, Truth, compose, midpoint_motion
+from .recording import Beacon, Range, Recording, Truth
 
 LINE = "text files of TU Chemnitz (Labyrinth, UWB)"
 HELP = """Makes a bag of a directory with one file *Input.txt (lines range2 and
@@ -50,15 +49,16 @@ def read(directory):
     path, truth = file_ending_with(directory, "Input.txt"), file_ending_with(directory, "GT.txt")
     if path is None:
         raise Error(f"{directory}: has no file *Input.txt")
-    recording, ignored, beacons = Recording(), Counter(), {}
-    velocities = (0.0, 0.0, 0.0)
+    recording, ignored, beacons, velocities = Recording(), Counter(), {}, []
     for kind, numbers in lines(path, {"range2": 6, "odom2diff": 5}, ignored):
         if kind == "range2":
             time, distance, variance, x, y, beacon = numbers[:6]
             recording.ranges.append(Range(time, int(beacon), distance, variance, "antenna"))
             beacons[int(beacon)] = x, y
         else:
-            velocities = add_odometry(numbers, velocities, recording)
+            time, left, right, sideways, half_distance = numbers[:5]
+            velocities.append((time, 0.5 * (left + right), (right - left) / (2.0 * half_distance), sideways))
+    recording.add_velocities(velocities)
     if not (recording.odometry or recording.ranges):
         raise Error(f"{path}: has no line range2 or odom2diff; is it a recording of this format?")
     recording.beacons = [Beacon(number, x, y, None) for number, (x, y) in beacons.items()]
@@ -66,20 +66,3 @@ def read(directory):
         recording.truth = [Truth(time, (x, y, 0.0)) for _, (time, x, y, *_) in lines(truth, {"point2": 3}, ignored)]
     recording.notes = [f"{count} lines {kind} are not used" for kind, count in sorted(ignored.items())]
     return recording
-
-
-def add_odometry(numbers, velocities, recording):
-    """t, velocity of the left wheel, of the right, to the side, half the distance of the wheels. `velocities` hold since the
-    pose before: m/s ahead and to the left, rad/s; returns those from here on."""
-    time, left, right, sideways, half_distance = numbers[:5]
-    pose = (0.0, 0.0, 0.0)
-    if recording.odometry:
-        before = recording.odometry[-1]
-        duration = time - before.time
-        turn = velocities[2] * duration
-        x, y, heading = midpoint_motion(velocities[0] * duration, turn)
-        aside = velocities[1] * duration
-        pose = compose(before.pose, (x - aside * math.sin(0.5 * turn), y + aside * math.cos(0.5 * turn), heading))
-    if not recording.odometry or time > recording.odometry[-1].time:
-        recording.odometry.append(Odometry(time, pose))
-    return 0.5 * (left + right), sideways, (right - left) / (2.0 * half_distance)

@@ -40,7 +40,7 @@ def read(directory, robot=1, odometry_delay=0.0):
     read_measurements(path(f"Robot{robot}_Measurement.dat"), path("Barcodes.dat"), recording)
     truth, landmarks = path(f"Robot{robot}_Groundtruth.dat"), path("Landmark_Groundtruth.dat")
     if os.path.exists(truth):
-        recording.truth = [Truth(time, (x, y, wrap_angle(heading))) for time, x, y, heading, *_ in timed_rows(truth, 4, recording)]
+        recording.truth = [Truth(time, (x, y, wrap_angle(heading))) for time, x, y, heading in timed_rows(truth, 4, recording)]
         recording.truth_has_heading = True
     if os.path.exists(landmarks):
         recording.landmarks = [Landmark(int(subject), *places[:4]) for subject, *places in number_table(landmarks, 5).tolist()]
@@ -48,12 +48,7 @@ def read(directory, robot=1, odometry_delay=0.0):
 
 
 def timed_rows(path, columns, recording):
-    """In order of time, however the file has them."""
-    rows = number_table(path, columns).tolist()
-    ordered = sorted(rows, key=lambda row: row[0])
-    if ordered != rows:
-        recording.notes.append(f"{os.path.basename(path)}: rows put in order of time")
-    return ordered
+    return recording.in_order(os.path.basename(path), number_table(path, columns)[:, :columns].tolist())
 
 
 def read_odometry(path, delay, recording):
@@ -70,7 +65,7 @@ def read_odometry(path, delay, recording):
 def read_measurements(path, barcodes, recording):
     subjects = {barcode: int(subject) for subject, barcode, *_ in number_table(barcodes, 2).tolist()}
     robots = misread = 0
-    for time, barcode, distance, bearing, *_ in timed_rows(path, 4, recording):
+    for time, barcode, distance, bearing in timed_rows(path, 4, recording):
         subject = subjects.get(barcode)
         if subject is None:
             misread += 1

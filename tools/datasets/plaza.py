@@ -58,10 +58,7 @@ def usable_rows(rows, columns, name, recording):
     usable = [row for row in rows if all(map(math.isfinite, row[:columns]))]
     if len(usable) < len(rows):
         recording.notes.append(f"{name}: {len(rows) - len(usable)} rows that are not finite dropped")
-    ordered = sorted(usable, key=lambda row: row[0])
-    if ordered != usable:
-        recording.notes.append(f"{name}: rows were not in order of time, sorted")
-    return ordered
+    return recording.in_order(name, usable)
 
 
 def read_truth(file, recording):

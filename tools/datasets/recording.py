@@ -48,11 +48,18 @@ class Recording:
             self.add_pose(time, pose)
 
     def add_velocities(self, rows):
-        """Odometry of (s, m/s ahead, rad/s), each of which holds until the next row."""
+        """Odometry of (s, m/s ahead, rad/s, and m/s to the left, if any), each of which holds until the next row."""
         pose = (0.0, 0.0, 0.0)
-        for (before, ahead, turn, *_), (time, *_) in zip(rows[:1] + rows, rows):
-            pose = compose(pose, midpoint_motion(ahead * (time - before), turn * (time - before)))
+        for (before, *velocities), (time, *_) in zip(rows[:1] + rows, rows):
+            pose = compose(pose, midpoint_motion(*(each * (time - before) for each in velocities)))
             self.add_pose(time, pose)
+
+    def in_order(self, name, rows, time=0):
+        """Rows in order of time, however the file has them; `time`: its column."""
+        ordered = sorted(rows, key=lambda row: row[time])
+        if ordered != rows:
+            self.notes.append(f"{name}: rows put in order of time")
+        return ordered
 
     def note_unit(self):
         """Of ranges that are not in metres, as the true distances tell."""
@@ -82,10 +89,11 @@ def relative(origin, pose):
     return cosine * dx + sine * dy, -sine * dx + cosine * dy, wrap_angle(pose[2] - origin[2])
 
 
-def midpoint_motion(distance, turn):
+def midpoint_motion(distance, turn, aside=0.0):
     """The pose after `distance` while the heading turns by `turn`: the chord points half the turn to the left."""
     half = 0.5 * turn if math.isfinite(turn) else math.nan
-    return distance * math.cos(half), distance * math.sin(half), wrap_angle(turn)
+    return (distance * math.cos(half) - aside * math.sin(half), distance * math.sin(half) + aside * math.cos(half),
+            wrap_angle(turn))
 
 
 def upper_median(values):
