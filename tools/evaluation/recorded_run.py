@@ -10,6 +10,7 @@ import nav_msgs.msg
 import numpy as np
 import rosbag
 from pf_resampling.msg import BeaconArray, BeaconMap, FilterStatus, LandmarkMap, LandmarkObservationArray
+from scipy.spatial.transform import Rotation
 from tf2_msgs.msg import TFMessage
 
 from .maps import Map
@@ -82,26 +83,19 @@ def unpacked(messages, kind):
             yield kind().deserialize(data)
 
 
-def numbers_of(messages, counts=None):
-    """Of messages with a pose or place: stamps, and rows of position, quaternion, 6 x 6 covariance, and, with `counts` of them,
-    what follows; zeros where a message has none. Messages of other types are passed over."""
-    counts = counts or NUMBERS
-    times, parts, most = [], [], max(counts.values())
-    for kind, count in counts.items():
-        texts = []
-        for connection, data, time in messages:
-            if connection.datatype != kind:
-                continue
-            stamp, begin = TIME(data, 4), 16 + SIZE(data, 12)[0]
-            if kind == "nav_msgs/Odometry":
-                begin += 4 + SIZE(data, begin)[0]
-            times.append(stamp[0] + 1e-9 * stamp[1] if any(stamp) else time)
-            texts.append(data[begin:begin + 8 * count])
-        if texts:
-            numbers = np.frombuffer(b"".join(texts), "<f8").reshape(len(texts), count)
-            parts.append(np.pad(numbers, ((0, 0), (0, most - count))))
+def numbers_of(messages):
+    """Of messages with a pose or place: stamps, and rows of position, quaternion and 6 x 6 covariance; zeros where a message has
+    none. Messages of other types are passed over."""
+    messages = [each for each in messages if each[0].datatype in NUMBERS]
+    times, rows = [], np.zeros((len(messages), max(NUMBERS.values())))
+    for row, (connection, data, time) in zip(rows, messages):
+        stamp, begin, count = TIME(data, 4), 16 + SIZE(data, 12)[0], NUMBERS[connection.datatype]
+        if connection.datatype == "nav_msgs/Odometry":
+            begin += 4 + SIZE(data, begin)[0]
+        times.append(stamp[0] + 1e-9 * stamp[1] if any(stamp) else time)
+        row[:count] = np.frombuffer(data, "<f8", count, begin)
     order = np.argsort(times, kind="stable")
-    return np.array(times, float)[order], np.concatenate([np.zeros((0, most)), *parts])[order]
+    return np.array(times, float)[order], rows[order]
 
 
 def yaw_of(x, y, z, w):
@@ -159,39 +153,23 @@ def map_of(landmarks, name):
     return found
 
 
-def frames_on_robot(messages, base):
-    """Where the frames of /tf_static sit on the robot: 4 x 4, by name, as the nodes find them going up from each to the base."""
+def place_on_robot(messages, wanted, base="base_link"):
+    """Where the frame that the truth is about sits on the robot, in the plane: (x, y, heading); by the newest transforms of
+    /tf_static, as the nodes find it going up from the frame to the base."""
     parents = {}
-    for message in unpacked(messages, TFMessage):
-        for each in message.transforms:
-            t, q = each.transform.translation, each.transform.rotation
-            parent, child = each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")
-            length = np.linalg.norm([q.x, q.y, q.z, q.w])
-            if parent != child and abs(length - 1) <= 0.01 and np.linalg.norm([t.x, t.y, t.z]) <= 1e6:
-                parents[child] = parent, [t.x, t.y, t.z], [q.x, q.y, q.z, q.w]
-    if parents:
-        from scipy.spatial.transform import Rotation
-    frames = {base: np.eye(4)}
-    for frame in parents:
-        name, place = frame, np.eye(4)
-        for _ in range(50):
-            if name == base or name not in parents:
-                break
-            name, shift, quaternion = parents[name]
-            step = np.eye(4)
-            step[:3, :3], step[:3, 3] = Rotation.from_quat(quaternion).as_matrix(), shift
-            place = step @ place
-        if name == base:
-            frames[frame] = place
-    return frames
-
-
-def place_on_robot(messages, wanted):
-    """Where the frame that the truth is about sits on base_link, in the plane: (x, y, heading)."""
-    place = frames_on_robot(messages, "base_link").get(wanted or "ground_truth")
-    if place is None and wanted:
+    for each in (each for message in unpacked(messages, TFMessage) for each in message.transforms):
+        t, q = each.transform.translation, each.transform.rotation
+        if abs(np.linalg.norm([q.x, q.y, q.z, q.w]) - 1) <= 0.01:
+            parents[each.child_frame_id.lstrip("/")] = (each.header.frame_id.lstrip("/"), [t.x, t.y, t.z],
+                                                        Rotation.from_quat([q.x, q.y, q.z, q.w]))
+    name, place, ahead = wanted or "ground_truth", np.zeros(3), np.array([1.0, 0.0, 0.0])
+    for _ in parents:  # so many at most, unless they are a circle
+        if name in parents and name != base:
+            name, shift, turn = parents[name]
+            place, ahead = turn.apply(place) + shift, turn.apply(ahead)
+    if name != base and wanted:
         raise Error(f"--truth-frame {wanted}: /tf_static does not place it on base_link; give one that it does")
-    return np.zeros(3) if place is None else np.array([*place[:2, 3], np.arctan2(place[1, 0], place[0, 0])])
+    return np.array([*place[:2], np.arctan2(ahead[1], ahead[0])]) if name == base else np.zeros(3)
 
 
 def summary_of(statuses):

@@ -53,11 +53,9 @@ def percent(share):
 def heading_of(bag, figures, map_file):
     clip = f", the first {100 * figures['clip']:g} % left out" if figures["clip"] else ""
     text = f"{bag}: {figures['truth_poses']} true poses in {figures['duration']:.1f} s{clip}; errors are absolute values\n"
-    own = "  (the filter has a frame of its own, aligned with the truth {})\n"
-    if figures["frame"] == "start":
-        text += own.format("at the first true pose")
-    elif figures["frame"] == "fit":
-        text += own.format("by the best rigid fit")
+    if figures["frame"] != "given":
+        how = "at the first true pose" if figures["frame"] == "start" else "by the best rigid fit"
+        text += f"  (the filter has a frame of its own, aligned with the truth {how})\n"
     elif map_file:
         text += f"  (the frame is that of the loaded map, {map_file}; if that is not the truth's: --frame fit)\n"
     return text
