@@ -24,10 +24,6 @@ class Verdict:
     def text(self):
         return f"ready for {self.filter}: " + (f"no: {'; '.join(self.problems)}" if self.problems else "yes")
 
-    def advise(self, words):
-        if words not in self.advice:
-            self.advice.append(words)
-
     def is_worth_a_try(self):
         """Whether what is advised could mend all that is wrong."""
         return 0 < len(self.problems) == len(self.advice)
@@ -50,8 +46,8 @@ class Checker:
             self.verdicts[name].problems.append(problem)
 
     def advise(self, words, filters=FILTERS):
-        for name in filters:
-            self.verdicts[name].advise(words)
+        for advice in (self.verdicts[name].advice for name in filters):
+            advice += [words] * (words not in advice)
 
     def check(self):
         for name, fault in self.setup.faults.items():
@@ -100,8 +96,6 @@ class Checker:
                 f", {name} could be it (--sensor-ranges {name}; for the node sensor_ranges:={name})" for name in sensors))
         if not self.setup.lists["beacons"]:
             self.need("beacons", [BEACONS], ["beacon_mcl"], " (or give the beacons in the configuration: --config beacons.yaml)")
-        elif self.topics.beacons in known:
-            self.remark(f"{self.topics.beacons} is ignored: the configuration has beacons")
         pattern = value("landmark_input/tag_pattern")
         if not pattern:
             self.need("landmarks", LANDMARK_TYPES, ["fastslam"], self.tags_instead())
