@@ -24,7 +24,7 @@ def free_port():
 
 def counts_of(name):
     """Messages by topic."""
-    with rosbag.Bag(name) as bag:
+    with rosbag.Bag(str(name)) as bag:
         return {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
 
 
@@ -47,9 +47,6 @@ class LaunchFiles(InFolder):
         return self.run_in_folder('roslaunch', '-p', port, 'pf_resampling', *words,
                                   ROS_MASTER_URI='http://localhost:' + port)
 
-    def path(self, name):
-        return os.path.join(self.shared, name)
-
     def test_every_argument_says_what_it_is(self):
         files = glob.glob(os.path.join(PACKAGE, '*', '*.launch'))
         self.assertGreaterEqual(len(files), 5)
@@ -62,8 +59,8 @@ class LaunchFiles(InFolder):
     def test_offline(self):
         done = self.roslaunch('offline.launch', 'bag:=drive.bag', 'out:=out.bag', 'seed:=3',
                               'options:=--set particles=300 --no-clouds')
-        self.assertTrue(os.path.exists(self.path('out.bag')), done.stdout)
-        counts = counts_of(self.path('out.bag'))
+        self.assertTrue((self.shared / 'out.bag').exists(), done.stdout)
+        counts = counts_of(self.shared / 'out.bag')
         self.assertGreater(counts['/pose'], 500)
         self.assertNotIn('/particles', counts)
         self.assertIn('300 particles', done.stdout)
@@ -71,9 +68,9 @@ class LaunchFiles(InFolder):
     def test_a_bag_that_is_played_in_a_namespace_and_recorded(self):
         done = self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=15', 'rviz:=false', 'record:=record.bag',
                               'stop_with_bag:=true', '__ns:=robot1')
-        self.assertTrue(os.path.exists(self.path('record.bag')), done.stdout)
+        self.assertTrue((self.shared / 'record.bag').exists(), done.stdout)
         self.assertIn('/robot1/', done.stdout)
-        counts = counts_of(self.path('record.bag'))
+        counts = counts_of(self.shared / 'record.bag')
         for topic in ('/odom', '/ranges', '/beacons', '/ground_truth', '/tf', '/pose', '/status', '/particles'):
             self.assertGreater(counts.get(topic, 0), 0, f'{topic} in {counts}')
         self.assertGreater(counts['/pose'], 400)
@@ -85,9 +82,9 @@ class LaunchFiles(InFolder):
         self.run_in_folder('rosrun', 'pf_resampling', 'run_bag', 'beacon_mcl', 'drive.bag', 'made.bag')
         done = self.roslaunch('beacon_mcl.launch', 'bag:=made.bag', 'rate:=15', 'rviz:=false', 'record:=second.bag',
                               'stop_with_bag:=true')
-        self.assertTrue(os.path.exists(self.path('second.bag')), done.stdout)
+        self.assertTrue((self.shared / 'second.bag').exists(), done.stdout)
         callers, frames = {}, set()
-        with rosbag.Bag(self.path('second.bag')) as bag:
+        with rosbag.Bag(str(self.shared / 'second.bag')) as bag:
             for topic, message, _, header in bag.read_messages(return_connection_header=True):
                 caller = header['callerid']
                 caller = caller.decode() if isinstance(caller, bytes) else caller
@@ -106,7 +103,7 @@ class LaunchFiles(InFolder):
         # The bag is played under that name, and the node listens to it.
         self.roslaunch('beacon_mcl.launch', 'bag:=drive.bag', 'rate:=30', 'rviz:=false', 'record:=vesc.bag',
                        'stop_with_bag:=true', 'odom:=/vesc/odom')
-        self.assertGreater(counts_of(self.path('vesc.bag')).get('/pose', 0), 400)
+        self.assertGreater(counts_of(self.shared / 'vesc.bag').get('/pose', 0), 400)
 
     def test_the_example_beside_other_packages(self):
         parameters = os.path.join(PACKAGE, 'config', 'fastslam.yaml')

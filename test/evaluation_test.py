@@ -122,9 +122,6 @@ class Paths(unittest.TestCase):
         alignment, errors = evaluate_aligned_path(truth, elsewhere, 0.1)
         self.assert_near(alignment, paths.inverse(FRAME), 1e-7)
         self.assert_near(errors['max'], 0.0)
-        # A symmetric cross whose arms are .1 m too long: neither turn nor shift helps.
-        cross = Path(np.arange(4.0), np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]))
-        self.assert_near(evaluate_aligned_path(cross, Path(cross.time, 1.1 * cross.pose), 0.0)[1]['mean'], 0.1)
 
     def test_directions_of_travel_follow_a_circle_and_hold_while_the_robot_stands(self):
         angle = np.linspace(0.0, 2 * np.pi, 2001)

@@ -19,7 +19,6 @@ LINE = "text files of TU Chemnitz (Labyrinth, UWB)"
 HELP = """Makes a bag of a directory with one file *Input.txt (lines range2 and
 odom2diff) and, if there is truth, one *GT.txt (lines point2)."""
 INPUT = "DIRECTORY"
-OPTIONS = {}
 EXAMPLES = ("labyrinth labyrinth_uwb labyrinth.bag",)
 
 

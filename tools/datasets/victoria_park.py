@@ -23,7 +23,6 @@ HELP = """Makes a bag of a directory with time.txt, speed.txt, steering.txt,
 lasersampling.txt, ObservationDistance.txt, ObservationAngle.txt and, if there
 is truth, aa3_gpsx.mat. base_link is the middle of the rear axle."""
 INPUT = "DIRECTORY"
-OPTIONS = {}
 EXAMPLES = ("victoria_park victoria_park victoria_park.bag",)
 
 SECONDS_PER_UNIT = 1e-3  # all times are in ms

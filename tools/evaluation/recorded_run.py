@@ -211,8 +211,6 @@ class RecordedRun:
 
 def truth_while_recording(truth, odometry):
     """A reference that was switched on earlier, or off later, is nothing a filter can be judged by."""
-    if odometry is None:
-        return truth
     part = truth.part((truth.time >= odometry.time[0]) & (truth.time <= odometry.time[-1]))
     if not len(part):
         raise Error(f"no pose of the ground truth lies in the time of the odometry ({odometry.time[0]:.6f} to "
