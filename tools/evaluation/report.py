@@ -190,6 +190,6 @@ def picture_of(bag, run, found=None, clip=0.0):
         alignment = found.alignment if found.map is None or found.map[2] is None else found.map[2]
         picture.run = replace(run, estimate=moved(run.estimate, found.alignment), map=maps.moved(run.map, alignment))
         picture.errors, picture.estimate = evaluate_path(run.truth, picture.run.estimate, clip), "estimate, laid on the truth"
-    errors = [("mean Cartesian error", picture.errors)] + [("of dead reckoning", found.dead_reckoning)] * bool(found.dead_reckoning)
-    picture.title += "\n" + ", ".join(f"{name} {each.figures['cartesian']['mean']:.3g} m" for name, each in errors)
+    errors = [(picture.estimate, picture.errors)] + [("dead reckoning", found.dead_reckoning)] * bool(found.dead_reckoning)
+    picture.title += "\nmean Cartesian error: " + "; ".join(f"{name} {each.figures['cartesian']['mean']:.3g} m" for name, each in errors)
     return picture
