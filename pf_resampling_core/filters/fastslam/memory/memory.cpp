@@ -26,7 +26,8 @@ constexpr std::size_t kMostPast = 40;
 constexpr int kMostUndecided = 500;          // updates without a solution, without ids
 constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
 // Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
-// one time to the next: their number grows with its logarithm. Of a large map half as many.
+// one time to the next: their number grows with its logarithm. Of so many landmarks half as many,
+// of twice as many a third, and so on.
 constexpr std::size_t kMostPassages = 8;
 constexpr std::size_t kMostWindows = 4;
 constexpr std::size_t kMostOfWindow = 30;  // landmarks
@@ -500,7 +501,8 @@ void Memory::validate(double robust_width) {
   const SegmentGraph& graph = state_.graph;
   const bool are_windows_left = state_.windows_validated < state_.validated;
   const bool is_due = state_.time >= (1.0 + kValidationStride) * state_.validated;
-  const bool is_large = graph.landmarks.size() > kManyLandmarks;
+  const std::size_t parts = 1 + graph.landmarks.size() / kManyLandmarks;
+  const bool is_large = parts > 1;
   if (equations_ == nullptr || !(is_due || are_windows_left)) return;
   std::vector<LeftOutSightings> passages, windows;
   if (are_windows_left || !is_large) {
@@ -512,10 +514,10 @@ void Memory::validate(double robust_width) {
     state_.validated = state_.time;
   }
   if (passages.empty() && windows.empty()) return;
-  const std::size_t parts = is_large ? 2 : 1;
-  keep_evenly(kMostPassages / parts, &passages);
-  keep_evenly(kMostWindows / parts, &windows);
-  for (LeftOutSightings& window : windows) keep_evenly(kMostOfWindow / parts, &window.groups);
+  const auto share = [&](std::size_t most) { return std::max<std::size_t>(1, most / parts); };
+  keep_evenly(share(kMostPassages), &passages);
+  keep_evenly(share(kMostWindows), &windows);
+  for (LeftOutSightings& window : windows) keep_evenly(share(kMostOfWindow), &window.groups);
   append_newest(predict(graph, robust_width, passages), &state_.passages);
   append_newest(predict(graph, robust_width, windows), &state_.windows);
   const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(graph));
