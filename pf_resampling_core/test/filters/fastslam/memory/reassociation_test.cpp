@@ -318,6 +318,7 @@ TEST(Reassociation, JoinsByTheOddsOfOneLandmarkAgainstTwo) {
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.06}}, covariance, {}).found({1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, 1e4 * covariance, {}).found({1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {{0, 1}}).found({1}).pairs.empty());
+  EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {{0, 1}}).found({0, 1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {}).found({}).pairs.empty());
 }
 
