@@ -318,7 +318,10 @@ TEST(Reassociation, JoinsByTheOddsOfOneLandmarkAgainstTwo) {
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.06}}, covariance, {}).found({1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, 1e4 * covariance, {}).found({1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {{0, 1}}).found({1}).pairs.empty());
-  EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {{0, 1}}).found({0, 1}).pairs.empty());
+  // Nor if each may be a third, which is far away.
+  const Eigen::MatrixXd of_three = 1e-4 * Eigen::MatrixXd::Identity(6, 6);
+  const Row three({{4.0, 0.0}, {4.0, 0.02}, {7.0, 0.0}}, of_three, {{0, 1}});
+  EXPECT_TRUE(three.found({0, 1}).pairs.empty());
   EXPECT_TRUE(Row({{4.0, 0.0}, {4.0, 0.02}}, covariance, {}).found({}).pairs.empty());
 }
 
