@@ -45,6 +45,18 @@ TEST(CrossValidation, FindsTheNoiseOfMotions) {
   EXPECT_NEAR(scales.motion, 2.0, 0.15);
 }
 
+// Of a hundred blocks the mean square has a relative standard error of a tenth: what is a twentieth
+// too large may be chance, what is a third too large is not.
+TEST(CrossValidation, WhatMayBeChanceIsNoNoise) {
+  const auto scale_of = [](double square) {
+    std::vector<PredictedBlock> blocks = errors(100, 1.0, 1.0, 1);
+    for (PredictedBlock& block : blocks) block[0].error.setConstant(std::sqrt(square));
+    return noise_scales(blocks, {}).range;
+  };
+  EXPECT_EQ(scale_of(1.05), 1.0);
+  EXPECT_GT(scale_of(1.33), 1.05);
+}
+
 TEST(CrossValidation, NothingIsLearntFromNothing) {
   const NoiseScales none = noise_scales({}, {});
   EXPECT_EQ(none.range, 1.0);
