@@ -202,6 +202,16 @@ void BeaconMclPipeline::note_findings(ros::Time stamp) {
   odometry_findings_.clear();
   if (memory == nullptr) return findings_.clear();
   note_odometry_scales(stamp, *memory);
+  for (const RangeSlip& slip : memory->slips()) {
+    Finding finding;
+    finding.kind = FindingKind::wheels_slipped;
+    finding.begin = stamp.toSec() - memory->time() + slip.begin;
+    finding.end = stamp.toSec() - memory->time() + slip.end;
+    finding.place = {slip.pose.x, slip.pose.y};
+    finding.size = slip.size;
+    finding.probability = 1.0;
+    odometry_findings_.push_back(finding);
+  }
   for (const RadioKnowledge& radio : memory->radios()) {
     const std::string remark = remark_on(radio, filter_->beacons());
     if (remark.empty()) {
@@ -252,6 +262,7 @@ void BeaconMclPipeline::add_health(HealthInputs* inputs) const {
                                                 filter_->found_beacons().size() >= kFewestBeacons
                                           : memory->are_judged();
     if (!is_known) inputs->position_unknown = 1.0;
+    inputs->is_contradicted = memory->has_slipped();
     // Another one may explain the ranges of the next seconds better.
     const bool is_new = std::any_of(findings_.begin(), findings_.end(), [&](const auto& finding) {
       return last_observation_.toSec() - finding.second.begin < kNewFinding;

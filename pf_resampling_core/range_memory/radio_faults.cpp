@@ -282,7 +282,8 @@ void RangeMemory::leave_out(int radio) {
 bool RangeMemory::try_gross_odometry() {
   const RangeMode& mode = modes_.front();
   const bool is_doubtful = std::max(noise_.translation, noise_.heading) > kDoubtfulNoise ||
-                           has_fault(mode) || !explains_newest();
+                           has_fault(mode) || has_slipped_since(times_.front()) ||
+                           !explains_newest();
   const bool is_known = mode.past || odometry_factors_ != OdometryFactors{};
   if (!is_doubtful || is_known || time_ > kRigid || beacons_.size() < 2) return false;
   const RangeMode listed = as_listed();

@@ -207,7 +207,7 @@ class Elimination {
                     estimate.keyframes[at + 1], estimate.constants);
     const double slip = motion.value.head<3>().squaredNorm() / kMotionTail;
     cost_ += 0.5 * (kMotionTail * std::log1p(slip) + motion.value[3] * motion.value[3]);
-    log_normalizers_ += log_normalizer_of_motion_;
+    log_normalizers_ += log_normalizer_of_motion_ - motion.log_slip;
     const double root_weight = 1.0 / std::sqrt(1.0 + slip);
     motion.value.head<3>() *= root_weight;
     motion.by_from.topRows<3>() *= root_weight;
@@ -476,17 +476,20 @@ HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise
       -stretch * sine, stretch * cosine, 0.0,      //
       0.0, 0.0, 1.0 + turn_scale;
   const Eigen::Vector3d factors(noise.translation, noise.translation, noise.heading);
-  const Eigen::Matrix3d covariance =
+  const Eigen::Matrix3d sound =
       factors.asDiagonal() *
-          (motion.covariance + kLeastSigma * kLeastSigma * Eigen::Matrix3d::Identity()) *
-          factors.asDiagonal() +
-      motion.slip_covariance;
-  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+      (motion.covariance + kLeastSigma * kLeastSigma * Eigen::Matrix3d::Identity()) *
+      factors.asDiagonal();
+  const Eigen::LLT<Eigen::Matrix3d> root(sound + motion.slip_covariance);
   const auto whitened = [&](auto matrix) {
     root.matrixL().solveInPlace(matrix);
     return matrix;
   };
   HeldMotionResidual residual;
+  if (!motion.slip_covariance.isZero()) {
+    residual.log_slip =
+        std::log(root.matrixLLT().diagonal().prod()) - 0.5 * std::log(sound.determinant());
+  }
   residual.value.head<3>() = whitened(difference);
   residual.by_from.setZero();
   residual.by_to.setZero();

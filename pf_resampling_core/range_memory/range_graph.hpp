@@ -171,6 +171,7 @@ struct HeldMotionResidual {
   Eigen::Matrix4d by_from;
   Eigen::Matrix4d by_to;
   Eigen::Matrix<double, 4, 2> by_scales;
+  double log_slip = 0.0;  ///< logarithm of the factor by which slip widens the deviations, in all
 };
 HeldMotionResidual residual_of(const OdometryIncrement& motion, const RangeNoise& noise,
                                double yaw_rate_walk, const KeyframeState& from,

@@ -22,6 +22,7 @@ constexpr double kNoisePerDistance = 0.05;  // m/sqrt(m), of the odometry
 constexpr double kShareOfRangeNoise = 0.5;
 constexpr double kTurn = 0.4;           // rad
 constexpr double kDuration = 2.0;       // s
+constexpr double kSlipDuration = 0.3;   // s, while wheels slip
 constexpr double kStandingTurn = 0.05;  // rad, that a gyro drifts in that time
 
 // A radio stands no higher than this share of the listed ones' area is long, as a rule.
@@ -246,8 +247,10 @@ void RangeMemory::add(const OdometryIncrement& odometry,
   join(without_factors(odometry), &pending_);
   time_ += odometry.duration;
   if (ranges.empty()) return;
-  const bool moved = std::hypot(pending_.mean.x, pending_.mean.y) > spacing() ||
-                     std::abs(pending_.mean.heading) > kTurn || pending_.duration > kDuration;
+  const bool moved =
+      std::hypot(pending_.mean.x, pending_.mean.y) > spacing() ||
+      std::abs(pending_.mean.heading) > kTurn || pending_.duration > kDuration ||
+      (pending_.duration > kSlipDuration && (has_slipped() || contradicts_odometry()));
   if (moved && has_begun()) add_keyframe();
   for (const RangeObservation& observation : ranges) {
     const std::optional<int> number = radio_of(observation.beacon);

@@ -120,6 +120,13 @@ struct RangeInnovation {
   double sigma = 0.0;  ///< m, expected standard deviation
 };
 
+/// Wheels that slipped, or a robot that was carried.
+struct RangeSlip {
+  double begin = 0.0, end = 0.0;  ///< s, from the first odometry
+  double size = 0.0;              ///< m, error of the odometry in that time
+  Pose2 pose;                     ///< where it began
+};
+
 /// All ranges and odometry of a drive, and what least squares says of them: path, scale and bias of
 /// the radios, places of those that are not listed, errors of the odometry and of the antenna's
 /// place, and which radio is not as listed. One graph for listed and other radios: a place is an
@@ -146,6 +153,12 @@ class RangeMemory {
   /// Whether the best mode explains most ranges of the last ten seconds: false after the robot was
   /// carried off.
   bool explains_newest() const;
+  /// Whether the newest ranges, of more radios than one, do not fit where the odometry leads.
+  bool contradicts_odometry() const;
+  /// Whether the wheels slipped within the last seconds.
+  bool has_slipped() const;
+  /// In what graph() holds.
+  std::vector<RangeSlip> slips() const;
 
   /// solve_all() if it is due, else follow(). True if it was due.
   bool solve();
@@ -261,6 +274,10 @@ class RangeMemory {
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(RangeMode* mode);
   bool try_gross_odometry();
+  void try_slip();
+  bool has_slipped_since(double begin) const;
+  bool take_newest_for(bool slipping, double span);
+  Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& motion) const;
   static bool are_at_one_place(const RangeMode& a, const RangeMode& b);
   static double median_of(std::vector<double> values);
   double residual_in(const RangeMode& mode, std::size_t keyframe, const HeldRange& range) const;
@@ -287,6 +304,8 @@ class RangeMemory {
   void forget(int radio);
   bool are_listed() const;
   int newest_keyframes() const;
+  static int first_that_moves(const RangeMode& mode);
+  void solve_newest(RangeMode* mode) const;
   void settle(RangeMode* mode) const;
   bool solved(int iterations, RangeMode* mode,
               double least_evidence = -std::numeric_limits<double>::infinity()) const;

@@ -257,24 +257,36 @@ bool RangeMemory::is_due() const {
          time_ >= next_solution_of_all_ || newest_change();
 }
 
-// A robot that stood has any heading: least squares from one of them would end anywhere.
+// A robot that stood has any heading: least squares from one of them would end anywhere. One whose
+// wheels slipped may have turned, but the drive before is known.
 bool RangeMemory::may_head_anywhere() const {
   return modes_.front().belief.is_usable &&
-         modes_.front().belief.covariance(2, 2) > kAnywhere * kAnywhere;
+         modes_.front().belief.covariance(2, 2) > kAnywhere * kAnywhere &&
+         !(has_slipped_since(times_.front()) && explains_newest());
+}
+
+// Keyframe.
+int RangeMemory::first_that_moves(const RangeMode& mode) {
+  return mode.settled ? mode.settled->keyframe : 0;
+}
+
+void RangeMemory::solve_newest(RangeMode* mode) const {
+  mode->belief = pf_resampling::solve(graph_, mode->prior, noise_, kIterations, kToleranceOfNewest,
+                                      mode->settled ? mode->settled : mode->past, &mode->estimate);
 }
 
 bool RangeMemory::follow() {
   for (RangeMode& mode : modes_) {
-    const std::optional<RangePast>& past = mode.settled ? mode.settled : mode.past;
-    if (graph_.keyframes() - (past ? past->keyframe : 0) > 2 * newest_keyframes()) {
+    if (graph_.keyframes() - first_that_moves(mode) > 2 * newest_keyframes()) {
       settle(&mode);
-      continue;
+    } else {
+      solve_newest(&mode);
     }
-    mode.belief = pf_resampling::solve(graph_, mode.prior, noise_, kIterations, kToleranceOfNewest,
-                                       past, &mode.estimate);
   }
   weigh_modes();
-  return !modes_.empty();
+  if (modes_.empty()) return false;
+  try_slip();
+  return true;
 }
 
 void RangeMemory::solve_all() {
@@ -284,6 +296,7 @@ void RangeMemory::solve_all() {
   for (RangeMode& mode : modes_) solved(kIterations, &mode);
   weigh_modes();
   if (modes_.empty()) return;
+  try_slip();
   let_radios_enter(&modes_.front());
   // The evidence of fewer ranges is no evidence against more.
   modes_.erase(std::remove_if(modes_.begin() + 1, modes_.end(),

@@ -102,8 +102,10 @@ void BeaconMcl::solve_memory() {
     if (mode.probability < kLeastProbability) continue;
     const RangeMemory::Newest newest = memory_->newest(mode);
     const double variance = newest.covariance.topLeftCorner<2, 2>().trace();
+    // Wheels that slip may have turned the robot: its place is known.
+    const bool is_turned = newest.covariance(2, 2) > kLargestTurn * kLargestTurn;
     const bool is_sure = finds_beacons() || (variance < kLargestSigma * kLargestSigma &&
-                                             newest.covariance(2, 2) < kLargestTurn * kLargestTurn);
+                                             (!is_turned || memory_->has_slipped()));
     if (!newest.covariance.allFinite() || !is_sure) return;
     shares.push_back(mode.probability);
     modes.push_back(newest);

@@ -563,6 +563,40 @@ TEST(RangeMemory, WheelsThatMayHaveSlippedAreNotBelieved) {
   EXPECT_LT(drive.error(memory), 0.3);
 }
 
+// The slip that they look for takes a metre, or two seconds, to show.
+TEST(RangeMemory, FindsWhenTheWheelsSlipped) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, drive.beacons);
+  double largest = 0.0;
+  int steps = 0;
+  const auto take = [&](const OdometryIncrement& increment, const RangeObservation& range) {
+    memory.add(increment, {range});
+    if (++steps % 3 != 0) return;
+    memory.solve();
+    if (!memory.modes().empty() && steps > 100) largest = std::max(largest, drive.error(memory));
+  };
+  drive.drive(60.0, 4, take);
+  EXPECT_TRUE(memory.slips().empty());
+  const Pose2 before = drive.truth;
+  drive.distance_scale = 0.0;  // locked
+  drive.drive(8.0, 5, take);
+  EXPECT_TRUE(memory.has_slipped());
+  const Pose2 moved = relative(before, drive.truth);
+  drive.distance_scale = 1.0;
+  drive.drive(20.0, 6, take);
+  EXPECT_FALSE(memory.has_slipped());
+  ASSERT_EQ(memory.slips().size(), 1U);
+  const RangeSlip slip = memory.slips().front();
+  EXPECT_NEAR(slip.begin, 60.0, 2.5);
+  EXPECT_NEAR(slip.end, 68.0, 2.5);
+  EXPECT_NEAR(slip.size, std::hypot(moved.x, moved.y), 1.0);
+  EXPECT_LT(largest, 1.0);
+  EXPECT_LT(drive.error(memory), 0.2);
+  for (int id = 1; id <= 4; ++id) {
+    EXPECT_EQ(radio_of(memory.radios(), id).account, RadioAccount::as_listed) << "radio " << id;
+  }
+}
+
 // Along a hall, of which few are heard at a time.
 TEST(RangeMemory, MoreRadiosThanCanBeSolvedForAtOnce) {
   DriveAmongRadios drive;
