@@ -321,7 +321,7 @@ Eigen::Vector2d FastSlam::representative(int row, Eigen::Index heaviest) {
       }
     }
   }
-  return {landmark.x[holder], landmark.y[holder]};
+  return landmark.mean(holder);
 }
 
 }  // namespace pf_resampling

@@ -429,31 +429,27 @@ bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
   const auto share = [&](Eigen::Index i) {
     return total > 0.0 ? particles_.weight[i] / total : 1.0;
   };
-  const auto covariance = [&](Eigen::Index i) {
-    Eigen::Matrix2d matrix;
-    matrix << data.xx[i], data.xy[i], data.xy[i], data.yy[i];
-    return matrix;
-  };
   double shares = 0.0;
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
   double log_odds = 0.0;
   for (Eigen::Index i = first; i < count; ++i) {
     if (data.held[i] == 0) continue;
     shares += share(i);
-    offset += share(i) * Eigen::Vector2d(data.x[i] - data.x[first], data.y[i] - data.y[first]);
+    offset += share(i) * (data.mean(i) - data.mean(first));
     log_odds += share(i) * (data.log_odds[i] - data.log_odds[first]);
   }
   landmark->id = store_.birth(row);
   landmark->held = all_hold ? 1.0 : std::min(1.0, total);
-  landmark->mean = Eigen::Vector2d(data.x[first], data.y[first]) + offset / shares;
+  landmark->mean = data.mean(first) + offset / shares;
   landmark->log_odds = data.log_odds[first] + log_odds / shares;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (Eigen::Index i = first; i < count; ++i) {
     if (data.held[i] == 0) continue;
-    const Eigen::Vector2d deviation = Eigen::Vector2d(data.x[i], data.y[i]) - landmark->mean;
-    spread += share(i) * (covariance(i) - covariance(first) + deviation * deviation.transpose());
+    const Eigen::Vector2d deviation = data.mean(i) - landmark->mean;
+    spread += share(i) *
+              (data.covariance(i) - data.covariance(first) + deviation * deviation.transpose());
   }
-  landmark->covariance = covariance(first) + spread / shares;
+  landmark->covariance = data.covariance(first) + spread / shares;
   return true;
 }
 

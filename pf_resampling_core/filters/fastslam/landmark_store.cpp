@@ -1,12 +1,11 @@
 #include "pf_resampling_core/filters/fastslam/landmark_store.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
-#include <string>
 #include <utility>
 
-#include "pf_resampling_core/error.hpp"
-#include "pf_resampling_core/filters/fastslam/landmark_rows.hpp"
+#include "pf_resampling_core/population/vector_math.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -17,184 +16,123 @@ namespace {
 constexpr std::size_t kMostLogged = 1000;
 constexpr std::size_t kMostLoggedPerRow = 4;
 
-struct Row {
-  RowMemory memory;
-  std::int64_t birth = 0;
-  std::size_t version = 0;  // it has gone through so many of the logged selections
-  bool is_used = false;
-};
+PF_RESAMPLING_VECTOR_CLONES
+void gather(const double* __restrict from, const int* __restrict ancestors, int size,
+            double* __restrict out) {
+  for (int i = 0; i < size; ++i) out[i] = from[ancestors[i]];
+}
 
-bool is_identity(ConstIndices ancestors, int particles) {
-  if (ancestors.size() != particles) return false;
-  int differences = 0;
-  for (int i = 0; i < particles; ++i) differences += ancestors[i] != i ? 1 : 0;
-  return differences == 0;
+// Selection `first`, followed by `second`.
+PF_RESAMPLING_VECTOR_CLONES
+void compose(const int* __restrict first, const int* __restrict second, int size,
+             int* __restrict out) {
+  for (int i = 0; i < size; ++i) out[i] = first[second[i]];
+}
+
+// Room for a field of so many particles: fields a whole number of pages apart would compete for the
+// same places of the cache.
+Eigen::Index padded(int particles) {
+  constexpr Eigen::Index kPage = 4096 / sizeof(double);
+  const Eigen::Index size = (particles + 7) / 8 * 8;
+  return size % kPage == 0 ? size + 8 : size;
 }
 
 }  // namespace
 
-struct LandmarkStore::Implementation {
-  int particles = 0;
-  std::vector<Row> rows;
-  std::vector<int> free_rows;
-  std::vector<std::vector<int>> log;  // selections since all rows were up to date
-  RowMemory spare;                    // where the next gather goes
-  // The selections from number `from` on as one, up to now: rows that were seen together lag
-  // together.
-  std::vector<int> composed, longer;
-  std::size_t from = 0;
-
-  Row& at(int row) { return rows[static_cast<std::size_t>(row)]; }
-
-  void check_used(int row) const {
-    if (row < 0 || static_cast<std::size_t>(row) >= rows.size() ||
-        !rows[static_cast<std::size_t>(row)].is_used) {
-      throw Error("landmark store: row " + std::to_string(row) +
-                  " is not in use; use rows that add() gave and remove() did not take back");
-    }
-  }
-
-  void forget_composed() {
-    composed.resize(static_cast<std::size_t>(particles));
-    std::iota(composed.begin(), composed.end(), 0);
-    from = log.size();
-  }
-
-  void catch_up(Row* row) {
-    if (row->version == log.size()) return;
-    if (row->version > from) forget_composed();
-    while (from > row->version) {
-      compose(log[--from], composed, &longer);
-      composed.swap(longer);
-    }
-    gather(row->memory, composed, &spare);
-    std::swap(row->memory, spare);
-    row->version = log.size();
-  }
-
-  // The latest first, so that no composition is made twice.
-  void catch_up_all() {
-    std::vector<Row*> late;
-    for (Row& row : rows) {
-      if (row.is_used) late.push_back(&row);
-    }
-    std::sort(late.begin(), late.end(),
-              [](const Row* a, const Row* b) { return a->version > b->version; });
-    for (Row* row : late) {
-      catch_up(row);
-      row->version = 0;
-    }
-    log.clear();
-    forget_composed();
-  }
-};
-
-LandmarkStore::LandmarkStore(int particles) : implementation_(std::make_unique<Implementation>()) {
-  if (particles < 1) {
-    throw Error("landmark store: " + std::to_string(particles) +
-                " particles were asked for; ask for at least 1");
-  }
-  implementation_->particles = particles;
-  implementation_->forget_composed();
-}
-LandmarkStore::~LandmarkStore() = default;
-LandmarkStore::LandmarkStore(const LandmarkStore& other)
-    : implementation_(std::make_unique<Implementation>()) {
-  Implementation& from = *other.implementation_;
-  from.catch_up_all();
-  implementation_->particles = from.particles;
-  implementation_->rows = from.rows;
-  implementation_->free_rows = from.free_rows;
-  implementation_->forget_composed();
-}
-LandmarkStore& LandmarkStore::operator=(const LandmarkStore& other) {
-  return *this = LandmarkStore(other);
-}
-LandmarkStore::LandmarkStore(LandmarkStore&&) noexcept = default;
-LandmarkStore& LandmarkStore::operator=(LandmarkStore&&) noexcept = default;
-
-int LandmarkStore::particles() const {
-  return implementation_->particles;
+void LandmarkStore::forget_composed() {
+  composed_.resize(static_cast<std::size_t>(particles_));
+  std::iota(composed_.begin(), composed_.end(), 0);
+  from_ = log_.size();
 }
 
-int LandmarkStore::rows() const {
-  return static_cast<int>(implementation_->rows.size());
+void LandmarkStore::catch_up(Row* row) {
+  if (row->version == log_.size()) return;
+  if (row->version > from_) forget_composed();
+  while (from_ > row->version) {
+    std::vector<int> longer(composed_.size());
+    compose(log_[--from_].data(), composed_.data(), particles_, longer.data());
+    composed_.swap(longer);
+  }
+  Eigen::ArrayXXd fields(padded(particles_), kFields);
+  for (Eigen::Index f = 0; f < kFields; ++f) {
+    gather(row->fields.col(f).data(), composed_.data(), particles_, fields.col(f).data());
+  }
+  row->fields.swap(fields);
+  std::vector<std::uint8_t> held;
+  for (const int ancestor : composed_)
+    held.push_back(row->held[static_cast<std::size_t>(ancestor)]);
+  row->held.swap(held);
+  row->version = log_.size();
 }
 
-bool LandmarkStore::is_used(int row) const {
-  return row >= 0 && row < rows() && implementation_->at(row).is_used;
+// The latest first, so that no composition is made twice.
+void LandmarkStore::catch_up_all() {
+  std::vector<Row*> late;
+  for (Row& row : rows_) {
+    if (row.is_used) late.push_back(&row);
+  }
+  std::sort(late.begin(), late.end(),
+            [](const Row* a, const Row* b) { return a->version > b->version; });
+  for (Row* row : late) {
+    catch_up(row);
+    row->version = 0;
+  }
+  log_.clear();
+  forget_composed();
 }
 
 int LandmarkStore::add(std::int64_t birth) {
-  Implementation& store = *implementation_;
-  if (store.free_rows.empty()) {
-    store.rows.emplace_back();
-    store.free_rows.push_back(rows() - 1);
+  if (free_rows_.empty()) {
+    rows_.emplace_back();
+    free_rows_.push_back(rows() - 1);
   }
-  const int row = store.free_rows.back();
-  store.free_rows.pop_back();
-  Row& added = store.at(row);
-  added.memory.fit(store.particles);
-  added.birth = birth;
-  added.version = store.log.size();
-  added.is_used = true;
+  const int row = free_rows_.back();
+  free_rows_.pop_back();
+  at(row) = {Eigen::ArrayXXd::Zero(padded(particles_), kFields),
+             std::vector<std::uint8_t>(static_cast<std::size_t>(particles_), 0), birth, log_.size(),
+             true};
   return row;
 }
 
 void LandmarkStore::remove(int row) {
-  Implementation& store = *implementation_;
-  store.check_used(row);
-  store.at(row) = Row{};
-  store.free_rows.push_back(row);
-}
-
-std::int64_t LandmarkStore::birth(int row) const {
-  implementation_->check_used(row);
-  return implementation_->at(row).birth;
+  at(row) = Row{};
+  free_rows_.push_back(row);
 }
 
 LandmarkRow LandmarkStore::row(int row) {
-  Implementation& store = *implementation_;
-  store.check_used(row);
-  store.catch_up(&store.at(row));
-  RowMemory& memory = store.at(row).memory;
-  return {memory.field(RowMemory::x),
-          memory.field(RowMemory::y),
-          memory.field(RowMemory::xx),
-          memory.field(RowMemory::xy),
-          memory.field(RowMemory::yy),
-          memory.field(RowMemory::log_odds),
-          memory.held()};
+  catch_up(&at(row));
+  Eigen::ArrayXXd& fields = at(row).fields;
+  return {fields.col(kX).data(),  fields.col(kY).data(),  fields.col(kXx).data(),
+          fields.col(kXy).data(), fields.col(kYy).data(), fields.col(kLogOdds).data(),
+          at(row).held.data()};
 }
 
 void LandmarkStore::select(ConstIndices ancestors) {
-  Implementation& store = *implementation_;
-  if (ancestors.size() < 1) {
-    throw Error("landmark store: no ancestors were given; give one per particle");
-  }
-  for (Eigen::Index i = 0; i < ancestors.size(); ++i) {
-    if (ancestors[i] < 0 || ancestors[i] >= store.particles) {
-      throw Error("landmark store: ancestor " + std::to_string(ancestors[i]) + " of slot " +
-                  std::to_string(i) + " is none of the " + std::to_string(store.particles) +
-                  " particles");
-    }
-  }
-  if (is_identity(ancestors, store.particles)) return;
-  store.particles = static_cast<int>(ancestors.size());
-  store.log.emplace_back(ancestors.data(), ancestors.data() + ancestors.size());
-  store.forget_composed();
-  if (store.log.size() >= std::min(kMostLogged, kMostLoggedPerRow * store.rows.size())) {
-    store.catch_up_all();
-  }
+  const auto size = static_cast<int>(ancestors.size());
+  const bool is_identity =
+      size == particles_ && (ancestors == Eigen::ArrayXi::LinSpaced(size, 0, size - 1)).all();
+  if (is_identity) return;
+  particles_ = size;
+  log_.emplace_back(ancestors.data(), ancestors.data() + size);
+  forget_composed();
+  if (log_.size() >= std::min(kMostLogged, kMostLoggedPerRow * rows_.size())) catch_up_all();
 }
 
 void LandmarkStore::blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment) {
-  Implementation& store = *implementation_;
-  check_pairs(pairs, store.particles);
   if (pairs.empty()) return;
-  store.catch_up_all();
-  for (Row& row : store.rows) {
-    if (row.is_used) pf_resampling::blend(pairs, treatment, &row.memory);
+  catch_up_all();
+  for (Row& row : rows_) {
+    const auto is_held = [&](int i) { return row.held[static_cast<std::size_t>(i)] != 0; };
+    if (!row.is_used) continue;
+    std::vector<BlendPair> both;
+    std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(both),
+                 [&](const BlendPair& pair) { return is_held(pair.low) && is_held(pair.high); });
+    auto x = row.fields.col(kX), y = row.fields.col(kY);
+    blend_covariances(both, treatment, x, x, row.fields.col(kXx));
+    blend_covariances(both, treatment, x, y, row.fields.col(kXy));
+    blend_covariances(both, treatment, y, y, row.fields.col(kYy));
+    blend_means(both, x);
+    blend_means(both, y);
   }
 }
 

@@ -28,13 +28,10 @@ std::optional<HeldLandmark> held_landmark(const LandmarkRow& row, const Eigen::A
   for (Eigen::Index i = 0; i < weight.size(); ++i) {
     if (row.held[i] == 0) continue;
     held += weight[i];
-    landmark.mean += weight[i] * Eigen::Vector2d(row.x[i], row.y[i]);
-    landmark.within(0, 0) += weight[i] * row.xx[i];
-    landmark.within(1, 0) += weight[i] * row.xy[i];
-    landmark.within(1, 1) += weight[i] * row.yy[i];
+    landmark.mean += weight[i] * row.mean(i);
+    landmark.within += weight[i] * row.covariance(i);
   }
   if (held < 0.5) return std::nullopt;
-  landmark.within(0, 1) = landmark.within(1, 0);
   landmark.mean /= held;
   landmark.within /= held;
   return landmark;
@@ -83,9 +80,7 @@ PoseEstimate FastSlam::place() {
     of_maps += by_landmark * landmark.within * by_landmark.transpose();
     for (Eigen::Index i = 0; i < count; ++i) {
       if (landmark.row.held[i] == 0) continue;
-      const Eigen::Vector2d moved(landmark.row.x[i] - landmark.mean.x(),
-                                  landmark.row.y[i] - landmark.mean.y());
-      left.row(i) -= (by_landmark * moved).transpose().array();
+      left.row(i) -= (by_landmark * (landmark.row.mean(i) - landmark.mean)).transpose().array();
     }
   }
   PoseEstimate place;

@@ -142,11 +142,8 @@ bool FastSlam::start_past() {
     Eigen::Matrix2d own = kSmallestSigma * kSmallestSigma * Eigen::Matrix2d::Identity();
     for (Eigen::Index i = 0; i < count; ++i) {
       if (map.held[i] == 0) continue;
-      deviations(at, i) = map.x[i] - landmarks[l].x();
-      deviations(at + 1, i) = map.y[i] - landmarks[l].y();
-      Eigen::Matrix2d covariance_of_one;
-      covariance_of_one << map.xx[i], map.xy[i], map.xy[i], map.yy[i];
-      own += weights[i] * covariance_of_one;
+      deviations.block<2, 1>(at, i) = map.mean(i) - landmarks[l];
+      own += weights[i] * map.covariance(i);
     }
     covariance.block<2, 2>(at, at) = own;
   }
@@ -345,19 +342,12 @@ void FastSlam::redraw_maps(int size, const MemoryDraw& drawn) {
       ++status_.landmarks;
     }
     const Eigen::Vector2d& mean = graph.landmarks[l];
-    const Eigen::Matrix2d& covariance = drawn.landmarks_given_path[l];
     const LandmarkRow landmark = store_.row(row_of[l]);
     const Eigen::ArrayX2d places =
         places_of(mean, drawn.deviations.middleCols<2>(2 * static_cast<Eigen::Index>(l)),
                   graph.newest(), drawn.deviations.rightCols<3>());
     for (Eigen::Index i = 0; i < size; ++i) {
-      landmark.x[i] = places(i, 0);
-      landmark.y[i] = places(i, 1);
-      landmark.xx[i] = covariance(0, 0);
-      landmark.xy[i] = covariance(0, 1);
-      landmark.yy[i] = covariance(1, 1);
-      landmark.log_odds[i] = log_odds[l];
-      landmark.held[i] = 1;
+      landmark.put(i, places.row(i).transpose(), drawn.landmarks_given_path[l], log_odds[l]);
     }
     index_.place(row_of[l], mean);
   }

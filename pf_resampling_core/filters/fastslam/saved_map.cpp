@@ -27,23 +27,6 @@ Eigen::Matrix3d without_rounding(const Eigen::Matrix3d& covariance) {
   return difference <= kRounding * covariance.cwiseAbs().maxCoeff() ? symmetric : covariance;
 }
 
-Eigen::Matrix2d covariance_of(const LandmarkRow& row, Eigen::Index particle) {
-  Eigen::Matrix2d covariance;
-  covariance << row.xx[particle], row.xy[particle], row.xy[particle], row.yy[particle];
-  return covariance;
-}
-
-void put(std::int64_t particle, const Eigen::Vector2d& mean, const Eigen::Matrix2d& covariance,
-         double log_odds, const LandmarkRow& row) {
-  row.x[particle] = mean.x();
-  row.y[particle] = mean.y();
-  row.xx[particle] = covariance(0, 0);
-  row.xy[particle] = covariance(0, 1);
-  row.yy[particle] = covariance(1, 1);
-  row.log_odds[particle] = log_odds;
-  row.held[particle] = 1;
-}
-
 // What load() puts into the filter for the maps of all particles.
 struct LoadedMaps {
   explicit LoadedMaps(int particles) : store(particles) {}
@@ -68,7 +51,7 @@ LoadedMaps shared_maps(const SavedMap& map, int particles) {
     if (estimate.held < kHeldEnough) continue;
     const LandmarkRow row = maps.add(estimate.id, estimate.mean);
     for (int i = 0; i < particles; ++i) {
-      put(i, estimate.mean, estimate.covariance, estimate.log_odds, row);
+      row.put(i, estimate.mean, estimate.covariance, estimate.log_odds);
     }
   }
   return maps;
@@ -96,8 +79,8 @@ LoadedMaps own_maps(const SavedMap& map) {
   auto number = numbers.begin();
   for (std::size_t i = 0; i < map.particle_maps.size(); ++i) {
     for (const ParticleLandmark& landmark : map.particle_maps[i]) {
-      put(static_cast<std::int64_t>(i), landmark.mean, landmark.covariance, landmark.log_odds,
-          rows[*number++]);
+      rows[*number++].put(static_cast<Eigen::Index>(i), landmark.mean, landmark.covariance,
+                          landmark.log_odds);
     }
   }
   return maps;
@@ -176,8 +159,7 @@ SavedMap saved_map(FastSlam* filter, int particles) {
       const Eigen::Index from = chosen[i];
       if (data.held[from] == 0) continue;
       map.particle_maps[static_cast<std::size_t>(i)].push_back(
-          {landmark.estimate.id, Eigen::Vector2d(data.x[from], data.y[from]),
-           covariance_of(data, from), data.log_odds[from]});
+          {landmark.estimate.id, data.mean(from), data.covariance(from), data.log_odds[from]});
     }
   }
   return map;

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/test/filters/fastslam/eager_landmark_store.hpp"
 
 namespace pf_resampling {
@@ -208,13 +207,6 @@ class LandmarkStoreTest : public testing::Test {
     return number;
   }
 
-  static Eigen::ArrayXi indices(std::initializer_list<int> values) {
-    Eigen::ArrayXi result(static_cast<Eigen::Index>(values.size()));
-    Eigen::Index i = 0;
-    for (const int value : values) result[i++] = value;
-    return result;
-  }
-
   static std::vector<double> x_of(LandmarkStore* store, int number) {
     const LandmarkRow row = store->row(number);
     return {row.x, row.x + store->particles()};
@@ -261,26 +253,6 @@ TEST_F(LandmarkStoreTest, RowsDoNotMoveUntilThePopulationChanges) {
   for (int i = 0; i < 100; ++i) add_numbered(&store);
   EXPECT_EQ(store.row(first).x, row.x);
   EXPECT_EQ(store.row(first).held, row.held);
-  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(row.y) % 64, 0u);
-}
-
-TEST_F(LandmarkStoreTest, ErrorsChangeNothing) {
-  EXPECT_THROW(LandmarkStore(0), Error);
-  LandmarkStore store(3);
-  const int row = add_numbered(&store);
-  EXPECT_THROW(store.row(1), Error);
-  EXPECT_THROW(store.row(-1), Error);
-  EXPECT_THROW(store.birth(1), Error);
-  EXPECT_THROW(store.remove(1), Error);
-  EXPECT_THROW(store.select(indices({0, 3, 1})), Error);
-  EXPECT_THROW(store.select(indices({0, -1, 1})), Error);
-  EXPECT_THROW(store.select(Eigen::ArrayXi()), Error);
-  EXPECT_THROW(store.blend({{0, 3, 0.5}}, CovarianceTreatment::keep), Error);
-  EXPECT_THROW(store.blend({{0, 1, 0.5}, {1, 2, 0.5}}, CovarianceTreatment::keep), Error);
-  EXPECT_EQ(x_of(&store, row), (Values{0, 1, 2}));
-  store.remove(row);
-  EXPECT_THROW(store.row(row), Error);
-  EXPECT_THROW(store.remove(row), Error);
 }
 
 }  // namespace
