@@ -20,6 +20,15 @@
 #define PF_RESAMPLING_VECTOR_CLONES
 #endif
 
+/// Put before a loop over particles, each of which reads and writes its own entries alone.
+#if defined(__clang__)
+#define PF_RESAMPLING_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define PF_RESAMPLING_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define PF_RESAMPLING_INDEPENDENT
+#endif
+
 #define PF_RESAMPLING_INLINE inline __attribute__((always_inline))
 
 namespace pf_resampling {

@@ -100,13 +100,27 @@ PF_RESAMPLING_INLINE double log_likelihood_of(double distance, double determinan
   return -0.5 * distance - 0.5 * log_vector(determinant) - kLogTwoPi;
 }
 
+// Square root of a pivot and its inverse; both zero where rounding has left nothing or less.
+PF_RESAMPLING_INLINE void pivot(double value, double* root, double* inverse) {
+  constexpr double kNothing = 1e-18;
+  const bool some = value > kNothing;
+  const double r = std::sqrt(some ? value : 1.0);
+  *root = some ? r : 0.0;
+  *inverse = some ? 1.0 / r : 0.0;
+}
+
+}  // namespace
+
 PF_RESAMPLING_VECTOR_CLONES
-void predict_clones(const double* __restrict mean_x, const double* __restrict mean_y,
-                    const double* __restrict mean_heading, const double q[6], std::int64_t count,
-                    double* __restrict x, double* __restrict y, double* __restrict heading,
-                    double* __restrict xx, double* __restrict xy, double* __restrict xh,
-                    double* __restrict yy, double* __restrict yh, double* __restrict hh) {
-  const double qxx = q[0], qxy = q[1], qxh = q[2], qyy = q[3], qyh = q[4], qhh = q[5];
+void predict(const Eigen::ArrayXXd& motion, const Eigen::Matrix3d& covariance, std::int64_t count,
+             const PoseGaussians& pose) {
+  const auto [x, y, heading, xx, xy, xh, yy, yh, hh] = pose;
+  const double* const mean_x = motion.col(0).data();
+  const double* const mean_y = motion.col(1).data();
+  const double* const mean_heading = motion.col(2).data();
+  const double qxx = covariance(0, 0), qxy = covariance(0, 1), qxh = covariance(0, 2);
+  const double qyy = covariance(1, 1), qyh = covariance(1, 2), qhh = covariance(2, 2);
+  PF_RESAMPLING_INDEPENDENT
   for (std::int64_t i = 0; i < count; ++i) {
     double s;
     double c;
@@ -124,16 +138,12 @@ void predict_clones(const double* __restrict mean_x, const double* __restrict me
 }
 
 PF_RESAMPLING_VECTOR_CLONES
-void match_clones(const Observation& observation, std::int64_t count, const double* __restrict x,
-                  const double* __restrict y, const double* __restrict heading,
-                  const double* __restrict pxx, const double* __restrict pxy,
-                  const double* __restrict pxh, const double* __restrict pyy,
-                  const double* __restrict pyh, const double* __restrict phh,
-                  const double* __restrict lx, const double* __restrict ly,
-                  const double* __restrict lxx, const double* __restrict lxy,
-                  const double* __restrict lyy, double* __restrict distance,
-                  double* __restrict log_likelihood) {
+void match(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
+           const LandmarkRow& landmark, double* distance, double* log_likelihood) {
+  const auto [x, y, heading, pxx, pxy, pxh, pyy, pyh, phh] = pose;
+  const auto [lx, ly, lxx, lxy, lyy, log_odds, held] = landmark;
   const Observation z = observation;
+  PF_RESAMPLING_INDEPENDENT
   for (std::int64_t i = 0; i < count; ++i) {
     const Geometry g = geometry(z, x[i], y[i], heading[i], lx[i], ly[i]);
     const PoseGain p = pose_gain(g, pxx[i], pxy[i], pxh[i], pyy[i], pyh[i], phh[i]);
@@ -145,143 +155,6 @@ void match_clones(const Observation& observation, std::int64_t count, const doub
     distance[i] = v.distance;
     log_likelihood[i] = log_likelihood_of(v.distance, v.determinant);
   }
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void propose_clones(const Observation& observation, double gate, std::int64_t count,
-                    double* __restrict x, double* __restrict y, double* __restrict heading,
-                    double* __restrict pxx, double* __restrict pxy, double* __restrict pxh,
-                    double* __restrict pyy, double* __restrict pyh, double* __restrict phh,
-                    const double* __restrict lx, const double* __restrict ly,
-                    const double* __restrict lxx, const double* __restrict lxy,
-                    const double* __restrict lyy, const double* __restrict takes,
-                    double* __restrict log_weight, double* __restrict accepted) {
-  const Observation z = observation;
-  for (std::int64_t i = 0; i < count; ++i) {
-    const Geometry g = geometry(z, x[i], y[i], heading[i], lx[i], ly[i]);
-    const PoseGain p = pose_gain(g, pxx[i], pxy[i], pxh[i], pyy[i], pyh[i], phh[i]);
-    Symmetric2 s = landmark_part(z, g, lxx[i], lxy[i], lyy[i]);
-    s.a += g.rx * p.rx + g.ry * p.ry + g.rh * p.rh;
-    s.b += g.rx * p.bx + g.ry * p.by + g.rh * p.bh;
-    s.c += g.bx * p.bx + g.by * p.by + g.bh * p.bh;
-    const Innovation v = innovation(z, g, s);
-    const double bounded = v.distance < gate ? v.distance : gate;
-    const double applies = v.distance < gate ? takes[i] : 0.0;
-    log_weight[i] += takes[i] * log_likelihood_of(bounded, v.determinant);
-    accepted[i] = applies;
-
-    // Gain K = P Hᵀ S⁻¹; the mean moves by K·innovation, the covariance loses K (P Hᵀ)ᵀ.
-    const double krx = applies * (p.rx * v.ia + p.bx * v.ib),
-                 kbx = applies * (p.rx * v.ib + p.bx * v.ic);
-    const double kry = applies * (p.ry * v.ia + p.by * v.ib),
-                 kby = applies * (p.ry * v.ib + p.by * v.ic);
-    const double krh = applies * (p.rh * v.ia + p.bh * v.ib),
-                 kbh = applies * (p.rh * v.ib + p.bh * v.ic);
-    x[i] += krx * g.range_error + kbx * g.bearing_error;
-    y[i] += kry * g.range_error + kby * g.bearing_error;
-    heading[i] = wrap_angle_vector(heading[i] + krh * g.range_error + kbh * g.bearing_error);
-    pxx[i] -= krx * p.rx + kbx * p.bx;
-    pxy[i] -= krx * p.ry + kbx * p.by;
-    pxh[i] -= krx * p.rh + kbx * p.bh;
-    pyy[i] -= kry * p.ry + kby * p.by;
-    pyh[i] -= kry * p.rh + kby * p.bh;
-    phh[i] -= krh * p.rh + kbh * p.bh;
-  }
-}
-
-// Square root of a pivot and its inverse; both zero where rounding has left nothing or less.
-PF_RESAMPLING_INLINE void pivot(double value, double* root, double* inverse) {
-  constexpr double kNothing = 1e-18;
-  const bool some = value > kNothing;
-  const double r = std::sqrt(some ? value : 1.0);
-  *root = some ? r : 0.0;
-  *inverse = some ? 1.0 / r : 0.0;
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void draw_clones(std::int64_t count, const double* __restrict z0, const double* __restrict z1,
-                 const double* __restrict z2, double* __restrict x, double* __restrict y,
-                 double* __restrict heading, const double* __restrict xx,
-                 const double* __restrict xy, const double* __restrict xh,
-                 const double* __restrict yy, const double* __restrict yh,
-                 const double* __restrict hh) {
-  for (std::int64_t i = 0; i < count; ++i) {
-    double lh;
-    double inverse;
-    pivot(hh[i], &lh, &inverse);
-    const double lxh = xh[i] * inverse;
-    const double lyh = yh[i] * inverse;
-    double lx;
-    pivot(xx[i] - lxh * lxh, &lx, &inverse);
-    const double lyx = (xy[i] - lxh * lyh) * inverse;
-    double ly;
-    pivot(yy[i] - lyh * lyh - lyx * lyx, &ly, &inverse);
-    heading[i] = wrap_angle_vector(heading[i] + lh * z0[i]);
-    x[i] += lxh * z0[i] + lx * z1[i];
-    y[i] += lyh * z0[i] + lyx * z1[i] + ly * z2[i];
-  }
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void motion_since_clones(std::int64_t count, const double* __restrict x, const double* __restrict y,
-                         const double* __restrict heading, double* __restrict motion_x,
-                         double* __restrict motion_y, double* __restrict motion_heading) {
-  for (std::int64_t i = 0; i < count; ++i) {
-    double sine;
-    double cosine;
-    sincos_vector(motion_heading[i], &sine, &cosine);
-    const double dx = x[i] - motion_x[i];
-    const double dy = y[i] - motion_y[i];
-    motion_x[i] = cosine * dx + sine * dy;
-    motion_y[i] = cosine * dy - sine * dx;
-    motion_heading[i] = wrap_angle_vector(heading[i] - motion_heading[i]);
-  }
-}
-
-PF_RESAMPLING_VECTOR_CLONES
-void update_clones(const Observation& observation, std::int64_t count, const double* __restrict x,
-                   const double* __restrict y, const double* __restrict heading,
-                   const double* __restrict accepted, double* __restrict lx, double* __restrict ly,
-                   double* __restrict lxx, double* __restrict lxy, double* __restrict lyy) {
-  const Observation z = observation;
-  for (std::int64_t i = 0; i < count; ++i) {
-    const Geometry g = geometry(z, x[i], y[i], heading[i], lx[i], ly[i]);
-    const Symmetric2 s = landmark_part(z, g, lxx[i], lxy[i], lyy[i]);
-    const Innovation v = innovation(z, g, s);
-    // Derivatives by the landmark are minus those by the place.
-    const double r1 = -(lxx[i] * g.rx + lxy[i] * g.ry), r2 = -(lxy[i] * g.rx + lyy[i] * g.ry);
-    const double b1 = -(lxx[i] * g.bx + lxy[i] * g.by), b2 = -(lxy[i] * g.bx + lyy[i] * g.by);
-    const double kr1 = accepted[i] * (r1 * v.ia + b1 * v.ib),
-                 kb1 = accepted[i] * (r1 * v.ib + b1 * v.ic);
-    const double kr2 = accepted[i] * (r2 * v.ia + b2 * v.ib),
-                 kb2 = accepted[i] * (r2 * v.ib + b2 * v.ic);
-    lx[i] += kr1 * g.range_error + kb1 * g.bearing_error;
-    ly[i] += kr2 * g.range_error + kb2 * g.bearing_error;
-    // Joseph form: (I - K H) Σ (I - K H)ᵀ + K R Kᵀ.
-    const double m11 = 1.0 + kr1 * g.rx + kb1 * g.bx, m12 = kr1 * g.ry + kb1 * g.by;
-    const double m21 = kr2 * g.rx + kb2 * g.bx, m22 = 1.0 + kr2 * g.ry + kb2 * g.by;
-    const double a11 = m11 * lxx[i] + m12 * lxy[i], a12 = m11 * lxy[i] + m12 * lyy[i];
-    const double a21 = m21 * lxx[i] + m22 * lxy[i], a22 = m21 * lxy[i] + m22 * lyy[i];
-    lxx[i] = a11 * m11 + a12 * m12 + z.range_variance * kr1 * kr1 + z.bearing_variance * kb1 * kb1;
-    lxy[i] = a11 * m21 + a12 * m22 + z.range_variance * kr1 * kr2 + z.bearing_variance * kb1 * kb2;
-    lyy[i] = a21 * m21 + a22 * m22 + z.range_variance * kr2 * kr2 + z.bearing_variance * kb2 * kb2;
-  }
-}
-
-}  // namespace
-
-void predict(const Eigen::ArrayXXd& motion, const Eigen::Matrix3d& c, std::int64_t count,
-             const PoseGaussians& pose) {
-  const double q[6] = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
-  predict_clones(motion.col(0).data(), motion.col(1).data(), motion.col(2).data(), q, count, pose.x,
-                 pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy, pose.yh, pose.hh);
-}
-
-void match(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
-           const LandmarkRow& landmark, double* distance, double* log_likelihood) {
-  match_clones(observation, count, pose.x, pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy,
-               pose.yh, pose.hh, landmark.x, landmark.y, landmark.xx, landmark.xy, landmark.yy,
-               distance, log_likelihood);
 }
 
 double squared_innovation(const Observation& observation, ConstArray weights,
@@ -320,29 +193,112 @@ double squared_innovation(const Observation& observation, ConstArray weights,
   return innovation(observation, mean, covariance).distance;
 }
 
+PF_RESAMPLING_VECTOR_CLONES
 void propose(const Observation& observation, double gate, std::int64_t count,
              const PoseGaussians& pose, const LandmarkRow& landmark, const double* takes,
              double* log_weight, double* accepted) {
-  propose_clones(observation, gate, count, pose.x, pose.y, pose.heading, pose.xx, pose.xy, pose.xh,
-                 pose.yy, pose.yh, pose.hh, landmark.x, landmark.y, landmark.xx, landmark.xy,
-                 landmark.yy, takes, log_weight, accepted);
+  const auto [x, y, heading, pxx, pxy, pxh, pyy, pyh, phh] = pose;
+  const auto [lx, ly, lxx, lxy, lyy, log_odds, held] = landmark;
+  const Observation z = observation;
+  PF_RESAMPLING_INDEPENDENT
+  for (std::int64_t i = 0; i < count; ++i) {
+    const Geometry g = geometry(z, x[i], y[i], heading[i], lx[i], ly[i]);
+    const PoseGain p = pose_gain(g, pxx[i], pxy[i], pxh[i], pyy[i], pyh[i], phh[i]);
+    Symmetric2 s = landmark_part(z, g, lxx[i], lxy[i], lyy[i]);
+    s.a += g.rx * p.rx + g.ry * p.ry + g.rh * p.rh;
+    s.b += g.rx * p.bx + g.ry * p.by + g.rh * p.bh;
+    s.c += g.bx * p.bx + g.by * p.by + g.bh * p.bh;
+    const Innovation v = innovation(z, g, s);
+    const double bounded = v.distance < gate ? v.distance : gate;
+    const double applies = v.distance < gate ? takes[i] : 0.0;
+    log_weight[i] += takes[i] * log_likelihood_of(bounded, v.determinant);
+    accepted[i] = applies;
+
+    // Gain K = P Hᵀ S⁻¹; the mean moves by K·innovation, the covariance loses K (P Hᵀ)ᵀ.
+    const double krx = applies * (p.rx * v.ia + p.bx * v.ib),
+                 kbx = applies * (p.rx * v.ib + p.bx * v.ic);
+    const double kry = applies * (p.ry * v.ia + p.by * v.ib),
+                 kby = applies * (p.ry * v.ib + p.by * v.ic);
+    const double krh = applies * (p.rh * v.ia + p.bh * v.ib),
+                 kbh = applies * (p.rh * v.ib + p.bh * v.ic);
+    x[i] += krx * g.range_error + kbx * g.bearing_error;
+    y[i] += kry * g.range_error + kby * g.bearing_error;
+    heading[i] = wrap_angle_vector(heading[i] + krh * g.range_error + kbh * g.bearing_error);
+    pxx[i] -= krx * p.rx + kbx * p.bx;
+    pxy[i] -= krx * p.ry + kbx * p.by;
+    pxh[i] -= krx * p.rh + kbx * p.bh;
+    pyy[i] -= kry * p.ry + kby * p.by;
+    pyh[i] -= kry * p.rh + kby * p.bh;
+    phh[i] -= krh * p.rh + kbh * p.bh;
+  }
 }
 
+PF_RESAMPLING_VECTOR_CLONES
 void draw(std::int64_t count, const double* z0, const double* z1, const double* z2,
           const PoseGaussians& pose) {
-  draw_clones(count, z0, z1, z2, pose.x, pose.y, pose.heading, pose.xx, pose.xy, pose.xh, pose.yy,
-              pose.yh, pose.hh);
+  const auto [x, y, heading, xx, xy, xh, yy, yh, hh] = pose;
+  PF_RESAMPLING_INDEPENDENT
+  for (std::int64_t i = 0; i < count; ++i) {
+    double lh;
+    double inverse;
+    pivot(hh[i], &lh, &inverse);
+    const double lxh = xh[i] * inverse;
+    const double lyh = yh[i] * inverse;
+    double lx;
+    pivot(xx[i] - lxh * lxh, &lx, &inverse);
+    const double lyx = (xy[i] - lxh * lyh) * inverse;
+    double ly;
+    pivot(yy[i] - lyh * lyh - lyx * lyx, &ly, &inverse);
+    heading[i] = wrap_angle_vector(heading[i] + lh * z0[i]);
+    x[i] += lxh * z0[i] + lx * z1[i];
+    y[i] += lyh * z0[i] + lyx * z1[i] + ly * z2[i];
+  }
 }
 
-void motion_since(std::int64_t count, const PoseGaussians& pose, double* x, double* y,
-                  double* heading) {
-  motion_since_clones(count, pose.x, pose.y, pose.heading, x, y, heading);
+PF_RESAMPLING_VECTOR_CLONES
+void motion_since(std::int64_t count, const PoseGaussians& pose, double* motion_x, double* motion_y,
+                  double* motion_heading) {
+  PF_RESAMPLING_INDEPENDENT
+  for (std::int64_t i = 0; i < count; ++i) {
+    double sine;
+    double cosine;
+    sincos_vector(motion_heading[i], &sine, &cosine);
+    const double dx = pose.x[i] - motion_x[i];
+    const double dy = pose.y[i] - motion_y[i];
+    motion_x[i] = cosine * dx + sine * dy;
+    motion_y[i] = cosine * dy - sine * dx;
+    motion_heading[i] = wrap_angle_vector(pose.heading[i] - motion_heading[i]);
+  }
 }
 
+PF_RESAMPLING_VECTOR_CLONES
 void update(const Observation& observation, std::int64_t count, const PoseGaussians& pose,
             const double* accepted, const LandmarkRow& landmark) {
-  update_clones(observation, count, pose.x, pose.y, pose.heading, accepted, landmark.x, landmark.y,
-                landmark.xx, landmark.xy, landmark.yy);
+  const auto [lx, ly, lxx, lxy, lyy, log_odds, held] = landmark;
+  const Observation z = observation;
+  PF_RESAMPLING_INDEPENDENT
+  for (std::int64_t i = 0; i < count; ++i) {
+    const Geometry g = geometry(z, pose.x[i], pose.y[i], pose.heading[i], lx[i], ly[i]);
+    const Symmetric2 s = landmark_part(z, g, lxx[i], lxy[i], lyy[i]);
+    const Innovation v = innovation(z, g, s);
+    // Derivatives by the landmark are minus those by the place.
+    const double r1 = -(lxx[i] * g.rx + lxy[i] * g.ry), r2 = -(lxy[i] * g.rx + lyy[i] * g.ry);
+    const double b1 = -(lxx[i] * g.bx + lxy[i] * g.by), b2 = -(lxy[i] * g.bx + lyy[i] * g.by);
+    const double kr1 = accepted[i] * (r1 * v.ia + b1 * v.ib),
+                 kb1 = accepted[i] * (r1 * v.ib + b1 * v.ic);
+    const double kr2 = accepted[i] * (r2 * v.ia + b2 * v.ib),
+                 kb2 = accepted[i] * (r2 * v.ib + b2 * v.ic);
+    lx[i] += kr1 * g.range_error + kb1 * g.bearing_error;
+    ly[i] += kr2 * g.range_error + kb2 * g.bearing_error;
+    // Joseph form: (I - K H) Σ (I - K H)ᵀ + K R Kᵀ.
+    const double m11 = 1.0 + kr1 * g.rx + kb1 * g.bx, m12 = kr1 * g.ry + kb1 * g.by;
+    const double m21 = kr2 * g.rx + kb2 * g.bx, m22 = 1.0 + kr2 * g.ry + kb2 * g.by;
+    const double a11 = m11 * lxx[i] + m12 * lxy[i], a12 = m11 * lxy[i] + m12 * lyy[i];
+    const double a21 = m21 * lxx[i] + m22 * lxy[i], a22 = m21 * lxy[i] + m22 * lyy[i];
+    lxx[i] = a11 * m11 + a12 * m12 + z.range_variance * kr1 * kr1 + z.bearing_variance * kb1 * kb1;
+    lxy[i] = a11 * m21 + a12 * m22 + z.range_variance * kr1 * kr2 + z.bearing_variance * kb1 * kb2;
+    lyy[i] = a21 * m21 + a22 * m22 + z.range_variance * kr2 * kr2 + z.bearing_variance * kb2 * kb2;
+  }
 }
 
 void start(const Observation& z, std::int64_t count, const PoseGaussians& pose,
