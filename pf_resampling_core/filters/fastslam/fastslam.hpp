@@ -15,7 +15,7 @@
 #include "pf_resampling_core/filters/fastslam/options.hpp"
 #include "pf_resampling_core/filters/fastslam/particle_paths.hpp"
 #include "pf_resampling_core/filters/fastslam/particles.hpp"
-#include "pf_resampling_core/filters/fastslam/recent_sightings.hpp"
+#include "pf_resampling_core/filters/fastslam/relocalization.hpp"
 #include "pf_resampling_core/models/landmark_observation.hpp"
 #include "pf_resampling_core/models/odometry_motion.hpp"
 #include "pf_resampling_core/population/ancestry.hpp"
@@ -276,7 +276,7 @@ class FastSlam {
   int requested_size_ = 0;
   FastSlamStatus status_;
   std::vector<ObservationOutcome> outcomes_;
-  RecentSightings sightings_;
+  RecentSightings sightings_{10'000'000'000, 60};  // ns
   std::vector<Association> associations_;
   SensorView view_;
 

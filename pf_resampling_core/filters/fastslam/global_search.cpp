@@ -12,9 +12,6 @@
 namespace pf_resampling {
 namespace {
 
-// For so long odometry alone may lie between sightings, and so many are kept.
-constexpr std::int64_t kWindow = 20'000'000'000;  // ns
-constexpr std::size_t kMostSightings = 200;
 // Sigmas within which two places are one.
 constexpr double kGate = 3.0;
 // Landmarks that have to be among what was seen, and their share of the sightings: what is not in
@@ -35,8 +32,6 @@ constexpr std::size_t kMostLandmarks = 5000;
 constexpr std::size_t kMostSeenPlaces = 30;
 // Two answers are the same robot's if they put what was seen no farther apart.
 constexpr double kSame = 1.0;  // m
-// With known ids, several scans, of different landmarks.
-constexpr std::size_t kLeastScans = 3;
 
 /// The landmarks of a map, to look for those near a place.
 class Landmarks {
@@ -182,30 +177,22 @@ std::optional<PoseEstimate> GlobalSearch::add(
     const std::vector<LandmarkEstimate>& map, bool with_ids) {
   const Pose2 eye = compose(robot_, sensor);
   for (const RangeBearingObservation& z : observations) {
-    Sighting sighting;
-    sighting.stamp = stamp;
-    sighting.id = z.id;
-    sighting.seen = place_seen(eye, z.range, z.bearing);
-    sighting.sigma =
+    const double sigma =
         std::sqrt(range_variance(noise, z) + z.range * z.range * bearing_variance(noise, z));
-    sightings_.push_back(sighting);
+    sightings_.add(
+        {z.id, place_seen(eye, z.range, z.bearing), Eigen::Vector2d::Zero(), sigma, stamp});
   }
-  while (!sightings_.empty() &&
-         (sightings_.size() > kMostSightings || stamp - sightings_.front().stamp > kWindow)) {
-    sightings_.pop_front();
-  }
-  std::set<std::int64_t> scans;
-  for (const Sighting& sighting : sightings_) scans.insert(sighting.stamp);
-  if (scans.size() < kLeastScans) return std::nullopt;
+  sightings_.forget_before(stamp);
+  if (!sightings_.are_of_several_scans()) return std::nullopt;
 
   std::vector<LandmarkSighting> matched;
   const auto match = [&](const LandmarkEstimate& landmark, const Eigen::Vector2d& seen,
                          double sigma) {
-    matched.push_back(
-        {landmark.id, seen, landmark.mean, std::sqrt(sigma * sigma + landmark.covariance.trace())});
+    const double of_both = std::sqrt(sigma * sigma + landmark.covariance.trace());
+    matched.push_back({landmark.id, seen, landmark.mean, of_both});
   };
   if (with_ids) {
-    for (const Sighting& sighting : sightings_) {
+    for (const LandmarkSighting& sighting : sightings_.all()) {
       const auto landmark =
           std::find_if(map.begin(), map.end(), [&](const auto& l) { return l.id == sighting.id; });
       if (landmark != map.end()) match(*landmark, sighting.seen, sighting.sigma);
@@ -214,7 +201,7 @@ std::optional<PoseEstimate> GlobalSearch::add(
   }
   // What is seen again and again at one place is one.
   std::vector<SeenPlace> places;
-  for (const Sighting& sighting : sightings_) {
+  for (const LandmarkSighting& sighting : sightings_.all()) {
     const auto same = std::find_if(places.begin(), places.end(), [&](const SeenPlace& place) {
       return (place.place - sighting.seen).norm() < kGate * std::hypot(place.sigma, sighting.sigma);
     });

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <vector>
 
@@ -32,15 +31,8 @@ class GlobalSearch {
   bool is_ambiguous() const { return is_ambiguous_; }
 
  private:
-  struct Sighting {
-    std::int64_t stamp = 0;
-    std::int64_t id = 0;
-    Eigen::Vector2d seen = Eigen::Vector2d::Zero();  // m, in the frame of robot_
-    double sigma = 0.0;                              // m
-  };
-
-  Pose2 robot_;                     // by odometry, since the search began
-  std::deque<Sighting> sightings_;  // in order of time
+  Pose2 robot_;                                     // by odometry, since the search began
+  RecentSightings sightings_{20'000'000'000, 200};  // ns
   bool is_ambiguous_ = false;
   std::size_t next_pair_ = 0;  // of places, with which the next search begins
 };

@@ -38,17 +38,13 @@ std::optional<PoseEstimate> FastSlam::recover(
   for (const RangeBearingObservation& z : observations) {
     const std::optional<LandmarkEstimate> mapped = landmark(z.id);
     if (!mapped) continue;
-    LandmarkSighting sighting;
-    sighting.id = z.id;
-    sighting.seen = place_seen(eye, z.range, z.bearing);
-    sighting.mapped = mapped->mean;
-    sighting.sigma = std::sqrt(range_variance(options_.sensor, z) +
-                               z.range * z.range * bearing_variance(options_.sensor, z) +
-                               mapped->covariance.trace());
-    sightings_.add(stamp, sighting);
+    const double sigma = std::sqrt(range_variance(options_.sensor, z) +
+                                   z.range * z.range * bearing_variance(options_.sensor, z) +
+                                   mapped->covariance.trace());
+    sightings_.add({z.id, place_seen(eye, z.range, z.bearing), mapped->mean, sigma, stamp});
   }
   sightings_.forget_before(stamp);
-  if (!(lost > kLikelyLost) || !sightings_.suffice()) return std::nullopt;
+  if (!(lost > kLikelyLost) || !sightings_.are_of_several_scans()) return std::nullopt;
   const std::optional<PoseEstimate> found = relocalize(sightings_.all(), robot);
   if (!found) return std::nullopt;
   if (remembers) {

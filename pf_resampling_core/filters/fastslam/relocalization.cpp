@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "pf_resampling_core/models/point_alignment.hpp"
 
@@ -14,6 +15,7 @@ constexpr double kUsableHeading = 0.3;
 constexpr double kAgreement = 3.0;      // sigmas within which a sighting agrees
 constexpr double kLeastAgreeing = 0.6;  // share of the sightings that have to
 constexpr int kLeastLandmarksSeen = 2;  // different ones that have to be among these
+constexpr std::size_t kLeastScans = 3;
 
 std::vector<LandmarkSighting> agreeing(const std::vector<LandmarkSighting>& sightings,
                                        const Pose2& correction) {
@@ -102,6 +104,25 @@ PoseEstimate corrected(const Pose2& belief, const Pose2& correction,
 }
 
 }  // namespace
+
+void RecentSightings::forget_before(std::int64_t stamp) {
+  std::size_t gone = 0;
+  while (gone < sightings_.size() &&
+         (sightings_.size() - gone > most_ || stamp - sightings_[gone].stamp > window_)) {
+    ++gone;
+  }
+  sightings_.erase(sightings_.begin(), sightings_.begin() + static_cast<std::ptrdiff_t>(gone));
+}
+
+void RecentSightings::move(const Pose2& correction) {
+  for (LandmarkSighting& sighting : sightings_) sighting.seen = moved(sighting.seen, correction);
+}
+
+bool RecentSightings::are_of_several_scans() const {
+  std::set<std::int64_t> scans;
+  for (const LandmarkSighting& sighting : sightings_) scans.insert(sighting.stamp);
+  return scans.size() >= kLeastScans;
+}
 
 std::optional<PoseEstimate> relocalize(const std::vector<LandmarkSighting>& sightings,
                                        const Pose2& belief) {
