@@ -226,19 +226,14 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
   const double bearing =
       kSureShare *
       (options_.sensor.field_of_view > 0.0 ? 0.5 * options_.sensor.field_of_view : view_.bearing);
-  const Pose2 eye = compose(
-      {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
+  const Pose2 eye = compose(particles_.pose(heaviest), sensor);
   std::vector<int> near;
   index_.near({eye.x, eye.y}, range, &near);
   // The sensor of each particle, and where it looks: in view is what is within the angle of that.
   const Eigen::Index count = particles_.size();
-  work_.resize(std::max<Eigen::Index>(work_.size(), 4 * count));
-  double* const eye_x = work_.data();
-  double* const eye_y = eye_x + count;
-  double* const look_x = eye_y + count;
-  double* const look_y = look_x + count;
+  Eigen::ArrayXd eye_x(count), eye_y(count), look_x(count), look_y(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Pose2 at = compose({particles_.x[i], particles_.y[i], particles_.heading[i]}, sensor);
+    const Pose2 at = compose(particles_.pose(i), sensor);
     eye_x[i] = at.x;
     eye_y[i] = at.y;
     look_x[i] = std::cos(at.heading);
@@ -262,15 +257,8 @@ void FastSlam::update_existence(const std::vector<RangeBearingObservation>& obse
       held += landmark.held[i] != 0 ? particles_.weight[i] : 0.0;
     }
     if (!(held > 0.0)) {
-      index_.remove(row);
-      row_of_id_.erase(store_.birth(row));
-      if (association_ == DataAssociation::known) {
-        memory_.forget_landmark(store_.birth(row));
-      } else {
-        memory_.give_up_landmark(store_.birth(row));
-      }
-      store_.remove(row);
-      --status_.landmarks;
+      forget(store_.birth(row));
+      remove_landmark(row);
     }
   }
 }
@@ -293,8 +281,7 @@ void FastSlam::doubt(std::size_t observation, const RangeBearingObservation& see
   const int row = association.rows.front();
   Eigen::Index heaviest = 0;
   (particles_.weight * contradicted).maxCoeff(&heaviest);
-  const Pose2 eye = compose(
-      {particles_.x[heaviest], particles_.y[heaviest], particles_.heading[heaviest]}, sensor);
+  const Pose2 eye = compose(particles_.pose(heaviest), sensor);
   const kernels::Observation z = kernels::make_observation(options_.sensor, seen, sensor);
   const double sigma = std::sqrt(z.range_variance + z.range * z.range * z.bearing_variance);
   std::vector<int> near;

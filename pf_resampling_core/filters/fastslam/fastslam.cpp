@@ -89,9 +89,7 @@ void FastSlam::reset() {
   particles_.x.setZero(count);
   particles_.y.setZero(count);
   particles_.heading.setZero(count);
-  particles_.log_weight.setConstant(count, -std::log(static_cast<double>(count)));
-  particles_.weight.setConstant(count, 1.0 / static_cast<double>(count));
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, options_.particles - 1);
+  particles_.begin_anew();
   odometry_errors_.start(options_.odometry_errors, count);
   store_ = LandmarkStore(options_.particles);
   index_.clear();
@@ -451,6 +449,13 @@ bool FastSlam::summarize(int row, LandmarkEstimate* landmark) {
   }
   landmark->covariance = data.covariance(first) + spread / shares;
   return true;
+}
+
+void FastSlam::remove_landmark(int row) {
+  index_.remove(row);
+  row_of_id_.erase(store_.birth(row));
+  store_.remove(row);
+  --status_.landmarks;
 }
 
 RandomStream FastSlam::stream(RandomPurpose purpose) const {

@@ -227,6 +227,8 @@ class FastSlam {
                         const Pose2& sensor);
   bool summarize(int row, LandmarkEstimate* landmark);
   Eigen::Vector2d representative(int row, Eigen::Index heaviest);
+  void remove_landmark(int row);
+  void forget(std::int64_t landmark);
   void normalize_weights();
   void renew(DueRedraw due);
   void renew_if_due(DueRedraw due);

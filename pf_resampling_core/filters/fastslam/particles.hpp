@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
+#include "pf_resampling_core/geometry.hpp"
 #include "pf_resampling_core/population/particle_columns.hpp"
 
 namespace pf_resampling {
@@ -17,6 +19,14 @@ struct FastSlamParticles {
   Eigen::ArrayXi ancestor;    ///< slot before the last renewal
 
   Eigen::Index size() const { return x.size(); }
+  Pose2 pose(Eigen::Index i) const { return {x[i], y[i], heading[i]}; }
+
+  /// All weigh the same and descend from nobody else.
+  void begin_anew() {
+    log_weight.setConstant(size(), -std::log(static_cast<double>(size())));
+    weight.setConstant(size(), 1.0 / static_cast<double>(size()));
+    ancestor = Eigen::ArrayXi::LinSpaced(size(), 0, static_cast<int>(size()) - 1);
+  }
 
   /// The one list of these arrays. Selecting, resizing, saving and loading go through it: see
   /// particle_columns.hpp. visit(name, array).

@@ -103,8 +103,7 @@ bool FastSlam::start_past() {
   if (!has_landmarks_ && (particles_.x == particles_.x[0]).all() &&
       (particles_.y == particles_.y[0]).all() &&
       (particles_.heading == particles_.heading[0]).all()) {
-    const Pose2 pose = {particles_.x[0], particles_.y[0], particles_.heading[0]};
-    memory_.start(pose, prior_sigma());
+    memory_.start(particles_.pose(0), prior_sigma());
     return true;
   }
   const ConstArray weights = particles_.weight;
@@ -236,18 +235,22 @@ bool FastSlam::smooth() {
 
 bool FastSlam::redraw(int size) {
   if (memory_.is_empty()) return false;
-  // What most of the weight gave up does not come back, ...
+  // What most of the weight gave up does not come back.
   for (const int row : rows()) {
     LandmarkEstimate landmark;
     const bool is_held = summarize(row, &landmark) && landmark.held >= kBelieved;
-    if (is_held) continue;
-    if (association_ == DataAssociation::known) {
-      memory_.forget_landmark(store_.birth(row));
-    } else {  // ... unless all data say that it is there
-      memory_.give_up_landmark(store_.birth(row));
-    }
+    if (!is_held) forget(store_.birth(row));
   }
   return solve_memory() ? draw_from_memory(size) : count_refusal();
+}
+
+// The memory, too, does without the landmark; without ids, unless all data say that it is there.
+void FastSlam::forget(std::int64_t landmark) {
+  if (association_ == DataAssociation::known) {
+    memory_.forget_landmark(landmark);
+  } else {
+    memory_.give_up_landmark(landmark);
+  }
 }
 
 bool FastSlam::solve_memory() {
@@ -303,9 +306,7 @@ void FastSlam::take_draw(int size, const MemoryDraw& drawn) {
   Eigen::ArrayXXd errors = deviations.middleCols<kOdometryConstants>(at).array();
   errors.rowwise() += graph.constants.head<kOdometryConstants>().transpose().array();
   odometry_errors_.redraw(errors, drawn.odometry_given_path);
-  particles_.log_weight.setConstant(size, -std::log(static_cast<double>(size)));
-  particles_.weight.setConstant(size, 1.0 / static_cast<double>(size));
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(size, 0, size - 1);
+  particles_.begin_anew();
   ancestry_.start(size);
 }
 
@@ -322,10 +323,7 @@ void FastSlam::redraw_maps(int size, const MemoryDraw& drawn) {
   for (const int row : rows()) {
     const int number = memory_.number_of(store_.birth(row));
     if (number < 0 || ids[static_cast<std::size_t>(number)] < 0) {
-      index_.remove(row);
-      row_of_id_.erase(store_.birth(row));
-      store_.remove(row);
-      --status_.landmarks;
+      remove_landmark(row);
       continue;
     }
     LandmarkEstimate landmark;
