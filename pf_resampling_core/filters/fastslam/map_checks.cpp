@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "pf_resampling_core/error.hpp"
 
@@ -24,47 +25,6 @@ bool is_covariance(const Eigen::Matrix2d& c) {
          std::abs(c(0, 1)) <= (1.0 + kRounding) * std::sqrt(c(0, 0)) * std::sqrt(c(1, 1));
 }
 
-std::string fault_of_id(std::int64_t id, std::int64_t previous) {
-  if (id < 0 || id > kLargestId) {
-    return "landmark id " + std::to_string(id) + " is not in [0, 2^62]";
-  }
-  if (id == previous) return "landmark " + std::to_string(id) + " is there twice";
-  if (id < previous) {
-    return "landmark " + std::to_string(id) + " comes after landmark " + std::to_string(previous) +
-           "; ids must ascend";
-  }
-  return {};
-}
-
-std::string fault_of_gaussian(std::int64_t id, const Eigen::Vector2d& mean,
-                              const Eigen::Matrix2d& covariance) {
-  if (!is_place(mean)) {
-    return "the position of landmark " + std::to_string(id) + " is not finite or beyond 1e9 m";
-  }
-  if (!is_covariance(covariance)) {
-    return "the covariance of landmark " + std::to_string(id) +
-           " is not positive definite, or beyond 1e18 m^2";
-  }
-  return {};
-}
-
-bool has(const SavedMap& map, std::int64_t id) {
-  const auto found = std::lower_bound(map.landmarks.begin(), map.landmarks.end(), id,
-                                      [](const SavedLandmark& landmark, std::int64_t value) {
-                                        return landmark.estimate.id < value;
-                                      });
-  return found != map.landmarks.end() && found->estimate.id == id;
-}
-
-std::string fault_of_view(double range, double bearing) {
-  if (!(range >= 0.0 && range <= kWidestView))
-    return "the farthest range seen is not in [0, 1e6] m";
-  if (!(bearing >= 0.0 && bearing <= kPi + kRounding)) {
-    return "the widest bearing seen is not in [0, pi]";
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string fault_of_pose(const Pose2& pose) {
@@ -84,9 +44,22 @@ std::string fault_of_pose_covariance(const Eigen::Matrix3d& covariance) {
 
 std::string fault_of(const SavedLandmark& landmark, std::int64_t previous) {
   const LandmarkEstimate& estimate = landmark.estimate;
-  const std::string fault = fault_of_id(estimate.id, previous);
-  return !fault.empty() ? fault
-                        : fault_of_gaussian(estimate.id, estimate.mean, estimate.covariance);
+  const std::string id = std::to_string(estimate.id);
+  if (estimate.id < 0 || estimate.id > kLargestId) {
+    return "landmark id " + id + " is not in [0, 2^62]";
+  }
+  if (estimate.id == previous) return "landmark " + id + " is there twice";
+  if (estimate.id < previous) {
+    return "landmark " + id + " comes after landmark " + std::to_string(previous) +
+           "; ids must ascend";
+  }
+  if (!is_place(estimate.mean)) {
+    return "the position of landmark " + id + " is not finite or beyond 1e9 m";
+  }
+  if (!is_covariance(estimate.covariance)) {
+    return "the covariance of landmark " + id + " is not positive definite, or beyond 1e18 m^2";
+  }
+  return {};
 }
 
 }  // namespace map_checks
@@ -95,20 +68,26 @@ std::string fault_of(const SavedMap& map) {
   using namespace map_checks;
   std::string fault = fault_of_pose(map.pose.mean);
   if (fault.empty()) fault = fault_of_pose_covariance(map.pose.covariance);
-  if (fault.empty()) fault = fault_of_view(map.view_range, map.view_bearing);
-  std::int64_t previous = -1;
-  for (const SavedLandmark& landmark : map.landmarks) {
-    if (fault.empty()) fault = fault_of(landmark, previous);
-    previous = landmark.estimate.id;
-  }
   if (!fault.empty()) return fault;
-  if (map.association == DataAssociation::automatic && !map.landmarks.empty()) {
+  if (!(map.view_range >= 0.0 && map.view_range <= kWidestView)) {
+    return "the farthest range seen is not in [0, 1e6] m";
+  }
+  if (!(map.view_bearing >= 0.0 && map.view_bearing <= kPi + kRounding)) {
+    return "the widest bearing seen is not in [0, pi]";
+  }
+  std::set<std::int64_t> ids;
+  for (const SavedLandmark& landmark : map.landmarks) {
+    fault = fault_of(landmark, ids.empty() ? -1 : *ids.rbegin());
+    if (!fault.empty()) return fault;
+    ids.insert(ids.end(), landmark.estimate.id);
+  }
+  if (map.association == DataAssociation::automatic && !ids.empty()) {
     return "there are landmarks, but association is automatic, which leaves open what their ids "
            "mean";
   }
   for (const std::vector<ParticleLandmark>& landmarks : map.particle_maps) {
     for (const ParticleLandmark& landmark : landmarks) {
-      if (has(map, landmark.id)) continue;
+      if (ids.count(landmark.id) > 0) continue;
       return "landmark " + std::to_string(landmark.id) +
              " of the particles is not in the list of landmarks";
     }

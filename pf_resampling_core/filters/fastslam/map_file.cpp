@@ -1,7 +1,7 @@
 // How a map is saved.
 
-#include <array>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "pf_resampling_core/files/archive.hpp"
@@ -38,52 +38,34 @@ void describe(Archive& archive, OdometryErrorState& errors) {
 namespace {
 
 // The maps of all particles one after the other, number by number: there are many.
-struct ParticleMapColumns {
-  std::vector<std::size_t> landmarks;  // of each particle
-  std::vector<std::int64_t> id;
-  std::array<std::vector<double>, 6> numbers;
+struct ParticleMaps {
+  std::vector<std::vector<ParticleLandmark>>* maps;
 };
-constexpr const char* kNumbers[] = {"x", "y", "xx", "xy", "yy", "log_odds"};
 
-ParticleMapColumns columns_of(const std::vector<std::vector<ParticleLandmark>>& maps) {
-  ParticleMapColumns columns;
-  for (const std::vector<ParticleLandmark>& map : maps) {
-    columns.landmarks.push_back(map.size());
-    for (const ParticleLandmark& landmark : map) {
-      const Eigen::Matrix2d& c = landmark.covariance;
-      const double numbers[] = {landmark.mean.x(), landmark.mean.y(), c(0, 0),
-                                c(0, 1),           c(1, 1),           landmark.log_odds};
-      columns.id.push_back(landmark.id);
-      for (std::size_t k = 0; k < columns.numbers.size(); ++k) {
-        columns.numbers[k].push_back(numbers[k]);
-      }
-    }
+void describe(Archive& archive, ParticleMaps& particles) {
+  std::vector<std::size_t> landmarks;  // of each particle
+  for (const auto& map : *particles.maps) landmarks.push_back(map.size());
+  archive("landmarks", landmarks);
+  particles.maps->resize(landmarks.size());
+  std::vector<ParticleLandmark*> all;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    (*particles.maps)[i].resize(landmarks[i]);
+    for (ParticleLandmark& landmark : (*particles.maps)[i]) all.push_back(&landmark);
   }
-  return columns;
-}
-
-void describe(Archive& archive, ParticleMapColumns& columns) {
-  PF_RESAMPLING_FIELDS(archive, columns.landmarks, columns.id);
-  for (std::size_t k = 0; k < columns.numbers.size(); ++k) {
-    archive(kNumbers[k], columns.numbers[k]);
-  }
-}
-
-std::vector<std::vector<ParticleLandmark>> maps_of(const ParticleMapColumns& columns) {
-  const auto& [x, y, xx, xy, yy, log_odds] = columns.numbers;
-  std::vector<std::vector<ParticleLandmark>> maps(columns.landmarks.size());
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < maps.size(); ++i) {
-    for (const std::size_t end = next + columns.landmarks[i]; next < end; ++next) {
-      ParticleLandmark landmark;
-      landmark.id = columns.id[next];
-      landmark.mean = {x[next], y[next]};
-      landmark.covariance << xx[next], xy[next], xy[next], yy[next];
-      landmark.log_odds = log_odds[next];
-      maps[i].push_back(landmark);
-    }
-  }
-  return maps;
+  const auto column = [&](const char* name, auto number_of) {
+    std::vector<std::decay_t<decltype(*number_of(nullptr))>> numbers;
+    for (ParticleLandmark* landmark : all) numbers.push_back(*number_of(landmark));
+    archive(name, numbers);
+    for (std::size_t i = 0; i < all.size(); ++i) *number_of(all[i]) = numbers[i];
+  };
+  column("id", [](ParticleLandmark* landmark) { return &landmark->id; });
+  column("x", [](ParticleLandmark* landmark) { return &landmark->mean.x(); });
+  column("y", [](ParticleLandmark* landmark) { return &landmark->mean.y(); });
+  column("xx", [](ParticleLandmark* landmark) { return &landmark->covariance(0, 0); });
+  column("xy", [](ParticleLandmark* landmark) { return &landmark->covariance(0, 1); });
+  column("yy", [](ParticleLandmark* landmark) { return &landmark->covariance(1, 1); });
+  column("log_odds", [](ParticleLandmark* landmark) { return &landmark->log_odds; });
+  for (ParticleLandmark* one : all) one->covariance(1, 0) = one->covariance(0, 1);
 }
 
 // What a map has that the filter goes on from: a program of ours wrote it, and nobody edits it.
@@ -96,9 +78,8 @@ void describe(Archive& archive, StateOfFilter& state) {
   if (!archive.something(map.particles.size() > 0)) return;
   PF_RESAMPLING_FIELDS(archive, map.step, map.next_id, map.observations_since_renewal,
                        map.particles);
-  ParticleMapColumns columns = columns_of(map.particle_maps);
-  archive("particle_maps", columns);
-  if (archive.is_reading()) map.particle_maps = maps_of(columns);
+  ParticleMaps maps = {&map.particle_maps};
+  archive("particle_maps", maps);
   PF_RESAMPLING_FIELDS(archive, map.odometry_errors, map.memory, map.is_lost, map.unplaced_since,
                        map.observations_since_redraw);
 }

@@ -27,65 +27,6 @@ Eigen::Matrix3d without_rounding(const Eigen::Matrix3d& covariance) {
   return difference <= kRounding * covariance.cwiseAbs().maxCoeff() ? symmetric : covariance;
 }
 
-// What load() puts into the filter for the maps of all particles.
-struct LoadedMaps {
-  explicit LoadedMaps(int particles) : store(particles) {}
-
-  LandmarkRow add(std::int64_t id, const Eigen::Vector2d& place) {
-    const int row = store.add(id);
-    index.place(row, place);
-    row_of_id[id] = row;
-    return store.row(row);
-  }
-
-  LandmarkStore store;
-  LandmarkIndex index;
-  std::unordered_map<std::int64_t, int> row_of_id;
-};
-
-// Every particle gets the landmarks that most of the weight holds.
-LoadedMaps shared_maps(const SavedMap& map, int particles) {
-  LoadedMaps maps(particles);
-  for (const SavedLandmark& landmark : map.landmarks) {
-    const LandmarkEstimate& estimate = landmark.estimate;
-    if (estimate.held < kHeldEnough) continue;
-    const LandmarkRow row = maps.add(estimate.id, estimate.mean);
-    for (int i = 0; i < particles; ++i) {
-      row.put(i, estimate.mean, estimate.covariance, estimate.log_odds);
-    }
-  }
-  return maps;
-}
-
-// Every particle gets its own landmarks; those that no particle has are left out.
-LoadedMaps own_maps(const SavedMap& map) {
-  // Number in the map's list of each landmark of each particle. Both lists ascend.
-  std::vector<std::size_t> numbers;
-  std::vector<std::uint8_t> is_held(map.landmarks.size(), 0);
-  for (const std::vector<ParticleLandmark>& landmarks : map.particle_maps) {
-    std::size_t number = 0;
-    for (const ParticleLandmark& landmark : landmarks) {
-      while (map.landmarks[number].estimate.id != landmark.id) ++number;
-      numbers.push_back(number);
-      is_held[number] = 1;
-    }
-  }
-  LoadedMaps maps(static_cast<int>(map.particles.size()));
-  std::vector<LandmarkRow> rows(map.landmarks.size());
-  for (std::size_t k = 0; k < map.landmarks.size(); ++k) {
-    const SavedLandmark& landmark = map.landmarks[k];
-    if (is_held[k] == 1) rows[k] = maps.add(landmark.estimate.id, landmark.last_seen);
-  }
-  auto number = numbers.begin();
-  for (std::size_t i = 0; i < map.particle_maps.size(); ++i) {
-    for (const ParticleLandmark& landmark : map.particle_maps[i]) {
-      rows[*number++].put(static_cast<Eigen::Index>(i), landmark.mean, landmark.covariance,
-                          landmark.log_odds);
-    }
-  }
-  return maps;
-}
-
 // Rows `chosen` of every column.
 FastSlamParticles rows_of(const FastSlamParticles& particles, const Eigen::ArrayXi& chosen) {
   FastSlamParticles rows = particles;
@@ -100,10 +41,6 @@ FastSlamParticles rows_of(const FastSlamParticles& particles, const Eigen::Array
 }  // namespace
 
 SavedMap saved_map(FastSlam* filter, int particles) {
-  if (particles < 0) {
-    throw Error("map to save: " + std::to_string(particles) +
-                " particles were asked for; ask for 0 or more");
-  }
   const FastSlamParticles& population = filter->particles_;
   SavedMap map;
   // Left open by load() if there are ids.
@@ -185,18 +122,37 @@ void FastSlam::load(const SavedMap& map) {
   *this = std::move(loaded);
 }
 
-// As after construction.
+// As after construction. Every particle gets its own landmarks, or all those that most of the
+// weight holds.
 void FastSlam::take_map(const SavedMap& map) {
   const bool ids_are_known = map.association == DataAssociation::known;
   const bool has_particles = map.particles.size() > 0;
   const bool is_shared = options_.map.frozen || !has_particles;
   const int count = has_particles ? static_cast<int>(map.particles.size()) : options_.particles;
-  LoadedMaps maps = is_shared ? shared_maps(map, count) : own_maps(map);
-  status_.landmarks = static_cast<int>(maps.row_of_id.size());
+  store_ = LandmarkStore(count);
+  std::unordered_map<std::int64_t, LandmarkRow> rows;
+  for (std::size_t i = 0; i < map.particle_maps.size() && !is_shared; ++i) {
+    for (const ParticleLandmark& landmark : map.particle_maps[i]) rows.try_emplace(landmark.id);
+  }
+  for (const SavedLandmark& landmark : map.landmarks) {
+    const LandmarkEstimate& estimate = landmark.estimate;
+    if (is_shared ? estimate.held < kHeldEnough : rows.count(estimate.id) == 0) continue;
+    const int row = store_.add(estimate.id);
+    index_.place(row, is_shared ? estimate.mean : landmark.last_seen);
+    if (ids_are_known) row_of_id_[estimate.id] = row;
+    ++status_.landmarks;
+    rows[estimate.id] = store_.row(row);
+    for (int i = 0; i < count && is_shared; ++i) {
+      rows[estimate.id].put(i, estimate.mean, estimate.covariance, estimate.log_odds);
+    }
+  }
+  for (std::size_t i = 0; i < map.particle_maps.size() && !is_shared; ++i) {
+    for (const ParticleLandmark& landmark : map.particle_maps[i]) {
+      rows.at(landmark.id)
+          .put(static_cast<Eigen::Index>(i), landmark.mean, landmark.covariance, landmark.log_odds);
+    }
+  }
   has_landmarks_ = status_.landmarks > 0;
-  store_ = std::move(maps.store);
-  index_ = std::move(maps.index);
-  if (ids_are_known) row_of_id_ = std::move(maps.row_of_id);
   next_id_ = map.next_id;
   if (!map.landmarks.empty()) next_id_ = std::max(next_id_, map.landmarks.back().estimate.id + 1);
   step_ = map.step;
@@ -245,12 +201,9 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   paths_.clear();
   memory_.forget_drive();
   if (!is_placed()) unplaced_since_ = memory_.state().time;
-  const Eigen::Index count = particles_.size();
-  draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, count, &particles_.x,
-             &particles_.y, &particles_.heading);
-  particles_.log_weight.setConstant(-std::log(static_cast<double>(count)));
-  particles_.weight.setConstant(1.0 / static_cast<double>(count));
-  particles_.ancestor = Eigen::ArrayXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+  draw_poses({mean, covariance}, stream(RandomPurpose::initialization), 0, particles_.size(),
+             &particles_.x, &particles_.y, &particles_.heading);
+  particles_.begin_anew();
 }
 
 }  // namespace pf_resampling

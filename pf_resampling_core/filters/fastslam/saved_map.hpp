@@ -54,7 +54,6 @@ struct SavedMap {
 
 /// The filter as it is now; it is not changed. All particles if there are no more than `particles`,
 /// else so many drawn by systematic resampling (their weights are equal then); 0: the map alone.
-/// Throws Error for a negative number.
 SavedMap saved_map(FastSlam* filter, int particles);
 
 /// A place of a landmark that was measured otherwise.
