@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
-
-#include "pf_resampling_core/error.hpp"
+#include <utility>
 
 namespace pf_resampling {
 namespace {
@@ -42,10 +40,6 @@ std::size_t ParticlePaths::size() const {
 
 void ParticlePaths::append(ConstArray x, ConstArray y, ConstArray heading) {
   const std::size_t count = static_cast<std::size_t>(x.size());
-  if (steps() > 0 && parents_.size() != count) {
-    throw Error("particle paths: " + std::to_string(count) + " particles go on from " +
-                std::to_string(parents_.size()));
-  }
   Step step;
   step.poses.reserve(count);
   for (Eigen::Index i = 0; i < x.size(); ++i) step.poses.push_back({x[i], y[i], heading[i]});
@@ -61,7 +55,7 @@ void ParticlePaths::select(ConstIndices ancestors) {
   if (steps() == 0) return;
   std::vector<int> selected(static_cast<std::size_t>(ancestors.size()));
   for (Eigen::Index i = 0; i < ancestors.size(); ++i) {
-    selected[static_cast<std::size_t>(i)] = parents_.at(static_cast<std::size_t>(ancestors[i]));
+    selected[static_cast<std::size_t>(i)] = parents_[static_cast<std::size_t>(ancestors[i])];
   }
   parents_ = std::move(selected);
 }
@@ -103,22 +97,16 @@ void ParticlePaths::compact() {
     common_.push_back(recent_.front().poses.front());
     recent_.pop_front();
   }
-  while (recent_.size() > 1 && size() - common_.size() > largest_) reduce_oldest();
-}
-
-void ParticlePaths::reduce_oldest() {
-  PoseSum sum;
-  for (const Pose2& pose : recent_.front().poses) sum.add(pose, 1.0);
-  common_.push_back(sum.mean());
-  recent_.pop_front();
-  for (int& parent : recent_.front().parents) parent = 0;
+  while (recent_.size() > 1 && size() - common_.size() > largest_) {
+    PoseSum sum;
+    for (const Pose2& pose : recent_.front().poses) sum.add(pose, 1.0);
+    common_.push_back(sum.mean());
+    recent_.pop_front();
+    for (int& parent : recent_.front().parents) parent = 0;
+  }
 }
 
 std::vector<Pose2> ParticlePaths::mean(ConstArray weights) const {
-  if (steps() > 0 && static_cast<std::size_t>(weights.size()) != parents_.size()) {
-    throw Error("particle paths: " + std::to_string(weights.size()) + " weights for " +
-                std::to_string(parents_.size()) + " particles");
-  }
   std::vector<Pose2> path = common_;
   path.resize(steps());
   // The weight of a pose is that of its descendants.

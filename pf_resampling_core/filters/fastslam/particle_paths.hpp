@@ -25,8 +25,7 @@ class ParticlePaths {
 
   void clear();
 
-  /// A step: where every particle is now. Throws Error if they are not as many as the last step's,
-  /// or as were selected since.
+  /// A step: where every particle is now; as many as in the last step, or as were selected since.
   void append(ConstArray x, ConstArray y, ConstArray heading);
 
   /// Particle i goes on from former particle ancestors[i].
@@ -37,8 +36,7 @@ class ParticlePaths {
   /// stay.
   void replace_newest(const std::vector<Pose2>& poses, ConstArray weights, int particles);
 
-  /// Weighted mean of the paths of the present particles, a pose per step, the oldest first. Throws
-  /// Error unless there is a weight per particle.
+  /// Weighted mean of the paths of the present particles, a pose per step, the oldest first.
   std::vector<Pose2> mean(ConstArray weights) const;
 
   std::size_t steps() const { return common_.size() + recent_.size(); }
@@ -53,7 +51,6 @@ class ParticlePaths {
   };
 
   void compact();
-  void reduce_oldest();
 
   std::size_t largest_;
   std::vector<Pose2> common_;  // of all particles
