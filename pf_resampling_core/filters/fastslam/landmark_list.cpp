@@ -1,8 +1,8 @@
 // Maps that were not found by a filter: lists of landmarks.
 
 #include <algorithm>
-#include <array>
 #include <set>
+#include <sstream>
 
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/files/text_file.hpp"
@@ -13,9 +13,7 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kSurveyedSigma = 0.001;  // m
-constexpr std::array<const char*, 4> kColumns = {"id", "x", "y", "sigma"};
-constexpr std::size_t kNone = kColumns.size();
-constexpr std::size_t kSigma = 3;  // among them; the others have to be there
+constexpr const char* kBlanks = " \t\r";
 
 SavedLandmark saved(const SurveyedLandmark& surveyed) {
   SavedLandmark landmark;
@@ -28,67 +26,52 @@ SavedLandmark saved(const SurveyedLandmark& surveyed) {
   return landmark;
 }
 
-class ListReader {
- public:
-  explicit ListReader(const std::string& path) : path_(path) {
-    text_file::open("landmark list", path, &stream_);
-  }
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
 
-  [[noreturn]] void refuse(const std::string& fault) const {
-    throw Error("landmark list " + path_ + ", line " + std::to_string(lines_) + ": " + fault +
-                "; see the format in doc/saved_files.md");
-  }
+// What stands between the commas of a line, without its comment; nothing if it is empty.
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  const std::string content = line.substr(0, line.find('#'));
+  if (trimmed(content).empty()) return words;
+  std::istringstream stream(content + ',');
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(trimmed(word));
+  return words;
+}
 
-  /// The next line with anything on it, word by word; false at the end.
-  bool take(std::vector<std::string>* words) {
-    std::string line;
-    for (++lines_; std::getline(stream_, line); ++lines_) {
-      words->clear();
-      line.erase(std::min(line.find('#'), line.size()));
-      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-      for (std::size_t begin = 0; begin <= line.size();) {
-        const std::size_t end = std::min(line.find(',', begin), line.size());
-        words->push_back(trimmed(line.substr(begin, end - begin)));
-        begin = end + 1;
-      }
-      return true;
-    }
-    if (stream_.bad()) refuse("it cannot be read on");
-    return false;
-  }
-
- private:
-  static std::string trimmed(const std::string& text) {
-    const std::size_t begin = text.find_first_not_of(" \t\r");
-    if (begin == std::string::npos) return {};
-    return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-  }
-
-  std::string path_;
-  std::ifstream stream_;
-  std::int64_t lines_ = 0;
-};
-
-// For each of kColumns where it stands; kNone if it does not.
-std::vector<std::size_t> columns_of(const ListReader& reader,
-                                    const std::vector<std::string>& header) {
-  std::vector<std::size_t> places(kColumns.size(), kNone);
+// In words; nothing if all is well.
+std::string fault_of_header(const std::vector<std::string>& header) {
+  std::set<std::string> missing = {"id", "x", "y", "sigma"};
+  const std::set<std::string> known = missing;
   for (std::size_t i = 0; i < header.size(); ++i) {
-    const auto known = std::find(kColumns.begin(), kColumns.end(), header[i]);
-    if (known == kColumns.end()) {
+    if (known.count(header[i]) == 0) {
       // What it is instead is not said: the file may be none of ours.
-      reader.refuse("column " + std::to_string(i + 1) + " is not one of id, x, y, sigma");
+      return "column " + std::to_string(i + 1) + " is not one of id, x, y, sigma";
     }
-    std::size_t& place = places[static_cast<std::size_t>(known - kColumns.begin())];
-    if (place != kNone) reader.refuse("column " + header[i] + " is there twice");
-    place = i;
+    if (missing.erase(header[i]) == 0) return "column " + header[i] + " is there twice";
   }
-  for (std::size_t k = 0; k < kColumns.size(); ++k) {
-    if (places[k] == kNone && k < kSigma) {
-      reader.refuse(std::string("there is no column ") + kColumns[k]);
-    }
+  missing.erase("sigma");
+  return missing.empty() ? "" : "there is no column " + *missing.begin();
+}
+
+// Reads a line with as many words as the header. In words; nothing if all is well.
+std::string fault_of_line(const std::vector<std::string>& header,
+                          const std::vector<std::string>& words, SurveyedLandmark* landmark) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& name = header[i];
+    double* const number = name == "x"   ? &landmark->position.x()
+                           : name == "y" ? &landmark->position.y()
+                                         : &landmark->sigma;
+    const bool is_number = name == "id"
+                               ? text_file::parse(words[i], map_checks::kLargestId, &landmark->id)
+                               : text_file::parse(words[i], number);
+    if (!is_number) return text_file::printable(words[i]) + " is no " + name;
   }
-  return places;
+  if (landmark->sigma < 0.0) return "sigma is negative; it is a standard deviation in m";
+  return map_checks::fault_of(saved(*landmark), -1);
 }
 
 // It begins with a brace; until version 2 with its name.
@@ -116,40 +99,39 @@ SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std:
 }
 
 SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
-  ListReader reader(path);
-  std::vector<std::string> words;
-  if (!reader.take(&words)) reader.refuse("there is no header line id,x,y");
-  const std::vector<std::size_t> columns = columns_of(reader, words);
-  const std::size_t width = words.size();
+  std::ifstream stream;
+  text_file::open("landmark list", path, &stream);
+  std::int64_t number = 1;
+  const auto refuse_if = [&](const std::string& fault) {
+    if (fault.empty()) return;
+    throw Error("landmark list " + path + ", line " + std::to_string(number) + ": " + fault +
+                "; see the format in doc/saved_files.md");
+  };
+  std::vector<std::string> header;
   std::vector<SurveyedLandmark> landmarks;
   std::set<std::int64_t> ids;
-  while (reader.take(&words)) {
-    if (words.size() != width) {
-      reader.refuse("there are " + std::to_string(words.size()) + " values, not " +
-                    std::to_string(width) + " as in the header");
+  for (std::string line; std::getline(stream, line); ++number) {
+    const std::vector<std::string> words = words_of(line);
+    if (words.empty()) continue;
+    if (header.empty()) {
+      refuse_if(fault_of_header(words));
+      header = words;
+      continue;
+    }
+    if (words.size() != header.size()) {
+      refuse_if("there are " + std::to_string(words.size()) + " values, not " +
+                std::to_string(header.size()) + " as in the header");
     }
     SurveyedLandmark landmark;
-    std::array<double, kColumns.size()> values{};
-    for (std::size_t k = 0; k < kColumns.size(); ++k) {
-      if (columns[k] == kNone) continue;
-      const std::string& word = words[columns[k]];
-      const bool is_number = k == 0 ? text_file::parse(word, map_checks::kLargestId, &landmark.id)
-                                    : text_file::parse(word, &values[k]);
-      if (!is_number) {
-        reader.refuse(text_file::printable(word) + " is no " + kColumns[k]);
-      }
-    }
+    refuse_if(fault_of_line(header, words, &landmark));
     if (!ids.insert(landmark.id).second) {
-      reader.refuse("landmark " + std::to_string(landmark.id) + " is there twice");
+      refuse_if("landmark " + std::to_string(landmark.id) + " is there twice");
     }
-    landmark.position << values[1], values[2];
-    if (values[kSigma] < 0.0) reader.refuse("sigma is negative; it is a standard deviation in m");
-    landmark.sigma = values[kSigma];
-    const std::string fault = map_checks::fault_of(saved(landmark), -1);
-    if (!fault.empty()) reader.refuse(fault);
     landmarks.push_back(landmark);
   }
-  if (landmarks.empty()) reader.refuse("there are no landmarks");
+  if (stream.bad()) refuse_if("it cannot be read on");
+  if (header.empty()) refuse_if("there is no header line id,x,y");
+  if (landmarks.empty()) refuse_if("there are no landmarks");
   return surveyed_map(landmarks, frame);
 }
 
