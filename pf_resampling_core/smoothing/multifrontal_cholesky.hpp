@@ -18,23 +18,16 @@ class MultifrontalCholesky {
   MultifrontalCholesky(std::vector<int> sizes, const std::vector<std::vector<int>>& terms,
                        const std::vector<int>& last);
 
-  /// First unknown of a block, and how many there are.
+  /// First unknown of a block.
   int at(int block) const { return at_[static_cast<std::size_t>(block)]; }
-  int size_of(int block) const { return sizes_[static_cast<std::size_t>(block)]; }
-  Eigen::Index size() const { return diagonal_.size(); }
+  Eigen::Index size() const { return size_; }
 
-  /// The matrix is zero again.
-  void clear();
   /// Adds a symmetric matrix over these blocks, those of one term or some of them. A block may be
   /// there twice.
-  void add(std::vector<int> blocks, Eigen::MatrixXd values);
-  /// The matrix as it is, to be taken back to once more was added.
-  struct Mark {
-    std::size_t terms;
-    Eigen::VectorXd diagonal;
-  };
-  Mark mark() const { return {terms_.size(), diagonal_}; }
-  void take_back(const Mark& mark);
+  void add(const std::vector<int>& blocks, Eigen::MatrixXd values);
+  /// How many were added, and the matrix as it was after so many of them; 0: it is zero again.
+  std::size_t added() const { return terms_.size(); }
+  void take_back(std::size_t added);
 
   /// Factorises matrix + damping·diagonal. False if that is not positive definite.
   bool factorize(double damping);
@@ -52,41 +45,35 @@ class MultifrontalCholesky {
  private:
   struct Term {
     std::size_t front;
-    std::vector<int> blocks;
+    std::vector<int> unknowns;
     Eigen::MatrixXd values;
   };
-  // Columns that are eliminated together, and all rows in which they have entries.
+  // Columns that are eliminated together, and all rows in which they have entries: lower triangles.
   struct Front {
-    int begin = 0, end = 0;       // of their blocks, in the order of elimination
-    std::vector<int> others;      // blocks of the other rows, likewise, ascending
-    std::vector<int> offsets;     // rows of the front at which these begin
-    std::vector<int> other_rows;  // their unknowns
-    std::vector<int> in_parent;   // and which rows of the parent's front these are
-    std::vector<std::size_t> children;
-    std::vector<std::size_t> terms;
     int at = 0;  // first unknown
     Eigen::Index columns = 0;
+    std::vector<int> others;  // unknowns of the other rows, ascending
+    std::vector<std::size_t> children, terms;
     bool is_current = false;
-    Eigen::MatrixXd root;    // columns of L
-    Eigen::MatrixXd update;  // what the parent gets, lower triangle
+    Eigen::MatrixXd matrix;  // columns of L, and behind them what the parent gets
+
+    auto root() const { return matrix.topLeftCorner(columns, columns); }
+    auto below() const { return matrix.bottomLeftCorner(matrix.rows() - columns, columns); }
+    auto update() const {
+      return matrix.bottomRightCorner(matrix.rows() - columns, matrix.rows() - columns);
+    }
   };
 
-  void order_blocks(const std::vector<std::vector<int>>& terms, const std::vector<int>& last);
-  void find_fronts(const std::vector<std::vector<int>>& terms);
-  void lay_out_fronts();
-  int size_at(int position) const;
-  int first_of(const std::vector<int>& blocks) const;
-  int row_in(const Front& front, int position) const;
-  void assemble(Front* front) const;
+  std::vector<int> unknowns_of(const std::vector<int>& blocks) const;
+  Front& front_of(int unknown) { return fronts_[front_of_[static_cast<std::size_t>(unknown)]]; }
+  void assemble(double damping, std::vector<Eigen::Index>* row_of, Front* front) const;
 
   std::vector<int> sizes_;
-  std::vector<int> position_;          // of blocks in the order of elimination
-  std::vector<int> block_at_;          // the other way round
   std::vector<int> at_;                // of blocks
   std::vector<Front> fronts_;          // children before parents
-  std::vector<std::size_t> front_of_;  // of positions
+  std::vector<std::size_t> front_of_;  // of unknowns
   std::vector<Term> terms_;
-  Eigen::VectorXd diagonal_;
+  Eigen::Index size_ = 0;
   double damping_ = 0.0;
 };
 

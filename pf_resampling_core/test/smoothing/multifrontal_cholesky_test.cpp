@@ -100,7 +100,7 @@ TEST(MultifrontalCholesky, IsTheFactorOfTheSum) {
   expect_factor_of(damped, sum);
 
   ASSERT_TRUE(sum.sparse.factorize(0.0));
-  const MultifrontalCholesky::Mark mark = sum.sparse.mark();
+  const std::size_t mark = sum.sparse.added();
   const Eigen::MatrixXd before = sum.dense;
   sum.add({9, 1, 11}, 1.0, 30);  // some of a term's blocks
   ASSERT_TRUE(sum.sparse.factorize(0.0));
@@ -111,7 +111,7 @@ TEST(MultifrontalCholesky, IsTheFactorOfTheSum) {
   ASSERT_TRUE(sum.sparse.factorize(0.0));
   expect_factor_of(before, sum);
 
-  sum.sparse.clear();
+  sum.sparse.take_back(0);
   EXPECT_FALSE(sum.sparse.factorize(0.0));
 }
 

@@ -57,7 +57,7 @@ std::vector<int> SegmentEquations::blocks_of(std::size_t s, const Segment& segme
 }
 
 double SegmentEquations::linearize(const SegmentGraph& graph) {
-  root_.clear();
+  root_.take_back(0);
   gradient_.setZero();
   landmark_information_.assign(landmarks_, Eigen::Matrix2d::Zero());
   odometry_information_.setZero();
@@ -243,7 +243,7 @@ void SegmentEquations::add_to_landmarks(double sigma) {
 }
 
 void SegmentEquations::take_back(const Mark& mark) {
-  root_.take_back(mark.hessian);
+  root_.take_back(mark.added);
   gradient_ = mark.gradient;
 }
 

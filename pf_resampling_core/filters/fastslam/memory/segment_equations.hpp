@@ -31,10 +31,10 @@ class SegmentEquations {
   void add_to_landmarks(double sigma);
   /// The equations as they are, to be taken back to once more was added.
   struct Mark {
-    MultifrontalCholesky::Mark hessian;
+    std::size_t added;
     Eigen::VectorXd gradient;
   };
-  Mark mark() const { return {root_.mark(), gradient_}; }
+  Mark mark() const { return {root_.added(), gradient_}; }
   void take_back(const Mark& mark);
 
   /// Factorises Hessian + damping·diagonal. False if that is not positive definite.
