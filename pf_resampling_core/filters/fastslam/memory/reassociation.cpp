@@ -52,8 +52,7 @@ Vicinity vicinity_of(const ReassociationOptions& options, const SightingFactor& 
   const Pose2 eye = compose(pose, sighting.sensor);
   const double scale = 1.0 + graph.constants[SensorConstant::range_scale];
   const double range = sighting.range / scale;
-  const double direction =
-      eye.heading + sighting.bearing - graph.constants[SensorConstant::bearing_bias];
+  const double bearing = sighting.bearing - graph.constants[SensorConstant::bearing_bias];
   const double along = graph.noise.range * std::sqrt(sighting.range_variance) / scale;
   const double across = range * graph.noise.bearing * std::sqrt(sighting.bearing_variance);
   // Of the squared residual, where robust_cost() is as much as it costs to be of none.
@@ -62,8 +61,7 @@ Vicinity vicinity_of(const ReassociationOptions& options, const SightingFactor& 
   const double squared =
       width > 0.0 ? width * std::expm1(2.0 * std::max(0.0, spare) / width) : 2.0 * spare;
   const double sigmas = std::sqrt(std::max(0.0, squared));
-  return {{eye.x + range * std::cos(direction), eye.y + range * std::sin(direction)},
-          kMargin * sigmas * std::max(along, across)};
+  return {place_seen(eye, range, bearing), kMargin * sigmas * std::max(along, across)};
 }
 
 LandmarkIndex index_of(const SegmentGraph& graph) {

@@ -211,11 +211,9 @@ void initialize(Segment* segment) {
     const SightingFactor& sighting = segment->sightings[s];
     const Pose2 eye =
         compose(segment->poses[static_cast<std::size_t>(sighting.pose)], sighting.sensor);
-    const double direction =
-        eye.heading + sighting.bearing - segment->constants[SensorConstant::bearing_bias];
-    const double range = sighting.range / (1.0 + segment->constants[SensorConstant::range_scale]);
-    segment->tracks[static_cast<std::size_t>(sighting.landmark)] = {
-        eye.x + range * std::cos(direction), eye.y + range * std::sin(direction)};
+    segment->tracks[static_cast<std::size_t>(sighting.landmark)] =
+        place_seen(eye, sighting.range / (1.0 + segment->constants[SensorConstant::range_scale]),
+                   sighting.bearing - segment->constants[SensorConstant::bearing_bias]);
   }
 }
 
