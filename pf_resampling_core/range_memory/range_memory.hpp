@@ -276,7 +276,7 @@ class RangeMemory {
   bool try_gross_odometry();
   void try_slip();
   bool has_slipped_since(double begin) const;
-  bool take_newest_for(bool slipping, double span);
+  bool distrust_newest(double span);
   Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& motion) const;
   static bool are_at_one_place(const RangeMode& a, const RangeMode& b);
   static double median_of(std::vector<double> values);

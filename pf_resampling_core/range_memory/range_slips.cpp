@@ -23,7 +23,9 @@ constexpr double kSpans[] = {2.0, 4.0, 8.0};  // s
 }  // namespace
 
 bool RangeMemory::contradicts_odometry() const {
-  if (modes_.empty() || !are_judged_) return false;  // what ranges are worth is not known yet
+  // What ranges are worth, or where radios are that nobody listed, is not known yet.
+  const bool is_known = beacons_.size() >= 2 || time_ > kRigid;
+  if (modes_.empty() || !are_judged_ || !is_known) return false;
   const RangeMode& mode = modes_.front();
   std::vector<double> sums(radios_.size(), 0.0), counts(radios_.size(), 0.0);
   for (std::size_t k = graph_.ranges.size(); k-- > 0 && times_[k] > time_ - kUnnoticed;) {
@@ -64,38 +66,35 @@ bool RangeMemory::has_slipped_since(double begin) const {
 }
 
 // Whether anything changed.
-bool RangeMemory::take_newest_for(bool slipping, double span) {
+bool RangeMemory::distrust_newest(double span) {
   bool has_changed = false;
   const auto first = static_cast<std::size_t>(first_that_moves(modes_.front()));
   for (std::size_t k = first; k < graph_.motions.size(); ++k) {
     OdometryIncrement& motion = graph_.motions[k];
-    if (times_[k + 1] <= time_ - span || slipping != motion.slip_covariance.isZero()) continue;
-    motion.slip_covariance = slipping ? slip_covariance_of(motion) : Eigen::Matrix3d::Zero();
+    if (times_[k + 1] <= time_ - span || !motion.slip_covariance.isZero()) continue;
+    motion.slip_covariance = slip_covariance_of(motion);
     has_changed = true;
   }
   return has_changed;
 }
 
-// Of the newest motions as many as explain the ranges best. Wheels that slipped just now go on to
-// unless the ranges say otherwise.
+// Of the newest motions as many as explain the ranges best. Wheels that slipped just now may go on
+// to, without a margin.
 void RangeMemory::try_slip() {
-  const bool contradicts = contradicts_odometry();
   const bool goes_on = has_slipped_since(time_ - kSpans[0]);
-  if (!contradicts && !goes_on) return;
+  if (!goes_on && !contradicts_odometry()) return;
   const std::vector<OdometryIncrement> motions = graph_.motions;
   std::optional<std::vector<OdometryIncrement>> best;
   double most = log_probability(modes_.front()) + (goes_on ? 0.0 : kSlipMargin);
-  const auto try_newest = [&](bool slipping, double span) {
+  for (const double span : kSpans) {
     graph_.motions = motions;
-    if (!take_newest_for(slipping, span)) return;
+    if (!distrust_newest(span)) continue;
     RangeMode mode = modes_.front();
     solve_newest(&mode);
-    if (!mode.belief.is_usable || log_probability(mode) <= most) return;
+    if (!mode.belief.is_usable || log_probability(mode) <= most) continue;
     most = log_probability(mode);
     best = graph_.motions;
-  };
-  for (const double span : kSpans) try_newest(true, span);
-  if (!contradicts) try_newest(false, kSpans[0]);
+  }
   graph_.motions = best.value_or(motions);
   if (!best) return;
   for (RangeMode& mode : modes_) solve_newest(&mode);
