@@ -75,6 +75,7 @@ struct HeldRange {
 /// All that a robot has measured: keyframes, the odometry between them, the ranges after each.
 struct RangeGraph {
   std::vector<OdometryIncrement> motions;      ///< from a keyframe to the next
+  std::vector<bool> slipped;                   ///< of each motion, whether the ranges say so
   std::vector<std::vector<HeldRange>> ranges;  ///< of each keyframe
 
   int keyframes() const { return static_cast<int>(ranges.size()); }

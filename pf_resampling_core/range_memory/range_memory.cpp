@@ -330,6 +330,7 @@ void RangeMemory::add_keyframe() {
         moved(mode.estimate.keyframes.back(), pending_, mode.estimate.constants));
   }
   graph_.motions.push_back(pending_);
+  graph_.slipped.push_back(false);
   graph_.ranges.emplace_back();
   times_.push_back(time_);
   pending_ = OdometryIncrement{};

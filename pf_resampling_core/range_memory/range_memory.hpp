@@ -153,9 +153,7 @@ class RangeMemory {
   /// Whether the best mode explains most ranges of the last ten seconds: false after the robot was
   /// carried off.
   bool explains_newest() const;
-  /// Whether the newest ranges, of more radios than one, do not fit where the odometry leads.
-  bool contradicts_odometry() const;
-  /// Whether the wheels slipped within the last seconds.
+  /// Whether the wheels slipped within the last seconds, as the ranges say.
   bool has_slipped() const;
   /// In what graph() holds.
   std::vector<RangeSlip> slips() const;
@@ -274,7 +272,9 @@ class RangeMemory {
   void try_other_places(RangeMode* mode);
   void try_all_places_anew(RangeMode* mode);
   bool try_gross_odometry();
+  bool contradicts_odometry() const;
   void try_slip();
+  void judge_suspected_motions();
   bool has_slipped_since(double begin) const;
   bool distrust_newest(double span);
   Eigen::Matrix3d slip_covariance_of(const OdometryIncrement& motion) const;

@@ -352,6 +352,7 @@ void RangeMemory::let_oldest_leave() {
     keyframes.erase(keyframes.begin(), keyframes.begin() + leaving);
   }
   graph_.motions.erase(graph_.motions.begin(), graph_.motions.begin() + leaving);
+  graph_.slipped.erase(graph_.slipped.begin(), graph_.slipped.begin() + leaving);
   graph_.ranges.erase(graph_.ranges.begin(), graph_.ranges.begin() + leaving);
   times_.erase(times_.begin(), times_.begin() + leaving);
   weigh_modes();

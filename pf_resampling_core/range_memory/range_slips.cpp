@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -22,6 +22,7 @@ constexpr double kSpans[] = {2.0, 4.0, 8.0};  // s
 
 }  // namespace
 
+// Whether the newest ranges, of more radios than one, do not fit where the odometry leads.
 bool RangeMemory::contradicts_odometry() const {
   // What ranges are worth, or where radios are that nobody listed, is not known yet.
   const bool is_known = beacons_.size() >= 2 || time_ > kRigid;
@@ -60,43 +61,65 @@ bool RangeMemory::has_slipped() const {
 
 bool RangeMemory::has_slipped_since(double begin) const {
   for (std::size_t k = graph_.motions.size(); k-- > 0 && times_[k + 1] > begin;) {
-    if (!graph_.motions[k].slip_covariance.isZero()) return true;
+    if (graph_.slipped[k]) return true;
   }
   return false;
 }
 
-// Whether anything changed.
+// Whether anything changed. What the odometry itself says of slips is kept.
 bool RangeMemory::distrust_newest(double span) {
   bool has_changed = false;
   const auto first = static_cast<std::size_t>(first_that_moves(modes_.front()));
   for (std::size_t k = first; k < graph_.motions.size(); ++k) {
     OdometryIncrement& motion = graph_.motions[k];
-    if (times_[k + 1] <= time_ - span || !motion.slip_covariance.isZero()) continue;
+    if (times_[k + 1] <= time_ - span || graph_.slipped[k]) continue;
+    graph_.slipped[k] = true;
+    if (!motion.slip_covariance.isZero()) continue;
     motion.slip_covariance = slip_covariance_of(motion);
     has_changed = true;
   }
   return has_changed;
 }
 
+// Of those that the odometry itself says may have slipped: whether the ranges bear it out.
+void RangeMemory::judge_suspected_motions() {
+  std::vector<std::size_t> suspected;
+  const auto first = static_cast<std::size_t>(first_that_moves(modes_.front()));
+  for (std::size_t k = graph_.motions.size(); k-- > first && times_[k + 1] > time_ - kUnnoticed;) {
+    if (!graph_.slipped[k] && !graph_.motions[k].slip_covariance.isZero()) suspected.push_back(k);
+  }
+  if (suspected.empty()) return;
+  const std::vector<OdometryIncrement> motions = graph_.motions;
+  for (const std::size_t k : suspected) graph_.motions[k].slip_covariance.setZero();
+  RangeMode sound = modes_.front();
+  solve_newest(&sound);
+  graph_.motions = motions;
+  if (log_probability(sound) + kSlipMargin > log_probability(modes_.front())) return;
+  for (const std::size_t k : suspected) graph_.slipped[k] = true;
+}
+
 // Of the newest motions as many as explain the ranges best. Wheels that slipped just now may go on
 // to, without a margin.
 void RangeMemory::try_slip() {
+  judge_suspected_motions();
   const bool goes_on = has_slipped_since(time_ - kSpans[0]);
   if (!goes_on && !contradicts_odometry()) return;
-  const std::vector<OdometryIncrement> motions = graph_.motions;
-  std::optional<std::vector<OdometryIncrement>> best;
+  const auto before = std::pair(graph_.motions, graph_.slipped);
+  auto best = before;
+  bool is_better = false;
   double most = log_probability(modes_.front()) + (goes_on ? 0.0 : kSlipMargin);
   for (const double span : kSpans) {
-    graph_.motions = motions;
+    std::tie(graph_.motions, graph_.slipped) = before;
     if (!distrust_newest(span)) continue;
     RangeMode mode = modes_.front();
     solve_newest(&mode);
     if (!mode.belief.is_usable || log_probability(mode) <= most) continue;
     most = log_probability(mode);
-    best = graph_.motions;
+    best = {graph_.motions, graph_.slipped};
+    is_better = true;
   }
-  graph_.motions = best.value_or(motions);
-  if (!best) return;
+  std::tie(graph_.motions, graph_.slipped) = std::move(best);
+  if (!is_better) return;
   for (RangeMode& mode : modes_) solve_newest(&mode);
   weigh_modes();
 }
@@ -109,7 +132,7 @@ std::vector<RangeSlip> RangeMemory::slips() const {
   std::size_t driven_to = 0;  // keyframe
   Pose2 driven;               // there by the odometry, from where the slip began
   for (std::size_t k = 0; k < graph_.motions.size(); ++k) {
-    if (graph_.motions[k].slip_covariance.isZero()) continue;
+    if (!graph_.slipped[k]) continue;
     if (slips.empty() || times_[k] > slips.back().end + kSlipMemory) {
       slips.push_back({times_[k], 0.0, 0.0, pose_of(estimate.keyframes[k])});
       driven_to = k;

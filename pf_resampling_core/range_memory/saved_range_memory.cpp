@@ -78,6 +78,8 @@ void describe(Archive& archive, RangeMemory& memory) {
                        memory.odometry_factors_.turn, memory.noise_, memory.modes_,
                        memory.next_solution_of_all_, memory.doubt_, memory.are_judged_,
                        memory.has_turned_, memory.next_trial_, memory.trial_steps_);
+  archive.if_there("slipped", memory.graph_.slipped);
+  memory.graph_.slipped.resize(memory.graph_.motions.size());
 }
 
 bool RangeMemory::resume(const RangeMemory& saved) {

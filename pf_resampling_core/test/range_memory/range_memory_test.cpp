@@ -563,6 +563,27 @@ TEST(RangeMemory, WheelsThatMayHaveSlippedAreNotBelieved) {
   EXPECT_LT(drive.error(memory), 0.3);
 }
 
+// The odometry suspects them when a robot drives faster than ever: the ranges tell.
+TEST(RangeMemory, OfWheelsThatMayHaveSlippedTheRangesTellWhetherTheyDid) {
+  DriveAmongRadios drive;
+  RangeMemory memory({}, drive.beacons);
+  drive.drive(60.0, 4, &memory);
+  const auto take_suspected = [&](OdometryIncrement increment, const RangeObservation& range) {
+    increment.slip_covariance = slip_covariance(0.5, increment.duration);
+    memory.add(increment, {range});
+    memory.solve();
+  };
+  drive.drive(10.0, 5, take_suspected);
+  EXPECT_FALSE(memory.has_slipped());
+  EXPECT_TRUE(memory.slips().empty());
+  EXPECT_LT(drive.error(memory), 0.3);
+  drive.distance_scale = 3.0;
+  drive.drive(5.0, 6, take_suspected);
+  EXPECT_TRUE(memory.has_slipped());
+  EXPECT_EQ(memory.slips().size(), 1U);
+  EXPECT_LT(drive.error(memory), 0.5);
+}
+
 // The slip that they look for takes a metre, or two seconds, to show.
 TEST(RangeMemory, FindsWhenTheWheelsSlipped) {
   DriveAmongRadios drive;
