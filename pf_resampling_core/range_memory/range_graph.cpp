@@ -1,6 +1,7 @@
 #include "pf_resampling_core/range_memory/range_graph.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
