@@ -202,9 +202,27 @@ void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& us
   if (own_sinks_.updated) own_sinks_.updated(stamp, filter_.get());
 }
 
+// Until a landmark fits that was known before them, new ones may hang on odometry alone.
+void FastSlamPipeline::note_adrift(const ScanPicture& scan) {
+  const auto is_anchor = [&](const ObservationOutcome& outcome) {
+    return !outcome.is_new && outcome.is_believed() && adrift_.count(outcome.landmark) == 0;
+  };
+  if (std::any_of(scan.outcomes.begin(), scan.outcomes.end(), is_anchor)) {
+    adrift_.clear();
+    doubts_ = 0;
+    return;
+  }
+  for (const ObservationOutcome& outcome : scan.outcomes) {
+    if (outcome.is_new) adrift_.insert(outcome.landmark);
+  }
+  // All of the map cannot be: the first landmarks are what is known.
+  if (static_cast<int>(adrift_.size()) >= filter_->status().landmarks) adrift_.clear();
+}
+
 // What the filter did not believe is counted: a misread id, a reflection, or a robot that is lost.
 // One landmark that was moved says the same time and again, so that counts once.
 void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
+  note_adrift(scan);
   for (std::size_t k = 0; k < scan.outcomes.size(); ++k) {
     const ObservationOutcome& outcome = scan.outcomes[k];
     if (outcome.is_new) continue;
@@ -215,9 +233,9 @@ void FastSlamPipeline::note_outcomes(const ScanPicture& scan, double duration) {
       lost_.observe(is_believed ? kBelievedDistance : kUnbelievedDistance, 2, duration);
       duration = 0.0;
     }
-    doubts_ = is_again ? doubts_ + 1 : is_believed ? 0 : 1;
-    doubted_id_ = z.id;
     if (is_believed) continue;
+    doubts_ = is_again ? doubts_ + 1 : 1;
+    doubted_id_ = z.id;
     ++not_believed_;
     last_not_believed_ = "landmark " + std::to_string(z.id) + " seen at " + number_text(z.range) +
                          " m and " + number_text(z.bearing) + " rad";

@@ -142,6 +142,7 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::vector<RangeBearingObservation> usable_observations(const LandmarkObservationArray& scan);
   void spread_over_map();
   void search(ros::Time stamp, const LandmarkScan& scan);
+  void note_adrift(const ScanPicture& scan);
   void note_outcomes(const ScanPicture& scan, double duration);
   void note_findings(ros::Time stamp, const ScanPicture& scan);
   void note_slips(ros::Time stamp);
@@ -194,6 +195,9 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::string last_not_believed_;   // in words
   int doubts_ = 0;                  // of the last observations, all of one landmark, ...
   std::int64_t doubted_id_ = -1;    // ... this one, that were not believed
+  // Landmarks started since one of before was seen where it is: that they are seen where they were
+  // started does not say that the robot is where it believes.
+  std::set<std::int64_t> adrift_;
   ros::Time last_map_;
 };
 

@@ -304,6 +304,34 @@ TEST(FastSlamScans, ALandmarkThatWasMovedDrawsNobodyAlong) {
   EXPECT_EQ(health.count("doubtful"), 1u);
 }
 
+// A robot that was carried off sees new landmarks where it saw them first, wherever it is.
+TEST(FastSlamScans, NewLandmarksDoNotSettleAContradiction) {
+  FastSlamRig run;
+  run.feed(Drive::messages(45.0));
+  const auto see = [&](double time, int id, const Eigen::Vector2d& place) {
+    const ros::Time stamp = Drive::at(time);
+    run.pipeline.handle(Drive::odometry(stamp));
+    LandmarkObservationArray scan = Drive::scan(stamp);
+    scan.observations.resize(1);
+    const Eigen::Vector2d from = seen_from(Drive::truth(stamp), place);
+    scan.observations[0].id = id;
+    scan.observations[0].range = from.norm();
+    scan.observations[0].bearing = std::atan2(from.y(), from.x());
+    run.pipeline.handle(scan);
+  };
+  const auto is_doubted = [&] {
+    return says(run.out.statuses.back().health_text, "contradict the others");
+  };
+  const Eigen::Vector2d ahead = moved(Eigen::Vector2d(4.0, 0.0), Drive::truth(Drive::at(46.0)));
+  const auto behind = Drive::scan(Drive::at(25.0)).observations.front().id;
+  for (const double time : {45.1, 45.2, 45.3}) see(time, behind, ahead);
+  EXPECT_TRUE(is_doubted());
+  for (const double time : {45.4, 45.5, 45.6}) see(time, 77, ahead);
+  EXPECT_TRUE(is_doubted());
+  run.feed(Drive::messages(45.7, 47.0));
+  EXPECT_FALSE(is_doubted());
+}
+
 TEST(FastSlamScans, ScansThatSeeNothingSayWhatIsGone) {
   FastSlamRig run;
   const auto gone = only_finding_of([](auto* scan) { scan->observations.clear(); }, &run);
