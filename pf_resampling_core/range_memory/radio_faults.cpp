@@ -336,14 +336,30 @@ std::optional<RangeMode> RangeMemory::with_other_error(const RangeMode& mode,
 std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
                                                   const std::vector<bool>& is_suspicious) const {
   const RangeMode listed = as_listed();
+  // A mirrored path mistakes the other two.
+  const bool may_be_others = has_mistake(mode);
   const auto may_be_wrong = [&](std::size_t radio) {
-    return is_suspicious[radio] || mode.accounts[radio] != RadioAccount::as_listed;
+    return may_be_others || is_suspicious[radio] || mode.accounts[radio] != RadioAccount::as_listed;
+  };
+  // m^2: what a radio's own height adds where it hangs as high as another one.
+  const auto height_of = [&](std::size_t radio, std::size_t place) {
+    for (const auto& ranges : graph_.ranges) {
+      for (const HeldRange& range : ranges) {
+        if (static_cast<std::size_t>(range.radio) != radio || !range.height) continue;
+        const double higher =
+            radios_[place].listed->position.z() - radios_[radio].listed->position.z();
+        return (2.0 * *range.height + higher) * higher;
+      }
+    }
+    return 0.0;
   };
   const auto mistake = [&](std::size_t radio, std::size_t place, RangeMode* other) {
     other->accounts[radio] = RadioAccount::mistaken;
+    const int at = radio_at(static_cast<int>(radio));
     for (Eigen::VectorXd* constants : {&other->prior.constants, &other->estimate.constants}) {
-      constants->segment<2>(radio_at(static_cast<int>(radio))) =
+      constants->segment<2>(at) =
           listed.prior.constants.segment<2>(radio_at(static_cast<int>(place)));
+      (*constants)[at + RadioOf::height] = height_of(radio, place);
     }
   };
   std::vector<std::pair<double, RangeMode>> pairs;
