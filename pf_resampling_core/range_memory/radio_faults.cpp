@@ -40,7 +40,8 @@ constexpr double kMostRanges = 0.9;
 constexpr double kAnotherFault = 1e-5;  // odds, before there are data
 constexpr double kLooseOdds = 0.4;      // of an error that may be there, before there are data
 constexpr double kGrossOdds = 1e-3;     // of odometry that counts several times what it should
-constexpr double kDoubtfulNoise = 3.0;  // of the odometry, a factor
+constexpr double kDoubtfulNoise = 3.0;  // a factor
+constexpr double kGrossLatest = 120.0;  // s, a first turn included
 constexpr OdometryFactors kFactors[] = {
     {1.0, 1.0},  {0.25, 1.0}, {1.0 / 3.0, 1.0}, {0.5, 1.0}, {2.0, 1.0}, {3.0, 1.0}, {4.0, 1.0},
     {1.0, -1.0}, {1.0, 0.25}, {1.0, 1.0 / 3.0}, {1.0, 0.5}, {1.0, 2.0}, {1.0, 3.0}, {1.0, 4.0}};
@@ -284,8 +285,12 @@ bool RangeMemory::try_gross_odometry() {
   const bool is_doubtful = std::max(noise_.translation, noise_.heading) > kDoubtfulNoise ||
                            has_fault(mode) || has_slipped_since(times_.front()) ||
                            !explains_newest();
+  // Ranges may take the blame for lengths. Of a list that is wrong they take it, too, and a robot
+  // that turns the wrong way would fit such a list.
+  const bool may_be_long = noise_.range > kDoubtfulNoise;
   const bool is_known = mode.past || odometry_factors_ != OdometryFactors{};
-  if (!is_doubtful || is_known || time_ > kRigid || beacons_.size() < 2) return false;
+  if (!(is_doubtful || may_be_long) || is_known || time_ > kGrossLatest || beacons_.size() < 2)
+    return false;
   const RangeMode listed = as_listed();
   const auto with_factors = [&](const OdometryFactors& factors) {
     RangeMode other = listed;
@@ -297,6 +302,7 @@ bool RangeMemory::try_gross_odometry() {
   OdometryFactors best;
   double least = std::numeric_limits<double>::infinity();
   for (const OdometryFactors& factors : kFactors) {
+    if (!is_doubtful && factors.turn != 1.0) continue;
     const auto poses = first_poses(with_factors(factors), 2);
     if (poses.empty() || !(poses.front().first < least)) continue;
     least = poses.front().first;

@@ -74,26 +74,33 @@ TEST(RangeMemory, TakesWheelsToBeTwoPercentOffAtFirst) {
   }
 }
 
-// Wheels counted four times, a gyro with the wrong sign: no radio is accused.
+// Wheels counted four times, a gyro with the wrong sign: no radio is accused. What turns show may
+// come late.
 TEST(RangeMemory, FindsOdometryThatCountsSeveralTimesOrTurnsTheWrongWay) {
-  for (const auto& [distance, turn] :
-       {std::pair(4.0, 1.0), std::pair(0.25, 1.0), std::pair(1.0, 3.0), std::pair(1.0, -1.0)}) {
+  struct Odometry {
+    double distance, turn, straight;
+  };
+  for (const auto& [distance, turn, straight] :
+       {Odometry{4.0, 1.0, 0.0}, Odometry{0.25, 1.0, 0.0}, Odometry{1.0, 3.0, 0.0},
+        Odometry{1.0, -1.0, 0.0}, Odometry{1.0, -1.0, 12.0}}) {
     DriveAmongRadios drive;
     drive.distance_scale = distance;
     drive.turn_scale = turn;
+    drive.straight = straight;
+    drive.truth.x -= 0.5 * straight;
     // Where it began is not where it is when the data begin anew.
     PoseEstimate first;
     first.mean = drive.truth;
     first.covariance = 1e-4 * Eigen::Matrix3d::Identity();
     RangeMemory memory({}, drive.beacons, {}, first);
-    drive.drive(60.0, 3, &memory);
+    drive.drive(60.0 + 4.0 * straight, 3, &memory);
     const RangeMode& mode = memory.modes().front();
     const OdometryFactors& factors = memory.odometry_factors();
     const auto scale = [&](Common::Index of) { return 1.0 + mode.estimate.constants[of]; };
     EXPECT_NEAR(factors.distance * scale(Common::distance_scale), distance, 0.05 * distance);
     EXPECT_NEAR(factors.turn * scale(Common::turn_scale), turn, 0.05 * std::abs(turn));
     EXPECT_EQ(mode.accounts, std::vector<RadioAccount>(4, RadioAccount::as_listed));
-    EXPECT_LT(drive.error(memory), 0.3) << distance << ", " << turn;
+    EXPECT_LT(drive.error(memory), 0.3) << distance << ", " << turn << ", " << straight;
   }
 }
 
