@@ -258,6 +258,8 @@ void FastSlamPipeline::note_given_map() {
   scene_ = Eigen::AlignedBox2d(Eigen::Vector2d(robot.x, robot.y));
   for (const LandmarkEstimate& landmark : map) scene_.extend(landmark.mean);
   findings_.clear();
+  adrift_.clear();
+  doubts_ = 0;
   predictions_.clear();
   belief_was_wrong_ = false;
   doubtful_scans_.clear();

@@ -330,6 +330,11 @@ TEST(FastSlamScans, NewLandmarksDoNotSettleAContradiction) {
   EXPECT_TRUE(is_doubted());
   run.feed(Drive::messages(45.7, 47.0));
   EXPECT_FALSE(is_doubted());
+  for (const double time : {47.1, 47.2, 47.3}) see(time, behind, ahead);
+  EXPECT_TRUE(is_doubted());
+  run.pipeline.reset();
+  see(47.4, behind, ahead);
+  EXPECT_FALSE(is_doubted());
 }
 
 TEST(FastSlamScans, ScansThatSeeNothingSayWhatIsGone) {
