@@ -352,9 +352,10 @@ std::vector<RangeMode> RangeMemory::with_mistakes(const RangeMode& mode,
     for (const auto& ranges : graph_.ranges) {
       for (const HeldRange& range : ranges) {
         if (static_cast<std::size_t>(range.radio) != radio || !range.height) continue;
-        const double higher =
-            radios_[place].listed->position.z() - radios_[radio].listed->position.z();
-        return (2.0 * *range.height + higher) * higher;
+        const Beacon& other = *radios_[place].listed;
+        const double higher = other.position.z() - radios_[radio].listed->position.z();
+        const double there = other.is_planar ? 0.0 : *range.height + higher;
+        return there * there - *range.height * *range.height;
       }
     }
     return 0.0;

@@ -6,7 +6,9 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
+#include "pf_resampling_core/filters/fastslam/memory/memory.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/reassociation.hpp"
 #include "pf_resampling_core/filters/fastslam/memory/segment_equations.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
@@ -22,6 +24,18 @@ constexpr double kFar = 1e4;       // m
 constexpr double kNextScan = 1.0;  // s
 constexpr std::size_t kFewestPairs = 100;
 constexpr double kMedianOfNormal = 0.6745;
+constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
+// Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
+// one time to the next: their number grows with its logarithm. Of so many landmarks half as many,
+// of twice as many a third, and so on.
+constexpr std::size_t kMostPassages = 8;
+constexpr std::size_t kMostWindows = 4;
+constexpr std::size_t kMostOfWindow = 30;  // landmarks
+constexpr double kValidationStride = 0.02;
+constexpr std::size_t kManyLandmarks = 200;
+// Factor that the noise may fall by at a time: what the drive is linearised at follows it.
+constexpr double kMostNoiseFall = 1.25;
+constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
 
 // A segment without what is left out, at the graph's estimate.
 struct Remainder {
@@ -178,6 +192,23 @@ PredictionError prediction_error(const NoiseScales& noise, const Eigen::Vector2d
   error.by_motions = stated(parts[DataKind::motion], noise.motion);
   error.by_prior = stated(parts[DataKind::given], 1.0);
   return error;
+}
+
+void append_newest(const std::vector<PredictedBlock>& blocks, std::vector<PredictedBlock>* all) {
+  all->insert(all->end(), blocks.begin(), blocks.end());
+  if (all->size() > kMostPredicted) {
+    all->erase(all->begin(), all->end() - static_cast<std::ptrdiff_t>(kMostPredicted));
+  }
+}
+
+// Evenly over all of them.
+template <typename Item>
+void keep_evenly(std::size_t most, std::vector<Item>* items) {
+  if (items->size() <= most) return;
+  for (std::size_t i = 0; i < most; ++i) {
+    (*items)[i] = std::move((*items)[i * items->size() / most]);
+  }
+  items->resize(most);
 }
 
 }  // namespace
@@ -369,6 +400,44 @@ NoiseScales scatter(const SegmentGraph& graph) {
     return std::clamp(*middle / (kMedianOfNormal * std::sqrt(2.0)), kSmallestNoiseScale, 1.0);
   };
   return {scale(&ranges), scale(&bearings), 1.0};
+}
+
+void Memory::validate(double robust_width) {
+  const SegmentGraph& graph = state_.graph;
+  const bool are_windows_left = state_.windows_validated < state_.validated;
+  const bool is_due = state_.time >= (1.0 + kValidationStride) * state_.validated;
+  const std::size_t parts = 1 + graph.landmarks.size() / kManyLandmarks;
+  const bool is_large = parts > 1;
+  if (equations_ == nullptr || !(is_due || are_windows_left)) return;
+  std::vector<LeftOutSightings> passages, windows;
+  if (are_windows_left || !is_large) {
+    windows = completed_windows(graph, state_.begins, state_.windows_validated, state_.time);
+    state_.windows_validated = state_.time;
+  }
+  if (is_due && !(is_large && are_windows_left)) {
+    passages = completed_passages(graph, state_.begins, state_.validated, state_.time);
+    state_.validated = state_.time;
+  }
+  if (passages.empty() && windows.empty()) return;
+  const auto share = [&](std::size_t most) { return std::max<std::size_t>(1, most / parts); };
+  keep_evenly(share(kMostPassages), &passages);
+  keep_evenly(share(kMostWindows), &windows);
+  for (LeftOutSightings& window : windows) keep_evenly(share(kMostOfWindow), &window.groups);
+  append_newest(predict(graph, robust_width, passages), &state_.passages);
+  append_newest(predict(graph, robust_width, windows), &state_.windows);
+  const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(graph));
+  const auto approach = [](double from, double to) { return std::max(to, from / kMostNoiseFall); };
+  NoiseScales& noise = state_.graph.noise;
+  const NoiseScales next = {approach(noise.range, found.range),
+                            approach(noise.bearing, found.bearing),
+                            approach(noise.motion, found.motion)};
+  const auto is_new = [](double from, double to) {
+    return to > kNoiseStep * from || from > kNoiseStep * to;
+  };
+  if (is_new(noise.range, next.range) || is_new(noise.bearing, next.bearing) ||
+      is_new(noise.motion, next.motion)) {
+    noise = next;
+  }
 }
 
 }  // namespace pf_resampling

@@ -23,19 +23,7 @@ constexpr double kMostSquare = 16.0;  // of the odometry of what is joined; see 
 // segments before them.
 constexpr int kMostUpdatesWithData = 1500;
 constexpr std::size_t kMostPast = 40;
-constexpr int kMostUndecided = 500;          // updates without a solution, without ids
-constexpr std::size_t kMostPredicted = 300;  // blocks of each kind
-// Blocks that are predicted at a time, a factorisation each; and how much of the drive passes from
-// one time to the next: their number grows with its logarithm. Of so many landmarks half as many,
-// of twice as many a third, and so on.
-constexpr std::size_t kMostPassages = 8;
-constexpr std::size_t kMostWindows = 4;
-constexpr std::size_t kMostOfWindow = 30;  // landmarks
-constexpr double kValidationStride = 0.02;
-constexpr std::size_t kManyLandmarks = 200;
-// Factor that the noise may fall by at a time: what the drive is linearised at follows it.
-constexpr double kMostNoiseFall = 1.25;
-constexpr double kNoiseStep = 1.05;  // factor below which noise stays as it was found to be
+constexpr int kMostUndecided = 500;  // updates without a solution, without ids
 constexpr double kSlipped = 0.2;     // weight of the odometry
 constexpr std::ptrdiff_t kFewSlips = 2;
 constexpr double kLargeConstant = 3.0;  // standard deviations
@@ -58,23 +46,6 @@ constexpr double kNowhere = 1e9;     // m
 constexpr double kSameTime = 1e-6;   // s
 constexpr double kSmallestPrior = 1e-9;
 constexpr double kUnknown = 1e9;  // standard deviation of constants that a belief knows
-
-void append_newest(const std::vector<PredictedBlock>& blocks, std::vector<PredictedBlock>* all) {
-  all->insert(all->end(), blocks.begin(), blocks.end());
-  if (all->size() > kMostPredicted) {
-    all->erase(all->begin(), all->end() - static_cast<std::ptrdiff_t>(kMostPredicted));
-  }
-}
-
-// Evenly over all of them.
-template <typename Item>
-void keep_evenly(std::size_t most, std::vector<Item>* items) {
-  if (items->size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) {
-    (*items)[i] = std::move((*items)[i * items->size() / most]);
-  }
-  items->resize(most);
-}
 
 // Whether a solution may be a bad one: constants far beyond what is known of their size, or
 // odometry that is wrong here and there.
@@ -495,44 +466,6 @@ MemoryDraw Memory::draw(int particles, const RandomStream& stream) const {
   const OdometryInformation covariance = information.llt().solve(OdometryInformation::Identity());
   draw.odometry_given_path = 0.5 * (covariance + covariance.transpose());
   return draw;
-}
-
-void Memory::validate(double robust_width) {
-  const SegmentGraph& graph = state_.graph;
-  const bool are_windows_left = state_.windows_validated < state_.validated;
-  const bool is_due = state_.time >= (1.0 + kValidationStride) * state_.validated;
-  const std::size_t parts = 1 + graph.landmarks.size() / kManyLandmarks;
-  const bool is_large = parts > 1;
-  if (equations_ == nullptr || !(is_due || are_windows_left)) return;
-  std::vector<LeftOutSightings> passages, windows;
-  if (are_windows_left || !is_large) {
-    windows = completed_windows(graph, state_.begins, state_.windows_validated, state_.time);
-    state_.windows_validated = state_.time;
-  }
-  if (is_due && !(is_large && are_windows_left)) {
-    passages = completed_passages(graph, state_.begins, state_.validated, state_.time);
-    state_.validated = state_.time;
-  }
-  if (passages.empty() && windows.empty()) return;
-  const auto share = [&](std::size_t most) { return std::max<std::size_t>(1, most / parts); };
-  keep_evenly(share(kMostPassages), &passages);
-  keep_evenly(share(kMostWindows), &windows);
-  for (LeftOutSightings& window : windows) keep_evenly(share(kMostOfWindow), &window.groups);
-  append_newest(predict(graph, robust_width, passages), &state_.passages);
-  append_newest(predict(graph, robust_width, windows), &state_.windows);
-  const NoiseScales found = noise_scales(state_.passages, state_.windows, scatter(graph));
-  const auto approach = [](double from, double to) { return std::max(to, from / kMostNoiseFall); };
-  NoiseScales& noise = state_.graph.noise;
-  const NoiseScales next = {approach(noise.range, found.range),
-                            approach(noise.bearing, found.bearing),
-                            approach(noise.motion, found.motion)};
-  const auto is_new = [](double from, double to) {
-    return to > kNoiseStep * from || from > kNoiseStep * to;
-  };
-  if (is_new(noise.range, next.range) || is_new(noise.bearing, next.bearing) ||
-      is_new(noise.motion, next.motion)) {
-    noise = next;
-  }
 }
 
 int Memory::number_of(std::int64_t landmark_id) const {
