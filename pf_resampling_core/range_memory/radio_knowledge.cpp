@@ -1,7 +1,6 @@
 // What RangeMemory says of radios, and of the robot at the newest time.
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -43,8 +42,10 @@ Eigen::MatrixXd without_frame(const std::vector<Beacon>& beacons,
     similar.middleRows<2>(static_cast<Eigen::Index>(2 * b)) << 1.0, 0.0, -off.y(), off.x(),  //
         0.0, 1.0, off.x(), off.y();
   }
+  // About the center, these are orthogonal.
+  for (Eigen::Index c = 0; c < similar.cols(); ++c) similar.col(c).normalize();
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows()) -
-                               similar * similar.completeOrthogonalDecomposition().pseudoInverse();
+                               similar * similar.transpose();
   return rest * covariance * rest.transpose();
 }
 
