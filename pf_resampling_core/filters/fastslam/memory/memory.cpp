@@ -33,8 +33,8 @@ constexpr double kGrossFault = 14.0;  // cost: one odometry in a million has a w
 // its odometry there.
 constexpr std::size_t kSuspects = 15;
 constexpr double kCarriedShare = 1e-4;
-// Passages of landmarks that were missed, beyond those that were hardly seen, where the robot may
-// still be where it believes: so many, and this share of all.
+// Passages of landmarks that were missed where the robot may still be where it believes: so many,
+// and this share of all. A sensor that hardly sees landmarks misses a share of them twice over.
 constexpr double kFewMissed = 3.0;
 constexpr double kMissedShare = 0.04;
 // A whole group of landmarks can be taken for its neighbours at once, and the Gaussian of one
@@ -411,8 +411,10 @@ void Memory::look_for_missed() {
   }
   const Scans scans = newest_scans(graph, state_.begins, std::numeric_limits<int>::max());
   const ViewPassages passages = view_passages(places, {&scans});
+  const double hardly =
+      static_cast<double>(passages.hardly_seen) / std::max(1, passages.all - passages.missed);
   misses_landmarks_ =
-      passages.missed - passages.hardly_seen > kFewMissed + kMissedShare * passages.all;
+      passages.missed > kFewMissed + (kMissedShare + hardly * hardly) * passages.all;
 }
 
 bool Memory::solve_carried(double robust_width, const Pose2& newest, double since) {
