@@ -1,6 +1,7 @@
 #include "src/messages/described_message.hpp"
 
-#include <cstring>
+#include <ros/serialization.h>
+
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -16,58 +17,31 @@ using nlohmann::json;
 
 constexpr int kDeepestMessage = 20;  // types in types
 
-/// What is left of a message.
-class MessageBytes {
- public:
-  MessageBytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
+using ros::serialization::IStream;
 
-  const std::uint8_t* take(std::size_t size) {
-    if (size > left_) throw Error("the message is shorter than its definition says");
-    const std::uint8_t* const taken = data_;
-    data_ += size;
-    left_ -= size;
-    return taken;
-  }
-  template <typename Number>
-  Number number() {
-    Number number;
-    std::memcpy(&number, take(sizeof(Number)), sizeof(Number));
-    return number;
-  }
-  std::size_t left() const { return left_; }
-
- private:
-  const std::uint8_t* data_;
-  std::size_t left_;
-};
-
-template <typename Number>
-json read_number(MessageBytes* bytes) {
-  return bytes->number<Number>();
+template <typename Value>
+json read_value(IStream* stream) {
+  Value value;
+  stream->next(value);
+  return value;
 }
 
 template <typename Number>
-json read_time(MessageBytes* bytes) {
-  const auto seconds = bytes->number<Number>();
-  return {{"secs", seconds}, {"nsecs", bytes->number<Number>()}};
+json read_time(IStream* stream) {
+  const json seconds = read_value<Number>(stream);
+  return {{"secs", seconds}, {"nsecs", read_value<Number>(stream)}};
 }
 
-json read_text(MessageBytes* bytes) {
-  const auto size = bytes->number<std::uint32_t>();
-  const std::uint8_t* const letters = bytes->take(size);
-  return std::string(letters, letters + size);
-}
-
-const std::map<std::string, json (*)(MessageBytes*)>& builtin_types() {
-  static const std::map<std::string, json (*)(MessageBytes*)> types = {
-      {"bool", read_number<std::uint8_t>},    {"byte", read_number<std::int8_t>},
-      {"char", read_number<std::uint8_t>},    {"int8", read_number<std::int8_t>},
-      {"uint8", read_number<std::uint8_t>},   {"int16", read_number<std::int16_t>},
-      {"uint16", read_number<std::uint16_t>}, {"int32", read_number<std::int32_t>},
-      {"uint32", read_number<std::uint32_t>}, {"int64", read_number<std::int64_t>},
-      {"uint64", read_number<std::uint64_t>}, {"float32", read_number<float>},
-      {"float64", read_number<double>},       {"string", read_text},
-      {"time", read_time<std::uint32_t>},     {"duration", read_time<std::int32_t>}};
+const std::map<std::string, json (*)(IStream*)>& builtin_types() {
+  static const std::map<std::string, json (*)(IStream*)> types = {
+      {"bool", read_value<std::uint8_t>},    {"byte", read_value<std::int8_t>},
+      {"char", read_value<std::uint8_t>},    {"int8", read_value<std::int8_t>},
+      {"uint8", read_value<std::uint8_t>},   {"int16", read_value<std::int16_t>},
+      {"uint16", read_value<std::uint16_t>}, {"int32", read_value<std::int32_t>},
+      {"uint32", read_value<std::uint32_t>}, {"int64", read_value<std::int64_t>},
+      {"uint64", read_value<std::uint64_t>}, {"float32", read_value<float>},
+      {"float64", read_value<double>},       {"string", read_value<std::string>},
+      {"time", read_time<std::uint32_t>},    {"duration", read_time<std::int32_t>}};
   return types;
 }
 
@@ -123,10 +97,10 @@ Definitions definitions_in(const std::string& type, const std::string& text) {
 }
 
 json read_message(const Definitions& definitions, const std::string& type, int depth,
-                  MessageBytes* bytes) {
+                  IStream* stream) {
   if (depth > kDeepestMessage) throw Error("the message has types in types without end");
   const auto builtin = builtin_types().find(type);
-  if (builtin != builtin_types().end()) return builtin->second(bytes);
+  if (builtin != builtin_types().end()) return builtin->second(stream);
   const auto definition = definitions.find(type);
   if (definition == definitions.end()) {
     throw Error("the definition of the message does not define " + type);
@@ -135,14 +109,14 @@ json read_message(const Definitions& definitions, const std::string& type, int d
   for (const MessageField& field : definition->second) {
     json& value = message[field.name];
     if (!field.is_array) {
-      value = read_message(definitions, field.type, depth + 1, bytes);
+      value = read_message(definitions, field.type, depth + 1, stream);
       continue;
     }
     value = json::array();
     const std::int64_t length =
-        field.length >= 0 ? field.length : std::int64_t{bytes->number<std::uint32_t>()};
+        field.length >= 0 ? field.length : read_value<std::uint32_t>(stream).get<std::int64_t>();
     for (std::int64_t i = 0; i < length; ++i) {
-      value.push_back(read_message(definitions, field.type, depth + 1, bytes));
+      value.push_back(read_message(definitions, field.type, depth + 1, stream));
     }
   }
   return message;
@@ -159,10 +133,14 @@ json read_described(const std::string& type, const std::string& definition,
     definitions = definitions_in(type, definition);
     known = {type, definition};
   }
-  MessageBytes bytes(data, size);
-  json message = read_message(definitions, type, 0, &bytes);
-  if (bytes.left() > 0) throw Error("the message is longer than its definition says");
-  return message;
+  IStream stream(const_cast<std::uint8_t*>(data), static_cast<std::uint32_t>(size));
+  try {
+    json message = read_message(definitions, type, 0, &stream);
+    if (stream.getLength() > 0) throw Error("the message is longer than its definition says");
+    return message;
+  } catch (const ros::serialization::StreamOverrunException&) {
+    throw Error("the message is shorter than its definition says");
+  }
 }
 
 }  // namespace pf_resampling
