@@ -26,9 +26,11 @@
 namespace pf_resampling {
 namespace {
 
-constexpr int kRefreshPeriod = 100;  // ms
-constexpr double kSilence = 3.0;     // s of wall time without a status that are mentioned
-constexpr int kMostRejects = 3;      // lines of them; the tool tip has all
+constexpr int kRefreshPeriod = 100;     // ms
+constexpr double kSilence = 3.0;        // s of wall time without a status that are mentioned
+constexpr int kMostRejects = 3;         // lines of them; the tool tip has all
+constexpr double kSmallestScene = 4.0;  // m
+constexpr double kFill = 0.7;           // of the window, by the scene in a new view
 
 QString to_qt(const std::string& text) {
   return QString::fromStdString(text);
@@ -51,6 +53,18 @@ QString style_of(FilterHealth::Level level) {
   if (level == FilterHealth::Level::warning) colour = "#b35900";
   if (level == FilterHealth::Level::bad) colour = "#b3221c";
   return QString("background: %1; color: white; padding: 3px; font-weight: bold;").arg(colour);
+}
+
+void extend(const visualization_msgs::MarkerArray& markers, Eigen::AlignedBox2d* scene) {
+  for (const visualization_msgs::Marker& marker : markers.markers) {
+    if (marker.ns != "landmarks" && marker.ns != "beacons" && marker.ns != "pose_heading") continue;
+    if (marker.action == visualization_msgs::Marker::DELETE) {  // after a reset
+      scene->setEmpty();
+    } else if (marker.points.empty()) {
+      scene->extend(Eigen::Vector2d(marker.pose.position.x, marker.pose.position.y));
+    }
+    for (const auto& point : marker.points) scene->extend(Eigen::Vector2d(point.x, point.y));
+  }
 }
 
 }  // namespace
@@ -153,7 +167,7 @@ void FilterPanel::connect_to_filter() {
   parameters_->show_controls({});
   health_.clear();
   last_status_ = ros::WallTime();
-  scene_ = Scene();
+  scene_.setEmpty();
   show_result(true, "");
   connection_ = std::make_unique<FilterConnection>(filter_);
   show_offer({});
@@ -180,7 +194,7 @@ void FilterPanel::refresh() {
     show_health();
   }
   show_verdict(news);
-  for (const auto& markers : news.markers) scene_.take(markers);
+  for (const auto& markers : news.markers) extend(markers, &scene_);
   fit_view();
   for (const CallResult& result : news.results) show_result(result.success, to_qt(result.text));
   if (news.is_calling) show_result(true, "Waiting for the node …");
@@ -258,24 +272,29 @@ void FilterPanel::show_result(bool success, const QString& text) {
 void FilterPanel::fit_view() {
   rviz::ViewManager* views = vis_manager_->getViewManager();
   rviz::ViewController* view = views->getCurrent();
-  const Eigen::AlignedBox2d scene = scene_.box();
-  if (!fits_view_ || scene.isEmpty() || view->getClassId() != "rviz/TopDownOrtho") return;
+  if (!fits_view_ || scene_.isEmpty() || view->getClassId() != "rviz/TopDownOrtho") return;
   const auto number_of = [&](const char* name) {
-    return view->subProp(name)->getValue().toFloat();
+    return view->subProp(name)->getValue().toDouble();
   };
-  const TopView now = {number_of("X"), number_of("Y"), number_of("Scale")};
-  fits_view_ = number_of("Angle") == 0.0F &&
-               (!view_ || (now.x == view_->x && now.y == view_->y && now.scale == view_->scale));
+  const auto present = [&] {
+    return Eigen::Array3d(number_of("X"), number_of("Y"), number_of("Scale"));
+  };
+  fits_view_ = number_of("Angle") == 0.0 && (!view_ || (present() == *view_).all());
   if (!fits_view_) return;
   const Ogre::Viewport* window = view->getCamera()->getViewport();
-  const TopView next =
-      fitted_view(scene, {window->getActualWidth(), window->getActualHeight()}, now);
+  const Eigen::Vector2d pixels(window->getActualWidth(), window->getActualHeight());
+  if (view_) {
+    const Eigen::Vector2d middle = view_->head<2>(), half = pixels / (2.0 * view_->z());
+    if (Eigen::AlignedBox2d(middle - half, middle + half).contains(scene_)) return;
+  }
   // Nothing that rviz should ask about saving when it is closed.
   const QSignalBlocker quiet(views);
-  view->subProp("X")->setValue(static_cast<float>(next.x));
-  view->subProp("Y")->setValue(static_cast<float>(next.y));
-  view->subProp("Scale")->setValue(static_cast<float>(next.scale));
-  view_ = {number_of("X"), number_of("Y"), number_of("Scale")};
+  const Eigen::Vector2d sizes = scene_.sizes().cwiseMax(kSmallestScene);
+  view->subProp("X")->setValue(static_cast<float>(scene_.center().x()));
+  view->subProp("Y")->setValue(static_cast<float>(scene_.center().y()));
+  view->subProp("Scale")->setValue(
+      static_cast<float>(kFill * pixels.cwiseQuotient(sizes).minCoeff()));
+  view_ = present();
 }
 
 // ---- buttons ----------------------------------------------------------------------------------

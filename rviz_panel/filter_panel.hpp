@@ -3,6 +3,7 @@
 #include <ros/time.h>
 #include <rviz/panel.h>
 
+#include <Eigen/Geometry>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,7 +14,6 @@
 #include "rviz_panel/filter_connection.hpp"
 #include "rviz_panel/filter_health.hpp"
 #include "rviz_panel/strip_widget.hpp"
-#include "rviz_panel/view_fit.hpp"
 
 class QLabel;
 class QLineEdit;
@@ -60,8 +60,8 @@ class FilterPanel : public rviz::Panel {
   ros::WallTime last_status_;
   bool was_calling_ = false;
   bool fits_view_ = false;
-  Scene scene_;
-  std::optional<TopView> view_;  // as it was set last
+  Eigen::AlignedBox2d scene_;           // what landmarks, beacons and the robot have spanned, m
+  std::optional<Eigen::Array3d> view_;  // x and y, m, and pixels per metre, as they were set last
 
   QLineEdit* node_ = nullptr;
   QLabel *strategy_ = nullptr, *verdict_ = nullptr, *findings_ = nullptr, *counts_ = nullptr,
