@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
-#include <numeric>
+#include <limits>
 #include <utility>
 
 #include "pf_resampling_core/geometry.hpp"
@@ -18,45 +17,43 @@ namespace {
 constexpr double kSamePlace = 0.3;    // m
 constexpr double kSameHeading = 0.5;  // rad
 
-using Indices = std::vector<Eigen::Index>;
-
 // Share of the weight, of all and of the cluster that is looked at, that a place has at least.
 constexpr double kSmallestShare = 0.02;
 // Share of the variance of two clusters that has to be between them: that of two Gaussians of equal
 // weight whose means are 4 sigma apart. A Gaussian cut in half has 0.64, a uniform density 0.75.
 constexpr double kSeparated = 0.8;
-// So much of a cell's square is variance that a few particles do not show: less than four of them
-// are never two places.
+// So much of a bandwidth's square is variance that a few particles do not show: less than four of
+// them are never two places.
 constexpr double kUnseen = 0.375;
-// Particles that no cell joins to a cluster belong to it within so many of its standard deviations
-// and a cell.
-constexpr double kNear = 5.0;
-// Cells are not smaller: places that are closer are one place.
-constexpr double kSmallestLength = 0.01;  // m
-constexpr double kSmallestAngle = 0.01;   // rad
+constexpr double kReach = 2.0;  // bandwidths, between neighbours
+// A cluster within so much of the spread of all is looked at again by its own.
+constexpr double kMuchSmaller = 0.6;
+constexpr double kSmallestBandwidth = 0.01;  // m, rad: what is closer is one place
 // Particles that are looked at; of more, so many are picked by their weights.
-constexpr Eigen::Index kEnough = 10000;
-// Of the places within places.
-constexpr int kDeepest = 8;
-// Cells beyond so many from the middle are taken together.
-constexpr double kFarthestCell = 1e6;
+constexpr Eigen::Index kEnough = 500;
+
+using Indices = std::vector<Eigen::Index>;
 
 struct View {
   ConstArray weights, x, y, heading;
 };
 
-struct Moments {
+struct Part {
+  Indices members;
   double weight = 0.0;
   PoseEstimate pose;
-  double effective = 0.0;
+  double effective = 0.0;  // sample size
+
+  double sigma(int k) const { return std::sqrt(std::max(0.0, pose.covariance(k, k))); }
+  // Of a density in three dimensions that is to be seen by so many particles (Silverman 1986).
+  double bandwidth(int k) const {
+    return std::max(kSmallestBandwidth, sigma(k) * std::pow(effective, -1.0 / 7.0));
+  }
 };
 
-Moments moments_of(const View& all, const Indices& members) {
+Part part_of(const View& all, Indices members) {
   const auto count = static_cast<Eigen::Index>(members.size());
-  Eigen::ArrayXd w(count);
-  Eigen::ArrayXd x(count);
-  Eigen::ArrayXd y(count);
-  Eigen::ArrayXd heading(count);
+  Eigen::ArrayXd w(count), x(count), y(count), heading(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index k = members[static_cast<std::size_t>(i)];
     w[i] = all.weights[k];
@@ -64,246 +61,106 @@ Moments moments_of(const View& all, const Indices& members) {
     y[i] = all.y[k];
     heading[i] = all.heading[k];
   }
-  Moments moments;
-  moments.weight = w.sum();
-  if (!(moments.weight > 0.0)) return moments;
-  w /= moments.weight;
-  const PoseStatistics statistics = pose_statistics(w, x, y, heading);
-  moments.pose = statistics;
-  moments.effective = statistics.effective_sample_size;
-  return moments;
+  Part part;
+  part.members = std::move(members);
+  part.weight = w.sum();
+  if (!(part.weight > 0.0)) return part;
+  const PoseStatistics statistics = pose_statistics(w / part.weight, x, y, heading);
+  part.pose = statistics;
+  part.effective = statistics.effective_sample_size;
+  return part;
 }
 
-double sigma(const Moments& moments, int k) {
-  return std::sqrt(std::max(0.0, moments.pose.covariance(k, k)));
-}
-
-/// Lengths of the cells of a set of particles.
-struct Grid {
-  explicit Grid(const Moments& moments)
-      : middle(moments.pose.mean),
-        length_x(length(moments, 0, kSmallestLength)),
-        length_y(length(moments, 1, kSmallestLength)),
-        bins(static_cast<std::int64_t>(
-            std::max(1.0, std::floor(2.0 * kPi / length(moments, 2, kSmallestAngle))))) {}
-
-  /// Of a density in three dimensions that is to be seen by so many particles (Silverman 1986).
-  static double length(const Moments& moments, int k, double smallest) {
-    return std::max(smallest, sigma(moments, k) * std::pow(moments.effective, -1.0 / 7.0));
-  }
-  static std::uint64_t index(double offset) {
-    const double cell = std::clamp(std::floor(offset), -kFarthestCell, kFarthestCell);
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(cell) + (1 << 20));
-  }
-  /// The column of (x, y), and with it the heading: neighbours of a column are a fixed number away.
-  std::uint64_t column(double x, double y) const {
-    return index((x - middle.x) / length_x) << 22 | index((y - middle.y) / length_y);
-  }
-  std::uint64_t cell(double x, double y, double heading) const {
-    const double turns = (wrap_angle(heading - middle.heading) + kPi) / (2.0 * kPi);
-    const auto bin = static_cast<std::int64_t>(turns * static_cast<double>(bins));
-    return column(x, y) << 16 |
-           static_cast<std::uint64_t>(std::clamp<std::int64_t>(bin, 0, bins - 1));
-  }
-  Pose2 middle;
-  double length_x, length_y;
-  std::int64_t bins;
-};
-
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
-/// Sets of particles whose cells touch one another.
-std::vector<Indices> components(const View& all, const Indices& members, const Grid& grid) {
-  std::vector<std::pair<std::uint64_t, std::size_t>> sorted;
-  sorted.reserve(members.size());
-  for (const Eigen::Index k : members) {
-    sorted.emplace_back(grid.cell(all.x[k], all.y[k], all.heading[k]), sorted.size());
-  }
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<std::uint64_t> cells;
-  std::vector<std::size_t> cell_of(members.size());
-  for (const auto& [cell, i] : sorted) {
-    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
-    cell_of[i] = cells.size() - 1;
-  }
-  Sets sets(cells.size());
-  // Neighbours are fixed numbers away: half of the columns, whose others have this one as theirs,
-  // and the headings beside each; the last and the first touch, too, where there is a first.
-  const std::int64_t last = grid.bins - 1;
-  std::vector<std::int64_t> turns = {-1, 0, 1};
-  const auto is_first = [](std::uint64_t cell) { return cell % (1 << 16) == 0; };
-  if (std::any_of(cells.begin(), cells.end(), is_first)) {
-    turns.insert(turns.end(), {-last, last});
-  }
-  for (const std::int64_t column : {0, 1, (1 << 22) - 1, 1 << 22, (1 << 22) + 1}) {
-    for (const std::int64_t turn : turns) {
-      if (column == 0 && turn <= 0) continue;
-      const auto offset = static_cast<std::uint64_t>(column * (1 << 16) + turn);
-      std::size_t other = 0;
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        while (other < cells.size() && cells[other] < cells[i] + offset) ++other;
-        if (other < cells.size() && cells[other] == cells[i] + offset) sets.join(i, other);
-      }
+// Sets of particles of a whole that chains of neighbours connect; those
+// of little weight are left out.
+std::vector<Part> components(const View& all, const Part& whole) {
+  const Eigen::Array3d reach =
+      kReach * Eigen::Array3d(whole.bandwidth(0), whole.bandwidth(1), whole.bandwidth(2));
+  std::vector<Part> found;
+  Indices left = whole.members;
+  while (!left.empty()) {
+    Indices members = {left.back()};
+    left.pop_back();
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const Eigen::Index one = members[i];
+      const auto near = std::partition(left.begin(), left.end(), [&](Eigen::Index other) {
+        return std::abs(all.x[one] - all.x[other]) > reach[0] ||
+               std::abs(all.y[one] - all.y[other]) > reach[1] ||
+               std::abs(wrap_angle(all.heading[one] - all.heading[other])) > reach[2];
+      });
+      members.insert(members.end(), near, left.end());
+      left.erase(near, left.end());
     }
-  }
-  std::vector<std::size_t> place(cells.size(), cells.size());
-  std::vector<Indices> found;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const std::size_t root = sets.root(cell_of[i]);
-    if (place[root] == cells.size()) {
-      place[root] = found.size();
-      found.emplace_back();
-    }
-    found[place[root]].push_back(members[i]);
+    std::sort(members.begin(), members.end());
+    Part part = part_of(all, std::move(members));
+    if (part.weight >= kSmallestShare * whole.weight) found.push_back(std::move(part));
   }
   return found;
 }
 
-// Shares of the variance of both together that are between them, the larger of that of the position
+// Share of the variance of both together that is between them, the larger of that of the position
 // along the line between them and that of the heading.
-double separation(const Moments& a, const Moments& b, const Grid& grid) {
+double separation(const Part& a, const Part& b) {
   const double share = a.weight / (a.weight + b.weight);
-  const auto share_between = [&](double distance, double variance_a, double variance_b,
-                                 double cell) {
+  const double unseen = kUnseen * std::pow(a.effective + b.effective, -2.0 / 7.0);
+  const auto share_between = [&](double distance, double variance_a, double variance_b) {
     const double between = share * (1.0 - share) * distance * distance;
-    const double within = share * variance_a + (1.0 - share) * variance_b + kUnseen * cell * cell;
-    return between > 0.0 ? between / (between + within) : 0.0;
+    const double all = between + share * variance_a + (1.0 - share) * variance_b;
+    return between / std::max((1.0 + unseen) * all, kSmallestBandwidth * kSmallestBandwidth);
   };
   const Eigen::Vector2d line(b.pose.mean.x - a.pose.mean.x, b.pose.mean.y - a.pose.mean.y);
   const double distance = line.norm();
-  const Eigen::Vector2d along =
-      distance > 0.0 ? (line / distance).eval() : Eigen::Vector2d::UnitX();
-  const auto variance = [&](const Moments& m) {
-    return (along.transpose() * m.pose.covariance.topLeftCorner<2, 2>() * along).value();
+  const auto variance = [&](const Part& part) {
+    const Eigen::Vector2d along = line / std::max(distance, kSmallestBandwidth);
+    return (along.transpose() * part.pose.covariance.topLeftCorner<2, 2>() * along).value();
   };
-  const double cell = std::hypot(along.x() * grid.length_x, along.y() * grid.length_y);
-  return std::max(
-      share_between(distance, variance(a), variance(b), cell),
-      share_between(wrap_angle(b.pose.mean.heading - a.pose.mean.heading), a.pose.covariance(2, 2),
-                    b.pose.covariance(2, 2), 2.0 * kPi / static_cast<double>(grid.bins)));
+  return std::max(share_between(distance, variance(a), variance(b)),
+                  share_between(wrap_angle(b.pose.mean.heading - a.pose.mean.heading),
+                                a.pose.covariance(2, 2), b.pose.covariance(2, 2)));
 }
 
-struct Part {
-  Indices members;
-  Moments moments;
-};
-
 // The least separated two first, until all are two places.
-void merge_what_is_one(const View& all, const Grid& grid, std::vector<Part>* parts) {
+void merge_what_is_one(const View& all, std::vector<Part>* parts) {
   while (parts->size() > 1) {
-    double least = 1.0;
+    double least = std::numeric_limits<double>::infinity();
     std::pair<std::size_t, std::size_t> two;
     for (std::size_t a = 0; a < parts->size(); ++a) {
       for (std::size_t b = a + 1; b < parts->size(); ++b) {
-        const double separated = separation((*parts)[a].moments, (*parts)[b].moments, grid);
-        if (separated < least) {
-          least = separated;
-          two = {a, b};
-        }
+        const double separated = separation((*parts)[a], (*parts)[b]);
+        if (separated >= least) continue;
+        least = separated;
+        two = {a, b};
       }
     }
     if (least >= kSeparated) return;
-    Part& kept = (*parts)[two.first];
+    Indices members = (*parts)[two.first].members;
     const Indices& more = (*parts)[two.second].members;
-    kept.members.insert(kept.members.end(), more.begin(), more.end());
-    std::sort(kept.members.begin(), kept.members.end());
-    kept.moments = moments_of(all, kept.members);
+    members.insert(members.end(), more.begin(), more.end());
+    (*parts)[two.first] = part_of(all, std::move(members));
     parts->erase(parts->begin() + static_cast<std::ptrdiff_t>(two.second));
   }
 }
 
-// Distance of a particle to a part in units of what is near.
-double distance_to(const Part& part, const Grid& grid, const Pose2& pose) {
-  const Pose2& mean = part.moments.pose.mean;
-  const double turn_length = 2.0 * kPi / static_cast<double>(grid.bins);
-  const double x = (pose.x - mean.x) / (kNear * sigma(part.moments, 0) + grid.length_x);
-  const double y = (pose.y - mean.y) / (kNear * sigma(part.moments, 1) + grid.length_y);
-  const double turn =
-      wrap_angle(pose.heading - mean.heading) / (kNear * sigma(part.moments, 2) + turn_length);
-  return std::max({std::abs(x), std::abs(y), std::abs(turn)});
-}
-
-/// The places among some particles by one grid; what is near none of them is left out.
-std::vector<Part> places(const View& all, const Indices& members, const Moments& moments) {
-  const Grid grid(moments);
-  std::vector<Part> parts;
-  Indices strays;
-  for (Indices& component : components(all, members, grid)) {
-    double weight = 0.0;
-    for (const Eigen::Index k : component) weight += all.weights[k];
-    if (weight < kSmallestShare * moments.weight) {
-      strays.insert(strays.end(), component.begin(), component.end());
-      continue;
-    }
-    Part part;
-    part.moments = moments_of(all, component);
-    part.members = std::move(component);
-    parts.push_back(std::move(part));
-  }
-  if (parts.empty()) return {{members, moments}};
-  merge_what_is_one(all, grid, &parts);
-  std::sort(strays.begin(), strays.end());
-  std::vector<Indices> joining(parts.size());
-  for (const Eigen::Index k : strays) {
-    const Pose2 pose = {all.x[k], all.y[k], all.heading[k]};
-    std::size_t nearest = 0;
-    double least = 1.0;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      const double distance = distance_to(parts[p], grid, pose);
-      if (distance < least) {
-        least = distance;
-        nearest = p;
-      }
-    }
-    if (least < 1.0) joining[nearest].push_back(k);
-  }
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    if (joining[p].empty()) continue;
-    Indices& own = parts[p].members;
-    own.insert(own.end(), joining[p].begin(), joining[p].end());
-    std::sort(own.begin(), own.end());
-    parts[p].moments = moments_of(all, own);
-  }
-  return parts;
-}
-
-void find(const View& all, const Part& part, int depth, PoseClusters* found) {
-  std::vector<Part> parts = places(all, part.members, part.moments);
-  const bool is_final =
-      depth == 0 || (parts.size() == 1 && parts.front().members.size() == part.members.size());
-  for (const Part& place : parts) {
-    if (is_final) {
-      found->clusters.push_back({place.moments.weight, place.moments.pose});
-    } else {
-      find(all, place, depth - 1, found);
-    }
+void find(const View& all, const Part& whole, std::vector<PoseCluster>* found) {
+  std::vector<Part> parts = components(all, whole);
+  merge_what_is_one(all, &parts);
+  const auto is_smaller = [&](int k) {
+    return parts.front().bandwidth(k) < kMuchSmaller * whole.bandwidth(k);
+  };
+  if (parts.size() > 1 ||
+      (parts.size() == 1 && (is_smaller(0) || is_smaller(1) || is_smaller(2)))) {
+    for (const Part& part : parts) find(all, part, found);
+  } else {
+    found->push_back({whole.weight, whole.pose});
   }
 }
 
-// So often is each particle picked by systematic resampling. What was picked twice counts twice,
+// How often each particle is picked by systematic resampling. What was picked twice counts twice,
 // and is still one particle.
 Eigen::ArrayXd picks(ConstArray weights) {
   const double step = weights.sum() / static_cast<double>(kEnough);
   Eigen::ArrayXd picked(weights.size());
-  double sum = 0.0;
-  double before = 0.0;
+  double sum = 0.0, before = 0.0;
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     sum += weights[i];
     const double until = std::floor(sum / step + 0.5);
@@ -313,43 +170,31 @@ Eigen::ArrayXd picks(ConstArray weights) {
   return picked;
 }
 
-PoseClusters clusters_of(const View& all, Indices members, int most) {
-  Part whole;
-  whole.members = std::move(members);
-  whole.moments = moments_of(all, whole.members);
+}  // namespace
+
+PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
+                           int most) {
   PoseClusters found;
-  if (!(whole.moments.weight > 0.0)) return found;
-  const double total = whole.moments.weight;
-  find(all, whole, kDeepest, &found);
-  auto& clusters = found.clusters;
-  for (PoseCluster& cluster : clusters) cluster.weight /= total;
+  if (!(weights.sum() > 0.0)) return found;
+  const Eigen::ArrayXd picked = weights.size() > kEnough ? picks(weights) : Eigen::ArrayXd(weights);
+  Indices members;
+  for (Eigen::Index i = 0; i < picked.size(); ++i) {
+    if (picked[i] > 0.0) members.push_back(i);
+  }
+  const View all = {picked, x, y, heading};
+  const Part whole = part_of(all, std::move(members));
+  std::vector<PoseCluster>& clusters = found.clusters;
+  find(all, whole, &clusters);
+  for (PoseCluster& cluster : clusters) cluster.weight /= whole.weight;
   std::stable_sort(clusters.begin(), clusters.end(),
                    [](const PoseCluster& a, const PoseCluster& b) { return a.weight > b.weight; });
   while (clusters.size() > static_cast<std::size_t>(std::max(most, 0)) ||
          (clusters.size() > 1 && clusters.back().weight < kSmallestShare)) {
     clusters.pop_back();
   }
-  double in_them = 0.0;
-  for (const PoseCluster& cluster : clusters) in_them += cluster.weight;
-  found.rest = std::clamp(1.0 - in_them, 0.0, 1.0);
+  for (const PoseCluster& cluster : clusters) found.rest -= cluster.weight;
+  found.rest = std::max(0.0, found.rest);
   return found;
-}
-
-}  // namespace
-
-PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
-                           int most) {
-  if (weights.size() > kEnough && weights.sum() > 0.0) {
-    const Eigen::ArrayXd picked = picks(weights);
-    Indices members;
-    for (Eigen::Index i = 0; i < picked.size(); ++i) {
-      if (picked[i] > 0.0) members.push_back(i);
-    }
-    return clusters_of({picked, x, y, heading}, std::move(members), most);
-  }
-  Indices members(static_cast<std::size_t>(weights.size()));
-  std::iota(members.begin(), members.end(), Eigen::Index{0});
-  return clusters_of({weights, x, y, heading}, std::move(members), most);
 }
 
 std::string sentence_of(const PoseClusters& found) {

@@ -20,17 +20,16 @@ struct PoseClusters {
   double rest = 1.0;                  ///< weight of the particles that are in none of them
 };
 
-/// The places that fit: the particles are sorted into cells of (x, y, heading), and cells that
-/// touch make a cluster (after Fox 2003, "Adapting the sample size in particle filters through
-/// KLD-sampling", whose cells amcl clusters, too). The size of the cells comes from the spread of
-/// the particles and the effective number of them; each cluster is looked at again by its own, so
-/// places that are close to each other are told apart in a large area. Two clusters are two places
-/// if most of the variance of both together, in position or heading, is that between them.
-/// Clusters of less than 2 % of the weight, and those beyond the `most` heaviest, are in the rest.
+/// The places that fit: particles that are neighbours, or connected by neighbours, make a cluster
+/// (as cells that touch do in amcl, after Fox 2003, "Adapting the sample size in particle filters
+/// through KLD-sampling"). What is near comes from the spread of the particles and the effective
+/// number of them; each cluster is looked at again by its own, so places that are close to each
+/// other are told apart in a large area. Two clusters are two places if most of the variance of
+/// both together, in position or heading, is that between them. Clusters of less than 2 % of the
+/// weight, and those beyond the `most` heaviest, are in the rest.
 ///
 /// The arrays have equal sizes; `weights` are not negative and have a positive sum. m, rad. Same
-/// input: same result. Takes O(N log N) for up to 10,000 particles; of more, these are picked by
-/// their weights.
+/// input: same result. Of more than 500 particles, these are picked by their weights.
 PoseClusters pose_clusters(ConstArray weights, ConstArray x, ConstArray y, ConstArray heading,
                            int most);
 

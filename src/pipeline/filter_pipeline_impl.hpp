@@ -18,11 +18,7 @@
 
 namespace pf_resampling {
 
-// Places that are told apart, and how often, s, among how many particles: that takes longer than an
-// update then.
-inline constexpr int kMostPlaces = 10;
-inline constexpr double kPlacesPeriod = 1.0;  // s
-inline constexpr Eigen::Index kManyParticles = 500;
+inline constexpr int kMostPlaces = 10;  // that are told apart
 
 template <typename Types>
 FilterPipeline<Types>::FilterPipeline(const Options& options, const PipelineSinks& sinks)
@@ -278,7 +274,6 @@ void FilterPipeline<Types>::drop_late() {
 
 template <typename Types>
 bool FilterPipeline<Types>::process_next() {
-  if (apply_finished_redraw()) take_belief();
   if (options_.deferred) drop_late();
   const std::optional<double> together = simultaneous();
   while (filter_ && !waiting_.empty() && is_covered(waiting_.front())) {
@@ -324,7 +319,7 @@ void FilterPipeline<Types>::update(const std::vector<Message>& group) {
   last_observation_ = stamp;
   note_observations(stamp, *observations, std::max(0.0, duration));
   note_health(duration);
-  find_places(motion.mean, stamp);
+  find_places();
   publish_status(stamp);
 }
 
@@ -333,7 +328,7 @@ void FilterPipeline<Types>::move_on(const OdometryIncrement& motion, ros::Time s
   update_filter(motion, Observations{});
   note_step(stamp);
   take_belief();
-  find_places(motion.mean, stamp);
+  find_places();
 }
 
 // The odometry kept is bounded: without observations the particles move on by odometry alone, and
@@ -387,21 +382,13 @@ void FilterPipeline<Types>::note_health(double duration) {
 }
 
 template <typename Types>
-void FilterPipeline<Types>::find_places(const Pose2& motion, ros::Time stamp) {
-  if ((!sinks_.status && !sinks_.markers) ||
-      (sinks_.wants_hypotheses && !sinks_.wants_hypotheses())) {
-    places_ = PoseClusters();
-    return;
-  }
+void FilterPipeline<Types>::find_places() {
+  const bool is_wanted =
+      (sinks_.status || sinks_.markers) && (!sinks_.wants_hypotheses || sinks_.wants_hypotheses());
   const auto& particles = filter_->particles();
-  if (particles.size() > kManyParticles && !places_.clusters.empty() &&
-      !is_due(kPlacesPeriod, stamp, &last_places_)) {
-    for (PoseCluster& place : places_.clusters) place.pose.mean = compose(place.pose.mean, motion);
-    return;
-  }
-  places_ = belief_ ? pose_clusters(particles.weight, particles.x, particles.y, particles.heading,
-                                    kMostPlaces)
-                    : PoseClusters();
+  places_ = is_wanted && belief_ ? pose_clusters(particles.weight, particles.x, particles.y,
+                                                 particles.heading, kMostPlaces)
+                                 : PoseClusters();
 }
 
 template <typename Types>
