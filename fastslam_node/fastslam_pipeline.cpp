@@ -42,8 +42,6 @@ FastSlamPipeline::FastSlamPipeline(const FastSlamPipelineOptions& options,
     frames_.add(options_.frames.base, frame, {place.x, place.y, 0.0}, place.heading);
   }
   filter_ = std::make_unique<FastSlam>(options_.filter, static_cast<std::uint64_t>(options_.seed));
-  filter_->set_deferred_redraws(options_.deferred);
-  if (options_.deferred) redraws_.emplace(sinks_.stopwatch, &take_overs_);
   try {
     if (!options_.map_file.empty()) {
       start_map_ = read_map(options_.map_file, options_.frames.map);
@@ -171,11 +169,7 @@ void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const La
   if (search_) search_->move(odometry.mean);
   static const std::vector<RangeBearingObservation> kNone;
   const auto& observations = search_ ? kNone : used.observations;
-  if (redraws_) {
-    redraws_->update(filter_.get(), odometry, observations, used.sensor);
-  } else {
-    filter_->update(odometry, observations, used.sensor);
-  }
+  filter_->update(odometry, observations, used.sensor);
   const FastSlamStatus& status = filter_->status();
   for (std::int64_t i = refused_before; i < status.landmarks_refused; ++i) {
     reject(rejection(RejectReason::too_many, "a new landmark is not taken: there are ",
@@ -183,10 +177,6 @@ void FastSlamPipeline::update_filter(const OdometryIncrement& odometry, const La
                      options_.filter.map.max_landmarks, " landmarks and ",
                      options_.filter.map.max_estimates, " in all particles together"));
   }
-}
-
-bool FastSlamPipeline::apply_finished_redraw() {
-  return redraws_ && redraws_->take_over(filter_.get());
 }
 
 void FastSlamPipeline::note_observations(ros::Time stamp, const LandmarkScan& used,
@@ -317,10 +307,8 @@ void FastSlamPipeline::search(ros::Time stamp, const LandmarkScan& scan) {
 
 void FastSlamPipeline::recover(ros::Time stamp, const LandmarkScan& scan) {
   const auto time = static_cast<std::int64_t>(stamp.toNSec());
-  const double lost = lost_.probability();
   const std::optional<PoseEstimate> found =
-      redraws_ ? redraws_->recover(filter_.get(), scan.observations, scan.sensor, time, lost)
-               : filter_->recover(scan.observations, scan.sensor, time, lost);
+      filter_->recover(scan.observations, scan.sensor, time, lost_.probability());
   if (!found) return;
   note_wrong_belief();
   log(LogLevel::warning, "lost: the latest landmarks fit the map at (" +

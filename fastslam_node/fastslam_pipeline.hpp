@@ -18,7 +18,6 @@
 #include "fastslam_node/landmark_markers.hpp"
 #include "fastslam_node/pipeline_options.hpp"
 #include "fastslam_node/tag_scans.hpp"
-#include "pf_resampling_core/filters/fastslam/background_redraw.hpp"
 #include "pf_resampling_core/filters/fastslam/fastslam.hpp"
 #include "pf_resampling_core/filters/fastslam/global_search.hpp"
 #include "pf_resampling_core/filters/fastslam/landmark_changes.hpp"
@@ -99,7 +98,6 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   void publish_results();
 
   std::vector<Finding> findings() const override { return findings_; }
-  bool works_beside() const override { return redraws_ && redraws_->is_busy(); }
 
   const FastSlam& filter() const { return *filter_; }
 
@@ -110,7 +108,6 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::optional<LandmarkScan> to_observations(
       const std::vector<LandmarkObservationArray>& group) override;
   void update_filter(const OdometryIncrement& odometry, const LandmarkScan& used) override;
-  bool apply_finished_redraw() override;
   void note_step(ros::Time stamp) override { path_stamps_.push_back(stamp); }
   void note_observations(ros::Time stamp, const LandmarkScan& used, double duration) override;
   void forget_observations() override;
@@ -166,10 +163,9 @@ class FastSlamPipeline : public FilterPipeline<FastSlamTypes> {
   std::uint64_t ids_at_two_places_ = 0;  // scans
   std::string last_id_at_two_places_;
   std::optional<SavedMap> start_map_;
-  std::optional<BackgroundRedraw> redraws_;  // if the pose cannot wait for them
-  std::optional<GlobalSearch> search_;       // while it is not known where in the map the robot is
-  bool begins_search_ = false;               // with the next belief
-  std::string loaded_map_;                   // its file; empty: the filter has a map of its own
+  std::optional<GlobalSearch> search_;  // while it is not known where in the map the robot is
+  bool begins_search_ = false;          // with the next belief
+  std::string loaded_map_;              // its file; empty: the filter has a map of its own
   std::string start_problem_;  // why there is none although one was given; until one is loaded
   TagScans tags_;
   std::vector<ros::Time> path_stamps_;                       // of the filter's path

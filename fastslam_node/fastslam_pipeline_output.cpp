@@ -123,10 +123,6 @@ void FastSlamPipeline::fill_in(FilterStatus* status) const {
   status->range_noise_scale = noise.range;
   status->bearing_noise_scale = noise.bearing;
   status->odometry_noise_scale = noise.motion;
-  if (redraws_) {
-    status->redraw_time = redraws_->status().last_duration;
-    status->redraw_replayed = static_cast<std::uint32_t>(redraws_->status().last_replayed);
-  }
   status->observation = -1;
   fill_in_odometry_errors(filter_->odometry_errors().state(), filter_->particles().weight, status);
 }
@@ -186,15 +182,6 @@ void FastSlamPipeline::diagnose(diagnostic_msgs::DiagnosticStatus* entry) {
   add_value("redraws refused", std::to_string(status.redraws_refused), entry);
   add_value("innovation after the last redraw (1 expected)", number_text(status.redraw_innovation),
             entry);
-  if (redraws_) {
-    const BackgroundRedrawStatus& redraws = redraws_->status();
-    add_value("redraws given up", std::to_string(redraws.given_up), entry);
-    add_value("why one was refused last", redraws.last_fault, entry);
-    add_value("last redraw [s]", number_text(redraws.last_duration), entry);
-    add_value("longest redraw [s]", number_text(redraws.longest_duration), entry);
-    add_value("updates replayed after the last redraw", std::to_string(redraws.last_replayed),
-              entry);
-  }
   add_value("noise scales of ranges, bearings, odometry",
             number_text(noise.range) + ", " + number_text(noise.bearing) + ", " +
                 number_text(noise.motion),

@@ -146,7 +146,7 @@ inline bool is_finite(const FilterStatus& status) {
                status.log_likelihood + status.innovation + status.innovation_sigma +
                status.update_time + status.latency + status.lost + status.normalized_innovation +
                status.other_weight + status.yaw_rate_bias + status.yaw_rate_bias_sigma +
-               status.redraw_time + status.redraw_innovation;
+               status.redraw_innovation;
   for (const CalibrationStatus& radio : status.calibration) {
     sum += radio.scale + radio.scale_sigma + radio.bias + radio.bias_sigma;
   }

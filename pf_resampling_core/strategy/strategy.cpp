@@ -82,7 +82,6 @@ void Strategy::set_options(const StrategyOptions& options) {
   Strategy other(options);
   options_ = other.options_;
   resampler_ = std::move(other.resampler_);
-  if (options_.renewal != Renewal::redraw) redraw_is_due_ = false;
 }
 
 bool Strategy::is_due(double effective_sample_size, int size, int requested_size) {
@@ -108,13 +107,7 @@ RenewalOutcome Strategy::renew(double effective_sample_size, int requested_size,
                                const RandomStreams& streams, const Population& population) {
   const int size = static_cast<int>(population.weight->size());
   if (population.redraw && is_redraw_due(population)) {
-    if (population.leaves_redraw) {
-      RenewalOutcome left;
-      left.redraw_is_left = true;
-      return left;
-    }
     observations_since_redraw_ = 0;
-    redraw_is_due_ = false;
     if (population.redraw(requested_size)) {
       count_renewal();
       return {true, true, requested_size};
@@ -168,11 +161,10 @@ bool Strategy::is_redraw_due(const Population& population) {
     return static_cast<double>(observations_since_redraw_) >=
            population.redraw_spacing * observations;
   };
-  redraw_is_due_ |= population.needs_redraw ||
-                    (population.closes_loop && redraw.closure_absence > 0 &&
-                     have_passed(redraw.closure_spacing)) ||
-                    (redraw.every_n > 0 && have_passed(redraw.every_n));
-  return redraw_is_due_;
+  return population.needs_redraw ||
+         (population.closes_loop && redraw.closure_absence > 0 &&
+          have_passed(redraw.closure_spacing)) ||
+         (redraw.every_n > 0 && have_passed(redraw.every_n));
 }
 
 ResamplingResult Strategy::select(ConstArray weights, int requested_size,

@@ -108,8 +108,6 @@ struct Population {
   bool needs_redraw = false;
   /// Factor of the observations from one redraw to the next: 1, or more where one has become dear.
   double redraw_spacing = 1.0;
-  /// A redraw that is due is left undone, and the renewal with it; see RenewalOutcome.
-  bool leaves_redraw = false;
 };
 
 /// That of particles which have these arrays by these names.
@@ -128,10 +126,6 @@ struct RenewalOutcome {
   bool renewed = false;
   bool redrawn = false;
   int distinct_ancestors = 0;  ///< particles before the renewal that have descendants; 0: none
-  /// The redraw that is due was left, and nothing else done. To be called again with the same
-  /// population: not leaving the redraw, which draws it; or without one, which renews by the
-  /// schedule and leaves the redraw due after the next update.
-  bool redraw_is_left = false;
 };
 
 /// Renews a population: one piece of code for all filters.
@@ -187,7 +181,6 @@ class Strategy {
   std::int64_t renewals_ = 0;
   std::int64_t observations_since_renewal_ = 0;
   std::int64_t observations_since_redraw_ = 0;
-  bool redraw_is_due_ = false;  // until it is tried
 };
 
 }  // namespace pf_resampling

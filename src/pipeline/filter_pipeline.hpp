@@ -35,7 +35,7 @@
 namespace pf_resampling {
 
 /// A filter from messages to messages: no node handle, no clock, and no thread unless it is
-/// deferred (redraws). Without one, what it gives out depends on the messages, the
+/// deferred and solves for beacons. Without one, what it gives out depends on the messages, the
 /// options and the seed alone.
 ///
 /// Observations wait until odometry covers their stamps and are then used in order of time; the
@@ -185,7 +185,6 @@ class FilterPipeline {
   /// `used`: nothing if there is odometry alone.
   virtual void update_filter(const OdometryIncrement& odometry, const Observations& used) = 0;
   /// Takes up what has been computed beside the updates; returns whether the filter changed.
-  virtual bool apply_finished_redraw() { return false; }
   /// The filter was updated, with or without observations: it stands at `stamp`.
   virtual void note_step(ros::Time /*stamp*/) {}
   /// The filter has used them; `duration`: s since the last ones, 0 for the first.
@@ -284,7 +283,7 @@ class FilterPipeline {
     return moved_by(place(), motion_since_update());
   }
   double position_unknown(const PoseEstimate& place) const;
-  void find_places(const Pose2& motion, ros::Time stamp);
+  void find_places();
   PoseClusters places_now() const;
   void add_places(ros::Time stamp, visualization_msgs::MarkerArray* markers);
   void publish_pictures(ros::Time stamp);
@@ -310,7 +309,7 @@ class FilterPipeline {
   std::int64_t reported_weight_resets_ = 0;
   PoseClusters places_;  // where the robot may be, as of the last update that was asked for it
   std::size_t shown_places_ = 0;
-  ros::Time last_markers_, last_status_, last_diagnostics_, last_places_;
+  ros::Time last_markers_, last_status_, last_diagnostics_;
 };
 
 }  // namespace pf_resampling

@@ -34,7 +34,7 @@ struct PipelineOptions {
   int queue_length = 100;    ///< observations that may wait: seconds of a fast sensor
   double max_ahead = 10.0;   ///< s that one may be newer than the odometry; more: another clock
   double max_latency = 1.0;  ///< s, old for a pose; see FilterPipeline::process_next()
-  bool deferred = false;     ///< observations wait for process_next(), and no pose for a redraw
+  bool deferred = false;     ///< observations wait for process_next()
 
   CheckpointOptions checkpoint;
   std::string directory = "~/.ros/pf_resampling";  ///< of the files of services

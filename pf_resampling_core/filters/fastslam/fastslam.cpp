@@ -76,14 +76,7 @@ FastSlam::FastSlam(const FastSlamOptions& options, std::uint64_t seed)
   reset();
 }
 
-// What the last update left undone goes with what it was of.
-void FastSlam::intervene() {
-  ++interventions_;
-  redraw_is_due_ = false;
-}
-
 void FastSlam::reset() {
-  intervene();
   step_ = 0;
   const Eigen::Index count = options_.particles;
   particles_.x.setZero(count);
@@ -123,7 +116,6 @@ void FastSlam::set_options(const FastSlamOptions& options) {
   }
   check_map_size(static_cast<std::size_t>(status_.landmarks), options.particles, options.map);
   strategy_.set_options(options.strategy);
-  intervene();
   // What the first observations decided stays.
   if (options.association.method != DataAssociation::automatic) {
     const bool had_ids = association_ == DataAssociation::known;
@@ -157,7 +149,6 @@ void FastSlam::update(const OdometryIncrement& odometry,
   check(odometry, sensor);
   const DataAssociation method = method_for(measured);
   for (const RangeBearingObservation& observation : measured) check(observation, method);
-  put_off_redraw();
   // Without ids it shows late whether there is memory for a scan.
   const bool may_be_refused = method != DataAssociation::known;
   FastSlamParticles before;
@@ -239,7 +230,7 @@ void FastSlam::update(const OdometryIncrement& odometry,
   if (!options_.map.frozen) update_existence(observations, sensor);
   ++status_.updates;
   paths_.append(particles_.x, particles_.y, particles_.heading);
-  renew(defers_redraws_ ? DueRedraw::leave : DueRedraw::draw);
+  renew();
 }
 
 kernels::PoseGaussians FastSlam::proposal() {
@@ -317,19 +308,12 @@ void FastSlam::normalize_weights() {
   status_.entropy_sample_size = summary.entropy_sample_size;
 }
 
-void FastSlam::renew_if_due(DueRedraw due) {
-  if (redraw_is_due_) renew(due);
-}
-
-void FastSlam::renew(DueRedraw due) {
+void FastSlam::renew() {
   Population population = population_of(
       &particles_, [this](ConstIndices ancestors) { select(ancestors); },
       [this](const std::vector<BlendPair>& pairs) { blend(pairs); });
-  if (keeps_past() && due != DueRedraw::put_off) {
-    population.redraw = [this, due](int size) {
-      return due == DueRedraw::refuse ? count_refusal() : redraw(size);
-    };
-    population.leaves_redraw = due == DueRedraw::leave;
+  if (keeps_past()) {
+    population.redraw = [this](int size) { return redraw(size); };
     const int absence = options_.strategy.redraw.closure_absence;
     if (!is_lost_) {
       population.redraw_spacing =
@@ -341,7 +325,6 @@ void FastSlam::renew(DueRedraw due) {
   const RenewalOutcome outcome = strategy_.renew(
       status_.effective_sample_size, requested_size_, false,
       [this](RandomPurpose purpose) { return stream(purpose); }, population);
-  redraw_is_due_ = outcome.redraw_is_left;
   status_.renewed = outcome.renewed;
   status_.particles = static_cast<int>(particles_.size());
   if (!outcome.renewed) return;

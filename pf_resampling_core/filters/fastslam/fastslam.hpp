@@ -79,19 +79,6 @@ class FastSlam {
   void update(const OdometryIncrement& odometry,
               const std::vector<RangeBearingObservation>& measured, const Pose2& sensor = {});
 
-  /// For a caller that cannot wait for a redraw: with `deferred`, update() leaves one that is due
-  /// undone, and the renewal with it. redraw_is_due() says so until one of these is called, or the
-  /// next update() puts it off:
-  ///
-  ///     redraw_now()      what update() does without `deferred`, to the bit
-  ///     put_off_redraw()  renews by the schedule; the redraw is due again after the next update
-  ///     refuse_redraw()   renews by the schedule; counts as a redraw that found no solution
-  void set_deferred_redraws(bool deferred) { defers_redraws_ = deferred; }
-  bool redraw_is_due() const { return redraw_is_due_; }
-  void redraw_now() { renew_if_due(DueRedraw::draw); }
-  void put_off_redraw() { renew_if_due(DueRedraw::put_off); }
-  void refuse_redraw() { renew_if_due(DueRedraw::refuse); }
-
   /// Redraws whether it is due or not, so that path and map are what all data so far say. False,
   /// with the population as it was, unless the renewal is redraw and there is a solution.
   bool smooth();
@@ -160,9 +147,6 @@ class FastSlam {
   const FastSlamOptions& options() const { return options_; }
   /// Of the random streams: grows with every update() and set_poses().
   std::uint32_t step() const { return step_; }
-  /// How often the filter was changed otherwise than by update(): reset(), load(), set_poses(),
-  /// set_options(), a recover() that found the robot.
-  std::uint64_t interventions() const { return interventions_; }
   const FastSlamParticles& particles() const { return particles_; }
   /// Systematic errors of the odometry, of every particle.
   const OdometryErrorEstimator& odometry_errors() const { return odometry_errors_; }
@@ -197,7 +181,6 @@ class FastSlam {
     Eigen::ArrayXd starts;     // 1 in the particles in which it is a new landmark
     int started_row = -1;
   };
-  enum class DueRedraw { draw, leave, put_off, refuse };
   struct CandidatePair {
     double log_likelihood;
     int observation;
@@ -230,9 +213,7 @@ class FastSlam {
   void remove_landmark(int row);
   void forget(std::int64_t landmark);
   void normalize_weights();
-  void renew(DueRedraw due);
-  void renew_if_due(DueRedraw due);
-  void intervene();
+  void renew();
   bool keeps_past() const;
   SensorConstants prior_sigma() const;
   OdometryIncrement with_found_noise(OdometryIncrement odometry) const;
@@ -270,9 +251,6 @@ class FastSlam {
   bool redraw_is_untested_ = false;
   bool is_lost_ = false;
   double unplaced_since_ = -1.0;  // s, of the memory; -1: the robot is placed
-  bool defers_redraws_ = false;
-  bool redraw_is_due_ = false;  // and the last update's renewal with it
-  std::uint64_t interventions_ = 0;
   bool has_landmarks_ = false;
   Strategy strategy_;
   int requested_size_ = 0;

@@ -54,7 +54,6 @@ std::optional<PoseEstimate> FastSlam::recover(
     sightings_.clear();
     if (!was_carried) return std::nullopt;
     unplaced_since_ = -1.0;
-    intervene();
     ++step_;  // for a draw of its own
     if (!draw_from_memory(requested_size_)) return std::nullopt;
     status_.injected += particles_.size();

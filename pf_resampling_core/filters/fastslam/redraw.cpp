@@ -229,7 +229,6 @@ void FastSlam::test_redraw(const std::vector<RangeBearingObservation>& observati
 
 bool FastSlam::smooth() {
   if (!keeps_past()) return false;
-  intervene();
   return redraw(requested_size_);
 }
 

@@ -117,8 +117,6 @@ void FastSlam::load(const SavedMap& map) {
   check_map_size(map.landmarks.size(), std::max(count, options_.particles), options_.map);
   FastSlam loaded(options_, seed_);
   loaded.take_map(map);
-  loaded.defers_redraws_ = defers_redraws_;
-  loaded.interventions_ = interventions_ + 1;
   *this = std::move(loaded);
 }
 
@@ -184,7 +182,6 @@ void FastSlam::take_particles(const SavedMap& map) {
 }
 
 void FastSlam::begin_drive() {
-  intervene();
   unplaced_since_ = memory_.state().time;
 }
 
@@ -195,7 +192,6 @@ void FastSlam::set_poses(const PoseEstimate& poses) {
   if (fault.empty()) fault = map_checks::fault_of_pose_covariance(covariance);
   if (!fault.empty())
     throw Error("poses to set: " + fault + "; give a position and its covariance");
-  intervene();
   ++step_;  // for a draw of its own
   sightings_.clear();
   paths_.clear();

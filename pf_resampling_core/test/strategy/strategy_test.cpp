@@ -323,44 +323,6 @@ TEST(Strategy, RedrawsWhenItIsDueAndResamplesMeanwhile) {
   for (int update = 1; update <= 9; ++update) EXPECT_FALSE(renew().redrawn);
 }
 
-// Left, a redraw takes the renewal with it, and stays due until it is tried.
-TEST(Strategy, LeavesARedrawUntilItIsAskedFor) {
-  StrategyOptions options = without_excitation(Renewal::redraw);
-  options.schedule = Schedule::always;
-  options.redraw.every_n = 2;
-  ToyFilter filter(kSize);
-  Population population{&filter.x,          &filter.y,      &filter.heading,
-                        &filter.log_weight, &filter.weight, &filter.ancestor};
-  int selections = 0;
-  int redraws = 0;
-  population.select = [&](ConstIndices) { ++selections; };
-  population.redraw = [&](int) { return ++redraws > 0; };
-  population.leaves_redraw = true;
-  const auto streams = [](RandomPurpose purpose) { return RandomStream(1, purpose, 0); };
-  Strategy strategy(options);
-  const auto renew = [&](const Population& with) {
-    return strategy.renew(kSize, kSize, false, streams, with);
-  };
-  EXPECT_FALSE(renew(population).redraw_is_left);
-  EXPECT_EQ(selections, 1);
-  Population without = population;
-  without.redraw = nullptr;
-  for (int update = 2; update <= 4; ++update) {
-    const RenewalOutcome left = renew(population);
-    EXPECT_TRUE(left.redraw_is_left);
-    EXPECT_FALSE(left.renewed || left.redrawn);
-    EXPECT_EQ(selections, update - 1);
-    EXPECT_TRUE(renew(without).renewed);
-    EXPECT_EQ(selections, update);
-  }
-  population.leaves_redraw = false;
-  EXPECT_TRUE(renew(population).redrawn);
-  EXPECT_EQ(redraws, 1);
-  EXPECT_EQ(strategy.observations_since_redraw(), 0);
-  EXPECT_FALSE(renew(population).redrawn);
-  EXPECT_TRUE(renew(population).redrawn);
-}
-
 TEST(Strategy, EveryChoiceIsReadAsItIsWritten) {
   StrategyOptions options;
   ParameterList parameters;

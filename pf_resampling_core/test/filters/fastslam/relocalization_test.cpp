@@ -11,7 +11,7 @@
 namespace pf_resampling {
 namespace {
 
-const std::vector<Eigen::Vector2d>& landmarks() {
+const std::vector<Eigen::Vector2d>& places_of_landmarks() {
   static const std::vector<Eigen::Vector2d> places = {
       {0.0, 0.0}, {4.0, 1.0}, {3.0, -2.0}, {-1.0, 5.0}, {7.0, 6.0}};
   return places;
@@ -21,9 +21,9 @@ const std::vector<Eigen::Vector2d>& landmarks() {
 std::vector<LandmarkSighting> sightings(const Pose2& truth, const Pose2& belief) {
   const Pose2 back = compose(belief, relative(truth, Pose2{}));
   std::vector<LandmarkSighting> all;
-  for (std::size_t id = 0; id < landmarks().size(); ++id) {
-    all.push_back(
-        {static_cast<std::int64_t>(id), moved(landmarks()[id], back), landmarks()[id], 0.1});
+  for (std::size_t id = 0; id < places_of_landmarks().size(); ++id) {
+    all.push_back({static_cast<std::int64_t>(id), moved(places_of_landmarks()[id], back),
+                   places_of_landmarks()[id], 0.1});
   }
   return all;
 }
@@ -52,7 +52,7 @@ TEST(Relocalization, TwoLandmarksAreEnough) {
 
 TEST(Relocalization, MisreadIdsDoNotMatterWhileMostAreRight) {
   auto some = sightings(kTruth, kBelief);
-  some[1].mapped = landmarks()[4];  // read as 4
+  some[1].mapped = places_of_landmarks()[4];  // read as 4
   const auto found = relocalize(some, kBelief);
   ASSERT_TRUE(found.has_value());
   EXPECT_NEAR(found->mean.x, kTruth.x, 1e-9);
