@@ -11,7 +11,6 @@
 #include "pf_resampling_core/error.hpp"
 #include "pf_resampling_core/smoothing/residuals.hpp"
 #include "pf_resampling_core/smoothing/smoother.hpp"
-#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -265,9 +264,7 @@ OnlineSolution solve_online(const Recording& recording, const BatchNoise& noise)
       solution.path.push_back({stamp->time, data.newest_at(stamp->time)});
     }
   };
-  ProgressBar bar("solving", data.scans().size());
   for (const StampedScan& scan : data.scans()) {
-    bar.update(static_cast<std::uint64_t>(solution.solutions));
     go_on([&](double time) { return time < scan.time; });
     data.drive_to(scan.time);
     data.see(scan);

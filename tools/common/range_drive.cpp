@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "pf_resampling_core/error.hpp"
-#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -120,9 +119,7 @@ RangeSolution solve_ranges(const Recording& drive) {
   OdometrySteps steps(drive, drive.odometry.front().time);
   double next_solution = drive.odometry.front().time;
   auto heard = drive.ranges.begin();
-  ProgressBar bar("solving", drive.odometry.size());
   for (const StampedPose& stamp : drive.odometry) {
-    bar.update(solution.online.path.size());
     for (; heard != drive.ranges.end() && heard->time <= stamp.time; ++heard) {
       memory.add(steps.step_to(heard->time), heard->ranges);
       if (heard->time < next_solution) continue;

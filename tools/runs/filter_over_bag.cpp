@@ -15,7 +15,6 @@
 #include "src/diagnostics/diagnostics.hpp"
 #include "src/messages/conversions.hpp"
 #include "tools/common/files.hpp"
-#include "tools/common/progress_bar.hpp"
 
 namespace pf_resampling {
 namespace {
@@ -126,10 +125,7 @@ void FilterOverBag::for_each_in_bag(
   // Differences of stamps that are far apart have no room in a duration of ROS.
   const double all = view.getEndTime().toSec() - begin_.toSec();
   recorded_ = std::max(0.0, std::min(all - start_, duration_));
-  ProgressBar bar("run_bag", view.size());
-  std::uint64_t done = 0;
   for_each_in_order(bags, in_path_, order, [&](const rosbag::MessageInstance& message) {
-    bar.update(++done);
     if (!is_wanted(message)) return;
     now_ = message.getTime();
     copy_input(message, frames);
