@@ -29,15 +29,6 @@ bool parse(const std::string& word, double* value) {
   return end == word.c_str() + word.size() && std::isfinite(*value);
 }
 
-bool parse(const std::string& word, std::int64_t most, std::int64_t* value) {
-  constexpr std::size_t kMostDigits = 19;
-  if (word.empty() || word.size() > kMostDigits) return false;
-  if (word.find_first_not_of("0123456789") != std::string::npos) return false;
-  errno = 0;
-  *value = std::strtoll(word.c_str(), nullptr, 10);
-  return errno == 0 && *value <= most;
-}
-
 void open(const std::string& what, const std::string& path, std::ifstream* stream) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {

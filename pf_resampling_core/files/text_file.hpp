@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <fstream>
 #include <string>
 
@@ -13,10 +12,8 @@ std::string printable(const std::string& text);
 /// Likewise, of any length and without quotes.
 std::string in_letters(std::string text);
 
-/// The whole of `word` as a finite number in decimals, as a number from 0 to `most`; false if it is
-/// none.
+/// The whole of `word` as a finite number in decimals; false if it is none.
 bool parse(const std::string& word, double* value);
-bool parse(const std::string& word, std::int64_t most, std::int64_t* value);
 
 /// Opens a file to be read. Throws Error that names it: `what` is what it is ("map file").
 void open(const std::string& what, const std::string& path, std::ifstream* stream);

@@ -13,7 +13,8 @@ namespace pf_resampling {
 namespace {
 
 constexpr double kSurveyedSigma = 0.001;  // m
-constexpr const char* kBlanks = " \t\r";
+constexpr const char* kHeader = "id,x,y";
+constexpr const char* kHeaderWithSigma = "id,x,y,sigma";
 
 SavedLandmark saved(const SurveyedLandmark& surveyed) {
   SavedLandmark landmark;
@@ -26,49 +27,24 @@ SavedLandmark saved(const SurveyedLandmark& surveyed) {
   return landmark;
 }
 
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+// Without its comment and blanks.
+std::string content_of(const std::string& line) {
+  std::string content = line.substr(0, line.find('#'));
+  const auto is_blank = [](char letter) {
+    return letter == ' ' || letter == '\t' || letter == '\r';
+  };
+  content.erase(std::remove_if(content.begin(), content.end(), is_blank), content.end());
+  return content;
 }
 
-// What stands between the commas of a line, without its comment; nothing if it is empty.
-std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> words;
-  const std::string content = line.substr(0, line.find('#'));
-  if (trimmed(content).empty()) return words;
-  std::istringstream stream(content + ',');
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(trimmed(word));
-  return words;
-}
-
-// In words; nothing if all is well.
-std::string fault_of_header(const std::vector<std::string>& header) {
-  std::set<std::string> missing = {"id", "x", "y", "sigma"};
-  const std::set<std::string> known = missing;
-  for (std::size_t i = 0; i < header.size(); ++i) {
-    if (known.count(header[i]) == 0) {
-      // What it is instead is not said: the file may be none of ours.
-      return "column " + std::to_string(i + 1) + " is not one of id, x, y, sigma";
-    }
-    if (missing.erase(header[i]) == 0) return "column " + header[i] + " is there twice";
-  }
-  missing.erase("sigma");
-  return missing.empty() ? "" : "there is no column " + *missing.begin();
-}
-
-// Reads a line with as many words as the header. In words; nothing if all is well.
-std::string fault_of_line(const std::vector<std::string>& header,
-                          const std::vector<std::string>& words, SurveyedLandmark* landmark) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string& name = header[i];
-    double* const number = name == "x"   ? &landmark->position.x()
-                           : name == "y" ? &landmark->position.y()
-                                         : &landmark->sigma;
-    const bool is_number = name == "id"
-                               ? text_file::parse(words[i], map_checks::kLargestId, &landmark->id)
-                               : text_file::parse(words[i], number);
-    if (!is_number) return text_file::printable(words[i]) + " is no " + name;
+// Reads "7,10.5,2" or "7,10.5,2,0.02". In words; nothing if all is well.
+std::string fault_of_line(std::string line, bool has_sigma, SurveyedLandmark* landmark) {
+  std::replace(line.begin(), line.end(), ',', ' ');
+  std::istringstream words(line);
+  words >> landmark->id >> landmark->position.x() >> landmark->position.y();
+  if (has_sigma) words >> landmark->sigma;
+  if (!words || !(words >> std::ws).eof()) {
+    return std::string("an id and ") + (has_sigma ? "three" : "two") + " numbers expected";
   }
   if (landmark->sigma < 0.0) return "sigma is negative; it is a standard deviation in m";
   return map_checks::fault_of(saved(*landmark), -1);
@@ -107,23 +83,21 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
     throw Error("landmark list " + path + ", line " + std::to_string(number) + ": " + fault +
                 "; see the format in doc/saved_files.md");
   };
-  std::vector<std::string> header;
+  std::string header;
   std::vector<SurveyedLandmark> landmarks;
   std::set<std::int64_t> ids;
   for (std::string line; std::getline(stream, line); ++number) {
-    const std::vector<std::string> words = words_of(line);
-    if (words.empty()) continue;
+    const std::string content = content_of(line);
+    if (content.empty()) continue;
     if (header.empty()) {
-      refuse_if(fault_of_header(words));
-      header = words;
+      // What it is instead is not said: the file may be none of ours.
+      const bool is_header = content == kHeader || content == kHeaderWithSigma;
+      refuse_if(is_header ? "" : "this is not the header id,x,y or id,x,y,sigma");
+      header = content;
       continue;
     }
-    if (words.size() != header.size()) {
-      refuse_if("there are " + std::to_string(words.size()) + " values, not " +
-                std::to_string(header.size()) + " as in the header");
-    }
     SurveyedLandmark landmark;
-    refuse_if(fault_of_line(header, words, &landmark));
+    refuse_if(fault_of_line(content, header == kHeaderWithSigma, &landmark));
     if (!ids.insert(landmark.id).second) {
       refuse_if("landmark " + std::to_string(landmark.id) + " is there twice");
     }

@@ -68,10 +68,9 @@ struct SurveyedLandmark {
 /// sense.
 SavedMap surveyed_map(const std::vector<SurveyedLandmark>& landmarks, const std::string& frame);
 
-/// Such a map from a text file: a header line that names the columns, separated by commas in any
-/// order, then a landmark per line; `#` starts a comment. Columns `id`, `x`, `y` (m), and if their
-/// accuracy is known `sigma` (m). Throws Error, in one line that
-/// names file, line, fault and remedy, for anything else.
+/// Such a map from a text file: a header line `id,x,y` (m), or `id,x,y,sigma` if the accuracy is
+/// known, then a landmark per line; `#` starts a comment. Throws Error, in one line that names
+/// file, line, fault and remedy, for anything else.
 SavedMap read_landmark_list(const std::string& path, const std::string& frame);
 
 /// What is wrong with it, in words; nothing if all is well: not finite, not a covariance, an id

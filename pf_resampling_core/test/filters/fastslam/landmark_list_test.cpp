@@ -20,12 +20,12 @@ std::string refusal_of_list(const std::string& content) {
   return pf_resampling::refusal([&] { read_landmark_list(path_of(content), "map"); });
 }
 
-TEST(LandmarkList, ReadsColumnsInAnyOrderAndComments) {
+TEST(LandmarkList, ReadsLandmarksAndComments) {
   const SavedMap map = read_landmark_list(path_of("# surveyed by hand\r\n"
-                                                  "y, x,id\r\n"
+                                                  "id, x,y\r\n"
                                                   "\n"
-                                                  "2.5,1e1,7  # the door\n"
-                                                  "-0.25,3,2"),
+                                                  "7,1e1,2.5  # the door\n"
+                                                  "2,3,-0.25"),
                                           "site");
   EXPECT_EQ(map.frame, "site");
   EXPECT_EQ(map.association, DataAssociation::known);
@@ -71,19 +71,20 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
   } cases[] = {
       {"", "line 1: there is no header"},
       {"id,x,y\n# none\n", "there are no landmarks"},
-      {"id,x\n1,2\n", "line 1: there is no column y"},
-      {"id,x,y,height\n", "line 1: column 4 is not one of"},
-      {"id,x,y,x\n", "line 1: column x is there twice"},
+      {"id,x\n1,2\n", "line 1: this is not the header"},
+      {"1,2,3\n", "line 1: this is not the header"},
       {"id,x,y,sigma\n1,2,3,-1\n", "line 2: sigma is negative"},
-      {"id,x,y,sigma\n1,2,3,nan\n", "line 2: \"nan\" is no sigma"},
-      {"id,x,y\n1,2\n", "line 2: there are 2 values, not 3"},
+      {"id,x,y,sigma\n1,2,3,nan\n", "line 2: an id and three numbers"},
+      {"id,x,y,sigma\n1,2,3\n", "line 2: an id and three numbers"},
+      {"id,x,y\n1,2\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1,2,3,4\n", "line 2: an id and two numbers"},
       {"id,x,y\n1,2,3\n1,2,3\n", "line 3: landmark 1 is there twice"},
-      {"id,x,y\n-1,2,3\n", "line 2: \"-1\" is no id"},
-      {"id,x,y\n1.5,2,3\n", "line 2: \"1.5\" is no id"},
-      {"id,x,y\n1,nan,3\n", "line 2: \"nan\" is no x"},
-      {"id,x,y\n1,2,inf\n", "line 2: \"inf\" is no y"},
+      {"id,x,y\n-1,2,3\n", "line 2: landmark id -1 is not in"},
+      {"id,x,y\n1.5,2,3\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1,nan,3\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1,2,inf\n", "line 2: an id and two numbers"},
       {"id,x,y\n1,2,1e10\n", "line 2: the position of landmark 1"},
-      {"id,x,y\n1,,3\n", "line 2: \"\" is no x"},
+      {"id,x,y\n1,,3\n", "line 2: an id and two numbers"},
   };
   for (const auto& test : cases) {
     const std::string said = refusal_of_list(test.content);
@@ -97,7 +98,7 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
 TEST(LandmarkList, SaysNothingOfWhatIsInAFileThatIsNoList) {
   for (const char* content : {"user,password\nroot,secret\n", "id,x,y,secret\n", "secret,id\n"}) {
     const std::string said = refusal_of_list(content);
-    EXPECT_TRUE(says(said, "line 1: column "));
+    EXPECT_TRUE(says(said, "line 1: this is not the header"));
     for (const char* word : {"user", "password", "secret"}) {
       EXPECT_FALSE(says(said, word));
     }
