@@ -78,7 +78,7 @@ TEST_F(RunBagFastSlam, EachMistakeGetsOneLine) {
   cut(world_, poor, 0.0, 5.0);
   expect_success(poor + " " + out_ + " --save-map " + map_ + " --set particles=20");
   std::filesystem::remove(out_);
-  expect_error(bags + " --load-map " + world_, {"world.bag", "line ", "is not one of id, x, y"});
+  expect_error(bags + " --load-map " + world_, {"world.bag", "line ", "not the header id,x,y"});
   expect_error(bags + " --load-map " + directory_.file("no.map"), {"no.map", "No such file"});
   EXPECT_EQ(directory_.listing(), "a.map poor.bag");
 
