@@ -41,13 +41,13 @@ struct View {
 struct Part {
   Indices members;
   double weight = 0.0;
-  PoseEstimate pose;
-  double effective = 0.0;  // sample size
+  PoseStatistics pose;
 
   double sigma(int k) const { return std::sqrt(std::max(0.0, pose.covariance(k, k))); }
   // Of a density in three dimensions that is to be seen by so many particles (Silverman 1986).
   double bandwidth(int k) const {
-    return std::max(kSmallestBandwidth, sigma(k) * std::pow(effective, -1.0 / 7.0));
+    return std::max(kSmallestBandwidth,
+                    sigma(k) * std::pow(pose.effective_sample_size, -1.0 / 7.0));
   }
 };
 
@@ -65,9 +65,7 @@ Part part_of(const View& all, Indices members) {
   part.members = std::move(members);
   part.weight = w.sum();
   if (!(part.weight > 0.0)) return part;
-  const PoseStatistics statistics = pose_statistics(w / part.weight, x, y, heading);
-  part.pose = statistics;
-  part.effective = statistics.effective_sample_size;
+  part.pose = pose_statistics(w / part.weight, x, y, heading);
   return part;
 }
 
@@ -102,7 +100,8 @@ std::vector<Part> components(const View& all, const Part& whole) {
 // along the line between them and that of the heading.
 double separation(const Part& a, const Part& b) {
   const double share = a.weight / (a.weight + b.weight);
-  const double unseen = kUnseen * std::pow(a.effective + b.effective, -2.0 / 7.0);
+  const double unseen =
+      kUnseen * std::pow(a.pose.effective_sample_size + b.pose.effective_sample_size, -2.0 / 7.0);
   const auto share_between = [&](double distance, double variance_a, double variance_b) {
     const double between = share * (1.0 - share) * distance * distance;
     const double all = between + share * variance_a + (1.0 - share) * variance_b;
@@ -151,7 +150,7 @@ void find(const View& all, const Part& whole, std::vector<PoseCluster>* found) {
       (parts.size() == 1 && (is_smaller(0) || is_smaller(1) || is_smaller(2)))) {
     for (const Part& part : parts) find(all, part, found);
   } else {
-    found->push_back({whole.weight, whole.pose});
+    found->push_back({whole.weight, {whole.pose.mean, whole.pose.covariance}});
   }
 }
 

@@ -360,7 +360,9 @@ void FastSlam::blend(const std::vector<BlendPair>& pairs) {
 }
 
 PoseEstimate FastSlam::estimate() const {
-  return pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  const PoseStatistics all =
+      pose_statistics(particles_.weight, particles_.x, particles_.y, particles_.heading);
+  return {all.mean, all.covariance};
 }
 
 std::vector<int> FastSlam::rows() const {

@@ -20,10 +20,9 @@ constexpr int kFewestSightings = 4;     // of a place, ...
 constexpr double kShortest = 0.5;       // ... over so many s
 constexpr double kVisitGap = 5.0;       // s
 constexpr std::size_t kMostPlaces = 4;  // of a landmark; of misread ids there may be many
-// What was seen of others, from so many s before to so many after, has to fit: so many sightings,
+// What was seen of others, from then to so many s after, has to fit: so many sightings,
 // to such a share; of landmarks that were there so many s before, or the belief may be wrong,
 // unless it is so many times more certain; then few sightings are remembered, too.
-constexpr double kBefore = 5.0;
 constexpr double kAfter = 15.0;
 constexpr double kOld = 60.0;
 constexpr double kFarSigmas = 10.0;
@@ -311,7 +310,7 @@ void LandmarkChanges::confirm(std::int64_t id, bool is_far, Place* place) const 
   std::map<std::int64_t, std::pair<Eigen::Vector2d, int>> off;  // of old ones: sum, sightings
   for (const Outcome& outcome : latest_) {
     if (outcome.id == id || (!is_far && !outcome.is_old)) continue;
-    if (outcome.time < place->first - kBefore || outcome.time > place->last + kAfter) continue;
+    if (outcome.time < place->first || outcome.time > place->last + kAfter) continue;
     ++others;
     fitting += outcome.is_believed ? 1 : 0;
     after += outcome.is_believed && outcome.time > place->first ? 1 : 0;
@@ -358,7 +357,7 @@ void LandmarkChanges::look(double time, const Pose2& eye) {
     const bool is_in_sight = sightings > 0 && landmark.home().last > time - kVisitGap;
     if (!is_in_sight) cosine = std::max(cosine, landmark.seen_last_from.dot(direction));
     if (sightings == 0 || (is_in_sight && landmark.seen_from.isZero())) cosine = 1.0;
-    const Side side = cosine >= kSameSide ? kBefore : cosine >= kAtTheSide ? kAside : kBehind;
+    const Side side = cosine >= kSameSide ? before : cosine >= kAtTheSide ? aside : behind;
     if (is_in_sight) {
       ++looks_;
       overlooked_ += landmark.home().last < time ? 1 : 0;
@@ -461,7 +460,7 @@ double LandmarkChanges::error_around(const Landmark& landmark) const {
 double LandmarkChanges::probability_gone(const Landmark& landmark) const {
   const double seen_before = (looks_ + 2.0) / (overlooked_ + 1.0);  // visits, as a prior
   double hidden = 1.0;
-  for (std::size_t side = 0; side < kSides; ++side) {
+  for (std::size_t side = 0; side < sides; ++side) {
     const int missed = landmark.missed[side];
     const double of_others =
         (missed_[side] - missed + 1.0) / (visits_[side] - missed + 1.0 + seen_before);

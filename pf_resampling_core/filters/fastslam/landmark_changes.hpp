@@ -77,12 +77,12 @@ class LandmarkChanges {
     bool is_believed = false;        // the filter has it there by now
   };
   // From about where it was seen before, from the side, from behind: tags have a back.
-  enum Side : std::uint8_t { kBefore, kAside, kBehind, kSides };
+  enum Side : std::uint8_t { before, aside, behind, sides };
   struct Visit {
     double first = 0.0, last = 0.0;  // s, in view
-    std::array<int, kSides> looks = {};
+    std::array<int, sides> looks = {};
   };
-  using Counts = std::array<int, kSides>;
+  using Counts = std::array<int, sides>;
   struct Landmark {
     Place& home() { return places.front(); }
     const Place& home() const { return places.front(); }

@@ -77,7 +77,8 @@ class LandmarkStore {
   void blend(const std::vector<BlendPair>& pairs, CovarianceTreatment treatment);
 
  private:
-  enum Field : Eigen::Index { kX, kY, kXx, kXy, kYy, kLogOdds, kFields };
+  static constexpr Eigen::Index kX = 0, kY = 1, kXx = 2, kXy = 3, kYy = 4, kLogOdds = 5,
+                                kFields = 6;
   struct Row {
     Eigen::ArrayXXd fields;  // a column each, padded
     std::vector<std::uint8_t> held;

@@ -45,7 +45,7 @@ std::optional<PoseEstimate> FastSlam::recover(
   }
   sightings_.forget_before(stamp);
   if (!(lost > kLikelyLost) || !sightings_.are_of_several_scans()) return std::nullopt;
-  const std::optional<PoseEstimate> found = relocalize(sightings_.all(), robot);
+  std::optional<PoseEstimate> found = relocalize(sightings_.all(), robot);
   if (!found) return std::nullopt;
   if (remembers) {
     // Has to explain the whole drive better.

@@ -65,13 +65,13 @@ SegmentGraph carried(const SegmentGraph& graph, std::size_t s, const Pose2& newe
   for (std::size_t b = s + 1; b < after.bases.size(); ++b) {
     after.bases[b] = compose(newest, relative(was, graph.bases[b]));
   }
-  int seen_before = -1;  // landmarks are numbered as they were seen
+  std::size_t first_new = 0;  // landmarks are numbered as they were seen
   for (std::size_t b = 0; b <= s; ++b) {
     for (const int landmark : graph.segments[b]->landmarks) {
-      seen_before = std::max(seen_before, landmark);
+      first_new = std::max(first_new, static_cast<std::size_t>(landmark) + 1);
     }
   }
-  for (std::size_t l = static_cast<std::size_t>(seen_before + 1); l < after.landmarks.size(); ++l) {
+  for (std::size_t l = first_new; l < after.landmarks.size(); ++l) {
     after.landmarks[l] = moved(seen_from(was, graph.landmarks[l]), newest);
   }
   after.motion_shares[s] = kCarriedShare;
