@@ -30,7 +30,10 @@ constexpr int kRefreshPeriod = 100;     // ms
 constexpr double kSilence = 3.0;        // s of wall time without a status that are mentioned
 constexpr int kMostRejects = 3;         // lines of them; the tool tip has all
 constexpr double kSmallestScene = 4.0;  // m
-constexpr double kFill = 0.7;           // of the window, by the scene in a new view
+// Parts of the window that the scene fills: in a new view, and in one that is too wide after a
+// reset.
+constexpr double kFill = 0.7;
+constexpr double kPoorFill = 0.3;
 
 QString to_qt(const std::string& text) {
   return QString::fromStdString(text);
@@ -283,13 +286,14 @@ void FilterPanel::fit_view() {
   if (!fits_view_) return;
   const Ogre::Viewport* window = view->getCamera()->getViewport();
   const Eigen::Vector2d pixels(window->getActualWidth(), window->getActualHeight());
+  const Eigen::Vector2d sizes = scene_.sizes().cwiseMax(kSmallestScene);
   if (view_) {
     const Eigen::Vector2d middle = view_->head<2>(), half = pixels / (2.0 * view_->z());
-    if (Eigen::AlignedBox2d(middle - half, middle + half).contains(scene_)) return;
+    const bool is_filled = sizes.cwiseQuotient(2.0 * half).maxCoeff() > kPoorFill;
+    if (is_filled && Eigen::AlignedBox2d(middle - half, middle + half).contains(scene_)) return;
   }
   // Nothing that rviz should ask about saving when it is closed.
   const QSignalBlocker quiet(views);
-  const Eigen::Vector2d sizes = scene_.sizes().cwiseMax(kSmallestScene);
   view->subProp("X")->setValue(static_cast<float>(scene_.center().x()));
   view->subProp("Y")->setValue(static_cast<float>(scene_.center().y()));
   view->subProp("Scale")->setValue(

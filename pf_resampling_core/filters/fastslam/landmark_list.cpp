@@ -38,13 +38,15 @@ std::string content_of(const std::string& line) {
 }
 
 // Reads "7,10.5,2" or "7,10.5,2,0.02". In words; nothing if all is well.
-std::string fault_of_line(std::string line, bool has_sigma, SurveyedLandmark* landmark) {
-  std::replace(line.begin(), line.end(), ',', ' ');
+std::string fault_of_line(const std::string& line, bool has_sigma, SurveyedLandmark* landmark) {
   std::istringstream words(line);
-  words >> landmark->id >> landmark->position.x() >> landmark->position.y();
-  if (has_sigma) words >> landmark->sigma;
-  if (!words || !(words >> std::ws).eof()) {
-    return std::string("an id and ") + (has_sigma ? "three" : "two") + " numbers expected";
+  std::string commas = ",,,";
+  words >> landmark->id >> commas[0] >> landmark->position.x() >> commas[1] >>
+      landmark->position.y();
+  if (has_sigma) words >> commas[2] >> landmark->sigma;
+  if (!words || commas != ",,," || !(words >> std::ws).eof()) {
+    return std::string("an id and ") + (has_sigma ? "three" : "two") +
+           " numbers expected, with commas between them";
   }
   if (landmark->sigma < 0.0) return "sigma is negative; it is a standard deviation in m";
   return map_checks::fault_of(saved(*landmark), -1);
@@ -97,7 +99,7 @@ SavedMap read_landmark_list(const std::string& path, const std::string& frame) {
       continue;
     }
     SurveyedLandmark landmark;
-    refuse_if(fault_of_line(content, header == kHeaderWithSigma, &landmark));
+    refuse_if(fault_of_line(line.substr(0, line.find('#')), header == kHeaderWithSigma, &landmark));
     if (!ids.insert(landmark.id).second) {
       refuse_if("landmark " + std::to_string(landmark.id) + " is there twice");
     }

@@ -85,6 +85,11 @@ TEST(LandmarkList, RefusesWhatItCannotUseAndSaysWhere) {
       {"id,x,y\n1,2,inf\n", "line 2: an id and two numbers"},
       {"id,x,y\n1,2,1e10\n", "line 2: the position of landmark 1"},
       {"id,x,y\n1,,3\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1,,3,4\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1,2,3,\n", "line 2: an id and two numbers"},
+      {"id,x,y\n1 2,3,4\n", "line 2: an id and two numbers"},
+      {"id,x,y,sigma\n1,2,3 4,0.1\n", "line 2: an id and three numbers"},
+      {"id,x,y\n1;2;3\n", "line 2: an id and two numbers"},
   };
   for (const auto& test : cases) {
     const std::string said = refusal_of_list(test.content);
