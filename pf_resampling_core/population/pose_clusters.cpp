@@ -154,17 +154,21 @@ void find(const View& all, const Part& whole, std::vector<PoseCluster>* found) {
   }
 }
 
-// How often each particle is picked by systematic resampling. What was picked twice counts twice,
-// and is still one particle.
+// How often each particle is picked, once in each of so many equal parts of the weight, by
+// stratified resampling. Where in its part follows the golden ratio: particles may come in turns,
+// as antithetic ones do, of which equal steps would see every second only. What was picked twice
+// counts twice, and is still one particle.
 Eigen::ArrayXd picks(ConstArray weights) {
+  constexpr double kGolden = 0.6180339887498949;
   const double step = weights.sum() / static_cast<double>(kEnough);
-  Eigen::ArrayXd picked(weights.size());
-  double sum = 0.0, before = 0.0;
+  Eigen::ArrayXd picked = Eigen::ArrayXd::Zero(weights.size());
+  double sum = 0.0, part = 0.0, within = 0.5;
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     sum += weights[i];
-    const double until = std::floor(sum / step + 0.5);
-    picked[i] = until - before;
-    before = until;
+    for (; (part + within) * step < sum && part < static_cast<double>(kEnough); part += 1.0) {
+      picked[i] += 1.0;
+      within += within < 1.0 - kGolden ? kGolden : kGolden - 1.0;
+    }
   }
   return picked;
 }
